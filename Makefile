@@ -1,0 +1,72 @@
+# `make help` lists what there is. Needs Python 3.10 to 3.13, GNU make and a package index.
+#   PYTHON=python3.12   the interpreter that makes the virtual environment
+#   VENV=.venv          where the virtual environment lies
+#   ARGS="..."          more arguments for the command behind test, test-slow, bench and benchmark
+
+VENV ?= .venv
+ARGS ?=
+
+ifeq ($(OS),Windows_NT)
+PYTHON ?= python
+BIN := $(VENV)/Scripts
+else
+PYTHON ?= python3
+BIN := $(VENV)/bin
+endif
+
+INSTALL := $(BIN)/python -m pip install --no-input --disable-pip-version-check --constraint constraints.txt
+
+# Stamps of what the environment holds. `all` includes `light`; both are renewed when their inputs change.
+LIGHT := $(VENV)/.installed-light
+ALL := $(VENV)/.installed-all
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help setup benchmark test test-slow lint style types bench docs clean clean-cache
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
+
+setup: $(ALL) ## install everything into the virtual environment
+
+benchmark: $(LIGHT) ## the main job: attackers against defenders beside the paper's numbers, into results/ (no torch)
+	$(BIN)/cps-envs benchmark --out results $(ARGS)
+
+test: $(ALL) ## run the tests
+	$(BIN)/python -m pytest $(ARGS)
+
+test-slow: $(ALL) ## run only the tests marked slow
+	$(BIN)/python -m pytest -m slow $(ARGS)
+
+lint: style types ## check style, format and types
+
+style: $(ALL) ## check style and format only
+	$(BIN)/python -m ruff check .
+	$(BIN)/python -m ruff format --check .
+
+types: $(ALL) ## check types only
+	$(BIN)/python -m mypy
+
+bench: $(LIGHT) ## measure the speed of the environments
+	$(BIN)/cps-envs bench $(ARGS)
+
+docs: $(LIGHT) ## write the generated tables in docs/environments.md anew
+	$(BIN)/python -m agents.docs
+
+clean: clean-cache ## remove what can be rebuilt, the virtual environment too; keeps results/ and runs/
+	rm -rf $(VENV) build dist .coverage htmlcov .hypothesis .mypy_cache .pytest_cache .ruff_cache
+
+clean-cache: ## remove numba's compiled kernels (see CONTRIBUTING.md)
+	find cps_envs baselines agents tests \( -name '*.nbi' -o -name '*.nbc' \) -exec rm -f {} +
+
+$(VENV)/pyvenv.cfg:
+	$(PYTHON) -m venv $(VENV)
+
+$(LIGHT): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
+	$(INSTALL) --editable ".[baselines,render]"
+	@touch $@
+
+$(ALL): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
+	$(INSTALL) --editable ".[all]"
+	@touch $(LIGHT) $@
