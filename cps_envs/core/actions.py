@@ -1,0 +1,91 @@
+"""Reading actions from outside: shape, type and range are checked before the physics sees them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.types import Array, FloatArray
+
+
+class ActionReader:
+    """Turns what callers hand over into arrays (B, ...): float64 for a Box, int64 for Discrete and MultiDiscrete.
+
+    Continuous actions outside the box are clipped to it, as Gaussian policies expect; everything else that does not lie
+    in the space raises ValueError.
+    """
+
+    def __init__(self, space: spaces.Space[Any]) -> None:
+        self.space = space
+        self._shape: tuple[int, ...] = space.shape or ()
+        low, high = _limits(space)
+        self._low, self._high = np.ravel(low).astype(np.float64), np.ravel(high).astype(np.float64)
+
+    def batch(self, actions: Any, num_lanes: int) -> Array:
+        """The actions (B, ...) of a batch.
+
+        Raises:
+            ValueError: a wrong shape, something that is no (whole) number, NaN, infinity, or an index out of range.
+        """
+        array = np.asarray(actions)
+        if array.shape != (num_lanes, *self._shape):
+            expected = (num_lanes, *self._shape)
+            raise ValueError(f"actions of shape {expected} were expected for {self.space}, got shape {array.shape}")
+        return self._read(array)
+
+    def single(self, action: Any) -> Array:
+        """The action of one lane as a batch (1, ...).
+
+        Raises:
+            ValueError: see `batch`.
+        """
+        array = np.asarray(action)
+        if array.shape != self._shape:
+            raise ValueError(f"an action of shape {self._shape} was expected for {self.space}, got shape {array.shape}")
+        return self._read(array[np.newaxis])
+
+    def _read(self, array: Array) -> Array:
+        if array.dtype.kind not in "fiu":
+            raise ValueError(f"numbers were expected for {self.space}, got dtype {array.dtype}")
+        values = np.array(array, np.float64, order="C")
+        rows = values.reshape(len(values), -1)
+        if isinstance(self.space, spaces.Box):
+            if not _clip(rows, self._low, self._high):
+                raise ValueError(f"an action is not finite; {self.space} takes finite numbers")
+            return values
+        if not _are_indices(rows, self._low, self._high):
+            raise ValueError(f"an action is no whole number inside {self.space}: {array.tolist()}")
+        return values.astype(np.int64)
+
+
+def _limits(space: Any) -> tuple[Any, Any]:
+    if isinstance(space, spaces.Box):
+        return space.low, space.high
+    counts = space.n if isinstance(space, spaces.Discrete) else space.nvec
+    return space.start, space.start + counts - 1
+
+
+@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+def _clip(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
+    """Limit values (B, k) to [low, high] in place; False where one is not finite."""
+    finite = True
+    for lane in range(values.shape[0]):
+        for entry in range(values.shape[1]):
+            value = values[lane, entry]
+            finite &= np.isfinite(value)
+            values[lane, entry] = min(max(value, low[entry]), high[entry])
+    return finite
+
+
+@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+def _are_indices(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
+    """Whether the values (B, k) are whole numbers in [low, high]."""
+    for lane in range(values.shape[0]):
+        for entry in range(values.shape[1]):
+            value = values[lane, entry]
+            if not (low[entry] <= value <= high[entry] and value == np.floor(value)):
+                return False
+    return True

@@ -1,0 +1,101 @@
+"""One role of a game as a `gymnasium.Env`: the batch with a single lane."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from gymnasium.error import ResetNeeded
+
+from cps_envs.core.actions import ActionReader
+from cps_envs.core.info import lane_info
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.problem import Problem
+from cps_envs.core.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
+from cps_envs.core.types import SIGN, Array, BoolArray, Observation, Role, other
+
+
+class RoleEnv(gymnasium.Env[Observation, Any]):
+    """Base of the single environments; a subclass names its problem and role, and its docstring documents them."""
+
+    problem: ClassVar[Problem]
+    role: ClassVar[Role]
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.__doc__ = cls.problem.document(inspect.getdoc(cls) or "", cls.role)
+
+    def __init__(
+        self,
+        *,
+        preset: str = "paper",
+        opponent: PolicyReference | None = None,
+        render_mode: str | None = None,
+        **overrides: Any,
+    ) -> None:
+        check_render_mode(render_mode)
+        self.render_mode = render_mode
+        self.config = self.problem.config(preset, overrides)
+        rival = other(self.role)
+        self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
+        self._match = self.problem.match(self.config, 1, {rival: self.opponent})
+        self.game = self._match.game
+        self._interval = self.game.decision_interval[self.role]
+        self._lane = np.ones(1, np.bool_)
+        self._running = False
+        self._renderer = Renderer(self.problem, self.game)
+        self.observation_space = self.game.fields[self.role].space()
+        self.action_space = self.game.action_space[self.role]
+        self._reader = ActionReader(self.action_space)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode; without a seed the lane's generator goes on."""
+        super().reset(seed=seed)
+        self._match.reset(self._lane, [self.np_random])
+        self._running = True
+        if self.render_mode == "human":
+            self._renderer.show()
+        return self.game.observe(self.role)[0], lane_info(self.game, self.role)
+
+    def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Advance by one decision of this role.
+
+        Raises:
+            ResetNeeded: no episode is running.
+            ValueError: the action has a wrong shape, is not finite or lies outside the action space.
+        """
+        if not self._running:
+            raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
+        payoff = self._match.step({self.role: self._reader.single(action)}, self._lane, self._interval)
+        terminated = bool(self.game.terminated[0])
+        truncated = not terminated and bool(self.game.elapsed[0] >= self.game.horizon)
+        self._running = not (terminated or truncated)
+        if self.render_mode == "human":
+            self._renderer.show()
+        reward = SIGN[self.role] * float(payoff[0])
+        info = lane_info(self.game, self.role)
+        return self.game.observe(self.role)[0], reward, terminated, truncated, info
+
+    def action_masks(self) -> BoolArray:
+        """Legal actions (k,) in the form that sb3-contrib's MaskablePPO asks for.
+
+        Raises:
+            TypeError: this role's actions are continuous.
+        """
+        mask = self.game.action_mask(self.role)
+        if mask is None:
+            raise TypeError(f"{self.problem.env_id(self.role)} has no action masks")
+        return mask[0]
+
+    def render(self) -> Array | None:  # type: ignore[override]
+        """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""
+        return self._renderer.render(self.render_mode)
+
+    def close(self) -> None:
+        """Close the window, if one is open."""
+        self._renderer.close()

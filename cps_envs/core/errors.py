@@ -1,0 +1,47 @@
+"""Errors that say what was wrong and what to do about it."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from collections.abc import Iterable
+from types import ModuleType
+
+
+class ConfigurationError(ValueError):
+    """A configuration value that the problem cannot be built with."""
+
+
+class UnknownNameError(LookupError):
+    """A name that nothing is registered under."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])
+
+
+class MissingExtraError(ImportError):
+    """An optional package that the requested feature needs is not installed."""
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """A sentence that offers the known names closest to a mistyped one, or all of them."""
+    choices = sorted(known)
+    close = difflib.get_close_matches(name, choices, n=3, cutoff=0.5)
+    if close:
+        return f"Did you mean {' or '.join(repr(match) for match in close)}?"
+    return f"Known: {', '.join(choices) if choices else 'none'}."
+
+
+def require(module: str, *, extra: str, purpose: str) -> ModuleType:
+    """Import an optional module.
+
+    Raises:
+        MissingExtraError: the module is not installed; the message gives the command that installs it.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        raise MissingExtraError(
+            f'{purpose} needs the package {package!r}. Install it with: pip install "cps-envs[{extra}]"'
+        ) from error

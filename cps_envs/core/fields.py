@@ -1,0 +1,100 @@
+"""Named entries of an observation: units, fixed physical bounds, encoding to [-1, 1], decoding, documentation."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.types import Array, FloatArray, Observation
+
+
+@dataclass(frozen=True)
+class Field:
+    """One named block of an observation, with the physical values that are mapped to -1 and 1."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    shape: tuple[int, ...] = ()
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        if not -math.inf < self.low < self.high < math.inf:
+            raise ValueError(f"field {self.name!r}: low = {self.low} has to be below high = {self.high}, both finite")
+
+    @property
+    def size(self) -> int:
+        """Number of entries."""
+        return math.prod(self.shape)
+
+
+class Fields(Sequence[Field]):
+    """The layout of an observation vector: its fields one after the other, each flattened in C order."""
+
+    def __init__(self, *fields: Field) -> None:
+        names = [field.name for field in fields]
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"an observation needs fields, each with a name of its own; got {names}")
+        self._fields = fields
+        ends = np.cumsum([field.size for field in fields]).tolist()
+        starts = [0, *ends[:-1]]
+        self.slices = {field.name: slice(a, b) for field, a, b in zip(fields, starts, ends, strict=True)}
+        self.size = ends[-1]
+        low = np.concatenate([np.full(field.size, field.low) for field in fields])
+        high = np.concatenate([np.full(field.size, field.high) for field in fields])
+        self._middle, self._half = (low + high) / 2, (high - low) / 2
+
+    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+        return self._fields[index]
+
+    def __len__(self) -> int:
+        return len(self._fields)
+
+    def __iter__(self) -> Iterator[Field]:
+        return iter(self._fields)
+
+    def space(self) -> spaces.Box:
+        """The observation space of one lane."""
+        return spaces.Box(-1.0, 1.0, (self.size,), np.float32)
+
+    def encode(self, values: FloatArray) -> Observation:
+        """Values (B, size) in the fields' units as a fresh float32 array in [-1, 1]; what lies outside is clipped."""
+        encoded = np.empty(values.shape, np.float32)
+        _encode(values, self._middle, self._half, encoded)
+        return encoded
+
+    def decode(self, observation: Array) -> dict[str, FloatArray]:
+        """The physical values of each field, (..., *field.shape), from encoded observations (..., size).
+
+        Raises:
+            ValueError: the last axis has another size than these fields.
+        """
+        if observation.shape[-1] != self.size:
+            raise ValueError(f"an observation of {self.size} entries was expected, got shape {observation.shape}")
+        values = observation * self._half + self._middle
+        lead = observation.shape[:-1]
+        return {field.name: values[..., self.slices[field.name]].reshape(*lead, *field.shape) for field in self}
+
+    def table(self) -> str:
+        """A Markdown table in Gymnasium's manner: Num, Name, Min, Max, Unit, and what each field means."""
+        rows = ["| Num | Name | Min | Max | Unit | Meaning |", "|---|---|---|---|---|---|"]
+        for field in self:
+            part = self.slices[field.name]
+            num = f"{part.start}" if field.size == 1 else f"{part.start}-{part.stop - 1}"
+            bounds = f"{field.low:g} | {field.high:g}"
+            rows.append(f"| {num} | `{field.name}` | {bounds} | {field.unit} | {field.description} |")
+        return "\n".join(rows)
+
+
+@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+def _encode(values: FloatArray, middle: FloatArray, half: FloatArray, encoded: Observation) -> None:
+    for lane in range(values.shape[0]):
+        for entry in range(values.shape[1]):
+            scaled = (values[lane, entry] - middle[entry]) / half[entry]
+            encoded[lane, entry] = 1.0 if scaled > 1.0 else -1.0 if scaled < -1.0 else scaled  # NaN stays visible

@@ -1,0 +1,112 @@
+"""The game protocol: a batch of B episodes of a two-player zero-sum problem, stepped together."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.fields import Fields
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.team import Team
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+
+
+class Game(ABC):
+    """B lanes of one problem. Moves are simultaneous; a role's action holds until its next decision.
+
+    A subclass sets the attributes below in its constructor `(config, num_lanes)` and implements the abstract methods.
+    The clock is kept here: one call of `advance` moves the marked lanes by whole game steps.
+    """
+
+    name: str  # of the problem
+    config: Any  # frozen dataclass
+    horizon: int  # game steps per episode
+    step_s: float  # duration of a game step, s
+    decision_interval: Mapping[Role, int]  # game steps between two decisions of a role
+    fields: Mapping[Role, Fields]
+    action_space: Mapping[Role, spaces.Space[Any]]  # of one lane
+    neutral_action: Mapping[Role, Array]  # of one lane; changes nothing
+    payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker
+
+    def __init__(self, num_lanes: int) -> None:
+        self.num_lanes = num_lanes
+        self.elapsed: IntArray = np.zeros(num_lanes, np.int64)  # (B,) game steps done
+        self.terminated: BoolArray = np.zeros(num_lanes, np.bool_)  # (B,) ended by physics
+
+    def reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        """Start new episodes in the marked lanes (B,), drawing from those lanes' generators (one per lane)."""
+        self.elapsed[lanes] = 0
+        self.terminated[lanes] = False
+        self._reset(lanes, generators)
+
+    def advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+        """Move the marked lanes by `num_steps` game steps under the roles' held actions (B, ...).
+
+        A role that is missing from `actions` takes its neutral action. Returns the attacker's payoff (B,), zero for
+        unmarked lanes. A lane that terminates on the way stands still from there on; `elapsed` counts on, so an
+        observed or measured time has to come from the game's own state.
+        """
+        payoff = self._advance(actions, lanes, num_steps)
+        self.elapsed[lanes] += num_steps
+        return payoff
+
+    @abstractmethod
+    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None: ...
+
+    @abstractmethod
+    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray: ...
+
+    @abstractmethod
+    def observe(self, role: Role) -> Observation:
+        """A fresh array (B, fields[role].size) of encoded observations."""
+
+    def action_mask(self, role: Role) -> BoolArray | None:
+        """Legal actions (B, k) of a Discrete role, or of a MultiDiscrete one flattened; None where all are legal.
+
+        A fresh array. While no decision of the role is due only the neutral action is legal.
+        """
+        return None
+
+    @abstractmethod
+    def metrics(self) -> dict[str, Array]:
+        """The problem's measures so far, each (B,)."""
+
+    def lane_metrics(self, lane: int) -> dict[str, Any]:
+        """The measures of one lane as Python numbers, in a fresh dictionary."""
+        return {name: values.item(lane) for name, values in self.metrics().items()}
+
+    def model(self, lane: int, num_lanes: int) -> Game:
+        """Privileged: `num_lanes` copies of one lane in its present state, to plan on.
+
+        Raises:
+            TypeError: the problem offers no such copy.
+        """
+        raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
+
+    def team(self, role: Role) -> Team:
+        """The role as a team of agents.
+
+        Raises:
+            TypeError: the problem has no decentralised form of this role.
+        """
+        raise TypeError(f"the {role} of {self.name!r} has no decentralised form")
+
+    def scene(self, lane: int) -> Any:
+        """What the problem's viewer draws of a lane."""
+        raise TypeError(f"the problem {self.name!r} has no viewer")
+
+    def spec(self, role: Role) -> RoleSpec:
+        """The public interface of a role, for policies."""
+        return RoleSpec(
+            problem=self.name,
+            role=role,
+            fields=self.fields[role],
+            action_space=self.action_space[role],
+            neutral_action=self.neutral_action[role],
+            decision_interval_s=self.decision_interval[role] * self.step_s,
+            config=self.config,
+        )

@@ -1,0 +1,32 @@
+"""The `info` of every face: the problem's metrics under the same keys, and the legal actions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.game import Game
+from cps_envs.core.types import BoolArray, Role
+
+
+def lane_info(game: Game, role: Role, lane: int = 0) -> dict[str, Any]:
+    """The info of one lane: metrics as Python numbers, `action_mask` as int8 where the role has one."""
+    info: dict[str, Any] = game.lane_metrics(lane)
+    mask = game.action_mask(role)
+    if mask is not None:
+        info["action_mask"] = mask[lane].astype(np.int8)
+    return info
+
+
+def batch_info(game: Game, role: Role, lanes: BoolArray) -> dict[str, Any]:
+    """The info of the marked lanes as Gymnasium's vector environments lay it out: arrays `key` with masks `_key`."""
+    arrays = {name: np.where(lanes, values, np.zeros_like(values)) for name, values in game.metrics().items()}
+    mask = game.action_mask(role)
+    if mask is not None:
+        arrays["action_mask"] = mask.astype(np.int8)
+    info: dict[str, Any] = {}
+    for name, values in arrays.items():
+        info[name] = values
+        info[f"_{name}"] = lanes.copy()
+    return info

@@ -1,0 +1,93 @@
+"""Finding a policy by name, by `module:attribute`, or by being handed it."""
+
+from __future__ import annotations
+
+import importlib
+import json
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.metadata import EntryPoint, entry_points
+from types import MappingProxyType
+from typing import Any, TypeAlias
+from urllib.parse import parse_qsl
+
+from cps_envs.core.errors import MissingExtraError, UnknownNameError, near
+from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.types import Role
+
+GROUP = "cps_envs.policies"
+PolicyReference: TypeAlias = str | Policy
+
+
+@lru_cache(maxsize=1)
+def _registered() -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=GROUP)}
+
+
+def policy_names(problem: str, role: Role) -> list[str]:
+    """The registered names of a role's policies, sorted."""
+    prefix = f"{problem}.{role}."
+    return sorted(name.removeprefix(prefix) for name in _registered() if name.startswith(prefix))
+
+
+def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -> Policy:
+    """The policy that a reference names.
+
+    `reference` is an object with `predict` (used as it is), a registered name such as `"heuristic"`, or
+    `"module:attribute"`, whose attribute is a policy or is called as `attribute(spec, **options)`. Options can be
+    appended to a string like a query, `"plan?events=[[10,1]]"`; values are read as JSON where they can be.
+
+    Raises:
+        UnknownNameError: no such name, module or attribute.
+        MissingExtraError: the policy needs a package that is not installed.
+        TypeError: what was found is no policy, or does not take the options.
+    """
+    if not isinstance(reference, str):
+        return _checked(reference, repr(reference), options)
+    name, _, query = reference.partition("?")
+    options = {key: _value(text) for key, text in parse_qsl(query, strict_parsing=bool(query))} | options
+    target = _load(name, spec)
+    if not isinstance(target, type) and hasattr(target, "predict"):
+        return _checked(target, reference, options)
+    try:
+        built = target(spec, **options)
+    except TypeError as error:
+        raise TypeError(f"the policy {reference!r} could not be built: {error}") from error
+    return _checked(built, reference)
+
+
+def _load(name: str, spec: RoleSpec) -> Any:
+    full = name if name.startswith(f"{spec.problem}.") else f"{spec.problem}.{spec.role}.{name}"
+    if full in _registered():
+        try:
+            return _registered()[full].load()
+        except ModuleNotFoundError as error:
+            raise MissingExtraError(
+                f"the policy {name!r} needs the package {error.name!r}, which is not installed. "
+                'Install what the analytic policies need with: pip install "cps-envs[baselines]"'
+            ) from error
+    module, colon, attribute = name.partition(":")
+    if not colon:
+        known = policy_names(spec.problem, spec.role)
+        raise UnknownNameError(f"{spec.problem} has no {spec.role} policy {name!r}. {near(name, known)}")
+    try:
+        return getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise UnknownNameError(f"no policy can be imported from {name!r}: {error}") from error
+
+
+def _value(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError:
+        return text
+
+
+def _checked(policy: Any, name: str, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:
+    if unused:
+        raise TypeError(f"{name} is built already: it takes no options {', '.join(unused)}")
+    if not isinstance(policy, Policy):
+        raise TypeError(
+            f"{name} is no policy: it has no method predict(observation, state, episode_start, deterministic)"
+        )
+    return policy

@@ -1,0 +1,109 @@
+"""A game and the policies that play some of its roles from inside."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from math import gcd
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.actions import ActionReader
+from cps_envs.core.game import Game
+from cps_envs.core.lanes import put, take
+from cps_envs.core.policy import Idle, Policy, State
+from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
+
+
+class Match:
+    """Steps a game whose other roles are played from outside.
+
+    Each lane has one generator; at every reset each player is handed one spawned from it, so that no draw of a policy
+    shifts a draw of the physics.
+    """
+
+    def __init__(self, game: Game, players: Mapping[Role, Policy], *, deterministic: bool = False) -> None:
+        self.game = game
+        self.players = {role: player for role, player in players.items() if not isinstance(player, Idle)}
+        self._idle = frozenset(players) - frozenset(self.players)
+        self._deterministic = deterministic
+        self._states: dict[Role, State] = dict.fromkeys(self.players)
+        self._fresh = {role: np.ones(game.num_lanes, np.bool_) for role in self.players}
+        self._held = {role: _repeat(game.neutral_action[role], game.num_lanes) for role in self.players}
+        self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
+        self._masked = {role for role, player in self.players.items() if _takes_masks(player)}
+        self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
+
+    def reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        """Start new episodes in the marked lanes (B,)."""
+        self.game.reset(lanes, generators)
+        self.begin(lanes, generators)
+
+    def begin(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        """Let the players start with the marked lanes as they are."""
+        marked = np.flatnonzero(lanes)
+        spawned = {lane: generators[lane].spawn(len(ROLES)) for lane in marked}
+        for role, player in self.players.items():
+            self._fresh[role][lanes] = True
+            if hasattr(player, "begin"):
+                own = [spawned[lane][ROLES.index(role)] for lane in marked]
+                knowledge = [self._knowledge(role, player, int(lane)) for lane in marked]
+                self._states[role] = put(self._states[role], lanes, player.begin(own, knowledge))
+
+    def step(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+        """Move the marked lanes by `num_steps` game steps; returns the attacker's payoff (B,)."""
+        if not self.players:
+            return self.game.advance(actions, lanes, num_steps)
+        stride = gcd(self._stride, num_steps)
+        payoff = np.zeros(self.game.num_lanes)
+        for _ in range(0, num_steps, stride):
+            lanes = lanes & ~self.game.terminated
+            for role in self.players:
+                self._decide(role, lanes)
+            payoff += self.game.advance({**actions, **self._held}, lanes, stride)
+        return payoff
+
+    def _decide(self, role: Role, lanes: BoolArray) -> None:
+        """Renew the held actions of the lanes in which a decision of this role is due."""
+        due = lanes & (self.game.elapsed % self.game.decision_interval[role] == 0)
+        if not due.any():
+            return
+        observation, start, state = self.game.observe(role), self._fresh[role], self._states[role]
+        if due.all():
+            self._held[role], self._states[role] = self._ask(role, observation, state, start.copy(), due)
+        else:
+            actions, part = self._ask(role, observation[due], take(state, due), start[due], due)
+            self._held[role] = self._held[role].copy()
+            self._held[role][due] = actions
+            self._states[role] = put(state, due, part)
+        start[due] = False
+
+    def _ask(
+        self, role: Role, observation: Observation, state: State, start: BoolArray, due: BoolArray
+    ) -> tuple[Array, State]:
+        """A player's checked actions in the lanes that are due, and its new state."""
+        player = self.players[role]
+        mask = self.game.action_mask(role) if role in self._masked else None
+        extra = {} if mask is None else {"action_masks": mask[due]}
+        actions, state = player.predict(observation, state, start, self._deterministic, **extra)
+        try:
+            return self._readers[role].batch(actions, len(observation)), state
+        except ValueError as error:
+            raise ValueError(f"the {role}'s policy {type(player).__name__} gave impossible actions: {error}") from error
+
+    def _knowledge(self, role: Role, player: Policy, lane: int) -> dict[str, Any]:
+        wanted = getattr(player, "privileged", frozenset())
+        offers = {
+            "model": lambda: lambda num_lanes: self.game.model(lane, num_lanes),
+            "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
+        }
+        return {name: offers[name]() for name in wanted}
+
+
+def _takes_masks(player: Policy) -> bool:
+    return "action_masks" in inspect.signature(player.predict).parameters
+
+
+def _repeat(action: Array, num_lanes: int) -> Array:
+    return np.stack([action] * num_lanes)

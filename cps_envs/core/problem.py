@@ -1,0 +1,73 @@
+"""A problem as the faces see it: its presets, its game, who plays the other role by default, and its viewer."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from cps_envs.core.config import configure, parameter_table
+from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.fields import Fields
+from cps_envs.core.game import Game
+from cps_envs.core.lookup import PolicyReference, resolve_policy
+from cps_envs.core.match import Match
+from cps_envs.core.policy import Policy
+from cps_envs.core.types import Role
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Everything that distinguishes one problem from another, for faces, registration and command line."""
+
+    name: str  # lower case, the package's name
+    version: int  # a change that alters any number makes a new one
+    summary: str  # one line
+    presets: Mapping[str, Any]  # name -> frozen configuration
+    game: type[Game]  # called as game(config, num_lanes)
+    fields: Mapping[Role, Callable[[Any], Fields]]  # what each role observes under a configuration
+    opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
+    viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
+    namespace: str = "cps_envs"  # of the ids; a package of your own takes its own
+
+    def config(self, preset: str, overrides: Mapping[str, Any]) -> Any:
+        """The configuration of a preset with some fields replaced.
+
+        Raises:
+            ConfigurationError: an unknown preset or field, or a value that cannot be right.
+        """
+        if preset not in self.presets:
+            raise ConfigurationError(f"{self.name} has no preset {preset!r}. {near(preset, self.presets)}")
+        return configure(self.presets[preset], overrides)
+
+    def match(self, config: Any, num_lanes: int, players: Mapping[Role, PolicyReference]) -> Match:
+        """A batch of episodes with some roles played from inside."""
+        game = self.game(config, num_lanes)
+        return Match(game, {role: self.policy(reference, game, role) for role, reference in players.items()})
+
+    def policy(self, reference: PolicyReference, game: Game, role: Role) -> Policy:
+        """The policy that a reference names for a role of a game of this problem."""
+        return resolve_policy(reference, game.spec(role))
+
+    def env_id(self, role: Role) -> str:
+        """Gymnasium's id of a role, such as `cps_envs/HvacAttack-v0`."""
+        side = {"attacker": "Attack", "defender": "Defense"}[role]
+        return f"{self.namespace}/{self.name.capitalize()}{side}-v{self.version}"
+
+    def document(self, text: str, role: Role) -> str:
+        """A docstring with the tables of the preset `paper` put in place of its placeholders."""
+        paper = self.presets["paper"]
+        tables = {"observation_table": self.fields[role](paper).table(), "parameter_table": parameter_table(paper)}
+        for name, table in tables.items():
+            text = text.replace(f"{{{name}}}", table)
+        return text
+
+    def make_viewer(self, config: Any) -> Any:
+        """The viewer of this problem.
+
+        Raises:
+            MissingExtraError: the drawing package is not installed.
+        """
+        module, _, attribute = self.viewer.partition(":")
+        return getattr(importlib.import_module(module), attribute)(config)

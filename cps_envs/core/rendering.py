@@ -1,0 +1,84 @@
+"""Pictures of a lane: frames as arrays without a display, and a window for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.game import Game
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import Array
+
+RENDER_MODES = ["rgb_array", "human"]
+FRAMES_PER_SECOND = 10
+
+
+def check_render_mode(mode: str | None) -> None:
+    """Raise ConfigurationError for a mode that is not offered."""
+    if mode is not None and mode not in RENDER_MODES:
+        raise ConfigurationError(f"render_mode = {mode!r} is not one of None, {', '.join(map(repr, RENDER_MODES))}")
+
+
+class Renderer:
+    """Draws lanes of a game with its problem's viewer, which is made when the first frame is asked for."""
+
+    def __init__(self, problem: Problem, game: Game) -> None:
+        self._problem, self._game = problem, game
+        self._viewer: Any = None
+        self._window: Window | None = None
+
+    def frame(self, lane: int = 0) -> Array:
+        """The picture of a lane as uint8 (H, W, 3)."""
+        if self._viewer is None:
+            self._viewer = self._problem.make_viewer(self._game.config)
+        frame: Array = self._viewer.frame(self._game.scene(lane))
+        return frame
+
+    def show(self, lane: int = 0) -> None:
+        """Put the picture of a lane on the screen."""
+        if self._window is None:
+            self._window = Window(f"cps_envs {self._problem.name}")
+        self._window.show(self.frame(lane))
+
+    def render(self, mode: str | None) -> Array | None:
+        """What `Env.render` returns in a mode."""
+        if mode == "rgb_array":
+            return self.frame()
+        if mode == "human":
+            self.show()
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._window is not None:
+            self._window.close()
+            self._window = None
+
+
+class Window:
+    """A pygame window that shows frames at the environments' frame rate."""
+
+    def __init__(self, title: str) -> None:
+        self._pygame: Any = require("pygame", extra="render", purpose="drawing on the screen")
+        self._title = title
+        self._screen: Any = None
+        self._clock: Any = None
+
+    def show(self, frame: Array) -> None:
+        """Display a frame, uint8 (H, W, 3), and wait for its turn."""
+        pygame = self._pygame
+        if self._screen is None:
+            pygame.display.init()
+            self._screen = pygame.display.set_mode((frame.shape[1], frame.shape[0]))
+            pygame.display.set_caption(self._title)
+            self._clock = pygame.time.Clock()
+        pygame.surfarray.blit_array(self._screen, frame.swapaxes(0, 1))
+        pygame.event.pump()
+        pygame.display.flip()
+        self._clock.tick(FRAMES_PER_SECOND)
+
+    def close(self) -> None:
+        """Close the window."""
+        if self._screen is not None:
+            self._pygame.display.quit()
+            self._screen = None

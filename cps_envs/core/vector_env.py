@@ -1,0 +1,182 @@
+"""One role of a game as a `gymnasium.vector.VectorEnv`: the batch itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from cps_envs.core.actions import ActionReader
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.info import batch_info
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.problem import Problem
+from cps_envs.core.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
+from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
+
+Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+
+
+class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
+    """Base of the vector environments; lane i of a batch seeded s equals the single environment seeded s + i."""
+
+    problem: ClassVar[Problem]
+    role: ClassVar[Role]
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        preset: str = "paper",
+        opponent: PolicyReference | None = None,
+        render_mode: str | None = None,
+        max_episode_steps: int | None = None,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        **overrides: Any,
+    ) -> None:
+        check_render_mode(render_mode)
+        if num_envs < 1:
+            raise ConfigurationError(f"num_envs = {num_envs} must be at least 1")
+        self.num_envs, self.render_mode = num_envs, render_mode
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {
+            "render_modes": RENDER_MODES,
+            "render_fps": FRAMES_PER_SECOND,
+            "autoreset_mode": self.autoreset_mode,
+        }
+        self.config = self.problem.config(preset, overrides)
+        rival = other(self.role)
+        self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
+        self._match = self.problem.match(self.config, num_envs, {rival: self.opponent})
+        self.game = self._match.game
+        self._interval = self.game.decision_interval[self.role]
+        self._limit = self.game.horizon
+        if max_episode_steps is not None:
+            self._limit = min(self._limit, max_episode_steps * self._interval)
+        self._generators: list[np.random.Generator] = []
+        self._ended = np.zeros(num_envs, np.bool_)
+        self._renderer = Renderer(self.problem, self.game)
+        self.single_observation_space = self.game.fields[self.role].space()
+        self.single_action_space = self.game.action_space[self.role]
+        self._reader = ActionReader(self.single_action_space)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+
+    def reset(  # type: ignore[override]
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start episodes in all lanes, or in those of `options["reset_mask"]`, a boolean array (B,).
+
+        Lanes without a seed go on with the generator they have.
+        """
+        lanes = self._reset_mask(options)
+        self._seed(seed, lanes)
+        self._restart(lanes)
+        if self.render_mode == "human":
+            self._renderer.show()
+        return self.game.observe(self.role), batch_info(self.game, self.role, lanes)
+
+    def step(self, actions: Any) -> Step:
+        """Advance every lane by one decision of this role, and reset ended lanes as `autoreset_mode` says.
+
+        Raises:
+            ResetNeeded: before the first reset, or for an ended lane when automatic resetting is disabled.
+            ValueError: the actions have a wrong shape, are not finite or lie outside the action space.
+        """
+        self._check_running()
+        checked = self._reader.batch(actions, self.num_envs)
+        waiting = self._ended.copy()  # lanes that NEXT_STEP resets instead of stepping
+        if waiting.any():
+            self._restart(waiting)
+        live = ~waiting
+        payoff = self._match.step({self.role: checked}, live, self._interval)
+        terminated = self.game.terminated & live
+        truncated = (self.game.elapsed >= self._limit) & live & ~terminated
+        self._ended = terminated | truncated
+        final = self._restart_ended() if self.autoreset_mode == AutoresetMode.SAME_STEP else {}
+        if self.render_mode == "human":
+            self._renderer.show()
+        info = batch_info(self.game, self.role, np.ones(self.num_envs, np.bool_)) | final
+        return self.game.observe(self.role), SIGN[self.role] * payoff, terminated, truncated, info
+
+    def action_masks(self) -> BoolArray:
+        """Legal actions (B, k).
+
+        Raises:
+            TypeError: this role's actions are continuous.
+        """
+        mask = self.game.action_mask(self.role)
+        if mask is None:
+            raise TypeError(f"{self.problem.env_id(self.role)} has no action masks")
+        return mask
+
+    def render(self) -> tuple[Array, ...] | None:  # type: ignore[override]
+        """One frame per lane in mode `rgb_array`; in mode `human` the first lane is shown."""
+        if self.render_mode == "rgb_array":
+            return tuple(self._renderer.frame(lane) for lane in range(self.num_envs))
+        self._renderer.render(self.render_mode)
+        return None
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """Close the window, if one is open."""
+        self._renderer.close()
+
+    def _check_running(self) -> None:
+        if not self._generators:
+            raise ResetNeeded("call reset() before step()")
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
+            ended = np.flatnonzero(self._ended).tolist()
+            raise ResetNeeded(f'lanes {ended} have ended: call reset(options={{"reset_mask": mask}}) for them first')
+
+    def _restart(self, lanes: BoolArray) -> None:
+        self._match.reset(lanes, self._generators)
+        self._ended = self._ended & ~lanes
+
+    def _restart_ended(self) -> dict[str, Any]:
+        """Reset the lanes that have just ended; their last observation and info as Gymnasium's `final_*` entries."""
+        ended = self._ended
+        if not ended.any():
+            return {}
+        last = self.game.observe(self.role)
+        final_obs = np.full(self.num_envs, None, dtype=object)
+        for lane in np.flatnonzero(ended):
+            final_obs[lane] = last[lane]
+        final_info = batch_info(self.game, self.role, ended)
+        self._restart(ended)
+        return {
+            "final_obs": final_obs,
+            "_final_obs": ended.copy(),
+            "final_info": final_info,
+            "_final_info": ended.copy(),
+        }
+
+    def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
+        everything = np.ones(self.num_envs, np.bool_)
+        mask = (options or {}).get("reset_mask")
+        if mask is None:
+            return everything
+        if not isinstance(mask, np.ndarray) or mask.shape != everything.shape or mask.dtype != np.bool_:
+            raise ValueError(f'options["reset_mask"] must be a boolean numpy array of shape ({self.num_envs},)')
+        if not mask.any():
+            raise ValueError('options["reset_mask"] marks no lane')
+        if not self._generators and not mask.all():
+            raise ResetNeeded("the first reset() has to start every lane: leave out the reset_mask")
+        return mask
+
+    def _seed(self, seed: int | Sequence[int | None] | None, lanes: BoolArray) -> None:
+        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, (int, np.integer)) else seed
+        if seeds is None:
+            seeds = [None] * self.num_envs
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"one seed per lane is needed: {self.num_envs} lanes, {len(seeds)} seeds")
+        first = not self._generators
+        if first:
+            self._generators = [None] * self.num_envs  # type: ignore[list-item]
+        for lane in np.flatnonzero(lanes):
+            if first or seeds[lane] is not None:
+                self._generators[lane] = seeding.np_random(seeds[lane])[0]
