@@ -1,0 +1,1 @@
+"""Disbanding vehicle platoons: chapter 2 and appendix A of the dissertation."""

@@ -1,0 +1,131 @@
+"""A picture drawn off screen with pygame: no display, no window, no global settings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.errors import require
+from cps_envs.core.types import Array
+from cps_envs.disbanding.palette import Color
+
+Box = tuple[float, float, float, float]  # left, top, width, height in pixels
+Point = tuple[float, float]
+OVERSAMPLING = 4  # sprites are painted this much larger and scaled down, which smooths their edges
+
+
+class Canvas:
+    """What the pictures are made of: boxes, lines, text and small smooth sprites.
+
+    Raises:
+        MissingExtraError: pygame is not installed.
+    """
+
+    def __init__(self, width: int, height: int) -> None:
+        self._pygame: Any = require("pygame", extra="render", purpose="drawing frames")
+        self._pygame.font.init()
+        self._surface = self._pygame.Surface((width, height), depth=32)
+        self._fonts: dict[int, Any] = {}
+        self._lettering = lru_cache(maxsize=1024)(self._letter)
+        self._sprites: dict[Hashable, Any] = {}
+
+    def fill(self, color: Color) -> None:
+        """Cover everything."""
+        self._surface.fill(color)
+
+    def box(self, box: Box, color: Color, *, radius: int = 0, border: int = 0) -> None:
+        """A filled box, or only its border."""
+        if radius or border:
+            self._pygame.draw.rect(self._surface, color, _whole(box), border, radius)
+        else:
+            self._surface.fill(color, _whole(box))
+
+    def polygon(self, points: Sequence[Point], color: Color) -> None:
+        """A filled polygon."""
+        self._pygame.draw.polygon(self._surface, color, points)
+
+    def cross(self, box: Box, color: Color, thickness: float) -> None:
+        """The two diagonals of a box."""
+        left, top, width, height = box
+        right, bottom, half = left + width, top + height, thickness / 2**0.5
+        falling = [(left, top), (left + half, top), (right, bottom - half), (right, bottom)]
+        self.polygon([*falling, (right - half, bottom), (left, top + half)], color)
+        rising = [(left, bottom), (left, bottom - half), (right - half, top), (right, top)]
+        self.polygon([*rising, (right, top + half), (left + half, bottom)], color)
+
+    def path(self, points: Sequence[Point], color: Color) -> None:
+        """A thin smooth line through at least two points."""
+        self._pygame.draw.aalines(self._surface, color, False, points)
+
+    def dashes(self, box: Box, color: Color, *, period: float, length: float, phase: float = 0.0) -> None:
+        """Dashes in a box from left to right: `length` of every `period` pixels, beginning `phase` from the left."""
+        left, top, width, height = box
+        with self.within(box):
+            for start in np.arange(left + phase % period - period, left + width, period).tolist():
+                self.box((start, top, length, height), color)
+
+    def text(self, text: str, at: Point, color: Color, size: int, *, align: float = 0.0) -> float:
+        """One line whose middle has the height of `at`; align 0, 0.5, 1: begins, is centred, ends there.
+
+        Returns its width in pixels.
+        """
+        image = self._lettering(text, color, size)
+        width, height = image.get_size()
+        self._surface.blit(image, (round(at[0] - align * width), round(at[1] - height / 2)))
+        return float(width)
+
+    def text_width(self, text: str, color: Color, size: int) -> float:
+        """Width in pixels of a line of text."""
+        return float(self._lettering(text, color, size).get_width())
+
+    def _letter(self, text: str, color: Color, size: int) -> Any:
+        """A line of text, scaled down from larger letters: pygame would round the space between small ones."""
+        if size not in self._fonts:
+            self._fonts[size] = self._pygame.font.Font(None, OVERSAMPLING * size)
+        large = self._fonts[size].render(text, True, color)
+        width, height = large.get_size()
+        return self._pygame.transform.smoothscale(large, (width // OVERSAMPLING, height // OVERSAMPLING))
+
+    def sprite(self, key: Hashable, size: tuple[int, int], at: Point, paint: Callable[[Canvas], None]) -> None:
+        """A small picture with its upper left corner at a point; `paint` draws it once for each key.
+
+        `paint` gets a transparent canvas that is OVERSAMPLING times larger.
+        """
+        if key not in self._sprites:
+            large = Canvas(1, 1)
+            scaled = (OVERSAMPLING * size[0], OVERSAMPLING * size[1])
+            large._surface = self._pygame.Surface(scaled, self._pygame.SRCALPHA, 32)
+            paint(large)
+            self._sprites[key] = self._pygame.transform.smoothscale(large._surface, size)
+        self._surface.blit(self._sprites[key], (round(at[0]), round(at[1])))
+
+    @contextmanager
+    def within(self, box: Box) -> Iterator[None]:
+        """Draw only inside a box."""
+        before = self._surface.get_clip()
+        self._surface.set_clip(_whole(box))
+        try:
+            yield
+        finally:
+            self._surface.set_clip(before)
+
+    def pixels(self) -> Array:
+        """The picture as uint8 (H, W, 3)."""
+        width, height = self._surface.get_size()
+        data = self._pygame.image.tobytes(self._surface, "RGB")
+        return np.frombuffer(data, np.uint8).reshape(height, width, 3).copy()
+
+
+def legible(period: float) -> float:
+    """A period in pixels, or the smallest multiple of it that dashes can be told apart at."""
+    return period * max(1.0, np.ceil(16.0 / period))
+
+
+def _whole(box: Box) -> tuple[int, int, int, int]:
+    """A box whose edges are rounded to whole pixels, so that neighbours neither overlap nor leave a seam."""
+    left, top = round(box[0]), round(box[1])
+    return left, top, max(round(box[0] + box[2]) - left, 1), max(round(box[1] + box[3]) - top, 1)

@@ -1,0 +1,131 @@
+"""The configuration of the disbanding problem and its presets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from cps_envs.core.config import IntRange, Range, bounds, quantity, validate
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.disbanding.interpretation import INTERPRETATIONS, Interpretation
+
+TABLE = "Table 2.1"
+
+
+@dataclass(frozen=True)
+class DisbandingConfig:
+    """N platoons of n vehicles in one lane, an attacker who disbands platoons, a defender who corrects commands.
+
+    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly.
+
+    Raises:
+        ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
+    """
+
+    num_platoons: IntRange = quantity(10, low=2, high=100, source=f"{TABLE}: 2..10", ranged=True)
+    vehicles_per_platoon: int = quantity(10, low=2, high=50, source=TABLE)
+    duration_s: float = quantity(180.0, unit="s", low=1, high=86_400, source=f"{TABLE}: T_s")
+    tau_s: Range = quantity(0.1, unit="s", low=0.01, high=2, source=f"{TABLE}: 0.1, 0.3, 0.5", ranged=True)
+    desired_gap_m: Range = quantity(5.0, unit="m", low=1, high=100, source=f"{TABLE}: x_d = 5 or 4", ranged=True)
+    headway_s: float = quantity(1.5, unit="s", low=0.1, high=10, source=f"{TABLE}: h")
+    proportional_gain: float = quantity(1.0, unit="1/s2", low=0, high=100, source=f"{TABLE}: k_p")
+    derivative_gain: float = quantity(5.0, unit="1/s", low=0, high=100, source=f"{TABLE}: k_d")
+    desired_speed_mps: float = quantity(31.0, unit="m/s", low=1, high=100, source=f"{TABLE}: v_d")
+    max_speed_mps: float = quantity(36.0, unit="m/s", low=1, high=100, source=f"{TABLE}: v_max; v_min is 0")
+    min_acceleration_mps2: float = quantity(-5.0, unit="m/s2", low=-20, high=-0.1, source=f"{TABLE}: u_min")
+    max_acceleration_mps2: float = quantity(1.0, unit="m/s2", low=0.1, high=20, source=f"{TABLE}: u_max")
+    standstill_gap_m: float = quantity(1.0, unit="m", low=0, high=20, source=f"{TABLE}: r_0")
+    interpretation: str = quantity("S0", choices=tuple(INTERPRETATIONS), source="inferred; the paper prints none")
+    control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
+    attack_budget: IntRange = quantity(2, low=1, high=50, source="Table 2.3 disbands two platoons", ranged=True)
+    gap_spread: float = quantity(0.0, low=0, high=0.5, source="chosen: initial gaps +- this share")
+    speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=5, source="chosen: initial speeds +- this")
+    takeover_delay_s: Range = quantity(0.0, unit="s", low=0, high=10, source="chosen: per driver", ranged=True)
+    driver_headway_s: Range = quantity(1.5, unit="s", low=0.1, high=10, source=f"{TABLE}: h, per driver", ranged=True)
+    collision_penalty: float = quantity(0.0, unit="points of E_v", low=0, high=100, source="chosen: per 100/M vehicles")
+    on_collision: str = quantity("continue", choices=("continue", "end"), source="chosen: ghosts go on, or the end")
+    payoff_set: str = quantity("all", choices=("all", "intact_now"), source="chosen: whose speed errors are paid")
+    defense_action: str = quantity("vehicle", choices=("vehicle", "platoon"), source="chosen: one correction for each")
+    swarm_reward: str = quantity("team", choices=("team", "local"), source="chosen: of the swarm form")
+
+    def __post_init__(self) -> None:
+        validate(self)
+        dt_s = self.dynamics.dt_s
+        for name, whole, part in (
+            ("control_period_s", self.control_period_s, dt_s),
+            ("control_period_s", 1.0, self.control_period_s),
+            ("duration_s", self.duration_s, 1.0),
+        ):
+            if not is_multiple(whole, part):
+                raise ConfigurationError(
+                    f"{name} = {getattr(self, name)}: the integration step {dt_s} s must divide the control period, "
+                    "the control period 1 s, and 1 s the duration. Choose for example control_period_s=0.1."
+                )
+        if bounds(self.attack_budget)[1] > bounds(self.num_platoons)[0]:
+            raise ConfigurationError(
+                f"attack_budget = {self.attack_budget} exceeds the number of platoons, num_platoons = "
+                f"{self.num_platoons}: a platoon can be disbanded only once."
+            )
+        if dt_s > bounds(self.tau_s)[0] and not self.dynamics.exact_integration:
+            raise ConfigurationError(
+                f"tau_s = {self.tau_s} is shorter than the integration step {dt_s} s of {self.interpretation}, which "
+                'explicit Euler cannot follow. Choose a longer tau_s, or interpretation="S2", which integrates exactly.'
+            )
+        if self.desired_speed_mps > self.max_speed_mps:
+            raise ConfigurationError(
+                f"desired_speed_mps = {self.desired_speed_mps} exceeds max_speed_mps = {self.max_speed_mps}."
+            )
+
+    @property
+    def dynamics(self) -> Interpretation:
+        """Integration step and the rules that the paper leaves open."""
+        return INTERPRETATIONS[self.interpretation]
+
+    @property
+    def max_platoons(self) -> int:
+        """N of the arrays: the most platoons that a reset can draw."""
+        return int(bounds(self.num_platoons)[1])
+
+    @property
+    def max_budget(self) -> int:
+        """The most platoons that the attacker may disband in any episode."""
+        return int(bounds(self.attack_budget)[1])
+
+    @property
+    def max_vehicles(self) -> int:
+        """M of the arrays."""
+        return self.max_platoons * self.vehicles_per_platoon
+
+    @property
+    def steps_per_period(self) -> int:
+        """Integration steps in a control period."""
+        return round(self.control_period_s / self.dynamics.dt_s)
+
+    @property
+    def periods_per_second(self) -> int:
+        """Control periods between two decisions of the attacker, who decides at whole seconds."""
+        return round(1.0 / self.control_period_s)
+
+    @property
+    def horizon_steps(self) -> int:
+        """Integration steps in an episode, K_s of (2.8)."""
+        return round(self.duration_s / self.dynamics.dt_s)
+
+
+def is_multiple(whole: float, part: float) -> bool:
+    """Whether `part` divides `whole` up to rounding."""
+    return whole >= part - 1e-9 and abs(whole / part - round(whole / part)) < 1e-6
+
+
+PAPER = DisbandingConfig()
+LEARNING = replace(
+    PAPER,
+    tau_s=(0.1, 0.5),
+    desired_gap_m=(4.0, 6.0),
+    gap_spread=0.03,
+    speed_spread_mps=0.3,
+    takeover_delay_s=(0.0, 2.0),
+    driver_headway_s=(1.2, 1.8),
+    attack_budget=(1, 3),
+    collision_penalty=0.3,
+)
+PRESETS = {"paper": PAPER, "learning": LEARNING}

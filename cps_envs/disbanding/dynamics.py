@@ -1,0 +1,241 @@
+"""One integration step of a lane in small pieces, and `advance`, the closed loop with a defender's corrections.
+
+A *lane* here is a `State` without its lane axis: the rows of one lane as views, its scalars as arrays of length one.
+Every closed loop composes the same pieces in the order of section 2.6 of the specification: commands by the law,
+mitigation, collision avoidance, integration, accounting.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cps_envs.disbanding.commands import (
+    avoidance_margin,
+    clip,
+    command_humans,
+    command_platoons,
+    corrected,
+    has_begun,
+    look_ahead,
+    most_forward_disbanded,
+)
+from cps_envs.disbanding.lane import Constants, constants_of, kernel, lane_of
+from cps_envs.disbanding.state import State
+
+STOP_MPS = 0.01  # a vehicle stops when it gets slower than this
+REARM_MPS = 1.0  # a further stop counts once it was faster than this
+
+
+@kernel
+def command_by_law(
+    lane: State, c: Constants, gap: NDArray[np.float64], closing: NDArray[np.float64], u: NDArray[np.float64]
+) -> None:
+    """Fill gap (m), closing speed (m/s) and the plain law's command `u` (m/s2) of every vehicle, (2.2) to (2.5)."""
+    look_ahead(lane, c.num_vehicles, gap, closing)
+    command_platoons(lane, c, gap, closing, u)
+    command_humans(lane, c, gap, lane.step[0] * c.dt_s, u)
+
+
+@kernel
+def first_mitigable(lane: State, c: Constants) -> int:
+    """The most forward vehicle that may be mitigable now: vehicles from here on are, where their platoon is intact."""
+    size = c.vehicles_per_platoon
+    platoons = c.num_vehicles // size
+    front = most_forward_disbanded(lane.disbanding_s, platoons, lane.step[0] * c.dt_s)
+    return min(front + 1, platoons) * size
+
+
+@kernel
+def correct_commands(lane: State, c: Constants, correction: NDArray[np.float64]) -> None:
+    """Apply the defender's corrections (M,) m/s2 to the commands of the mitigable vehicles by rule (2.7)."""
+    size, time_s = c.vehicles_per_platoon, lane.step[0] * c.dt_s
+    low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
+    for platoon in range(first_mitigable(lane, c) // size, c.num_vehicles // size):
+        if not has_begun(time_s, lane.disbanding_s[platoon]):
+            for q in range(platoon * size, (platoon + 1) * size):
+                lane.command[q] = corrected(lane.command[q], correction[q], low, high)
+
+
+@kernel
+def final_command(command: float, gap: float, speed: float, speed_ahead: float, c: Constants) -> float:
+    """What the actuator gets (m/s2): saturated where the interpretation has it, then (2.6), which overrides all."""
+    low = c.min_acceleration_mps2
+    if c.saturate_command:
+        command = clip(command, low, c.max_acceleration_mps2)
+    margin = avoidance_margin(gap, speed, speed_ahead, c.standstill_gap_m, -low, c.one_sided_avoidance)
+    return low if margin <= 0.0 else command
+
+
+@kernel
+def avoid_collisions(lane: State, c: Constants, gap: NDArray[np.float64]) -> None:
+    """Make every command final; the front vehicle has an infinite gap."""
+    u, speed = lane.command, lane.speed
+    u[0] = final_command(u[0], gap[0], speed[0], speed[0], c)
+    for q in range(1, c.num_vehicles):
+        u[q] = final_command(u[q], gap[q], speed[q], speed[q - 1], c)
+
+
+@kernel
+def within_speeds(acceleration: float, speed: float, slowest: float, fastest: float) -> float:
+    """The acceleration (m/s2), or zero where it points out of a speed limit that `speed` has reached."""
+    inward = min(acceleration, 0.0) if speed >= fastest else acceleration
+    return max(inward, 0.0) if speed <= slowest else inward
+
+
+@kernel
+def integrate_euler(lane: State, c: Constants) -> None:
+    """Explicit Euler step of (2.1) from the old state, then the limits of acceleration and speed."""
+    dt, rate = c.dt_s, c.dt_s / c.tau_s
+    low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
+    slowest, fastest = c.min_speed_mps, c.max_speed_mps
+    x, v, a, u = lane.position, lane.speed, lane.acceleration, lane.command
+    for q in range(c.num_vehicles):
+        speed = v[q] + dt * a[q]
+        acceleration = clip(a[q] + rate * (u[q] - a[q]), low, high)
+        x[q] += dt * v[q]
+        v[q] = clip(speed, slowest, fastest)
+        a[q] = within_speeds(acceleration, speed, slowest, fastest)
+
+
+@kernel
+def integrate_exactly(lane: State, c: Constants) -> None:
+    """Exact step of (2.1) with the command held; a vehicle that reaches its lowest speed does not move backward."""
+    dt, tau = c.dt_s, c.tau_s
+    decay = np.exp(-dt / tau)
+    slowest, fastest = c.min_speed_mps, c.max_speed_mps
+    x, v, a, u = lane.position, lane.speed, lane.acceleration, lane.command
+    for q in range(c.num_vehicles):
+        lag = a[q] - u[q]
+        position = x[q] + v[q] * dt + 0.5 * u[q] * dt * dt + lag * tau * (dt - tau * (1.0 - decay))
+        speed = v[q] + u[q] * dt + lag * tau * (1.0 - decay)
+        x[q] = position if speed > slowest else max(position, x[q])
+        v[q] = clip(speed, slowest, fastest)
+        a[q] = within_speeds(u[q] + lag * decay, speed, slowest, fastest)
+
+
+@kernel
+def keep_order(lane: State, c: Constants) -> None:
+    """Inelastic contact, front to rear: who touches its predecessor stays behind it and is not faster."""
+    x, v, a = lane.position, lane.speed, lane.acceleration
+    for q in range(1, c.num_vehicles):
+        if x[q - 1] - x[q] <= 0.0:
+            x[q] = x[q - 1]
+            if v[q] > v[q - 1]:
+                v[q] = v[q - 1]
+                a[q] = min(a[q], a[q - 1])
+
+
+@kernel
+def integrate(lane: State, c: Constants, gap: NDArray[np.float64]) -> None:
+    """Move every vehicle by one step under its final command, remember the gaps before, mark who touches whom."""
+    for q in range(1, c.num_vehicles):
+        lane.previous_gap[q] = gap[q]
+    if c.exact_integration:
+        integrate_exactly(lane, c)
+    else:
+        integrate_euler(lane, c)
+    mark_collisions(lane, c)
+    if c.inelastic_contact:
+        keep_order(lane, c)
+
+
+@kernel
+def mark_collisions(lane: State, c: Constants) -> None:
+    """Note the vehicles whose gap ahead is <= 0 after the step, and their predecessors."""
+    x = lane.position
+    touching = 0
+    for q in range(1, c.num_vehicles):
+        touching += x[q - 1] - x[q] <= 0.0
+    if touching == 0:
+        return
+    for q in range(1, c.num_vehicles):
+        if x[q - 1] - x[q] <= 0.0 and not lane.rear_collided[q]:
+            lane.rear_collided[q] = True
+            involve(lane, c, q)
+            involve(lane, c, q - 1)
+            if lane.first_collision_s[0] < 0.0:
+                lane.first_collision_s[0] = (lane.step[0] + 1) * c.dt_s
+
+
+@kernel
+def involve(lane: State, c: Constants, q: int) -> None:
+    """Mark vehicle `q` as involved in a collision, and whether its platoon was intact when that happened."""
+    if not lane.collided[q]:
+        lane.collided[q] = True
+        disbanding_s = lane.disbanding_s[q // c.vehicles_per_platoon]
+        lane.collided_intact[q] = not has_begun(lane.step[0] * c.dt_s, disbanding_s)
+
+
+@kernel
+def add_speed_errors(lane: State, c: Constants) -> None:
+    """Add the speed errors of (2.8) after the step: per vehicle, and their mean over the vehicles intact now."""
+    speed, desired_speed, size = lane.speed, c.desired_speed_mps, c.vehicles_per_platoon
+    time_s = lane.step[0] * c.dt_s
+    for q in range(c.num_vehicles):
+        lane.speed_error[q] += abs(speed[q] - desired_speed)
+    intact, total = 0, 0.0
+    for platoon in range(c.num_vehicles // size):
+        if not has_begun(time_s, lane.disbanding_s[platoon]):
+            platoon_error = 0.0
+            for q in range(platoon * size, (platoon + 1) * size):
+                platoon_error += abs(speed[q] - desired_speed)
+            intact += size
+            total += platoon_error
+    if intact > 0:
+        lane.intact_error[0] += total / intact
+
+
+@kernel
+def count_stops(lane: State, c: Constants) -> None:
+    """Count the vehicles that came to a stop in this step; bitwise logic, as branches cost more than the rest."""
+    speed, moving, stops = lane.speed, lane.moving, lane.stops
+    for q in range(c.num_vehicles):
+        still = speed[q] < STOP_MPS
+        stops[q] += still & moving[q]
+        moving[q] = (speed[q] > REARM_MPS) | (moving[q] & (not still))
+
+
+@kernel
+def account(lane: State, c: Constants) -> None:
+    """Everything that is counted after a step: collisions are marked by `integrate`; then the clock moves on."""
+    add_speed_errors(lane, c)
+    count_stops(lane, c)
+    lane.step[0] += 1
+
+
+@kernel
+def has_ended(lane: State, c: Constants) -> bool:
+    """Whether the lane stands still because an intact vehicle has collided and its parameters say so."""
+    return c.stop_at_collision and np.any(lane.collided_intact[: c.num_vehicles])
+
+
+@kernel
+def advance_lane(lane: State, c: Constants, correction: NDArray[np.float64], num_steps: int) -> None:
+    """`advance` for one lane; `correction` (M,) m/s2."""
+    gap, closing = np.empty(c.num_vehicles), np.empty(c.num_vehicles)
+    for _ in range(num_steps):
+        if has_ended(lane, c):
+            return
+        command_by_law(lane, c, gap, closing, lane.command)
+        correct_commands(lane, c, correction)
+        avoid_collisions(lane, c, gap)
+        integrate(lane, c, gap)
+        account(lane, c)
+
+
+@kernel
+def advance(
+    state: State,
+    parameters: NDArray[np.void],
+    correction: NDArray[np.float64],
+    active: NDArray[np.bool_],
+    num_steps: int,
+) -> None:
+    """Advance in place every lane b with active[b] by `num_steps` integration steps, holding the corrections.
+
+    `parameters` (B,) records of `parameters.PARAMETERS`; `correction` (B, M) m/s2; `active` (B,).
+    """
+    for b in range(active.shape[0]):
+        if active[b]:
+            advance_lane(lane_of(state, b), constants_of(parameters, b), correction[b], num_steps)

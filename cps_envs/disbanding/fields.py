@@ -1,0 +1,102 @@
+"""What each role observes: names, units and fixed bounds. `observation.py` fills the values in the same order."""
+
+from __future__ import annotations
+
+from cps_envs.core.fields import Field, Fields
+from cps_envs.disbanding.config import DisbandingConfig
+
+MAX_GAP_M = 200.0
+NEAR_GAP_M = 50.0
+MAX_LAG_S = 1.0
+MAX_DESIRED_GAP_M = 20.0
+MAX_DISTANCE_M = 1000.0
+
+
+def _road(config: DisbandingConfig) -> tuple[Field, ...]:
+    vehicles = config.max_vehicles
+    return (
+        Field("time_s", "s", 0, config.duration_s, (), "since the start"),
+        Field("velocity_error", "%", 0, 100, (), "E_v (2.8) over all vehicles so far"),
+        Field("collided", "vehicles", 0, vehicles, (), "involved in a collision so far"),
+        Field("tau_s", "s", 0, MAX_LAG_S, (), "actuation lag"),
+        Field("desired_gap_m", "m", 0, MAX_DESIRED_GAP_M, (), "x_d"),
+    )
+
+
+def _present(config: DisbandingConfig) -> tuple[Field, ...]:
+    drawn = isinstance(config.num_platoons, tuple)
+    row = Field("present", "-", 0, 1, (config.max_platoons,), "the platoon exists in this episode")
+    return (row,) if drawn else ()
+
+
+def attacker_fields(config: DisbandingConfig) -> Fields:
+    """One row per platoon, row i - 1 being the paper's platoon i (1 = rear), then the road as a whole.
+
+    Rows of platoons that are absent in an episode are zero; `present` tells, where their number is drawn.
+    """
+    platoons, fastest = config.max_platoons, config.max_speed_mps
+    return Fields(
+        Field("mean_speed", "m/s", 0, fastest, (platoons,), "of the platoon's vehicles"),
+        Field("min_speed", "m/s", 0, fastest, (platoons,), "slowest vehicle of the platoon"),
+        Field("leader_gap", "m", -NEAR_GAP_M, MAX_GAP_M, (platoons - 1,), "ahead of the leader; not for the last row"),
+        Field("mean_gap", "m", -NEAR_GAP_M, NEAR_GAP_M, (platoons,), "inside the platoon"),
+        Field("min_gap", "m", -NEAR_GAP_M, NEAR_GAP_M, (platoons,), "inside the platoon"),
+        Field("stopped", "-", 0, 1, (platoons,), "share of the platoon's vehicles below 0.01 m/s"),
+        Field("disbanded", "-", 0, 1, (platoons,), "the platoon has been disbanded"),
+        Field("since_disbanding_s", "s", 0, config.duration_s, (platoons,), "0 while intact"),
+        *_present(config),
+        Field("budget_left", "platoons", 0, config.max_budget, (), "that may still be disbanded"),
+        *_road(config),
+    )
+
+
+def defender_fields(config: DisbandingConfig) -> Fields:
+    """One entry per vehicle, front (q = 0) to rear; platoon rows as for the attacker (row i - 1 = paper platoon i)."""
+    vehicles, platoons = config.max_vehicles, config.max_platoons
+    fastest, low, high = config.max_speed_mps, config.min_acceleration_mps2, config.max_acceleration_mps2
+    reach = high - low  # of a correction
+    behind = vehicles - config.vehicles_per_platoon
+    return Fields(
+        Field("speed", "m/s", 0, fastest, (vehicles,), "of each vehicle"),
+        Field("acceleration", "m/s2", low, high, (vehicles,), "of each vehicle"),
+        Field("gap", "m", -NEAR_GAP_M, MAX_GAP_M, (vehicles - 1,), "ahead of vehicles q >= 1"),
+        Field("relative_speed", "m/s", -fastest, fastest, (vehicles - 1,), "predecessor's minus own, q >= 1"),
+        Field("law_command", "m/s2", low, high, (vehicles,), "the plain law's command, clipped, before (2.6)"),
+        Field("mitigable", "-", 0, 1, (behind,), "a correction would act, q >= n"),
+        Field("disbanded", "-", 0, 1, (platoons,), "the platoon has been disbanded"),
+        Field("ahead_speed", "m/s", 0, fastest, (platoons - 1,), "nearest disbanded vehicle ahead of the platoon"),
+        Field("ahead_acceleration", "m/s2", low, high, (platoons - 1,), "of that vehicle; 0 if there is none"),
+        Field("ahead_command", "m/s2", low - reach, high + reach, (platoons - 1,), "its final command; 0 if none"),
+        Field("ahead_distance", "m", 0, MAX_DISTANCE_M, (platoons - 1,), "from it to the leader; the bound if none"),
+        *_present(config),
+        *_road(config),
+    )
+
+
+def vehicle_fields(config: DisbandingConfig) -> Fields:
+    """The own row of one vehicle in the swarm form: own sensors, its predecessor's radio, and the broadcast."""
+    fastest, low, high = config.max_speed_mps, config.min_acceleration_mps2, config.max_acceleration_mps2
+    return Fields(
+        Field("active", "-", 0, 1, (), "the vehicle exists and its platoon is intact"),
+        Field("mitigable", "-", 0, 1, (), "a correction would act"),
+        Field("leads", "-", 0, 1, (), "first of its platoon"),
+        Field("trails", "-", 0, 1, (), "last of its platoon"),
+        Field("place", "-", 0, 1, (), "q / (M - 1), 0 at the front of the string"),
+        Field("speed", "m/s", 0, fastest, (), "own"),
+        Field("acceleration", "m/s2", low, high, (), "own"),
+        Field("gap", "m", 0, MAX_GAP_M, (), "ahead; the bound for the front vehicle"),
+        Field("gap_error", "m", -NEAR_GAP_M, NEAR_GAP_M, (), "gap ahead minus x_d, or minus h v for a leader"),
+        Field("rear_gap_error", "m", -NEAR_GAP_M, NEAR_GAP_M, (), "gap behind minus x_d; 0 for the rear vehicle"),
+        Field("relative_speed", "m/s", -fastest, fastest, (), "predecessor's minus own"),
+        Field("rear_relative_speed", "m/s", -fastest, fastest, (), "own minus follower's"),
+        Field("avoidance_margin", "m", -NEAR_GAP_M, NEAR_GAP_M, (), "gap minus the bound of (2.6)"),
+        Field("law_command", "m/s2", low, high, (), "own, by the plain law, clipped"),
+        Field("predecessor_acceleration", "m/s2", low, high, (), "by radio"),
+        Field("predecessor_command", "m/s2", low, high, (), "by radio: final command of the last step, clipped"),
+        Field("since_disbanding_s", "s", 0, config.duration_s, (), "since the first disbanding ahead; 0 if none"),
+        Field("ahead_speed", "m/s", 0, fastest, (), "broadcast: nearest disbanded vehicle ahead; v_d if none"),
+        Field("ahead_acceleration", "m/s2", low, high, (), "broadcast: of that vehicle; 0 if none"),
+        Field("ahead_distance", "m", 0, MAX_DISTANCE_M, (), "to that vehicle; the bound if none"),
+        Field("tau_s", "s", 0, MAX_LAG_S, (), "actuation lag"),
+        Field("desired_gap_m", "m", 0, MAX_DESIRED_GAP_M, (), "x_d"),
+    )

@@ -1,0 +1,186 @@
+"""The disbanding game: B strings of platoons, an attacker who disbands, a defender who corrects."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.game import Game
+from cps_envs.core.team import Team
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.disbanding.attack import disband, legal_attacks
+from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.dynamics import advance
+from cps_envs.disbanding.episode import draw_episode
+from cps_envs.disbanding.fields import attacker_fields, defender_fields
+from cps_envs.disbanding.initial import place
+from cps_envs.disbanding.metrics import METRICS, measure
+from cps_envs.disbanding.observation import observe_attacker, observe_defender
+from cps_envs.disbanding.parameters import PARAMETERS
+from cps_envs.disbanding.payoff import CHARGES, charge
+from cps_envs.disbanding.scene import Scene
+from cps_envs.disbanding.state import State, allocate
+from cps_envs.disbanding.swarm import VehicleTeam
+
+
+class DisbandingGame(Game):
+    """A game step is a control period; the attacker decides at whole seconds from 1 s on, the defender every period.
+
+    Attacker: Discrete(N + 1), 0 = wait, i = disband the paper's platoon i (1 = rear). Illegal choices mean waiting.
+    Defender: Box (M,) front to rear, or (N,) with row i - 1 for platoon i; times u_max - u_min it is the correction of
+    the commanded acceleration, held for the period and without effect on vehicles that are not mitigable.
+
+    Payoff: the increase of E_v (2.8) in percent, plus the collision penalty and the charge of an early end.
+    """
+
+    name = "disbanding"
+
+    def __init__(self, config: DisbandingConfig, num_lanes: int) -> None:
+        super().__init__(num_lanes)
+        self.config: DisbandingConfig = config
+        self.horizon = round(config.duration_s / config.control_period_s)
+        self.step_s = config.control_period_s
+        self.decision_interval = {"attacker": config.periods_per_second, "defender": 1}
+        self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
+        per_platoon = config.defense_action == "platoon"
+        corrections = config.max_platoons if per_platoon else config.max_vehicles
+        self.action_space = {
+            "attacker": spaces.Discrete(config.max_platoons + 1),
+            "defender": spaces.Box(-1.0, 1.0, (corrections,), np.float32),
+        }
+        self.neutral_action = {"attacker": np.array(0), "defender": np.zeros(corrections)}
+        self.max_correction_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
+        paid = "velocity_error_all" if config.payoff_set == "all" else "velocity_error_intact_now"
+        self.payoff_parts = (paid, "collision_penalty", "end_charge")
+        self._allocate()
+
+    def _allocate(self) -> None:
+        config, lanes = self.config, self.num_lanes
+        self.state: State = allocate(lanes, config.max_platoons, config.vehicles_per_platoon)
+        self.parameters = np.zeros(lanes, PARAMETERS)
+        self.budget = np.zeros(lanes, np.int64)
+        self._table = np.zeros((lanes, len(METRICS + CHARGES)))
+        self._total = np.zeros(lanes)
+        self._still = np.zeros((lanes, config.max_vehicles))
+
+    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        shape = (self.num_lanes, self.config.max_vehicles)
+        factors, offsets, delays, headways = (np.zeros(shape) for _ in range(4))
+        for lane in np.flatnonzero(lanes).tolist():
+            episode = draw_episode(self.config, generators[lane])
+            self.parameters[lane], self.budget[lane] = episode.parameters, episode.budget
+            factors[lane], offsets[lane] = episode.gap_factors, episode.speed_offsets_mps
+            delays[lane], headways[lane] = episode.takeover_delays_s, episode.driver_headways_s
+        place(
+            self.state,
+            self.parameters,
+            lanes,
+            gap_factors=factors,
+            speed_offsets_mps=offsets,
+            takeover_delays_s=delays,
+            driver_headways_s=headways,
+        )
+        self._measure()
+
+    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+        if "attacker" in actions:
+            legal = self._legal_attacks()
+            disband(self.state, self.parameters, self.budget, legal, actions["attacker"], lanes)
+        correction = self._correction(actions["defender"]) if "defender" in actions else self._still
+        advance(self.state, self.parameters, correction, lanes, num_steps * self.config.steps_per_period)
+        if self.config.on_collision == "end":
+            self.terminated |= self.state.collided_intact.any(axis=1)
+        before = self._total.copy()
+        self._measure()
+        return self._total - before
+
+    def _correction(self, action: Array) -> FloatArray:
+        """Corrections (B, M) in m/s2 of an action (B, M), or (B, N) in the per-platoon form."""
+        correction: FloatArray = self.max_correction_mps2 * action
+        if self.config.defense_action == "platoon":
+            return self.by_vehicle(correction)
+        return correction
+
+    def by_vehicle(self, rows: FloatArray) -> FloatArray:
+        """Values (B, M) of each vehicle from values (B, N) of the paper's platoons (row i - 1 = platoon i)."""
+        size = self.config.vehicles_per_platoon
+        present = self.parameters["num_vehicles"] // size
+        row = present[:, np.newaxis] - 1 - np.arange(self.config.max_platoons)
+        return np.repeat(np.take_along_axis(rows, np.maximum(row, 0), axis=1), size, axis=1)
+
+    def _measure(self) -> None:
+        """Bring the metrics and the payoff so far up to the state."""
+        horizon, penalty = self.config.horizon_steps, self.config.collision_penalty
+        paid = METRICS.index(self.payoff_parts[0])
+        measure(self.state, self.parameters, horizon, self._table)
+        charge(self.state, self.parameters, horizon, penalty, paid, self._table, self._total)
+
+    def observe(self, role: Role) -> Observation:
+        """See `fields.attacker_fields` and `fields.defender_fields`."""
+        values = np.empty((self.num_lanes, self.fields[role].size))
+        drawn = isinstance(self.config.num_platoons, tuple)
+        if role == "attacker":
+            observe_attacker(self.state, self.parameters, self._table, self.budget, drawn, values)
+        else:
+            observe_defender(self.state, self.parameters, self._table, drawn, values)
+        return self.fields[role].encode(values)
+
+    def action_mask(self, role: Role) -> BoolArray | None:
+        """Legal attacks (B, N + 1); the defender's corrections are always legal."""
+        return self._legal_attacks() if role == "attacker" else None
+
+    def _legal_attacks(self) -> BoolArray:
+        mask = np.empty((self.num_lanes, self.config.max_platoons + 1), np.bool_)
+        due = self.elapsed % self.decision_interval["attacker"] == 0
+        legal_attacks(self.state, self.parameters, self.budget, due, mask)
+        return mask
+
+    def metrics(self) -> dict[str, Array]:
+        """`metrics.METRICS` and `payoff.CHARGES` so far, each (B,)."""
+        return dict(zip(METRICS + CHARGES, self._table.T, strict=True))
+
+    def model(self, lane: int, num_lanes: int) -> DisbandingGame:
+        """Privileged: copies of one lane in its present state."""
+        copy = DisbandingGame(self.config, num_lanes)
+        for mine, theirs in zip(self.state, copy.state, strict=True):
+            theirs[:] = mine[lane]
+        copy.parameters[:] = self.parameters[lane]
+        copy.budget[:] = self.budget[lane]
+        copy.elapsed[:], copy.terminated[:] = self.elapsed[lane], self.terminated[lane]
+        copy._measure()
+        return copy
+
+    def fingerprint(self) -> bytes:
+        """A digest of parameters and state; equal for games that will go on alike under equal actions."""
+        digest = hashlib.sha256(self.parameters.tobytes() + self.budget.tobytes())
+        for array in self.state:
+            digest.update(array.tobytes())
+        return digest.digest()
+
+    def num_present_platoons(self, lane: int) -> int:
+        """N of a lane, where it is drawn."""
+        return int(self.parameters["num_vehicles"][lane]) // self.config.vehicles_per_platoon
+
+    def scene(self, lane: int) -> Scene:
+        """What the viewer draws of a lane."""
+        p = self.parameters[lane]
+        present = slice(0, int(p["num_vehicles"]))
+        state = self.state
+        return Scene(
+            time_s=float(state.step[lane] * p["dt_s"]),
+            duration_s=self.config.duration_s,
+            vehicles_per_platoon=self.config.vehicles_per_platoon,
+            position=state.position[lane, present].copy(),
+            speed=state.speed[lane, present].copy(),
+            max_speed_mps=self.config.max_speed_mps,
+            disbanding_s=state.disbanding_s[lane, : present.stop // self.config.vehicles_per_platoon].copy(),
+            collided=state.collided[lane, present].copy(),
+            metrics={name: float(values[lane]) for name, values in self.metrics().items()},
+        )
+
+    def team(self, role: Role) -> Team:
+        """The defender as one agent per vehicle."""
+        return VehicleTeam(self) if role == "defender" else super().team(role)

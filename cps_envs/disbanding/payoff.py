@@ -1,0 +1,52 @@
+"""What the attacker is paid: the velocity error, a penalty for collisions, and the charge of an early end."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cps_envs.disbanding.lane import kernel
+from cps_envs.disbanding.metrics import METRICS
+from cps_envs.disbanding.state import State
+
+CHARGES = (
+    "collision_penalty",  # points of E_v, for intact vehicles involved in collisions, scaled by 100 / M
+    "end_charge",  # points of E_v, the rest of an episode ended by a collision at 100 %
+    "disbanded_platoons",  # how many; not paid
+)
+COLLIDED_INTACT = METRICS.index("collided_intact")
+
+
+@kernel
+def charge(
+    state: State,
+    parameters: NDArray[np.void],
+    horizon_steps: int,
+    penalty: float,
+    velocity_error: int,
+    table: NDArray[np.float64],
+    total: NDArray[np.float64],
+) -> None:
+    """Fill the columns CHARGES of `table` (B, len(METRICS + CHARGES)) and the attacker's payoff `total` (B,) so far.
+
+    `velocity_error` is the column of METRICS that is paid.
+    """
+    first = len(METRICS)
+    for b in range(total.shape[0]):
+        p = parameters[b]
+        table[b, first] = penalty * 100.0 / p.num_vehicles * table[b, COLLIDED_INTACT]
+        ended = p.stop_at_collision and table[b, COLLIDED_INTACT] > 0.0
+        table[b, first + 1] = 100.0 * (1.0 - state.step[b] / horizon_steps) if ended else 0.0
+        table[b, first + 2] = disbanded(state, b)
+        total[b] = table[b, velocity_error] + table[b, first] + table[b, first + 1]
+
+
+@kernel
+def disbanded(state: State, b: int) -> Any:
+    """Number of disbanded platoons of lane `b`."""
+    count = 0
+    for platoon in range(state.disbanding_s.shape[1]):
+        count += state.disbanding_s[b, platoon] < np.inf
+    return count

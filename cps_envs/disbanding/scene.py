@@ -1,0 +1,22 @@
+"""What a picture of the string of platoons shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cps_envs.core.types import BoolArray, FloatArray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One lane at one time; M vehicles front to rear, N platoons front to rear."""
+
+    time_s: float
+    duration_s: float
+    vehicles_per_platoon: int
+    position: FloatArray  # (M,) m
+    speed: FloatArray  # (M,) m/s
+    max_speed_mps: float
+    disbanding_s: FloatArray  # (N,) s, +inf while intact
+    collided: BoolArray  # (M,)
+    metrics: dict[str, float]

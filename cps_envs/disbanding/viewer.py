@@ -1,0 +1,105 @@
+"""The picture of a string of platoons: what is paid, the speed profile, and the road itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.types import Array
+from cps_envs.disbanding.canvas import Box, Canvas
+from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.convoy import VEHICLE_M, lay_out
+from cps_envs.disbanding.palette import (
+    BORDER,
+    DISBANDED,
+    INK,
+    MUTED,
+    PAGE,
+    PANEL,
+    SPEED_SCALE,
+)
+from cps_envs.disbanding.profile import draw_profile
+from cps_envs.disbanding.road import draw_legend, draw_road
+from cps_envs.disbanding.scene import Scene
+
+WIDTH, HEIGHT, MARGIN = 960, 540, 16
+INNER = WIDTH - 2 * MARGIN
+ROAD_HEIGHT, TALLEST_ROW = 270, 42
+CAPTION = f"The same road in rows, with metres from its end; vehicles are drawn {VEHICLE_M} m long, gaps to scale"
+CARDS = (
+    ("Velocity error, all", "velocity_error_all", "{:.2f} %"),
+    ("Velocity error, intact", "velocity_error_intact", "{:.2f} %"),
+    ("In a collision", "collided", "{:.0f} of {vehicles}"),
+    ("Stopped, intact", "stopped_share", "{:.0f} %"),
+)
+
+
+class Viewer:
+    """Draws scenes of one configuration, always the same pixels for the same scene.
+
+    Raises:
+        MissingExtraError: pygame is not installed.
+    """
+
+    def __init__(self, config: DisbandingConfig) -> None:
+        self._config = config
+        self._canvas = Canvas(WIDTH, HEIGHT)
+
+    def frame(self, scene: Scene) -> Array:
+        """The picture of a scene, uint8 (H, W, 3)."""
+        canvas, convoy = self._canvas, lay_out(scene, self._config)
+        road = min(ROAD_HEIGHT, TALLEST_ROW * convoy.rows)
+        canvas.fill(PAGE)
+        draw_header(canvas, scene)
+        draw_cards(canvas, scene, (MARGIN, 52, INNER, 38))
+        top = HEIGHT - MARGIN / 2 - road
+        draw_profile(canvas, convoy, (MARGIN, 98, INNER, top - 24 - 98), self._config.desired_speed_mps)
+        canvas.text(CAPTION, (MARGIN, top - 10), MUTED, 16)
+        draw_legend(canvas, WIDTH - MARGIN, top - 10)
+        draw_road(canvas, convoy, (MARGIN, top, INNER, road))
+        return canvas.pixels()
+
+
+def draw_header(canvas: Canvas, scene: Scene) -> None:
+    """What is shown, the time, and a bar of the episode's progress on which the attacks are marked."""
+    platoons, size = len(scene.disbanding_s), scene.vehicles_per_platoon
+    end = MARGIN + canvas.text("Platoon disbanding", (MARGIN, 22), INK, 28)
+    canvas.text(f"{platoons} platoons of {size} vehicles", (end + 14, 24), MUTED, 18)
+    width = canvas.text(f" / {scene.duration_s:.0f} s", (WIDTH - MARGIN, 24), MUTED, 18, align=1)
+    canvas.text(f"{scene.time_s:.1f} s", (WIDTH - MARGIN - width, 22), INK, 28, align=1)
+    bar = (MARGIN, 38, INNER, 5)
+    canvas.box(bar, BORDER, radius=2)
+    share = min(scene.time_s / scene.duration_s, 1.0)
+    if share > 0:
+        canvas.box((MARGIN, 38, INNER * share, 5), MUTED, radius=2)
+    for time_s in scene.disbanding_s[np.isfinite(scene.disbanding_s)]:
+        x = MARGIN + INNER * min(float(time_s) / scene.duration_s, 1.0)
+        canvas.box((x - 1, 36, 3, 9), DISBANDED, radius=1)
+
+
+def draw_cards(canvas: Canvas, scene: Scene, box: Box) -> None:
+    """The metrics so far, and the colour scale."""
+    left, top, width, height = box
+    pitch = 150.0
+    mean = float(scene.speed.mean())
+    values = [("Mean speed", f"{mean:.1f} m/s")]
+    values += [(label, form.format(scene.metrics[name], vehicles=len(scene.speed))) for label, name, form in CARDS]
+    for k, (label, value) in enumerate(values):
+        card = (left + k * pitch, top, pitch - 8, height)
+        canvas.box(card, PANEL, radius=4)
+        canvas.box(card, BORDER, radius=4, border=1)
+        canvas.text(label, (card[0] + 9, top + 11), MUTED, 16)
+        canvas.text(value, (card[0] + 9, top + 27), INK, 22)
+    draw_scale(canvas, scene.max_speed_mps, (left + 5 * pitch + 8, top, width - 5 * pitch - 8, height))
+
+
+def draw_scale(canvas: Canvas, max_speed_mps: float, box: Box) -> None:
+    """The colours of the speeds with their values."""
+    left, top, width, _ = box
+    canvas.text("Speed (m/s)", (left, top + 5), MUTED, 16)
+    for k, color in enumerate(SPEED_SCALE):
+        step = width / len(SPEED_SCALE)
+        canvas.box((left + k * step, top + 13, step, 9), color)
+    marks = [*np.arange(0.0, max(max_speed_mps - 3.0, 1.0), 10.0), max_speed_mps]
+    for speed in marks:
+        share = speed / max_speed_mps
+        canvas.text(f"{speed:.0f}", (left + share * width, top + 31), MUTED, 16, align=share)
