@@ -1,0 +1,140 @@
+"""Attacks that follow a plan fixed when the episode starts: which platoon of the paper's numbering, at which second."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.types import Array, BoolArray, FloatArray
+
+Event = tuple[int, float]  # platoon (1 = rear), time in s
+NEVER = np.inf
+
+
+def plan_array(events: Sequence[Event], num_platoons: int) -> FloatArray:
+    """The disbanding time of each platoon, (num_platoons,), +inf for those that are left alone.
+
+    Raises:
+        ConfigurationError: a platoon that does not exist or is named twice, or a time before 1 s.
+    """
+    times = np.full(num_platoons, NEVER)
+    for platoon, time_s in events:
+        if not 1 <= platoon <= num_platoons or platoon != int(platoon):
+            raise ConfigurationError(f"a plan names platoon {platoon}; there are platoons 1 (rear) to {num_platoons}")
+        if not time_s >= 1:
+            raise ConfigurationError(f"platoon {platoon} cannot be disbanded at {time_s} s: attacks start at 1 s")
+        if np.isfinite(times[int(platoon) - 1]):
+            raise ConfigurationError(f"a plan disbands platoon {platoon} twice")
+        times[int(platoon) - 1] = time_s
+    return times
+
+
+class PlannedAttack(AnalyticPolicy):
+    """Base: plays the plans of its lanes, (B, N) disbanding times, by the clock it observes.
+
+    At each decision it disbands a platoon whose time has come, the front one first; one per decision.
+    """
+
+    from_front = True  # the last row of a plan is the front platoon, also where fewer platoons are present
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        """Platoon to disband, or 0, for each lane (B,)."""
+        if state is None:
+            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
+        assert state is not None
+        seen = self.spec.fields.decode(observation)
+        plans = self._aligned(state[0], seen)
+        due = (plans <= seen["time_s"][:, np.newaxis] + 1e-3) & (seen["disbanded"] < 0.5)
+        due &= seen["budget_left"][:, np.newaxis] > 0.5
+        platoons = np.arange(1, plans.shape[1] + 1)
+        return np.max(np.where(due, platoons, 0), axis=1), state
+
+    def _aligned(self, plans: FloatArray, seen: Mapping[str, FloatArray]) -> FloatArray:
+        """Plans counted from the front, moved to the platoons present where their number is drawn."""
+        if not self.from_front or "present" not in seen:
+            return plans
+        absent = np.sum(seen["present"] < 0.5, axis=1, keepdims=True)
+        source = np.arange(plans.shape[1]) + absent
+        shifted = np.take_along_axis(plans, np.minimum(source, plans.shape[1] - 1), axis=1)
+        return np.where(source < plans.shape[1], shifted, NEVER)
+
+
+class Plan(PlannedAttack):
+    """A given list of (platoon, second); `from_front` re-counts platoon N as the front one where fewer are present.
+
+    Raises:
+        ConfigurationError: an impossible plan, or one longer than the attacker's budget.
+    """
+
+    def __init__(self, spec: RoleSpec, events: Sequence[Event], *, from_front: bool = False) -> None:
+        super().__init__(spec)
+        self.from_front = from_front
+        config = spec.config
+        self.times = plan_array(events, config.max_platoons)
+        if len(events) > config.max_budget:
+            raise ConfigurationError(
+                f"a plan with {len(events)} attacks needs attack_budget={len(events)}; it is {config.attack_budget}"
+            )
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """The same plan in every lane."""
+        return (np.stack([self.times] * len(generators)),)
+
+
+class RandomPlan(PlannedAttack):
+    """K distinct platoons at K uniform whole seconds, drawn anew for each episode.
+
+    A uniformly random *action* would spend the budget in the first seconds, which is nearly the best timing.
+    `front_bias` weighs platoon i by exp(front_bias * i / N): 0 is uniform, larger prefers the front.
+    """
+
+    def __init__(self, spec: RoleSpec, latest_s: float | None = None, front_bias: float = 0.0) -> None:
+        super().__init__(spec)
+        self.latest_s = spec.config.duration_s if latest_s is None else latest_s
+        weights = np.exp(front_bias * np.arange(1, spec.config.max_platoons + 1) / spec.config.max_platoons)
+        self._shares = weights / weights.sum()
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """A plan per lane, for the largest budget; what the lane's own budget does not cover is left out."""
+        return (np.stack([self._draw(generator) for generator in generators]),)
+
+    def _draw(self, generator: np.random.Generator) -> FloatArray:
+        config = self.spec.config
+        chosen = generator.choice(config.max_platoons, config.max_budget, replace=False, p=self._shares)
+        times = np.full(config.max_platoons, NEVER)
+        times[chosen] = generator.integers(1, int(self.latest_s) + 1, config.max_budget)
+        return times
+
+
+def lead(spec: RoleSpec, time_s: float = 1.0) -> Plan:
+    """The optimal single attack of the paper: the lead platoon at the first instant (Table 2.2)."""
+    return Plan(spec, [(spec.config.max_platoons, time_s)], from_front=True)
+
+
+def table_2_3(spec: RoleSpec) -> Plan:
+    """The two-platoon attack of Table 2.3: the lead platoon at 2 s, the next one at 100 s."""
+    platoons = spec.config.max_platoons
+    return Plan(spec, [(platoons, 2.0), (platoons - 1, 100.0)], from_front=True)
+
+
+def every_other(spec: RoleSpec) -> Plan:
+    """Every other platoon from the front at 30 s increments (Fig. 2.1e)."""
+    platoons = spec.config.max_platoons
+    return Plan(spec, [(platoons - 2 * i, 2.0 + 30.0 * i) for i in range(platoons // 2)], from_front=True)
+
+
+def spread(spec: RoleSpec) -> Plan:
+    """The front platoons one after the other, spread over the episode; as many as the budget allows."""
+    platoons, budget = spec.config.max_platoons, spec.config.max_budget
+    pause_s = 98.0 if budget <= 2 else np.floor(170.0 / budget)
+    return Plan(spec, [(platoons - i, 1.0 + i * pause_s) for i in range(budget)], from_front=True)

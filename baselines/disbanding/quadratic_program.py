@@ -1,0 +1,130 @@
+"""Quadratic programs with a constant matrix, min 1/2 U' H U + f' U subject to G U <= w, and two ways to solve them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+import osqp
+from numpy.typing import NDArray
+from scipy import sparse
+
+from cps_envs.disbanding.lane import kernel
+
+Vector = NDArray[np.float64]
+SWEEPS = 60  # cap of the dual iteration
+TOLERANCE = 1e-6  # largest change of a multiplier in the last sweep
+
+
+class QuadraticProgram(NamedTuple):
+    """The constant part for n variables and m rows; no row of G may be zero."""
+
+    hessian: Vector  # (n, n) H, positive definite
+    rows: Vector  # (m, n) G
+    inverse: Vector  # (n, n) H^-1
+    row_response: Vector  # (m, n) G H^-1: minus the change of U per unit of each multiplier
+    dual_hessian: Vector  # (m, m) G H^-1 G'
+
+
+def quadratic_program(hessian: Vector, rows: Vector) -> QuadraticProgram:
+    """Factor the constant part once."""
+    inverse = np.linalg.inv(hessian)
+    response = rows @ inverse
+    return QuadraticProgram(*map(np.ascontiguousarray, (hessian, rows, inverse, response, response @ rows.T)))
+
+
+@kernel
+def slacks(qp: QuadraticProgram, solution: Vector, limits: Vector, out: Vector) -> float:
+    """Fill `out` (m,) with w - G U and return the smallest one: U is feasible when it is not negative."""
+    smallest = np.inf
+    for i in range(qp.rows.shape[0]):
+        slack = limits[i]
+        for j in range(qp.rows.shape[1]):
+            slack -= qp.rows[i, j] * solution[j]
+        out[i] = slack
+        smallest = min(smallest, slack)
+    return smallest
+
+
+@kernel
+def climb_dual(qp: QuadraticProgram, slack: Vector, multipliers: Vector) -> int:
+    """Hildreth's iteration: improve the `multipliers` (m,) >= 0 in place, one by one; returns the sweeps used.
+
+    `slack` (m,) belongs to the unconstrained optimum. The iteration is capped at SWEEPS: without a feasible point the
+    multipliers would grow for ever.
+    """
+    size = slack.shape[0]
+    for sweep in range(SWEEPS):
+        change = 0.0
+        for i in range(size):
+            gradient = slack[i]
+            for j in range(size):
+                gradient += qp.dual_hessian[i, j] * multipliers[j]
+            better = max(0.0, multipliers[i] - gradient / qp.dual_hessian[i, i])
+            change = max(change, abs(better - multipliers[i]))
+            multipliers[i] = better
+        if change < TOLERANCE:
+            return sweep + 1
+    return SWEEPS
+
+
+@kernel
+def constrain(qp: QuadraticProgram, multipliers: Vector, solution: Vector) -> None:
+    """Move the unconstrained optimum `solution` (n,) in place to the point that belongs to the multipliers."""
+    for i in range(qp.rows.shape[0]):
+        if multipliers[i] > 0.0:
+            for j in range(solution.shape[0]):
+                solution[j] -= multipliers[i] * qp.row_response[i, j]
+
+
+class Solver(Protocol):
+    """One way to solve programs with the same constant part."""
+
+    def solve(self, linear: Vector, limits: Vector) -> Vector:
+        """The optimum U (n,) for f = `linear` (n,) and w = `limits` (m,); the best iterate if there is none."""
+        ...
+
+
+class HildrethSolver:
+    """The capped dual iteration, optionally started from the multipliers of the program solved before."""
+
+    def __init__(self, qp: QuadraticProgram, *, warm_start: bool = False) -> None:
+        self.qp = qp
+        self.warm_start = warm_start
+        self.multipliers = np.zeros(len(qp.rows))
+
+    def solve(self, linear: Vector, limits: Vector) -> Vector:
+        """See `Solver.solve`."""
+        solution = -self.qp.inverse @ linear
+        slack = np.empty(len(limits))
+        if not self.warm_start:
+            self.multipliers[:] = 0.0
+        if slacks(self.qp, solution, limits, slack) < 0.0:
+            climb_dual(self.qp, slack, self.multipliers)
+            constrain(self.qp, self.multipliers, solution)
+        return solution
+
+
+class OsqpSolver:
+    """Operator splitting by the OSQP library, set up once per constant part; slower, an independent check."""
+
+    def __init__(self, qp: QuadraticProgram, *, tolerance: float = 1e-8, max_iterations: int = 4000) -> None:
+        self.osqp = osqp.OSQP()
+        unlimited = np.full(len(qp.rows), np.inf)
+        self.osqp.setup(
+            P=sparse.csc_matrix(np.triu(qp.hessian)),
+            q=np.zeros(len(qp.hessian)),
+            A=sparse.csc_matrix(qp.rows),
+            l=-unlimited,
+            u=unlimited,
+            eps_abs=tolerance,
+            eps_rel=tolerance,
+            max_iter=max_iterations,
+            polishing=True,
+            verbose=False,
+        )
+
+    def solve(self, linear: Vector, limits: Vector) -> Vector:
+        """See `Solver.solve`."""
+        self.osqp.update(q=linear, u=limits)
+        return np.asarray(self.osqp.solve(raise_error=False).x, np.float64)
