@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.disbanding.heuristic import travelled_distance_command
-from baselines.disbanding.mpc import Mpc, mpc_of, predictive_command
+from baselines.disbanding.mpc import Mpc, MpcStack, mpc_of, predictive_command
 from cps_envs.disbanding.commands import has_begun
 from cps_envs.disbanding.dynamics import account, command_by_law, final_command, first_mitigable, has_ended, integrate
 from cps_envs.disbanding.lane import Constants, constants_of, kernel, lane_of
@@ -97,7 +97,7 @@ class MpcMemory(NamedTuple):
     multipliers: NDArray[np.float64]  # (B, M, m) the dual point at which the next program starts
 
 
-def mpc_memory(mpc: Mpc, num_vehicles: int) -> MpcMemory:
+def mpc_memory(mpc: MpcStack, num_vehicles: int) -> MpcMemory:
     """The memory at the start of an episode, for a stack of designs."""
     lanes, rows = mpc.qp.rows.shape[:2]
     return MpcMemory(np.full((lanes, num_vehicles), np.nan), np.zeros((lanes, num_vehicles, rows)))
@@ -138,7 +138,7 @@ def advance_with_mpc(
     parameters: NDArray[np.void],
     active: NDArray[np.bool_],
     num_steps: int,
-    mpc: Mpc,
+    mpc: MpcStack,
     release: bool,
     memory: MpcMemory,
 ) -> None:

@@ -44,8 +44,6 @@ BEST_TUNED = MpcSettings("best-tuned", 20, 0.1, 1.0, (1.0, 1.0, 0.0), (1.0, 1.0,
 class Mpc(NamedTuple):
     """Everything constant for one lag and one set of weights. H = horizon, m = 5 H - 4 rows.
 
-    `stack_mpc` puts a lane axis before each field.
-
     Predicted errors, stacked over the horizon: error_response e + command_response u_p + (effect of U).
     Rows: gap >= 0 from period 3, speed within its limits from period 2 (before, U has no effect), u within its limits.
     """
@@ -57,6 +55,18 @@ class Mpc(NamedTuple):
     linear_error: Vector  # (H, 3) f per error
     linear_command: Vector  # (H,) f per command ahead
     qp: QuadraticProgram  # M2 and the rows
+
+
+class MpcStack(NamedTuple):
+    """One `Mpc` per lane: the same fields with a leading lane axis."""
+
+    period_s: Vector  # (B,)
+    tau_s: Vector  # (B,)
+    error_response: Vector  # (B, 3H, 3)
+    command_response: Vector  # (B, 3H)
+    linear_error: Vector  # (B, H, 3)
+    linear_command: Vector  # (B, H)
+    qp: QuadraticProgram  # fields with a lane axis
 
 
 @lru_cache(maxsize=256)
@@ -88,15 +98,22 @@ def design_mpc(settings: MpcSettings, tau_s: float) -> Mpc:
     return Mpc(period, tau_s, error_response, command_response, linear_error, linear_command, qp)
 
 
-def stack_mpc(settings: MpcSettings, taus_s: Vector) -> Mpc:
-    """The designs for the lags (B,) of all lanes as one `Mpc`, every field with a leading lane axis."""
+def stack_mpc(settings: MpcSettings, taus_s: Vector) -> MpcStack:
+    """The designs for the lags (B,) of all lanes; ValueError as `design_mpc`."""
     designs = [design_mpc(settings, float(tau_s)) for tau_s in taus_s]
-    programs = QuadraticProgram(*(np.stack(arrays) for arrays in zip(*(design.qp for design in designs), strict=True)))
-    return Mpc(*(np.stack(arrays) for arrays in zip(*(design[:-1] for design in designs), strict=True)), programs)
+    return MpcStack(
+        np.array([design.period_s for design in designs]),
+        np.array([design.tau_s for design in designs]),
+        np.stack([design.error_response for design in designs]),
+        np.stack([design.command_response for design in designs]),
+        np.stack([design.linear_error for design in designs]),
+        np.stack([design.linear_command for design in designs]),
+        QuadraticProgram(*map(np.stack, zip(*(design.qp for design in designs), strict=True))),
+    )
 
 
 @kernel
-def mpc_of(stack: Mpc, b: int) -> Mpc:
+def mpc_of(stack: MpcStack, b: int) -> Mpc:
     """The design of lane `b` of a stack."""
     qp = stack.qp
     return Mpc(
@@ -146,10 +163,31 @@ def assemble(
 @kernel
 def free_error(mpc: Mpc, row: int, error: Vector, command: float) -> float:
     """Row `row` of the stacked errors predicted for U = 0."""
-    value = mpc.command_response[row] * command
+    value: float = mpc.command_response[row] * command
     for k in range(3):
         value += mpc.error_response[row, k] * error[k]
     return value
+
+
+@kernel
+def pose(
+    gap: float,
+    desired_gap: float,
+    speed: float,
+    acceleration: float,
+    ahead: tuple[float, float, float],
+    c: Constants,
+    mpc: Mpc,
+) -> tuple[Vector, Vector]:
+    """The linear term f (H,) and the limits w (m,) of one vehicle's program; arguments as `predictive_command`."""
+    speed_ahead, acceleration_ahead, command_ahead = ahead
+    command_ahead = clip(command_ahead, c.min_acceleration_mps2, c.max_acceleration_mps2)
+    if speed_ahead <= c.min_speed_mps and command_ahead < 0.0:
+        command_ahead = 0.0
+    error = np.array([gap - desired_gap, speed_ahead - speed, acceleration_ahead - acceleration])
+    linear, limits = np.empty(mpc.qp.hessian.shape[0]), np.empty(mpc.qp.rows.shape[0])
+    assemble(mpc, error, desired_gap, (speed_ahead, acceleration_ahead, command_ahead), c, linear, limits)
+    return linear, limits
 
 
 @kernel
@@ -168,13 +206,7 @@ def predictive_command(
     Own gap, desired gap (m), speed and acceleration; `ahead` as in `assemble` with the predecessor's final command.
     `multipliers` (m,) is the start of the dual iteration, overwritten by its end; zeros are always a valid start.
     """
-    speed_ahead, acceleration_ahead, command_ahead = ahead
-    command_ahead = clip(command_ahead, c.min_acceleration_mps2, c.max_acceleration_mps2)
-    if speed_ahead <= c.min_speed_mps and command_ahead < 0.0:
-        command_ahead = 0.0
-    error = np.array([gap - desired_gap, speed_ahead - speed, acceleration_ahead - acceleration])
-    linear, limits = np.empty(mpc.qp.hessian.shape[0]), np.empty(mpc.qp.rows.shape[0])
-    assemble(mpc, error, desired_gap, (speed_ahead, acceleration_ahead, command_ahead), c, linear, limits)
+    linear, limits = pose(gap, desired_gap, speed, acceleration, ahead, c, mpc)
     solution, slack = np.empty(linear.shape[0]), np.empty(limits.shape[0])
     for i in range(linear.shape[0]):
         solution[i] = 0.0

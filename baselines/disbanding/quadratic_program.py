@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import osqp
 from numpy.typing import NDArray
-from scipy import sparse
 
 from cps_envs.disbanding.lane import kernel
 
@@ -103,28 +101,3 @@ class HildrethSolver:
             climb_dual(self.qp, slack, self.multipliers)
             constrain(self.qp, self.multipliers, solution)
         return solution
-
-
-class OsqpSolver:
-    """Operator splitting by the OSQP library, set up once per constant part; slower, an independent check."""
-
-    def __init__(self, qp: QuadraticProgram, *, tolerance: float = 1e-8, max_iterations: int = 4000) -> None:
-        self.osqp = osqp.OSQP()
-        unlimited = np.full(len(qp.rows), np.inf)
-        self.osqp.setup(
-            P=sparse.csc_matrix(np.triu(qp.hessian)),
-            q=np.zeros(len(qp.hessian)),
-            A=sparse.csc_matrix(qp.rows),
-            l=-unlimited,
-            u=unlimited,
-            eps_abs=tolerance,
-            eps_rel=tolerance,
-            max_iter=max_iterations,
-            polishing=True,
-            verbose=False,
-        )
-
-    def solve(self, linear: Vector, limits: Vector) -> Vector:
-        """See `Solver.solve`."""
-        self.osqp.update(q=linear, u=limits)
-        return np.asarray(self.osqp.solve(raise_error=False).x, np.float64)

@@ -62,7 +62,8 @@ def rear_to_rear_gain(
     s = 1j * np.asarray(frequencies_rad_s)[:, np.newaxis, np.newaxis]
     inputs = b[:, :1] + s * b[:, 1:]  # of a unit position ahead
     response = np.linalg.solve(s * np.eye(len(a)) - a, inputs)
-    return np.abs(response[:, num_vehicles - 1, 0])
+    gain: FloatArray = np.abs(response[:, num_vehicles - 1, 0])
+    return gain
 
 
 def peak_gain(num_vehicles: int, tau_s: float, gains: Gains = Gains()) -> Peak:
