@@ -24,7 +24,6 @@ class OsqpSolver:
             eps_abs=tolerance,
             eps_rel=tolerance,
             max_iter=max_iterations,
-            polishing=True,
             verbose=False,
         )
 

@@ -1,0 +1,97 @@
+"""The configuration: presets, bounds, and errors that name the remedy."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.disbanding.config import LEARNING, PAPER, DisbandingConfig, is_multiple
+from cps_envs.disbanding.problem import DISBANDING
+
+FIELDS = {field.name: field for field in dataclasses.fields(DisbandingConfig)}
+NUMBERS = [name for name, field in FIELDS.items() if not field.metadata["choices"]]
+CHOICES = [name for name, field in FIELDS.items() if field.metadata["choices"]]
+junk = st.one_of(
+    st.sampled_from([None, "fast", math.nan, math.inf, -math.inf, True, (1, 2, 3), (2.0, 1.0), {}, [math.nan, 1.0]]),
+    st.text(max_size=5),
+)
+
+
+def make(**overrides):
+    return DISBANDING.config("paper", overrides)
+
+
+def test_paper_is_table_2_1_and_deterministic():
+    assert (PAPER.num_platoons, PAPER.vehicles_per_platoon, PAPER.duration_s) == (10, 10, 180.0)
+    assert (PAPER.proportional_gain, PAPER.derivative_gain, PAPER.headway_s) == (1.0, 5.0, 1.5)
+    assert PAPER.gap_spread == PAPER.speed_spread_mps == PAPER.takeover_delay_s == PAPER.collision_penalty == 0.0
+    assert PAPER.horizon_steps == 18_000
+    assert PAPER.steps_per_period == 10
+    assert PAPER.periods_per_second == 10
+
+
+def test_learning_draws_what_the_specification_says():
+    assert LEARNING.tau_s == (0.1, 0.5)
+    assert LEARNING.desired_gap_m == (4.0, 6.0)
+    assert LEARNING.collision_penalty == 0.3
+    assert LEARNING.max_budget == 3
+
+
+@given(name=st.sampled_from(NUMBERS), value=junk)
+def test_junk_is_refused_by_name(name, value):
+    with pytest.raises(ConfigurationError, match=name):
+        make(**{name: value})
+
+
+@given(name=st.sampled_from(CHOICES), value=st.text(max_size=8))
+def test_unknown_choices_are_refused_with_the_known_ones(name, value):
+    choices = FIELDS[name].metadata["choices"]
+    if value not in choices:
+        with pytest.raises(ConfigurationError, match=choices[0]):
+            make(**{name: value})
+
+
+@given(name=st.sampled_from(NUMBERS), data=st.data())
+def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
+    rule = FIELDS[name].metadata
+    beyond = data.draw(st.sampled_from([rule["low"] - 1, rule["high"] + 1]))
+    with pytest.raises(ConfigurationError, match=name):
+        make(**{name: beyond})
+
+
+@pytest.mark.parametrize(
+    ("overrides", "remedy"),
+    [
+        ({"tau": 0.3}, "'tau_s'"),
+        ({"control_period_s": 0.3}, "control_period_s=0.1"),
+        ({"control_period_s": 0.025}, "integration step"),
+        ({"interpretation": "S2", "control_period_s": 0.01}, "integration step 0.05"),
+        ({"interpretation": "S1", "tau_s": 0.01}, 'interpretation="S2"'),
+        ({"duration_s": 10.5}, "duration"),
+        ({"attack_budget": 11}, "num_platoons"),
+        ({"desired_speed_mps": 40.0}, "max_speed_mps"),
+    ],
+)
+def test_combinations_that_cannot_be_right(overrides, remedy):
+    with pytest.raises(ConfigurationError, match=remedy):
+        make(**overrides)
+
+
+def test_unknown_preset_names_the_known_ones():
+    with pytest.raises(ConfigurationError, match="'paper'"):
+        DISBANDING.config("papr", {})
+
+
+def test_lists_from_json_are_ranges():
+    assert make(tau_s=[0.2, 0.4]).tau_s == (0.2, 0.4)
+
+
+@given(part=st.sampled_from([0.01, 0.02, 0.05, 0.1, 0.25, 1.0]), count=st.integers(1, 2000))
+def test_multiples(part, count):
+    assert is_multiple(part * count, part)
+    assert not is_multiple(part * (count + 0.5), part)

@@ -1,0 +1,198 @@
+"""The game on the kernels: moves, payoff, episode ends, draws, and what the roles observe."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
+from cps_envs.disbanding.game import DisbandingGame
+from cps_envs.disbanding.problem import DISBANDING
+
+SHORT = {"duration_s": 20.0, "num_platoons": 4}
+
+
+def started(seeds=(0,), preset="paper", **overrides):
+    game = DisbandingGame(DISBANDING.config(preset, SHORT | overrides), len(seeds))
+    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
+    return game
+
+
+def go(game, attack=0, correction=None, num_steps=10):
+    actions = {"attacker": np.full(game.num_lanes, attack)}
+    if correction is not None:
+        actions["defender"] = correction
+    return game.advance(actions, np.ones(game.num_lanes, bool), num_steps)
+
+
+def seen(game, role):
+    return game.fields[role].decode(game.observe(role))
+
+
+def test_nothing_is_legal_before_the_first_second():
+    game = started()
+    assert game.action_mask("attacker")[0].tolist() == [True, False, False, False, False]
+    go(game, attack=4)
+    assert np.isinf(game.state.disbanding_s).all()
+    assert game.action_mask("attacker").all()
+
+
+def test_a_platoon_is_disbanded_once_and_the_budget_ends():
+    game = started(attack_budget=2)
+    go(game)
+    for attack, legal in ((4, [0, 1, 2, 3]), (4, [0, 1, 2, 3]), (2, [0]), (1, [0])):
+        go(game, attack=attack)
+        assert np.flatnonzero(game.action_mask("attacker")[0]).tolist() == legal
+    assert game.state.disbanding_s[0].tolist() == [1.0, np.inf, 3.0, np.inf]
+
+
+def test_the_attacker_moves_at_whole_seconds_only():
+    game = started()
+    go(game, num_steps=13)
+    assert game.action_mask("attacker")[0].sum() == 1
+    go(game, attack=3, num_steps=1)
+    assert np.isinf(game.state.disbanding_s).all()
+
+
+@given(st.lists(st.integers(0, 4), min_size=20, max_size=20), st.integers(0, 2**31))
+@settings(max_examples=20, deadline=None)
+def test_the_return_is_the_sum_of_its_parts_and_corrections_keep_bounds(attacks, seed):
+    game = started(seeds=(seed, seed + 1), preset="learning", attack_budget=3)
+    generator = np.random.default_rng(seed)
+    total = np.zeros(2)
+    for attack in attacks:
+        total += go(game, attack=attack, correction=generator.uniform(-1, 1, (2, 40)), num_steps=10)
+        assert np.all((game.state.speed >= 0) & (game.state.speed <= 36))
+    parts = sum(game.metrics()[name] for name in game.payoff_parts)
+    assert np.allclose(total, parts, atol=1e-9)
+
+
+def test_corrections_act_on_mitigable_vehicles_only():
+    plain, held = started(), started()
+    for game in (plain, held):
+        go(game)
+        go(game, attack=3)
+    go(plain)
+    go(held, correction=np.ones((1, 40)))
+    same = plain.state.position[0] == held.state.position[0]
+    assert same[:20].all()  # the intact front platoon, then the disbanded one
+    assert not same[20:].any()
+
+
+def test_platoon_corrections_are_broadcast_in_the_paper_s_numbering():
+    game = started(defense_action="platoon")
+    rows = np.arange(4.0)[np.newaxis]  # row i - 1 = platoon i, 1 = rear
+    assert game.by_vehicle(rows)[0].tolist() == np.repeat([3.0, 2.0, 1.0, 0.0], 10).tolist()
+
+
+def test_a_collision_ends_the_episode_and_charges_the_rest():
+    config = DISBANDING.config("paper", {"tau_s": 0.5, "on_collision": "end"})
+    outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
+    crash_s = outcome["first_collision_s"][0]
+    assert crash_s == pytest.approx(4.19)  # spec 6.8, from 3.19 s after the attack
+    assert outcome["end_charge"][0] == pytest.approx(100 * (1 - crash_s / 180))
+    assert outcome["return"][0] == pytest.approx(outcome["velocity_error_all"][0] + outcome["end_charge"][0])
+
+
+def test_the_penalty_counts_intact_vehicles_scaled_to_a_hundred():
+    config = DISBANDING.config("paper", {"tau_s": 0.3, "collision_penalty": 0.3, "num_platoons": 5})
+    outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
+    assert outcome["collided_intact"][0] > 0
+    assert outcome["collision_penalty"][0] == pytest.approx(0.3 * 100 / 50 * outcome["collided_intact"][0])
+
+
+def test_the_other_payoff_is_the_error_of_the_intact():
+    config = DISBANDING.config("paper", {"payoff_set": "intact_now"})
+    outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
+    assert outcome["return"][0] == pytest.approx(outcome["velocity_error_intact"][0])  # one attack: spec 2.8
+    assert outcome["return"][0] == pytest.approx(29.556830, abs=1e-4)
+
+
+def test_learning_draws_within_its_ranges():
+    game = started(seeds=range(50), preset="learning", num_platoons=(2, 4), attack_budget=(1, 2))
+    p = game.parameters
+    assert set(p["num_vehicles"]) == {20, 30, 40}
+    assert p["tau_s"].min() >= 0.1
+    assert p["tau_s"].max() <= 0.5
+    assert np.ptp(p["tau_s"]) > 0.2
+    assert set(game.budget) == {1, 2}
+    assert np.all((game.state.takeover_delay_s >= 0) & (game.state.takeover_delay_s <= 2))
+    absent = np.arange(40) >= p["num_vehicles"][:, np.newaxis]
+    assert np.all(game.state.speed[absent] == 0)
+
+
+def test_attacker_rows_are_in_the_paper_s_numbering():
+    game = started()
+    go(game)
+    go(game, attack=4, num_steps=50)
+    view = seen(game, "attacker")
+    speed = game.state.speed[0].reshape(4, 10)[::-1]  # row i - 1 = platoon i
+    assert np.allclose(view["mean_speed"][0], speed.mean(axis=1), atol=1e-4)
+    assert np.allclose(view["min_speed"][0], speed.min(axis=1), atol=1e-4)
+    assert view["disbanded"][0].tolist() == [0, 0, 0, 1]
+    assert view["since_disbanding_s"][0, 3] == pytest.approx(5.0, abs=1e-4)
+    gaps = -np.diff(game.state.position[0])
+    assert np.allclose(view["leader_gap"][0], gaps[[29, 19, 9]], atol=1e-3)
+    inner = np.delete(gaps, [9, 19, 29]).reshape(4, 9)[::-1]
+    assert np.allclose(view["min_gap"][0], inner.min(axis=1), atol=1e-3)
+    assert view["budget_left"][0] == pytest.approx(1)
+
+
+def test_defender_sees_vehicles_front_to_rear_and_the_broadcast_ahead():
+    game = started()
+    go(game)
+    go(game, attack=3, num_steps=50)
+    view, state = seen(game, "defender"), game.state
+    assert np.allclose(view["speed"][0], state.speed[0], atol=1e-4)
+    assert np.allclose(view["gap"][0], -np.diff(state.position[0]), atol=1e-3)
+    assert np.allclose(view["relative_speed"][0], -np.diff(state.speed[0]), atol=1e-4)
+    assert view["mitigable"][0].tolist() == [0] * 10 + [1] * 20
+    assert view["ahead_speed"][0] == pytest.approx([state.speed[0, 19]] * 2 + [31.0], abs=1e-4)
+    distance = state.position[0, 19] - state.position[0, [30, 20]]
+    assert view["ahead_distance"][0, :2] == pytest.approx(distance, abs=1e-2)
+    assert view["ahead_distance"][0, 2] == pytest.approx(1000)
+
+
+def test_swarm_rows_agree_with_the_state():
+    game = started()
+    go(game)
+    go(game, attack=4, num_steps=40)
+    team = game.team("defender")
+    rows = team.fields.decode(team.observe())
+    state = game.state
+    assert np.allclose(rows["speed"][0], state.speed[0], atol=1e-4)
+    assert np.allclose(rows["gap"][0, 1:], -np.diff(state.position[0]), atol=1e-3)
+    assert rows["leads"][0].tolist() == ([1] + [0] * 9) * 4
+    assert rows["active"][0].tolist() == [0] * 10 + [1] * 30
+    own_law = seen(game, "defender")["law_command"][0]
+    assert np.allclose(rows["law_command"][0], own_law, atol=1e-4)
+    assert np.allclose(rows["predecessor_command"][0, 1:], np.clip(state.command[0, :-1], -5, 1), atol=1e-4)
+
+
+def test_local_swarm_rewards_sum_to_the_vehicles_own_errors():
+    game = started(swarm_reward="local")
+    team = game.team("defender")
+    total = np.zeros((1, 40))
+    for step in range(60):
+        payoff = go(game, attack=4 if step == 10 else 0, num_steps=1)
+        total += team.rewards(payoff)
+    share = 100 / (game.config.horizon_steps * 31)
+    assert np.allclose(-total, share * game.state.speed_error)
+
+
+def test_swarm_needs_vehicle_corrections():
+    with pytest.raises(ConfigurationError, match="defense_action"):
+        started(defense_action="platoon").team("defender")
+
+
+def test_a_model_goes_on_like_the_original():
+    game = started(seeds=(3,), preset="learning")
+    go(game)
+    copies = game.model(0, 2)
+    assert copies.fingerprint() != game.fingerprint()  # two lanes
+    assert game.model(0, 1).fingerprint() == game.fingerprint()
+    assert go(copies, attack=4).tolist() == [go(game, attack=4)[0]] * 2
+    assert np.array_equal(copies.state.position[1], game.state.position[0])
