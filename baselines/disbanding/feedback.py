@@ -26,11 +26,11 @@ def shipped_weights() -> FloatArray:
 
 
 class LinearFeedback(Corrections):
-    """delta = 5 m/s2 times a weighted sum of six scaled signals of each vehicle.
+    """Extension beyond the paper: each vehicle's correction is linear in six of its signals.
 
-    The signals are gap error, speed ahead minus own, desired speed minus own, predecessor's acceleration, speed of the
+    delta = 5 m/s2 times the weighted sum of the scaled signals, which are gap error, speed ahead minus own, desired speed minus own, predecessor's acceleration, speed of the
     nearest disbanded vehicle ahead (a broadcast) minus own, and the plain law's command. `weights` is (2, 6), leaders
-    first, or (B, 2, 6) with one set per lane. Fitted at x_d = 5 m; it does not carry over to 4 m by itself.
+    first, or (B, 2, 6) with one set per lane.
 
     Raises:
         ValueError: `weights` has another shape.

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from baselines.disbanding.quadratic_program import (
+    SWEEPS,
+    TOLERANCE,
     QuadraticProgram,
     climb_dual,
     constrain,
@@ -213,6 +215,6 @@ def predictive_command(
         for j in range(linear.shape[0]):
             solution[i] -= mpc.qp.inverse[i, j] * linear[j]
     if slacks(mpc.qp, solution, limits, slack) < 0.0:
-        climb_dual(mpc.qp, slack, multipliers)
+        climb_dual(mpc.qp, slack, multipliers, SWEEPS, TOLERANCE)
         constrain(mpc.qp, multipliers, solution)
     return clip(solution[0], c.min_acceleration_mps2, c.max_acceleration_mps2)

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from cps_envs.disbanding.lane import kernel
 
 Vector = NDArray[np.float64]
-SWEEPS = 60  # cap of the dual iteration
-TOLERANCE = 1e-6  # largest change of a multiplier in the last sweep
+SWEEPS = 60  # cap of the dual iteration in the controller
+TOLERANCE = 1e-6  # it ends when no multiplier changes by more than this in a sweep
 
 
 class QuadraticProgram(NamedTuple):
@@ -45,14 +45,14 @@ def slacks(qp: QuadraticProgram, solution: Vector, limits: Vector, out: Vector) 
 
 
 @kernel
-def climb_dual(qp: QuadraticProgram, slack: Vector, multipliers: Vector) -> int:
+def climb_dual(qp: QuadraticProgram, slack: Vector, multipliers: Vector, sweeps: int, tolerance: float) -> int:
     """Hildreth's iteration: improve the `multipliers` (m,) >= 0 in place, one by one; returns the sweeps used.
 
-    `slack` (m,) belongs to the unconstrained optimum. The iteration is capped at SWEEPS: without a feasible point the
-    multipliers would grow for ever.
+    `slack` (m,) belongs to the unconstrained optimum. The cap on the sweeps also ends programs without a feasible
+    point, whose multipliers would grow for ever; every iterate is a valid start for more sweeps.
     """
     size = slack.shape[0]
-    for sweep in range(SWEEPS):
+    for sweep in range(sweeps):
         change = 0.0
         for i in range(size):
             gradient = slack[i]
@@ -61,9 +61,9 @@ def climb_dual(qp: QuadraticProgram, slack: Vector, multipliers: Vector) -> int:
             better = max(0.0, multipliers[i] - gradient / qp.dual_hessian[i, i])
             change = max(change, abs(better - multipliers[i]))
             multipliers[i] = better
-        if change < TOLERANCE:
+        if change < tolerance:
             return sweep + 1
-    return SWEEPS
+    return sweeps
 
 
 @kernel
@@ -86,8 +86,12 @@ class Solver(Protocol):
 class HildrethSolver:
     """The capped dual iteration, optionally started from the multipliers of the program solved before."""
 
-    def __init__(self, qp: QuadraticProgram, *, warm_start: bool = False) -> None:
+    def __init__(
+        self, qp: QuadraticProgram, *, sweeps: int = SWEEPS, tolerance: float = TOLERANCE, warm_start: bool = False
+    ) -> None:
         self.qp = qp
+        self.sweeps = sweeps
+        self.tolerance = tolerance
         self.warm_start = warm_start
         self.multipliers = np.zeros(len(qp.rows))
 
@@ -98,6 +102,6 @@ class HildrethSolver:
         if not self.warm_start:
             self.multipliers[:] = 0.0
         if slacks(self.qp, solution, limits, slack) < 0.0:
-            climb_dual(self.qp, slack, self.multipliers)
+            climb_dual(self.qp, slack, self.multipliers, self.sweeps, self.tolerance)
             constrain(self.qp, self.multipliers, solution)
         return solution

@@ -86,13 +86,13 @@ def within_speeds(acceleration: float, speed: float, slowest: float, fastest: fl
 @kernel
 def integrate_euler(lane: State, c: Constants) -> None:
     """Explicit Euler step of (2.1) from the old state, then the limits of acceleration and speed."""
-    dt, rate = c.dt_s, c.dt_s / c.tau_s
+    dt, tau = c.dt_s, c.tau_s
     low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
     slowest, fastest = c.min_speed_mps, c.max_speed_mps
     x, v, a, u = lane.position, lane.speed, lane.acceleration, lane.command
     for q in range(c.num_vehicles):
         speed = v[q] + dt * a[q]
-        acceleration = clip(a[q] + rate * (u[q] - a[q]), low, high)
+        acceleration = clip(a[q] + dt * (u[q] - a[q]) / tau, low, high)
         x[q] += dt * v[q]
         v[q] = clip(speed, slowest, fastest)
         a[q] = within_speeds(acceleration, speed, slowest, fastest)
@@ -207,7 +207,7 @@ def account(lane: State, c: Constants) -> None:
 @kernel
 def has_ended(lane: State, c: Constants) -> bool:
     """Whether the lane stands still because an intact vehicle has collided and its parameters say so."""
-    return c.stop_at_collision and np.any(lane.collided_intact[: c.num_vehicles])
+    return c.stop_at_collision and bool(np.any(lane.collided_intact[: c.num_vehicles]))
 
 
 @kernel

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from cps_envs.core.problem import Problem
-from cps_envs.disbanding.config import PRESETS
+from cps_envs.core.problem import Problem, Work
+from cps_envs.disbanding.config import PRESETS, DisbandingConfig
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.game import DisbandingGame
+
+
+def vehicle_steps(config: DisbandingConfig) -> float:
+    """Integration steps of single vehicles in a game step of a lane; a function of its own so that problems pickle."""
+    return config.max_vehicles * config.steps_per_period
+
 
 DISBANDING = Problem(
     name="disbanding",
@@ -19,4 +25,9 @@ DISBANDING = Problem(
         "learning": {"attacker": "random", "defender": "none"},
     },
     viewer="cps_envs.disbanding.viewer:Viewer",
+    work=Work(
+        unit="vehicle-steps",
+        per_game_step=vehicle_steps,
+        target_per_s=20e6,
+    ),
 )

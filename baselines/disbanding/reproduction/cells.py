@@ -1,0 +1,77 @@
+"""Tables 2.2 and 2.3, cell by cell: the paper's number, ours, and how they compare."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from baselines.disbanding.reproduction.evidence import Evidence
+from baselines.disbanding.reproduction.scenario import CONTROLLERS, Outcome
+from baselines.paper.agreement import verdict
+from baselines.paper.tables import VelocityErrorCell, velocity_errors
+
+AVERAGED = {"2.2": "intact", "2.3": "all"}  # over which vehicles the paper seems to average; inferred
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell of Table 2.2 or 2.3 beside ours."""
+
+    table: str
+    interpretation: str
+    paper: VelocityErrorCell
+    outcome: Outcome
+
+    @property
+    def averages(self) -> dict[str, float]:
+        """E_v in percent by averaging set."""
+        return {"intact": self.outcome.velocity_error_intact, "all": self.outcome.velocity_error_all}
+
+    @property
+    def ours(self) -> float:
+        """E_v in percent over the set that the table's numbers fit."""
+        return self.averages[AVERAGED[self.table]]
+
+    @property
+    def difference(self) -> float:
+        """Ours minus the paper's, in points."""
+        return self.ours - self.paper.velocity_error_percent
+
+    @property
+    def verdict(self) -> str:
+        """`match`, `near` or `miss`."""
+        return verdict(self.difference)
+
+    @property
+    def crash_agrees(self) -> bool:
+        """Whether both see a collision, or both see none."""
+        return self.outcome.crash == self.paper.crash
+
+    @property
+    def name(self) -> str:
+        """Where it stands, without the table."""
+        return f"{self.paper.controller} ({self.paper.desired_gap_m:g} m, {self.paper.tau_s:g} s)"
+
+
+def table_cells(evidence: Evidence, table: str, controllers: Sequence[str] = CONTROLLERS) -> list[Cell]:
+    """The cells of a table in printed order, controller by controller."""
+    experiments = evidence.experiments
+    return [
+        Cell(
+            table,
+            experiments.interpretation,
+            paper,
+            evidence[experiments.cell(table, paper.controller, paper.desired_gap_m, paper.tau_s)],
+        )
+        for controller in controllers
+        for paper in velocity_errors(f"table_{table.replace('.', '_')}")
+        if paper.controller == controller
+    ]
+
+
+def mean_distance(cells: Sequence[Cell], averaged: str | None = None) -> float:
+    """Mean absolute difference from the paper in points, over the table's own or a given averaging set."""
+    values = [cell.averages[averaged or AVERAGED[cell.table]] - cell.paper.velocity_error_percent for cell in cells]
+    return float(np.mean(np.abs(values)))

@@ -1,0 +1,93 @@
+"""Lanes with the parameters of Table 2.1, and what the tests do with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from baselines.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
+from baselines.disbanding.mpc import PAPER_MATCHING, MpcSettings, stack_mpc
+from cps_envs.disbanding.dynamics import advance
+from cps_envs.disbanding.initial import place
+from cps_envs.disbanding.interpretation import INTERPRETATIONS
+from cps_envs.disbanding.metrics import METRICS, measure
+from cps_envs.disbanding.parameters import PARAMETERS
+from cps_envs.disbanding.state import State, allocate
+
+HORIZON_S = 180.0
+CELLS = ((5.0, 0.1), (5.0, 0.3), (5.0, 0.5), (4.0, 0.1), (4.0, 0.3), (4.0, 0.5))  # (x_d in m, tau in s)
+TABLE_2_1 = {
+    "num_vehicles": 100,
+    "vehicles_per_platoon": 10,
+    "tau_s": 0.1,
+    "desired_gap_m": 5.0,
+    "headway_s": 1.5,
+    "proportional_gain": 1.0,
+    "derivative_gain": 5.0,
+    "desired_speed_mps": 31.0,
+    "min_speed_mps": 0.0,
+    "max_speed_mps": 36.0,
+    "min_acceleration_mps2": -5.0,
+    "max_acceleration_mps2": 1.0,
+    "standstill_gap_m": 1.0,
+    "stop_at_collision": False,
+}
+
+Attack = Iterable[tuple[int, float]]  # (paper platoon, time in s)
+LEAD = ((10, 1.0),)
+TWO = ((10, 2.0), (9, 100.0))
+
+
+def table_2_1(num_lanes: int = 1, interpretation: str = "S0", **changes: Any) -> NDArray[np.void]:
+    """Parameters (B,) of Table 2.1 with `changes`, each a value or one value per lane."""
+    parameters = np.zeros(num_lanes, PARAMETERS)
+    for name, value in (TABLE_2_1 | asdict(INTERPRETATIONS[interpretation]) | changes).items():
+        parameters[name] = value
+    return parameters
+
+
+def start(parameters: NDArray[np.void], attack: Attack = (), num_platoons: int = 10, **perturbation: Any) -> State:
+    """Every lane in steady state with the same attack; paper platoons count from the rear."""
+    state = allocate(len(parameters), num_platoons, int(parameters["vehicles_per_platoon"][0]))
+    place(state, parameters, np.ones(len(parameters), np.bool_), **perturbation)
+    for platoon, time_s in attack:
+        state.disbanding_s[:, num_platoons - platoon] = time_s
+    return state
+
+
+def steps(parameters: NDArray[np.void], seconds: float) -> int:
+    return round(seconds / float(parameters["dt_s"][0]))
+
+
+def run(
+    state: State, parameters: NDArray[np.void], seconds: float, correction: NDArray[np.float64] | None = None
+) -> None:
+    """Advance every lane with a constant correction (B, M), by default none."""
+    correction = np.zeros_like(state.position) if correction is None else correction
+    advance(state, parameters, correction, np.ones(len(parameters), np.bool_), steps(parameters, seconds))
+
+
+def run_heuristic(
+    state: State, parameters: NDArray[np.void], seconds: float, period_steps: int = 1, release: bool = True
+) -> None:
+    """Advance every lane from the start under Algorithm 1."""
+    on, held = np.ones(len(parameters), np.bool_), np.zeros_like(state.position)
+    advance_with_heuristic(state, parameters, on, steps(parameters, seconds), period_steps, release, held)
+
+
+def run_mpc(state: State, parameters: NDArray[np.void], seconds: float, settings: MpcSettings = PAPER_MATCHING) -> None:
+    """Advance every lane from the start under the predictive controller."""
+    on, mpc = np.ones(len(parameters), np.bool_), stack_mpc(settings, parameters["tau_s"])
+    memory = mpc_memory(mpc, state.position.shape[1])
+    advance_with_mpc(state, parameters, on, steps(parameters, seconds), mpc, settings.release, memory)
+
+
+def metrics(state: State, parameters: NDArray[np.void], lane: int = 0) -> dict[str, float]:
+    """The metrics of one lane over the paper's 180 s."""
+    out = np.empty((len(parameters), len(METRICS)))
+    measure(state, parameters, steps(parameters, HORIZON_S), out)
+    return dict(zip(METRICS, out[lane].tolist(), strict=True))

@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from baselines.disbanding.heuristic import next_below, overlaps, travelled_distance, travelled_distance_command
+from cps_envs.disbanding.lane import constants_of
+from tests.disbanding.table_2_1 import LEAD, metrics, run, run_heuristic, start, steps, table_2_1
+
+CONSTANTS = constants_of(table_2_1(), 0)
+speeds = st.floats(0.0, 36.0)
+commands = st.floats(-5.0, 1.0)
+
+
+def samples(speed: float, command: float) -> np.ndarray:
+    """Distances (m) at the five samples of the horizon, (2.13)."""
+    distances, distance = [], 0.0
+    for _ in range(5):
+        distance, speed = distance + 0.1 * speed, min(max(speed + 0.1 * command, 0.0), 36.0)
+        distances.append(distance)
+    return np.array(distances)
+
+
+@given(speed=speeds, command=commands)
+def test_travelled_distance(speed: float, command: float) -> None:
+    assert travelled_distance(speed, command, 0.0, 36.0) == pytest.approx(samples(speed, command)[-1])
+
+
+@given(gap=st.floats(-5.0, 20.0), speed=speeds, command=commands, ahead=speeds, ahead_command=commands)
+def test_overlap(gap: float, speed: float, command: float, ahead: float, ahead_command: float) -> None:
+    predicted = gap + samples(ahead, ahead_command) - samples(speed, command)
+    if np.abs(predicted).min() > 1e-9:
+        assert overlaps(gap, speed, command, ahead, ahead_command, 0.0, 36.0) == bool((predicted <= 0.0).any())
+
+
+@given(command=st.floats(-4.99, 1.0))
+def test_next_below_goes_down_on_the_grid(command: float) -> None:
+    lower = next_below(command, -5.0)
+    grid = (lower + 5.0) / 0.1
+    assert grid == pytest.approx(round(grid))
+    assert command - 0.1 - 1e-8 <= lower < command
+
+
+def test_next_below_leaves_a_value_of_the_grid() -> None:
+    value, visited = 1.0, []
+    while value > -5.0:
+        value = next_below(value, -5.0)
+        visited.append(value)
+    np.testing.assert_allclose(visited, np.linspace(0.9, -5.0, 60), atol=1e-12)
+
+
+@given(
+    law=st.floats(-200.0, 200.0),
+    command_ahead=st.floats(-20.0, 7.0),
+    gap=st.floats(-2.0, 60.0),
+    speed=speeds,
+    speed_ahead=speeds,
+)
+def test_command(law: float, command_ahead: float, gap: float, speed: float, speed_ahead: float) -> None:
+    """It keeps the raw law where the law covers no more distance, and else is the largest command of its choice."""
+    ours = travelled_distance_command(law, command_ahead, gap, speed, speed_ahead, CONSTANTS)
+    ahead = samples(speed_ahead, min(max(command_ahead, -5.0), 1.0))
+    if ahead[-1] >= samples(speed, min(max(law, -5.0), 1.0))[-1] + 1e-9:
+        assert ours == law
+    elif ahead[-1] < samples(speed, min(max(law, -5.0), 1.0))[-1] - 1e-9:
+        matching = min(max((ahead[-1] - 0.5 * speed) / 0.125, -5.0), 1.0)
+        assert -5.0 <= ours <= matching + 1e-9
+        assert ours == pytest.approx(-5.0) or (gap + ahead - samples(speed, ours)).min() > -1e-9
+        if ours < matching - 1e-9:
+            above = min(ours + 0.1, matching)
+            assert (gap + ahead - samples(speed, above)).min() <= 1e-6
+
+
+def test_without_an_attack_nothing_changes() -> None:
+    parameters = table_2_1()
+    plain, mitigated = start(parameters), start(parameters)
+    run(plain, parameters, 20.0)
+    run_heuristic(mitigated, parameters, 20.0)
+    for ours, theirs in zip(mitigated, plain, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+
+
+def test_holding_the_difference() -> None:
+    """Section 7.5: 0.1 s costs little at a small lag, 1 s ruins the heuristic; without release it is 2.5 worse."""
+    parameters = table_2_1(5, tau_s=[0.1, 0.1, 0.5, 0.5, 0.1])
+    expected = (25.3, 38.9, 30.5, 42.4, 25.44 + 2.5)
+    errors = []
+    for lane, period_s in enumerate((0.1, 1.0, 0.1, 1.0, 0.01)):
+        row = parameters[lane : lane + 1]
+        state = start(row, LEAD)
+        run_heuristic(state, row, 180.0, steps(row, period_s), release=lane < 4)
+        errors.append(metrics(state, row)["velocity_error_intact"])
+    np.testing.assert_allclose(errors, expected, atol=0.06)

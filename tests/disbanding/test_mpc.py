@@ -1,0 +1,119 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baselines.disbanding.mpc import (
+    BEST_TUNED,
+    PAPER_MATCHING,
+    MpcSettings,
+    assemble,
+    design_mpc,
+    mpc_of,
+    predictive_command,
+    stack_mpc,
+)
+from baselines.disbanding.osqp_solver import OsqpSolver
+from cps_envs.disbanding.lane import constants_of
+from tests.disbanding.table_2_1 import CELLS, LEAD, metrics, run_mpc, start, table_2_1
+
+CONSTANTS = constants_of(table_2_1(), 0)
+SETTINGS = [PAPER_MATCHING, BEST_TUNED]
+
+
+def predict(
+    error: np.ndarray, commands: np.ndarray, command_ahead: float, settings: MpcSettings, tau_s: float
+) -> np.ndarray:
+    """Errors (H, 3) of the model (A.2), period by period."""
+    period, errors = settings.period_s, []
+    for command in commands:
+        gap, closing, relative = error
+        rate = period / tau_s
+        error = np.array(
+            [
+                gap + period * closing,
+                closing + period * relative,
+                relative + rate * (command_ahead - command - relative),
+            ]
+        )
+        errors.append(error)
+    return np.array(errors)
+
+
+@pytest.mark.parametrize("tau_s", [0.1, 0.3, 0.5])
+@pytest.mark.parametrize("settings", SETTINGS, ids=lambda settings: settings.name)
+def test_matrices_are_cost_and_constraints_of_the_model(settings: MpcSettings, tau_s: float) -> None:
+    rng = np.random.default_rng(5)
+    mpc, horizon = design_mpc(settings, tau_s), settings.horizon
+    error, ahead, desired_gap = rng.normal(size=3), (12.0, -0.7, -1.3), 5.0
+    linear, limits = np.empty(horizon), np.empty(5 * horizon - 4)
+    assemble(mpc, error, desired_gap, ahead, CONSTANTS, linear, limits)
+    weights = np.array([settings.error_weights] * (horizon - 1) + [settings.terminal_weights])
+
+    def cost(commands: np.ndarray) -> float:
+        errors = predict(error, commands, ahead[2], settings, tau_s)
+        return float((weights * errors**2).sum() + settings.command_weight * (commands**2).sum())
+
+    speed_ahead, acceleration_ahead = [ahead[0]], ahead[1]
+    for _ in range(horizon):
+        speed_ahead.append(speed_ahead[-1] + settings.period_s * acceleration_ahead)
+        acceleration_ahead += settings.period_s * (ahead[2] - acceleration_ahead) / tau_s
+    for _ in range(5):
+        commands = rng.uniform(-5.0, 1.0, horizon)
+        ours = commands @ mpc.qp.hessian @ commands + 2.0 * linear @ commands
+        assert ours == pytest.approx(cost(commands) - cost(np.zeros(horizon)), rel=1e-9, abs=1e-8)
+        errors = predict(error, commands, ahead[2], settings, tau_s)
+        gaps, speeds = desired_gap + errors[:, 0], np.array(speed_ahead[1:]) - errors[:, 1]
+        slack = np.concatenate([gaps[2:], 36.0 - speeds[1:], speeds[1:], 1.0 - commands, commands + 5.0])
+        np.testing.assert_allclose(limits - mpc.qp.rows @ commands, slack, atol=1e-9)
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=lambda settings: settings.name)
+def test_command_is_the_first_of_the_optimum(settings: MpcSettings) -> None:
+    rng = np.random.default_rng(11)
+    mpc = design_mpc(settings, 0.3)
+    osqp, horizon = OsqpSolver(mpc.qp), settings.horizon
+    linear, limits, constrained = np.empty(horizon), np.empty(5 * horizon - 4), 0
+    for _ in range(60):
+        gap, speed, acceleration = rng.uniform(4.0, 12.0), rng.uniform(5.0, 30.0), rng.uniform(-2.0, 1.0)
+        ahead = (speed + rng.uniform(-0.5, 0.5), rng.uniform(-2.0, 1.0), rng.uniform(-3.0, 1.0))
+        multipliers = np.zeros(len(limits))
+        ours = predictive_command(gap, 5.0, speed, acceleration, ahead, CONSTANTS, mpc, multipliers)
+        error = np.array([gap - 5.0, ahead[0] - speed, ahead[1] - acceleration])
+        assemble(mpc, error, 5.0, ahead, CONSTANTS, linear, limits)
+        assert ours == pytest.approx(np.clip(osqp.solve(linear, limits)[0], -5.0, 1.0), abs=2e-3)
+        constrained += bool(multipliers.any())
+    assert constrained > 5
+
+
+def test_a_standing_predecessor_does_not_drive_backward() -> None:
+    mpc, zeros = design_mpc(PAPER_MATCHING, 0.3), np.zeros(21)
+    braking = predictive_command(3.0, 5.0, 2.0, -1.0, (0.0, 0.0, -5.0), CONSTANTS, mpc, zeros.copy())
+    idle = predictive_command(3.0, 5.0, 2.0, -1.0, (0.0, 0.0, 0.0), CONSTANTS, mpc, zeros.copy())
+    assert braking == idle
+
+
+@pytest.mark.parametrize("tau_s", [0.01, 0.049])
+def test_a_lag_below_half_the_period_is_refused(tau_s: float) -> None:
+    with pytest.raises(ValueError, match=r"tau_s = .* choose period_s <= .* larger tau_s"):
+        design_mpc(PAPER_MATCHING, tau_s)
+    with pytest.raises(ValueError, match="tau_s"):
+        stack_mpc(PAPER_MATCHING, np.array([0.1, tau_s]))
+
+
+def test_a_stack_holds_the_designs() -> None:
+    taus_s = np.array([0.1, 0.4])
+    stack = stack_mpc(PAPER_MATCHING, taus_s)
+    for lane, tau_s in enumerate(taus_s):
+        ours, single = mpc_of(stack, lane), design_mpc(PAPER_MATCHING, float(tau_s))
+        np.testing.assert_equal(tuple(ours[:-1]) + tuple(ours.qp), tuple(single[:-1]) + tuple(single.qp))
+
+
+def test_best_tuned_is_far_below_the_paper() -> None:
+    """Section 8.7: 18.7 to 20.5 percent, against 22.8 to 29.7 in the paper's mpc column."""
+    parameters = table_2_1(6, desired_gap_m=[x for x, _ in CELLS], tau_s=[tau for _, tau in CELLS])
+    state = start(parameters, LEAD)
+    run_mpc(state, parameters, 180.0, BEST_TUNED)
+    errors = [metrics(state, parameters, lane)["velocity_error_intact"] for lane in range(6)]
+    np.testing.assert_allclose([min(errors), max(errors)], [18.7, 20.5], atol=0.06)
+    assert not state.collided.any()
