@@ -68,7 +68,7 @@ def _limits(space: Any) -> tuple[Any, Any]:
     return space.start, space.start + counts - 1
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+@numba.njit(cache=True)
 def _clip(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     """Limit values (B, k) to [low, high] in place; False where one is not finite."""
     finite = True
@@ -80,7 +80,7 @@ def _clip(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     return finite
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+@numba.njit(cache=True)
 def _are_indices(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     """Whether the values (B, k) are whole numbers in [low, high]."""
     for lane in range(values.shape[0]):

@@ -101,7 +101,7 @@ def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
         if not rule["low"] <= part <= rule["high"]:
             allowed = f"[{rule['low']:g}, {rule['high']:g}] {rule['unit']}"
             raise ConfigurationError(f"{field.name} = {value!r} is outside {allowed}; the default is {field.default}.")
-    if pair and parts[0] > parts[1]:
+    if parts[0] > parts[-1]:
         raise ConfigurationError(f"{field.name} = {value!r}: the lower end comes first.")
 
 

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import gymnasium
 import numpy as np
+from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
 from cps_envs.core.actions import ActionReader
@@ -22,7 +23,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
 
     problem: ClassVar[Problem]
     role: ClassVar[Role]
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}
+    metadata: dict[str, Any] = {"render_modes": RENDER_MODES, "render_fps": FRAMES_PER_SECOND}
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
@@ -47,7 +48,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         self._lane = np.ones(1, np.bool_)
         self._running = False
         self._renderer = Renderer(self.problem, self.game)
-        self.observation_space = self.game.fields[self.role].space()
+        self.observation_space: spaces.Space[Any] = self.game.fields[self.role].space()
         self.action_space = self.game.action_space[self.role]
         self._reader = ActionReader(self.action_space)
 
@@ -90,9 +91,10 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         mask = self.game.action_mask(self.role)
         if mask is None:
             raise TypeError(f"{self.problem.env_id(self.role)} has no action masks")
-        return mask[0]
+        row: BoolArray = mask[0]
+        return row
 
-    def render(self) -> Array | None:  # type: ignore[override]
+    def render(self) -> Array | None:
         """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""
         return self._renderer.render(self.render_mode)
 

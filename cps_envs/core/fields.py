@@ -79,7 +79,7 @@ class Fields(Sequence[Field]):
             raise ValueError(f"an observation of {self.size} entries was expected, got shape {observation.shape}")
         values = observation * self._half + self._middle
         lead = observation.shape[:-1]
-        return {field.name: values[..., self.slices[field.name]].reshape(*lead, *field.shape) for field in self}
+        return {field.name: values[..., self.slices[field.name]].reshape(lead + field.shape) for field in self}
 
     def table(self) -> str:
         """A Markdown table in Gymnasium's manner: Num, Name, Min, Max, Unit, and what each field means."""
@@ -92,7 +92,7 @@ class Fields(Sequence[Field]):
         return "\n".join(rows)
 
 
-@numba.njit(cache=True)  # type: ignore[untyped-decorator]
+@numba.njit(cache=True)
 def _encode(values: FloatArray, middle: FloatArray, half: FloatArray, encoded: Observation) -> None:
     for lane in range(values.shape[0]):
         for entry in range(values.shape[1]):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import gcd
 from typing import Any
 
@@ -42,13 +42,15 @@ class Match:
 
     def begin(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         """Let the players start with the marked lanes as they are."""
-        marked = np.flatnonzero(lanes)
+        if not self.players:
+            return
+        marked = np.flatnonzero(lanes).tolist()
         spawned = {lane: generators[lane].spawn(len(ROLES)) for lane in marked}
         for role, player in self.players.items():
             self._fresh[role][lanes] = True
             if hasattr(player, "begin"):
                 own = [spawned[lane][ROLES.index(role)] for lane in marked]
-                knowledge = [self._knowledge(role, player, int(lane)) for lane in marked]
+                knowledge = [self._knowledge(role, player, lane) for lane in marked]
                 self._states[role] = put(self._states[role], lanes, player.begin(own, knowledge))
 
     def step(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
@@ -93,8 +95,8 @@ class Match:
             raise ValueError(f"the {role}'s policy {type(player).__name__} gave impossible actions: {error}") from error
 
     def _knowledge(self, role: Role, player: Policy, lane: int) -> dict[str, Any]:
-        wanted = getattr(player, "privileged", frozenset())
-        offers = {
+        wanted: frozenset[str] = getattr(player, "privileged", frozenset())
+        offers: dict[str, Callable[[], Any]] = {
             "model": lambda: lambda num_lanes: self.game.model(lane, num_lanes),
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
         }

@@ -42,7 +42,9 @@ class DuelEnv(ParallelEnv[str, Observation, Any]):
         self.game = self._match.game
         self.possible_agents = [AGENTS[role] for role in ROLES]
         self.agents: list[str] = []
-        self.observation_spaces = {AGENTS[role]: self.game.fields[role].space() for role in ROLES}
+        self.observation_spaces: dict[str, spaces.Space[Any]] = {
+            AGENTS[role]: self.game.fields[role].space() for role in ROLES
+        }
         self.action_spaces = {AGENTS[role]: self.game.action_space[role] for role in ROLES}
         self._readers = {role: ActionReader(self.game.action_space[role]) for role in ROLES}
         self._held: dict[Role, Array] = {}
@@ -91,7 +93,7 @@ class DuelEnv(ParallelEnv[str, Observation, Any]):
             self.agents = []
         return result
 
-    def render(self) -> Array | None:  # type: ignore[override]
+    def render(self) -> Array | None:
         """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""
         return self._renderer.render(self.render_mode)
 

@@ -18,18 +18,31 @@ from cps_envs.core.types import Role
 
 
 @dataclass(frozen=True)
+class Work:
+    """A unit of physics, in which the speed of a problem's simulation is measured."""
+
+    unit: str  # plural, such as "vehicle-steps"
+    per_game_step: Callable[[Any], float]  # units that a lane does in a game step under a configuration
+    target_per_s: float = 0.0  # units per CPU second that the simulation ought to reach
+
+
+@dataclass(frozen=True)
 class Problem:
-    """Everything that distinguishes one problem from another, for faces, registration and command line."""
+    """Everything that distinguishes one problem from another, for faces, registration and command line.
+
+    Environments are pickled with their problem, so its parts are importable functions and classes, no lambdas.
+    """
 
     name: str  # lower case, the package's name
     version: int  # a change that alters any number makes a new one
     summary: str  # one line
     presets: Mapping[str, Any]  # name -> frozen configuration
-    game: type[Game]  # called as game(config, num_lanes)
+    game: Callable[[Any, int], Game]  # called as game(config, num_lanes)
     fields: Mapping[Role, Callable[[Any], Fields]]  # what each role observes under a configuration
     opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
     viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
     namespace: str = "cps_envs"  # of the ids; a package of your own takes its own
+    work: Work | None = None  # what `cps-envs bench` counts beside steps
 
     def config(self, preset: str, overrides: Mapping[str, Any]) -> Any:
         """The configuration of a preset with some fields replaced.

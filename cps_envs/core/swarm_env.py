@@ -95,7 +95,7 @@ class SwarmEnv(ParallelEnv[str, Observation, Any]):
             self.agents = []
         return result
 
-    def render(self) -> Array | None:  # type: ignore[override]
+    def render(self) -> Array | None:
         """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""
         return self._renderer.render(self.render_mode)
 

@@ -67,7 +67,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
 
-    def reset(  # type: ignore[override]
+    def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all lanes, or in those of `options["reset_mask"]`, a boolean array (B,).
@@ -115,7 +115,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             raise TypeError(f"{self.problem.env_id(self.role)} has no action masks")
         return mask
 
-    def render(self) -> tuple[Array, ...] | None:  # type: ignore[override]
+    def render(self) -> tuple[Array, ...] | None:
         """One frame per lane in mode `rgb_array`; in mode `human` the first lane is shown."""
         if self.render_mode == "rgb_array":
             return tuple(self._renderer.frame(lane) for lane in range(self.num_envs))
@@ -177,6 +177,6 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         first = not self._generators
         if first:
             self._generators = [None] * self.num_envs  # type: ignore[list-item]
-        for lane in np.flatnonzero(lanes):
+        for lane in np.flatnonzero(lanes).tolist():
             if first or seeds[lane] is not None:
                 self._generators[lane] = seeding.np_random(seeds[lane])[0]

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from baselines.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
 from baselines.disbanding.mpc import PAPER_MATCHING, MpcSettings, stack_mpc
-from cps_envs.disbanding.dynamics import advance
+from cps_envs.disbanding.dynamics import advance, command_by_law
 from cps_envs.disbanding.initial import place
 from cps_envs.disbanding.interpretation import INTERPRETATIONS
+from cps_envs.disbanding.lane import constants_of, lane_of
 from cps_envs.disbanding.metrics import METRICS, measure
 from cps_envs.disbanding.parameters import PARAMETERS
 from cps_envs.disbanding.state import State, allocate
@@ -69,6 +70,14 @@ def run(
     """Advance every lane with a constant correction (B, M), by default none."""
     correction = np.zeros_like(state.position) if correction is None else correction
     advance(state, parameters, correction, np.ones(len(parameters), np.bool_), steps(parameters, seconds))
+
+
+def law_commands(state: State, parameters: NDArray[np.void]) -> NDArray[np.float64]:
+    """Commands (B, M) that the plain law gives now."""
+    gap, closing, law = (np.empty_like(state.position) for _ in range(3))
+    for b in range(len(parameters)):
+        command_by_law(lane_of(state, b), constants_of(parameters, b), gap[b], closing[b], law[b])
+    return law
 
 
 def run_heuristic(
