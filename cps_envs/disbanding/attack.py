@@ -17,15 +17,20 @@ def legal_attacks(
     state: State,
     parameters: NDArray[np.void],
     budget: NDArray[np.int64],
-    due: NDArray[np.bool_],
+    elapsed: NDArray[np.int64],
+    interval: int,
     out: NDArray[np.bool_],
 ) -> None:
-    """Fill `out` (B, N + 1): waiting (0) always; platoon i (1 = rear) while it is intact, present and affordable."""
+    """Fill `out` (B, N + 1): waiting (0) always; platoon i (1 = rear) while it is intact, present and affordable.
+
+    Decisions are due when the game steps `elapsed` (B,) are a multiple of `interval`.
+    """
     out[:] = False
     for b in range(out.shape[0]):
         out[b, 0] = True
         p = parameters[b]
-        if due[b] and budget[b] > 0 and has_begun(state.step[b] * p.dt_s, EARLIEST_S):
+        due = elapsed[b] % interval == 0 and budget[b] > 0
+        if due and has_begun(state.step[b] * p.dt_s, EARLIEST_S):
             platoons = p.num_vehicles // p.vehicles_per_platoon
             for i in range(1, platoons + 1):
                 out[b, i] = state.disbanding_s[b, platoons - i] == np.inf

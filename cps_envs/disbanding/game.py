@@ -134,13 +134,17 @@ class DisbandingGame(Game):
 
     def _legal_attacks(self) -> BoolArray:
         mask = np.empty((self.num_lanes, self.config.max_platoons + 1), np.bool_)
-        due = self.elapsed % self.decision_interval["attacker"] == 0
-        legal_attacks(self.state, self.parameters, self.budget, due, mask)
+        interval = self.decision_interval["attacker"]
+        legal_attacks(self.state, self.parameters, self.budget, self.elapsed, interval, mask)
         return mask
 
     def metrics(self) -> dict[str, Array]:
         """`metrics.METRICS` and `payoff.CHARGES` so far, each (B,)."""
         return dict(zip(METRICS + CHARGES, self._table.T, strict=True))
+
+    def lane_metrics(self, lane: int) -> dict[str, float]:
+        """`metrics` of one lane as Python numbers."""
+        return dict(zip(METRICS + CHARGES, self._table[lane].tolist(), strict=True))
 
     def model(self, lane: int, num_lanes: int) -> DisbandingGame:
         """Privileged: copies of one lane in its present state."""
@@ -178,7 +182,7 @@ class DisbandingGame(Game):
             max_speed_mps=self.config.max_speed_mps,
             disbanding_s=state.disbanding_s[lane, : present.stop // self.config.vehicles_per_platoon].copy(),
             collided=state.collided[lane, present].copy(),
-            metrics={name: float(values[lane]) for name, values in self.metrics().items()},
+            metrics=self.lane_metrics(lane),
         )
 
     def team(self, role: Role) -> Team:

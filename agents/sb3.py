@@ -1,0 +1,123 @@
+"""Native vector environments for stable-baselines3, without one process or one object per lane."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.types import Array, BoolArray, Observation
+from cps_envs.core.vector_env import RoleVectorEnv
+
+try:
+    from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
+except ImportError:
+    require("stable_baselines3", extra="agents", purpose="training with stable-baselines3")
+    raise
+
+Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
+
+
+class LanesVecEnv(VecEnv):
+    """The lanes of a vector environment as stable-baselines3 sees them.
+
+    The info of a lane is empty until its episode ends; then it holds the final metrics, `terminal_observation` and
+    `TimeLimit.truncated`. Attributes and methods are those of the batch; `action_masks` gives each lane its row.
+    """
+
+    def __init__(self, env: RoleVectorEnv) -> None:
+        self.env = env
+        self._actions: Array | None = None
+        super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+
+    def reset(self) -> Observation:
+        """Start an episode in every lane, with the seeds that `seed` has set."""
+        observation, _ = self.env.reset(seed=self._seeds)
+        self._reset_seeds()
+        self._reset_options()
+        return observation
+
+    def step_async(self, actions: Array) -> None:
+        """Keep the actions (B, ...) for `step_wait`."""
+        self._actions = actions
+
+    def step_wait(self) -> Step:
+        """Observations, float32 rewards, whether episodes have ended, and one info per lane."""
+        observation, reward, terminated, truncated, info = self.env.step(self._actions)
+        done = terminated | truncated
+        infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        for lane in np.flatnonzero(done):
+            infos[lane] = self._final(info, int(lane))
+            infos[lane]["TimeLimit.truncated"] = bool(truncated[lane] and not terminated[lane])
+        return observation, reward.astype(np.float32), done, infos
+
+    def _final(self, info: dict[str, Any], lane: int) -> dict[str, Any]:
+        metrics = ((name, value) for name, value in info["final_info"].items() if not name.startswith("_"))
+        final = {name: value.item(lane) for name, value in metrics if value.ndim == 1}
+        return {**final, "terminal_observation": info["final_obs"][lane]}
+
+    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+        """An attribute of the batch, once for each lane.
+
+        Raises:
+            AttributeError: there is none, or action masks are asked for where all actions are legal.
+        """
+        if attr_name == "action_masks" and self.env.game.action_mask(self.env.role) is None:
+            raise AttributeError(f"the {self.env.role} of {self.env.game.name!r} has no action masks")
+        return [getattr(self.env, attr_name)] * len(self._lanes(indices))
+
+    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+        """Set an attribute of the whole batch.
+
+        Raises:
+            ValueError: only some of the lanes are meant.
+        """
+        if len(self._lanes(indices)) < self.num_envs:
+            raise ValueError(f"the lanes are one object: {attr_name!r} can be set for all of them only")
+        setattr(self.env, attr_name, value)
+
+    def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
+        """What a method of the batch returns: row by row for `action_masks`, the same for each lane otherwise."""
+        result = getattr(self.env, method_name)(*args, **kwargs)
+        lanes = self._lanes(indices)
+        return [result[lane] for lane in lanes] if method_name == "action_masks" else [result] * len(lanes)
+
+    def env_is_wrapped(
+        self, wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]], indices: Any = None
+    ) -> list[bool]:
+        """No lane is wrapped."""
+        return [False] * len(self._lanes(indices))
+
+    def get_images(self) -> list[Array]:
+        """A frame per lane, in mode `rgb_array`."""
+        return list(self.env.render() or ())
+
+    def close(self) -> None:
+        """Close the vector environment."""
+        self.env.close()
+
+    def _lanes(self, indices: VecEnvIndices) -> list[int]:
+        return list(self._get_indices(indices))
+
+
+def as_sb3(vector_env: Any) -> LanesVecEnv:
+    """A vector environment of this package as a stable-baselines3 `VecEnv`.
+
+    Make it with `autoreset_mode="SameStep"`:
+    `gymnasium.make_vec("cps_envs:cps_envs/DisbandingAttack-v0", 64, "vector_entry_point", autoreset_mode="SameStep")`
+
+    Raises:
+        ConfigurationError: not a native vector environment, or in another autoreset mode.
+    """
+    env = vector_env.unwrapped
+    if not isinstance(env, RoleVectorEnv):
+        raise ConfigurationError(
+            f"{type(env).__name__} is no native vector environment of cps_envs: make it with "
+            'gymnasium.make_vec(id, num_envs, vectorization_mode="vector_entry_point", autoreset_mode="SameStep")'
+        )
+    if env.autoreset_mode != AutoresetMode.SAME_STEP:
+        raise ConfigurationError('stable-baselines3 needs a vector environment made with autoreset_mode="SameStep"')
+    return LanesVecEnv(env)

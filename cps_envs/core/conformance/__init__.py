@@ -1,0 +1,73 @@
+"""Public checks that any environment built on the core can be put through, ours or a user's.
+
+    from cps_envs.core.conformance import check_environment
+    for outcome in check_environment("my_package:me/TanksAttack-v0", preset="paper", duration_s=10.0):
+        print(outcome)
+
+Each `check_*` function takes a `Subject` and raises AssertionError with a sentence about what is wrong.
+"""
+
+from cps_envs.core.conformance.aliasing import check_actions_untouched, check_aliasing
+from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
+from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
+from cps_envs.core.conformance.endings import check_endings, check_reset_needed
+from cps_envs.core.conformance.faces import check_batch, check_held_actions, check_parallel, check_swarm
+from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
+from cps_envs.core.conformance.legality import check_action_masks, check_bad_actions
+from cps_envs.core.conformance.observations import check_live_observations, check_live_swarm, check_observations
+from cps_envs.core.conformance.payoff import check_metrics, check_return, check_zero_sum
+from cps_envs.core.conformance.pictures import check_rendering
+from cps_envs.core.conformance.replay import Replay
+from cps_envs.core.conformance.subject import NotApplicableError, Subject, find_subject
+from cps_envs.core.conformance.suite import (
+    CHECKS,
+    Check,
+    Outcome,
+    check_environment,
+    check_problem,
+    run_check,
+)
+from cps_envs.core.conformance.transport import check_pickled_generator, check_pickling, check_spec, check_subprocess
+
+__all__ = [
+    "CHECKS",
+    "Check",
+    "NotApplicableError",
+    "Outcome",
+    "Replay",
+    "Subject",
+    "check_action_masks",
+    "check_actions_untouched",
+    "check_aliasing",
+    "check_autoreset",
+    "check_bad_actions",
+    "check_batch",
+    "check_determinism",
+    "check_endings",
+    "check_environment",
+    "check_global_random_state",
+    "check_gymnasium",
+    "check_held_actions",
+    "check_live_observations",
+    "check_live_swarm",
+    "check_metrics",
+    "check_observations",
+    "check_parallel",
+    "check_pettingzoo",
+    "check_pickled_generator",
+    "check_pickling",
+    "check_problem",
+    "check_rendering",
+    "check_reset_mask",
+    "check_reset_needed",
+    "check_return",
+    "check_seeding",
+    "check_spec",
+    "check_stable_baselines3",
+    "check_subprocess",
+    "check_swarm",
+    "check_time_limit",
+    "check_zero_sum",
+    "find_subject",
+    "run_check",
+]

@@ -1,0 +1,69 @@
+"""Terminated is physics, truncated is the clock, and nothing happens outside an episode."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gymnasium.error import ResetNeeded
+
+from cps_envs.core.conformance.actors import Crew
+from cps_envs.core.conformance.recording import episode_steps, record
+from cps_envs.core.conformance.subject import Subject
+from cps_envs.core.types import ROLES
+
+EPISODES = 3
+
+
+def check_endings(subject: Subject) -> None:
+    """An episode ends once, by physics (terminated) or at the last game step (truncated), never both, never later."""
+    game = subject.game()
+    for role in ROLES:
+        interval = game.decision_interval[role]
+        message = f"the {role}'s decision interval {interval} has to divide the horizon of {game.horizon} game steps"
+        assert game.horizon % interval == 0, message
+    at_the_clock = []
+    for seed in range(EPISODES):
+        for boldness in (0.0, 0.7):
+            at_the_clock += [_played(subject, seed, boldness)]
+    late = [terminated for terminated in at_the_clock if terminated is not None]
+    assert not late or not all(late), (
+        "every episode that lasts to the horizon is called terminated: the clock truncates"
+    )
+
+
+def _played(subject: Subject, seed: int, boldness: float) -> bool | None:
+    """Whether an episode that lasted to the horizon is called terminated; None where it ended before."""
+    env = subject.single()
+    results = record(env, seed=seed, boldness=boldness)[1][1:]
+    for step, (_, _, terminated, truncated, _) in enumerate(results, start=1):
+        where = f"at step {step} of {episode_steps(env)}, seed {seed}"
+        kinds = {type(terminated), type(truncated)}
+        assert kinds == {bool}, f"{where}: terminated and truncated have to be Python bools, not {kinds}"
+        assert not (terminated and truncated), f"{where}: terminated and truncated at once; physics comes first"
+        assert not truncated or step == episode_steps(env), f"{where}: truncated before the clock has run out"
+    assert results[-1][2] or results[-1][3], f"seed {seed}: an episode goes on beyond its {episode_steps(env)} steps"
+    return bool(results[-1][2]) if len(results) == episode_steps(env) else None
+
+
+def check_reset_needed(subject: Subject) -> None:
+    """`step` before the first `reset`, or after an episode has ended, raises gymnasium.error.ResetNeeded."""
+    for name, make in subject.faces().items():
+        actions, _ = record(make(), seed=61)
+        _assert_refused(make(), actions[0], f"the {name} face steps before the first reset")
+        if name != "batch":
+            env = make()
+            info: Any = env.reset(seed=61)[-1]
+            crew = Crew(env, 61)
+            for _ in actions:
+                info = env.step(crew.act(info))[-1]
+            _assert_refused(env, actions[0], f"the {name} face steps on after the end of an episode")
+
+
+def _assert_refused(env: Any, action: Any, message: str) -> None:
+    try:
+        env.step(action)
+    except ResetNeeded:
+        return
+    except Exception as error:
+        raise AssertionError(f"{message} and meets {error!r}: it has to raise ResetNeeded") from error
+    raise AssertionError(f"{message}: it has to raise gymnasium.error.ResetNeeded")

@@ -1,0 +1,141 @@
+"""One simulator, three faces: single, batch and parallel give the same trajectory."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+
+from cps_envs.core.conformance.actors import Crew
+from cps_envs.core.conformance.recording import assert_same, difference, episode_steps, record
+from cps_envs.core.conformance.replay import Replay
+from cps_envs.core.conformance.subject import LANES, Subject
+from cps_envs.core.types import AGENTS, ROLES, Role, other
+
+Actions = list[dict[str, Any]]
+Results = list[tuple[Any, ...]]
+Due = dict[Role, list[int]]
+
+
+def check_batch(subject: Subject) -> None:
+    """Lane i of a batch seeded s is the single environment seeded s + i, bit for bit, for a whole episode."""
+    seed = 21
+    singles = [record(subject.single(), seed=seed + lane) for lane in range(LANES)]
+    batch = subject.batch(autoreset_mode=AutoresetMode.NEXT_STEP)
+    lanes: list[Results] = [[] for _ in range(LANES)]
+    result: tuple[Any, ...] = batch.reset(seed=seed)
+    neutral = batch.game.neutral_action[subject.role].astype(batch.single_action_space.dtype)
+    for step in range(max(len(actions) for actions, _ in singles) + 1):
+        for lane in range(LANES):
+            if step <= len(singles[lane][0]):
+                lanes[lane].append(lane_of(result, lane))
+        played = [actions[step] if step < len(actions) else neutral for actions, _ in singles]
+        result = batch.step(np.stack(played))
+    for lane, (_, expected) in enumerate(singles):
+        message = f"lane {lane} of a batch seeded {seed} is not the single environment seeded {seed + lane}"
+        assert_same(expected, lanes[lane], message)
+
+
+def lane_of(result: tuple[Any, ...], lane: int) -> tuple[Any, ...]:
+    """What a single environment would have returned for one lane of a batch's result."""
+    *arrays, info = result
+    keys = [key for key in info if not key.startswith("_") and f"_{key}" in info and info[f"_{key}"][lane]]
+    values = {key: info[key][lane] for key in keys}
+    own = {key: value if isinstance(value, np.ndarray) else value.item() for key, value in values.items()}
+    first = arrays[0][lane]
+    return (first, *(array[lane].item() for array in arrays[1:]), own)
+
+
+def check_parallel(subject: Subject) -> None:
+    """The role's environment against a replay of its rival, or an idle one, is the parallel environment.
+
+    Observations, metrics and ends are the same bit for bit. So is the reward where the role decides at every game step;
+    otherwise it is the sum over the steps of a decision, which may round differently. Against an idle rival the game
+    advances by whole decisions at once, so its course must not depend on how it is cut into steps.
+    """
+    rival = other(subject.role)
+    actions, results, due = _duel(subject, seed=22)
+    _compare(subject, 22, Replay([actions[t][AGENTS[rival]] for t in due[rival]]), (actions, results, due))
+    _compare(subject, 26, "cps_envs.core.policy:Idle", _duel(subject, seed=26, idle=rival))
+
+
+def _compare(subject: Subject, seed: int, opponent: Any, duel: tuple[Actions, Results, Due]) -> None:
+    actions, results, due = duel
+    agent, interval = AGENTS[subject.role], subject.game().decision_interval[subject.role]
+    single = subject.single(opponent=opponent)
+    mine: Results = [single.reset(seed=seed)]
+    theirs: Results = [tuple(part[agent] for part in results[0])]
+    for step in due[subject.role]:
+        mine.append(single.step(actions[step][agent]))
+        last = min(step + interval, len(actions))
+        rewards = [results[t][1][agent] for t in range(step + 1, last + 1)]
+        observation, _, *rest = (part[agent] for part in results[last])
+        theirs.append((observation, _settled(sum(rewards), mine[-1][1]), *rest))
+        if mine[-1][2] or mine[-1][3]:
+            break
+    assert_same(mine, theirs, f"the {subject.role}'s environment and the parallel one give different trajectories")
+    steps = -(-len(actions) // interval)
+    assert len(mine) - 1 == steps, (
+        f"the single face ends after {len(mine) - 1} decisions, the parallel one after {steps}"
+    )
+
+
+def _settled(total: float, reward: float) -> float:
+    """`reward` where a sum of rewards equals it up to rounding, else the sum."""
+    return reward if abs(total - reward) <= 1e-9 * max(1.0, abs(total)) else total
+
+
+def _duel(subject: Subject, *, seed: int, idle: Role | None = None) -> tuple[Actions, Results, Due]:
+    """A parallel episode in which both act at every step, due or not, and the steps at which each was due."""
+    duel = subject.duel()
+    crew = Crew(duel, seed)
+    neutral = {} if idle is None else {AGENTS[idle]: duel.game.neutral_action[idle]}
+    actions: Actions = []
+    results: Results = [duel.reset(seed=seed)]
+    while duel.agents and len(actions) < episode_steps(duel):
+        shown: dict[str, dict[str, Any]] = results[-1][-1]
+        actions.append({**crew.act(shown), **neutral})
+        results.append(duel.step(actions[-1]))
+    intervals = duel.game.decision_interval
+    return actions, results, {role: list(range(0, len(actions), intervals[role])) for role in ROLES}
+
+
+def check_held_actions(subject: Subject) -> None:
+    """In the parallel face what a role sends between its decisions has no effect."""
+    intervals = subject.game().decision_interval
+    if all(interval == 1 for interval in intervals.values()):
+        return
+    actions, results, _ = _duel(subject, seed=23)
+    duel = subject.duel()
+    crew = Crew(duel, 24)
+    assert difference(duel.reset(seed=23), results[0]) is None, "the parallel face does not repeat its reset"
+    for step, action in enumerate(actions):
+        blank: dict[str, dict[str, Any]] = {agent: {} for agent in AGENTS.values()}  # no mask: anything in the space
+        noise = crew.act(blank)
+        sent = {AGENTS[role]: (noise if step % intervals[role] else action)[AGENTS[role]] for role in ROLES}
+        found = difference(duel.step(sent), results[step + 1])
+        assert found is None, f"an action sent between two decisions has an effect at game step {step}: {found}"
+
+
+def check_swarm(subject: Subject) -> None:
+    """The agents of the swarm form together are the single environment with their actions joined.
+
+    Raises:
+        NotApplicableError: the role has no swarm form.
+    """
+    swarm = subject.swarm()
+    actions, results = record(swarm, seed=25)
+    single = subject.single()
+    info = single.reset(seed=25)[1]
+    ends = [False, False]
+    for step, result in enumerate(results):
+        if step:
+            stacked = np.stack([actions[step - 1][agent] for agent in swarm.possible_agents])
+            _, _, *ends, info = single.step(swarm.team.join(stacked[np.newaxis])[0])
+        metrics = {name: value for name, value in info.items() if name != "action_mask"}
+        for agent, shown in result[-1].items():
+            own = {name: value for name, value in shown.items() if name != "action_mask"}
+            over = [part[agent] for part in result[2:4]] if step else [False, False]
+            found = difference(own, metrics) or difference(over, ends)
+            assert found is None, f"{agent} of the swarm and the single environment part at step {step}: {found}"

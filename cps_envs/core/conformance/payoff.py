@@ -1,0 +1,75 @@
+"""The payoff is zero-sum, its sum is the published metric, and the metrics have the same names everywhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from cps_envs.core.conformance.recording import record
+from cps_envs.core.conformance.subject import Subject
+from cps_envs.core.types import AGENTS, ROLES, SIGN
+
+TOLERANCE = 1e-9
+
+
+def check_return(subject: Subject) -> None:
+    """The undiscounted return is the sum of `game.payoff_parts` in the last info, its negative for the defender."""
+    sign = SIGN[subject.role]
+    for boldness in (0.0, 0.7):
+        env = subject.single()
+        results = record(env, seed=71, boldness=boldness)[1]
+        parts = env.game.payoff_parts
+        paid = math.fsum(result[1] for result in results[1:])
+        _assert_equal(paid, sign * math.fsum(results[-1][-1][part] for part in parts), parts, "single", sign)
+    duel = subject.duel()
+    results = record(duel, seed=72)[1]
+    for role in ROLES:
+        agent = AGENTS[role]
+        paid = math.fsum(result[1][agent] for result in results[1:])
+        total = SIGN[role] * math.fsum(results[-1][-1][agent][part] for part in duel.game.payoff_parts)
+        _assert_equal(paid, total, duel.game.payoff_parts, "parallel", SIGN[role])
+
+
+def _assert_equal(paid: float, total: float, parts: tuple[str, ...], face: str, sign: float) -> None:
+    formula = " + ".join(parts) if sign > 0 else f"-({' + '.join(parts)})"
+    close = abs(paid - total) <= TOLERANCE * max(1.0, abs(total))
+    assert close, f"the return of the {face} face is {paid!r}, but {formula} of the last info is {total!r}"
+
+
+def check_zero_sum(subject: Subject) -> None:
+    """At every step of the parallel face the two rewards add up to zero."""
+    for step, (_, rewards, *_) in enumerate(record(subject.duel(), seed=73)[1][1:]):
+        total = math.fsum(rewards.values())
+        assert total == 0.0, f"the rewards {rewards} at step {step} of the parallel face add up to {total!r}, not to 0"
+
+
+def check_metrics(subject: Subject) -> None:
+    """The info of every face, at reset and at each step, has the game's metrics; Python numbers where it is single."""
+    expected = set(subject.game().metrics())
+    missing = set(subject.game().payoff_parts) - expected
+    assert not missing, f"payoff_parts names {sorted(missing)}, which are no metrics"
+    for name, make in subject.faces().items():
+        for step, result in enumerate(record(make(), seed=74)[1]):
+            for info in _infos(result[-1], name):
+                keys = {key for key in info if not key.startswith("_")} - {"action_mask", "final_obs", "final_info"}
+                where = f"the {name} face's info at step {step}"
+                assert keys == expected, f"{where} differs from the game's metrics in {sorted(keys ^ expected)}"
+                if name != "batch":
+                    _assert_plain(info, expected, where)
+
+
+def _infos(info: Mapping[str, Any], name: str) -> Iterator[Mapping[str, Any]]:
+    if name in ("parallel", "swarm"):
+        yield from info.values()
+    else:
+        yield info
+        if "final_info" in info:
+            yield info["final_info"]
+
+
+def _assert_plain(info: Mapping[str, Any], keys: set[str], where: str) -> None:
+    for key in keys:
+        value = info[key]
+        assert type(value) in (int, float, bool), f"{where}: {key} is a {type(value).__name__}, not a Python number"
+        assert math.isfinite(value), f"{where}: {key} = {value} is not finite"

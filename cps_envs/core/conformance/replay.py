@@ -1,0 +1,34 @@
+"""A policy that plays back recorded actions, one per decision."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.policy import State
+from cps_envs.core.types import Array, BoolArray
+
+
+class Replay:
+    """Plays `actions` (T, ...) from the start of each episode, whatever it observes; the last one holds."""
+
+    def __init__(self, actions: Sequence[Array]) -> None:
+        self._actions = np.stack(actions)
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """Count each lane's decisions from zero."""
+        return (np.zeros(len(generators), np.int64),)
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        """The next recorded action of each lane."""
+        assert state is not None
+        decision = np.minimum(state[0], len(self._actions) - 1)
+        return self._actions[decision], (state[0] + 1,)

@@ -1,0 +1,142 @@
+"""What is put through the checks: one role of a problem, with all the faces that show it."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium
+from gymnasium.envs.registration import load_env_creator, parse_env_id
+from gymnasium.vector import AutoresetMode
+
+from cps_envs.core.env import RoleEnv
+from cps_envs.core.game import Game
+from cps_envs.core.parallel_env import DuelEnv
+from cps_envs.core.problem import Problem
+from cps_envs.core.swarm_env import SwarmEnv
+from cps_envs.core.types import Role
+from cps_envs.core.vector_env import RoleVectorEnv
+
+LANES = 3  # of the batches that the checks make
+
+
+class NotApplicableError(Exception):
+    """A check has no meaning for a subject, or needs a package that is not installed; suites report it as skipped."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One role of a problem under given arguments.
+
+    `variants` are further keyword arguments, each merged over `kwargs`, under which together every observation entry
+    has to come alive.
+    """
+
+    single_class: type[RoleEnv]
+    vector_class: type[RoleVectorEnv]
+    kwargs: Mapping[str, Any] = field(default_factory=dict)
+    env_id: str | None = None  # as `gymnasium.make` takes it, with the module that registers it
+    variants: Sequence[Mapping[str, Any]] = ()
+    duel_class: Callable[..., DuelEnv] = DuelEnv
+    swarm_class: Callable[..., SwarmEnv] = SwarmEnv
+
+    def __str__(self) -> str:
+        arguments = "".join(f", {name}={value!r}" for name, value in self.kwargs.items())
+        return f"{self.env_id or self.single_class.__name__}{arguments}"
+
+    @property
+    def problem(self) -> Problem:
+        """The problem that the environment belongs to."""
+        return self.single_class.problem
+
+    @property
+    def role(self) -> Role:
+        """The role that the environment trains."""
+        return self.single_class.role
+
+    @property
+    def game_kwargs(self) -> dict[str, Any]:
+        """The arguments without the opponent, for the face that plays both roles from outside."""
+        return {name: value for name, value in self.kwargs.items() if name != "opponent"}
+
+    def single(self, **extra: Any) -> RoleEnv:
+        """A fresh `gymnasium.Env`."""
+        return self.single_class(**{**self.kwargs, **extra})
+
+    def batch(self, num_envs: int = LANES, **extra: Any) -> RoleVectorEnv:
+        """A fresh vector environment, which resets ended lanes in the same step unless told otherwise."""
+        return self.vector_class(num_envs, **{"autoreset_mode": AutoresetMode.SAME_STEP, **self.kwargs, **extra})
+
+    def duel(self, **extra: Any) -> DuelEnv:
+        """A fresh PettingZoo environment of both roles."""
+        return self.duel_class(self.problem, **{**self.game_kwargs, **extra})
+
+    def swarm(self, **extra: Any) -> SwarmEnv:
+        """A fresh PettingZoo environment of the role as a team.
+
+        Raises:
+            NotApplicableError: the role has no decentralised form under these arguments.
+        """
+        try:
+            return self.swarm_class(self.problem, self.role, **{**self.kwargs, **extra})
+        except (TypeError, ValueError) as error:
+            raise NotApplicableError(f"no swarm form: {error}") from error
+
+    def game(self) -> Game:
+        """A game of one lane."""
+        return self.single().game
+
+    def faces(self) -> dict[str, Callable[[], Any]]:
+        """The faces of this role by name; each call makes a fresh environment."""
+        faces: dict[str, Callable[[], Any]] = {"single": self.single, "batch": self.batch, "parallel": self.duel}
+        try:
+            self.swarm()
+        except NotApplicableError:
+            return faces
+        return {**faces, "swarm": self.swarm}
+
+
+def find_subject(
+    target: str | type[RoleEnv], kwargs: Mapping[str, Any], variants: Sequence[Mapping[str, Any]] = ()
+) -> Subject:
+    """The subject of a Gymnasium id (with its module, "package:namespace/Name-v0", if need be) or of a `RoleEnv` class.
+
+    Raises:
+        TypeError: what was found is not built on the core.
+    """
+    if not isinstance(target, str):
+        return Subject(_checked(target), _vector_class(target), kwargs, variants=variants)
+    module, colon, env_id = target.rpartition(":")
+    if colon:
+        importlib.import_module(module)
+    spec = gymnasium.spec(env_id)
+    single = _checked(load_env_creator(spec.entry_point) if isinstance(spec.entry_point, str) else spec.entry_point)
+    module = module or _registering_module(single, spec.id)
+    vector = spec.vector_entry_point
+    vector_class = load_env_creator(vector) if isinstance(vector, str) else vector or _vector_class(single)
+    return Subject(single, vector_class, kwargs, f"{module}:{spec.id}", variants)  # type: ignore[arg-type]
+
+
+def _registering_module(single: type[RoleEnv], env_id: str) -> str:
+    """The package whose import registers an id: the one named like the id's namespace, else the class's own module."""
+    namespace, top = parse_env_id(env_id)[0], single.__module__.partition(".")[0]
+    return top if namespace == top else single.__module__
+
+
+def _checked(found: Any) -> type[RoleEnv]:
+    if not (isinstance(found, type) and issubclass(found, RoleEnv)):
+        raise TypeError(f"{found!r} is no subclass of cps_envs.core.env.RoleEnv, so these checks do not apply to it")
+    return found
+
+
+def _vector_class(single: type[RoleEnv]) -> type[RoleVectorEnv]:
+    """The vector face beside a class in its module; a fresh one where the module has none."""
+    for found in vars(sys.modules[single.__module__]).values():
+        if isinstance(found, type) and issubclass(found, RoleVectorEnv) and hasattr(found, "problem"):
+            same = (found.problem, found.role) == (single.problem, single.role)
+            if same:
+                return found
+    return type(f"{single.__name__}Vector", (RoleVectorEnv,), {"problem": single.problem, "role": single.role})

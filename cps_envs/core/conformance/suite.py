@@ -1,0 +1,134 @@
+"""All checks in a row."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from cps_envs.core.conformance.aliasing import check_actions_untouched, check_aliasing
+from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
+from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
+from cps_envs.core.conformance.endings import check_endings, check_reset_needed
+from cps_envs.core.conformance.faces import check_batch, check_held_actions, check_parallel, check_swarm
+from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
+from cps_envs.core.conformance.legality import check_action_masks, check_bad_actions
+from cps_envs.core.conformance.observations import check_live_observations, check_live_swarm, check_observations
+from cps_envs.core.conformance.payoff import check_metrics, check_return, check_zero_sum
+from cps_envs.core.conformance.pictures import check_rendering
+from cps_envs.core.conformance.subject import NotApplicableError, Subject, find_subject
+from cps_envs.core.conformance.transport import check_pickled_generator, check_pickling, check_spec, check_subprocess
+from cps_envs.core.env import RoleEnv
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import ROLES, Role
+
+Check = Callable[[Subject], None]
+
+CHECKS: tuple[Check, ...] = (
+    check_gymnasium,
+    check_pettingzoo,
+    check_stable_baselines3,
+    check_determinism,
+    check_seeding,
+    check_global_random_state,
+    check_batch,
+    check_parallel,
+    check_held_actions,
+    check_swarm,
+    check_autoreset,
+    check_reset_mask,
+    check_time_limit,
+    check_aliasing,
+    check_actions_untouched,
+    check_observations,
+    check_live_observations,
+    check_live_swarm,
+    check_endings,
+    check_reset_needed,
+    check_return,
+    check_zero_sum,
+    check_metrics,
+    check_action_masks,
+    check_bad_actions,
+    check_pickling,
+    check_pickled_generator,
+    check_spec,
+    check_subprocess,
+    check_rendering,
+)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one check."""
+
+    check: str
+    subject: str
+    status: Literal["passed", "skipped"]
+    seconds: float
+    reason: str = ""  # of being skipped
+
+    def __str__(self) -> str:
+        reason = f" ({self.reason})" if self.reason else ""
+        return f"{self.status:8}{self.seconds:6.2f} s  {self.check}: {self.subject}{reason}"
+
+
+def run_check(check: Check, subject: Subject) -> Outcome:
+    """Put a subject through one check.
+
+    Raises:
+        AssertionError: it fails; the message names the check and the subject.
+    """
+    start = time.perf_counter()
+    try:
+        check(subject)
+    except NotApplicableError as reason:
+        return Outcome(check.__name__, str(subject), "skipped", time.perf_counter() - start, str(reason))
+    except AssertionError as error:
+        raise AssertionError(f"{check.__name__} of {subject}: {error}") from error
+    return Outcome(check.__name__, str(subject), "passed", time.perf_counter() - start)
+
+
+def check_environment(
+    target: str | type[RoleEnv],
+    *,
+    variants: Sequence[Mapping[str, Any]] = (),
+    checks: Sequence[Check] = CHECKS,
+    **kwargs: Any,
+) -> list[Outcome]:
+    """Put an environment through the checks: an id such as "package:namespace/Name-v0", or a class.
+
+    `kwargs` go to its constructor. `variants` are further keyword arguments, each merged over them, under which
+    together every observation entry has to come alive.
+
+    Raises:
+        AssertionError: at the first check that fails.
+    """
+    subject = find_subject(target, kwargs, variants)
+    return [run_check(check, subject) for check in checks]
+
+
+def check_problem(
+    problem: Problem,
+    *,
+    presets: Sequence[str] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    variants: Mapping[Role, Sequence[Mapping[str, Any]]] | None = None,
+    checks: Sequence[Check] = CHECKS,
+) -> list[Outcome]:
+    """Put both roles of a problem whose ids are registered through the checks, under each preset (default: all).
+
+    `settings` are further constructor arguments, for example a short duration; `variants` see `check_environment`.
+
+    Raises:
+        AssertionError: at the first check that fails.
+    """
+    outcomes: list[Outcome] = []
+    for preset in problem.presets if presets is None else presets:
+        for role in ROLES:
+            subject = find_subject(
+                problem.env_id(role), {"preset": preset, **(settings or {})}, (variants or {}).get(role, ())
+            )
+            outcomes += [run_check(check, subject) for check in checks]
+    return outcomes

@@ -1,0 +1,195 @@
+"""stable-baselines3 on the native vector environments."""
+
+from __future__ import annotations
+
+import builtins
+import importlib
+import sys
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from cps_envs.core.conformance.actors import Crew
+from cps_envs.core.errors import ConfigurationError, MissingExtraError
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("stable_baselines3")
+pytest.importorskip("sb3_contrib")
+
+from sb3_contrib import MaskablePPO  # noqa: E402
+from sb3_contrib.common.maskable.evaluation import evaluate_policy as evaluate_maskable  # noqa: E402
+from stable_baselines3 import PPO  # noqa: E402
+from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
+from stable_baselines3.common.vec_env import VecMonitor  # noqa: E402
+
+from agents.sb3 import LanesVecEnv, as_sb3  # noqa: E402
+
+ATTACK, DEFENSE = "cps_envs:cps_envs/DisbandingAttack-v0", "cps_envs:cps_envs/DisbandingDefense-v0"
+SMALL = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 10.0, "control_period_s": 0.5}
+FAST = {"n_epochs": 2, "batch_size": 256, "gamma": 0.99, "device": "cpu", "seed": 0}
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Any:
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def lanes(env_id: str, num_envs: int = 4, **kwargs: Any) -> LanesVecEnv:
+    settings = {"preset": "learning", "attack_budget": 2, "autoreset_mode": "SameStep", **SMALL, **kwargs}
+    return as_sb3(gymnasium.make_vec(env_id, num_envs, "vector_entry_point", **settings))
+
+
+def single(env_id: str, **kwargs: Any) -> Any:
+    return gymnasium.make(env_id, preset="learning", attack_budget=2, **SMALL, **kwargs).unwrapped
+
+
+@pytest.fixture(scope="module")
+def attacker() -> MaskablePPO:
+    model = MaskablePPO("MlpPolicy", VecMonitor(lanes(ATTACK, 16)), n_steps=32, **FAST)
+    return model.learn(2048)
+
+
+@pytest.fixture(scope="module")
+def defender() -> PPO:
+    model = PPO("MlpPolicy", VecMonitor(lanes(DEFENSE, 16, defense_action="platoon")), n_steps=32, **FAST)
+    return model.learn(2048)
+
+
+def test_maskable_ppo_trains_on_the_attack(attacker: MaskablePPO) -> None:
+    assert attacker.num_timesteps >= 2048
+    episodes = [episode["l"] for episode in attacker.ep_info_buffer]
+    assert episodes
+    assert set(episodes) == {10}  # decisions in 10 s
+    mean, _ = evaluate_maskable(attacker, VecMonitor(lanes(ATTACK)), n_eval_episodes=8)
+    assert np.isfinite(mean)
+    assert mean > 0
+
+
+def test_ppo_trains_on_the_defence(defender: PPO) -> None:
+    assert defender.num_timesteps >= 2048
+    assert {episode["l"] for episode in defender.ep_info_buffer} == {20}
+    mean, _ = evaluate_policy(defender, VecMonitor(lanes(DEFENSE, defense_action="platoon")), n_eval_episodes=8)
+    assert np.isfinite(mean)
+    assert mean < 0
+
+
+def test_models_play_as_opponents(attacker: MaskablePPO, defender: PPO) -> None:
+    platoon = {"defense_action": "platoon"}
+    for env_id, opponent in ((ATTACK, defender), (DEFENSE, attacker)):
+        env = single(env_id, opponent=opponent, **platoon)
+        _, info = env.reset(seed=0)
+        ended = False
+        while not ended:
+            _, _, terminated, truncated, info = env.step(Crew(env, 1).act(info))
+            ended = terminated or truncated
+        assert info["disbanded_platoons"] > 0 or env_id == ATTACK
+
+
+def test_a_masked_opponent_is_handed_its_masks(attacker: MaskablePPO) -> None:
+    seen = []
+
+    class Spy:
+        def predict(self, observation, state=None, episode_start=None, deterministic=False, action_masks=None):  # type: ignore[no-untyped-def]
+            seen.append(action_masks)
+            actions, state = attacker.predict(observation, state, episode_start, deterministic, action_masks)
+            assert action_masks[np.arange(len(actions)), actions].all()
+            return actions, state
+
+    env = lanes(DEFENSE, 3, opponent=Spy())
+    env.reset()
+    for _ in range(25):
+        env.step(np.zeros((3, 9)))
+    assert all(mask.shape == (3, 4) for mask in seen)
+
+
+def test_terminal_observation_and_info_are_those_of_the_single_environment() -> None:
+    batch = lanes(ATTACK, 3, opponent="none")
+    batch.seed(5)
+    first = batch.reset()
+    singles = [single(ATTACK, opponent="none") for _ in range(3)]
+    results = [env.reset(seed=5 + lane) for lane, env in enumerate(singles)]
+    np.testing.assert_array_equal(first, [observation for observation, _ in results])
+    crew = Crew(batch.env, 3)
+    for step in range(10):
+        actions = crew.act({"action_mask": np.stack(batch.env_method("action_masks"))})
+        observation, reward, done, infos = batch.step(actions)
+        expected = [env.step(action) for env, action in zip(singles, actions, strict=True)]
+        np.testing.assert_allclose(reward, [result[1] for result in expected], rtol=1e-6)
+        assert done.tolist() == [step == 9] * 3
+        if step < 9:
+            assert infos == [{}] * 3
+    for lane, (last, _, _, truncated, info) in enumerate(expected):
+        np.testing.assert_array_equal(infos[lane].pop("terminal_observation"), last)
+        assert infos[lane].pop("TimeLimit.truncated") is truncated is True
+        assert infos[lane] == {name: value for name, value in info.items() if name != "action_mask"}
+        np.testing.assert_array_equal(observation[lane], singles[lane].reset()[0])
+
+
+def test_an_end_by_physics_is_no_time_limit() -> None:
+    batch = lanes(
+        DEFENSE, 8, on_collision="end", opponent="lead", duration_s=60.0, gap_spread=0.5, speed_spread_mps=5.0
+    )
+    batch.seed(0)
+    batch.reset()
+    ends = []
+    for _ in range(120):
+        _, _, done, infos = batch.step(np.ones((8, 9)))
+        ends += [infos[lane]["TimeLimit.truncated"] for lane in np.flatnonzero(done)]
+    assert False in ends
+
+
+def test_attributes_methods_and_seeds() -> None:
+    batch = lanes(ATTACK, 4)
+    assert batch.get_attr("render_mode") == [None] * 4
+    assert batch.has_attr("action_masks")
+    assert not batch.has_attr("no_such_thing")
+    assert not lanes(DEFENSE).has_attr("action_masks")
+    assert batch.get_attr("num_envs", indices=[0, 2]) == [4, 4]
+    batch.seed(3)
+    first = batch.reset()
+    batch.seed(3)
+    np.testing.assert_array_equal(first, batch.reset())
+    assert (batch.reset() != first).any()
+    assert [mask.shape for mask in batch.env_method("action_masks", indices=1)] == [(4,)]
+    assert batch.env_is_wrapped(gymnasium.Wrapper) == [False] * 4
+    batch.set_attr("note", 1)
+    assert batch.get_attr("note") == [1] * 4
+    with pytest.raises(ValueError, match="one object"):
+        batch.set_attr("note", 2, indices=0)
+    batch.close()
+
+
+def test_frames_are_tiled() -> None:
+    pytest.importorskip("matplotlib")
+    batch = lanes(ATTACK, 2, render_mode="rgb_array")
+    batch.reset()
+    frame = batch.render()
+    assert frame is not None
+    assert (frame.dtype, frame.shape[2]) == (np.uint8, 3)
+
+
+def test_wrong_environments_are_refused() -> None:
+    with pytest.raises(ConfigurationError, match="SameStep"):
+        as_sb3(gymnasium.make_vec(ATTACK, 2, "vector_entry_point"))
+    with pytest.raises(ConfigurationError, match="make_vec"):
+        as_sb3(gymnasium.make_vec("CartPole-v1", 2))
+
+
+def test_missing_library_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = builtins.__import__
+
+    def without(name: str, *args: Any, **kwargs: Any) -> Any:
+        if name.startswith("stable_baselines3"):
+            raise ImportError(f"No module named {name!r}")
+        return real(name, *args, **kwargs)
+
+    monkeypatch.delitem(sys.modules, "agents.sb3")
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    monkeypatch.setattr(builtins, "__import__", without)
+    with pytest.raises(MissingExtraError, match=r"cps-envs\[agents\]"):
+        importlib.import_module("agents.sb3")

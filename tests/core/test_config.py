@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cps_envs.core.config import IntRange, Range, bounds, configure, parameter_table, quantity, validate
+from cps_envs.core.errors import ConfigurationError
+
+
+@dataclass(frozen=True)
+class Tank:
+    volume_l: float = quantity(10.0, unit="l", low=1, high=100, source="Table 1")
+    valves: IntRange = quantity(2, low=1, high=9, source="chosen", ranged=True)
+    inflow: Range = quantity((0.1, 0.2), unit="l/s", low=0, source="chosen", ranged=True)
+    leaks: bool = quantity(False, source="chosen")
+    shape: str = quantity("round", choices=("round", "square"), source="chosen")
+
+    def __post_init__(self) -> None:
+        validate(self)
+
+
+def test_overrides_replace_fields() -> None:
+    tank = configure(Tank(), {"volume_l": 5, "valves": (1, 3), "leaks": True, "shape": "square"})
+    assert (tank.volume_l, tank.valves, tank.leaks, tank.shape) == (5, (1, 3), True, "square")
+
+
+def test_json_and_numpy_values_become_plain_ones() -> None:
+    tank = configure(Tank(), {"valves": [np.int64(1), 3], "volume_l": np.float32(2.5), "leaks": np.bool_(True)})
+    assert tank == Tank(volume_l=2.5, valves=(1, 3), leaks=True)
+    assert {type(tank.volume_l), type(tank.valves), type(tank.leaks)} == {float, tuple, bool}
+
+
+def test_unknown_field_names_the_near_one() -> None:
+    with pytest.raises(ConfigurationError, match=r"Tank has no field 'volume'. Did you mean 'volume_l' or"):
+        configure(Tank(), {"volume": 3})
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("volume_l", 0.5, r"outside \[1, 100\] l; the default is 10.0"),
+        ("volume_l", "3", "must be a number in l"),
+        ("volume_l", True, "must be a number"),
+        ("volume_l", float("nan"), "must be a number"),
+        ("volume_l", float("inf"), "must be a number"),
+        ("volume_l", 10**400, "outside"),
+        ("volume_l", (1, 2), "must be a number"),
+        ("volume_l", None, "must be a number"),
+        ("valves", 2.0, "must be a whole number or a pair"),
+        ("valves", (1, 2, 3), "must be a whole number or a pair"),
+        ("valves", (3, 1), "the lower end comes first"),
+        ("valves", (0, 3), "outside"),
+        ("leaks", 1, "must be True or False"),
+        ("shape", "rond", "Did you mean 'round'"),
+        ("shape", ["round"], "is not one of round, square"),
+    ],
+)
+def test_impossible_values_are_refused(name: str, value: Any, message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        configure(Tank(), {name: value})
+
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.tuples(inner, inner),
+    max_leaves=4,
+)
+
+
+@given(st.sampled_from([field.name for field in fields(Tank)]), anything)
+def test_any_value_is_taken_whole_or_refused_by_name(name: str, value: Any) -> None:
+    try:
+        tank, message = configure(Tank(), {name: value}), ""
+    except ConfigurationError as error:
+        tank, message = Tank(), str(error)
+    assert name in message or not message
+    assert replace(tank) == tank
+
+
+def test_bounds_of_exact_and_ranged_values() -> None:
+    assert bounds(2.0) == (2.0, 2.0)
+    assert bounds((1, 3)) == (1, 3)
+
+
+def test_table_has_a_row_per_field() -> None:
+    lines = parameter_table(Tank()).splitlines()
+    assert len(lines) == 2 + len(fields(Tank))
+    assert lines[2] == "| `volume_l` | 10.0 | l | 1 to 100 | Table 1 |"
+    assert lines[6] == "| `shape` | round | - | round, square | chosen |"

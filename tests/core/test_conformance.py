@@ -1,0 +1,92 @@
+"""The conformance checks pass a healthy toy problem, and each of them fails for something that it is there to find."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from cps_envs.core import conformance
+from cps_envs.core.conformance import CHECKS, Subject, check_environment, check_problem, find_subject, run_check
+from cps_envs.core.types import ROLES
+from tests.core.mutants import of
+from tests.core.mutants_travel import MUTANTS
+from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyDefenseEnv
+
+SLOW = ("check_subprocess", "check_stable_baselines3")
+QUICK = [check for check in CHECKS if check.__name__ not in SLOW]
+CASES = [(name, i) for name, makers in MUTANTS.items() for i in range(len(makers))]
+
+
+def test_every_check_has_a_mutant() -> None:
+    assert set(MUTANTS) == {check.__name__ for check in CHECKS}
+
+
+@pytest.mark.parametrize(("name", "number"), CASES)
+def test_check_finds_mutant(name: str, number: int) -> None:
+    if name == "check_stable_baselines3":
+        pytest.importorskip("stable_baselines3")
+    with pytest.raises(AssertionError):
+        getattr(conformance, name)(MUTANTS[name][number]())
+
+
+def test_toy_problem_conforms_in_every_preset() -> None:
+    outcomes = check_problem(TOY, checks=QUICK)
+    assert len(outcomes) == len(QUICK) * len(TOY.presets) * len(ROLES)
+    skipped = {(outcome.check, "Attack" in outcome.subject) for outcome in outcomes if outcome.status == "skipped"}
+    assert skipped == {("check_swarm", True), ("check_live_swarm", True)}
+
+
+def test_toy_passes_the_slow_checks_once() -> None:
+    checks = [check for check in CHECKS if check.__name__ in SLOW]
+    outcomes = check_environment("tests.core.toy:toys/ToyDefense-v0", checks=checks)
+    assert [outcome.check for outcome in outcomes] == [check.__name__ for check in checks]
+
+
+def test_a_class_is_checked_without_id_and_without_vector_class() -> None:
+    class Plain(ToyAttackEnv):
+        """No vector class beside it."""
+
+    Plain.__module__ = "tests.core.toy_policies"
+    subject = find_subject(Plain, {})
+    assert subject.vector_class.role == "attacker"
+    outcome = run_check(conformance.check_spec, subject)
+    assert (outcome.status, outcome.reason) == ("skipped", "the environment has no id")
+
+
+def test_a_class_finds_the_vector_class_of_its_module() -> None:
+    assert find_subject(ToyAttackEnv, {}).vector_class is ToyAttackVectorEnv
+
+
+@pytest.mark.parametrize("target", [dict, "CartPole-v1"])
+def test_foreign_environments_are_refused(target: Any) -> None:
+    with pytest.raises(TypeError, match="RoleEnv"):
+        find_subject(target, {})
+
+
+def test_arguments_without_json_form_skip_the_spec_check() -> None:
+    subject = find_subject("tests.core.toy:toys/ToyDefense-v0", {"opponent": conformance.Replay([0, 1])})
+    assert run_check(conformance.check_spec, subject).status == "skipped"
+    assert run_check(conformance.check_determinism, subject).status == "passed"
+
+
+def test_a_failure_names_check_subject_and_place() -> None:
+    with pytest.raises(AssertionError, match=r"check_live_observations of .*'learning'.*attacker's.*time_s\[0\]"):
+        run_check(conformance.check_live_observations, MUTANTS["check_live_observations"][0]())
+
+
+def test_variants_bring_entries_to_life() -> None:
+    still = {"preset": "paper", "guard_speed": 0.0, "drift": 0.0, "opponent": "cps_envs.core.policy:Idle"}
+    subject = of("defender", kwargs=still)
+    fixed = Subject(subject.single_class, subject.vector_class, still, variants=({"guard_speed": 1.0, "drift": 0.1},))
+    conformance.check_live_observations(fixed)
+
+
+def test_missing_stable_baselines3_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> Any:
+        raise ImportError(f"No module named {name!r}")
+
+    monkeypatch.setattr("cps_envs.core.conformance.foreign.importlib.import_module", missing)
+    outcome = run_check(conformance.check_stable_baselines3, find_subject(ToyDefenseEnv, {}))
+    assert outcome.status == "skipped"
+    assert "not installed" in str(outcome)

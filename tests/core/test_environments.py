@@ -1,0 +1,119 @@
+"""What the faces promise beyond the conformance checks: arguments, messages, documentation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.vector import AutoresetMode
+
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.game import Game
+from cps_envs.core.parallel_env import DuelEnv
+from cps_envs.core.policy import AnalyticPolicy, Idle, Policy
+from cps_envs.core.swarm_env import SwarmEnv
+from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyConfig, ToyDefenseEnv, ToyGame
+from tests.core.toy_policies import Chase
+
+
+def test_ids_follow_name_side_version_and_namespace() -> None:
+    assert [TOY.env_id(role) for role in ("attacker", "defender")] == ["toys/ToyAttack-v0", "toys/ToyDefense-v0"]
+
+
+def test_docstrings_hold_the_tables() -> None:
+    assert "| 0-1 | `own` | -4 | 4 | m | own position |" in (ToyAttackEnv.__doc__ or "")
+    assert "| `catch_fee` | 0.5 |" in (ToyAttackEnv.__doc__ or "")
+    assert "{" not in (ToyDefenseEnv.__doc__ or "")
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "message"),
+    [
+        ({"preset": "papers"}, "toy has no preset 'papers'. Did you mean 'paper'"),
+        ({"speed": 1}, "ToyConfig has no field 'speed'"),
+        ({"mood": "clam"}, "Did you mean 'calm'"),
+    ],
+)
+def test_wrong_arguments(kwargs: dict[str, Any], message: str) -> None:
+    for make in (ToyAttackEnv, lambda **kw: DuelEnv(TOY, **kw), lambda **kw: SwarmEnv(TOY, "defender", **kw)):
+        with pytest.raises(ConfigurationError, match=message):
+            make(**kwargs)
+
+
+def test_wrong_numbers_of_lanes_seeds_and_modes() -> None:
+    with pytest.raises(ConfigurationError, match="num_envs = 0 must be at least 1"):
+        ToyAttackVectorEnv(0)
+    with pytest.raises(ValueError, match="3 lanes, 2 seeds"):
+        ToyAttackVectorEnv(3).reset(seed=[1, 2])
+    with pytest.raises(ValueError, match="Sometimes"):
+        ToyAttackVectorEnv(1, autoreset_mode="Sometimes")
+    with pytest.raises(UnknownNameError, match="toy has no defender policy 'nobody'"):
+        ToyAttackEnv(opponent="nobody")
+
+
+def test_opponents_by_preset_name_and_object() -> None:
+    assert ToyAttackEnv().opponent == "tests.core.toy_policies:Chase"
+    chase = Chase(ToyGame(ToyConfig(), 1).spec("defender"))
+    one, two = ToyAttackEnv(opponent=chase), ToyAttackEnv(opponent="tests.core.toy_policies:Chase")
+    one.reset(seed=4)
+    two.reset(seed=4)
+    np.testing.assert_array_equal(one.step(1)[0], two.step(1)[0])
+
+
+def test_a_batch_steps_only_when_all_lanes_run() -> None:
+    batch = ToyAttackVectorEnv(2, autoreset_mode=AutoresetMode.DISABLED)
+    with pytest.raises(ResetNeeded, match="reset"):
+        batch.step([0, 0])
+    with pytest.raises(ResetNeeded, match="first reset"):
+        batch.reset(options={"reset_mask": np.array([True, False])})
+    batch.reset(seed=0)
+    batch._ended[1] = True
+    with pytest.raises(ResetNeeded, match=r"lanes \[1\] have ended"):
+        batch.step([0, 0])
+
+
+def test_missing_actions_name_the_agents() -> None:
+    duel, swarm = DuelEnv(TOY), SwarmEnv(TOY, "defender")
+    duel.reset(seed=0)
+    swarm.reset(seed=0)
+    with pytest.raises(ValueError, match="the action of defender_0 is missing"):
+        duel.step({"attacker_0": 0})
+    with pytest.raises(ValueError, match=r"actions of axis_1 are missing \(1 agents\)"):
+        swarm.step({"axis_0": np.zeros(1)})
+
+
+def test_masks_exist_for_discrete_roles_only() -> None:
+    attack, defense = ToyAttackEnv(), ToyDefenseEnv()
+    attack.reset(seed=0)
+    assert attack.action_masks().dtype == np.bool_
+    with pytest.raises(TypeError, match=r"toys/ToyDefense-v0 has no action masks"):
+        defense.action_masks()
+
+
+def test_what_a_game_does_not_offer_is_said() -> None:
+    game = ToyGame(ToyConfig(), 1)
+    with pytest.raises(TypeError, match="no decentralised form"):
+        game.team("attacker")
+    with pytest.raises(TypeError, match="no viewer"):
+        Game.scene(game, 0)
+    with pytest.raises(TypeError, match="has to define predict"):
+        AnalyticPolicy(game.spec("defender")).predict(np.zeros((1, 5)))
+
+
+def test_idle_plays_neutral_for_every_lane() -> None:
+    idle = Idle(ToyGame(ToyConfig(), 1).spec("defender"))
+    assert isinstance(idle, Policy)
+    assert idle.predict(np.zeros((3, 5)))[0].tolist() == [[0, 0]] * 3
+
+
+def test_a_spec_tells_what_a_policy_may_know() -> None:
+    spec = ToyGame(ToyConfig(), 1).spec("attacker")
+    assert (spec.problem, spec.role, spec.decision_interval_s, spec.config) == ("toy", "attacker", 3.0, ToyConfig())
+
+
+def test_lane_metrics_are_plain_numbers() -> None:
+    env = ToyAttackEnv()
+    _, info = env.reset(seed=0)
+    assert {type(info[name]) for name in ("closeness", "fee", "distance_m")} == {float}

@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+from importlib.metadata import EntryPoint
+from typing import Any
+
+import pytest
+
+from cps_envs.core import lookup
+from cps_envs.core.errors import MissingExtraError, UnknownNameError
+from cps_envs.core.lookup import policy_names, resolve_policy
+from cps_envs.core.policy import Idle, RoleSpec
+from tests.core.toy import TOY, ToyConfig, ToyGame
+from tests.core.toy_policies import Chase
+
+ENTRIES = {
+    "toy.defender.chase": "tests.core.toy_policies:Chase",
+    "toy.defender.guess": f"{__name__}:Guess",
+    "toy.defender.needs": "no_such_package.policies:Policy",
+    "toy.attacker.chase": "cps_envs.core.policy:Idle",
+}
+
+
+class Guess(Idle):
+    def __init__(self, spec: RoleSpec, level: Any = 0, *, name: str = "") -> None:
+        super().__init__(spec)
+        self.level, self.name = level, name
+
+
+READY = Guess(ToyGame(ToyConfig(), 1).spec("defender"))
+NUMBER = 3
+
+
+@pytest.fixture(autouse=True)
+def _entries(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = {name: EntryPoint(name, value, lookup.GROUP) for name, value in ENTRIES.items()}
+    monkeypatch.setattr(lookup, "_registered", lambda: found)
+
+
+@pytest.fixture
+def spec() -> RoleSpec:
+    return ToyGame(ToyConfig(), 1).spec("defender")
+
+
+def test_names_of_a_role_are_sorted() -> None:
+    assert policy_names("toy", "defender") == ["chase", "guess", "needs"]
+    assert policy_names("toy", "attacker") == ["chase"]
+
+
+@pytest.mark.parametrize("reference", ["chase", "toy.defender.chase", "tests.core.toy_policies:Chase"])
+def test_name_full_name_and_module(reference: str, spec: RoleSpec) -> None:
+    policy = resolve_policy(reference, spec)
+    assert isinstance(policy, Chase)
+    assert policy.spec is spec
+
+
+def test_objects_are_used_as_they_are(spec: RoleSpec) -> None:
+    assert resolve_policy(READY, spec) is READY
+    assert resolve_policy(f"{__name__}:READY", spec) is READY
+
+
+def test_options_come_from_the_query_or_the_caller(spec: RoleSpec) -> None:
+    policy: Any = resolve_policy("guess?level=[[1,2.5]]&name=plain text", spec)
+    assert (policy.level, policy.name) == ([[1, 2.5]], "plain text")
+    assert resolve_policy("guess?level=1", spec, level=2).level == 2  # type: ignore[attr-defined]
+
+
+def test_unknown_name_offers_the_near_ones(spec: RoleSpec) -> None:
+    with pytest.raises(UnknownNameError, match=r"toy has no defender policy 'chas'. Did you mean 'chase'\?"):
+        resolve_policy("chas", spec)
+
+
+@pytest.mark.parametrize("reference", ["no_such_module:x", "tests.core.toy_policies:Nobody", ":x"])
+def test_nothing_to_import(reference: str, spec: RoleSpec) -> None:
+    with pytest.raises(UnknownNameError, match="no policy can be imported"):
+        resolve_policy(reference, spec)
+
+
+def test_missing_package_names_the_command(spec: RoleSpec) -> None:
+    with pytest.raises(MissingExtraError, match=r"'no_such_package'.*pip install \"cps-envs\[baselines\]\""):
+        resolve_policy("needs", spec)
+
+
+@pytest.mark.parametrize(
+    ("reference", "message"),
+    [
+        (3, "is no policy: it has no method predict"),
+        (f"{__name__}:NUMBER", "could not be built"),
+        ("guess?depth=1", "unexpected keyword argument 'depth'"),
+        (f"{__name__}:READY?level=1", "built already"),
+        ("builtins:print", "is no policy"),
+    ],
+)
+def test_what_is_no_policy(reference: Any, message: str, spec: RoleSpec) -> None:
+    with pytest.raises(TypeError, match=message):
+        resolve_policy(reference, spec)
+
+
+def test_options_of_a_built_policy_are_refused(spec: RoleSpec) -> None:
+    with pytest.raises(TypeError, match="built already"):
+        resolve_policy(READY, spec, level=1)
+
+
+def test_the_policy_of_a_problem_is_found_by_role() -> None:
+    assert isinstance(TOY.policy("chase", ToyGame(ToyConfig(), 1), "attacker"), Idle)

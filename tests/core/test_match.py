@@ -1,0 +1,178 @@
+"""Policies inside a match: when they decide, what they are shown, and what becomes of their state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.utils import seeding
+
+from cps_envs.core.match import Match
+from cps_envs.core.policy import Idle
+from cps_envs.core.types import Array, BoolArray
+from tests.core.toy import ToyConfig, ToyGame
+
+ALL = np.ones(3, np.bool_)
+
+
+class Witness:
+    """Plays one fixed action and writes down each call: how many lanes, their clocks, states and fresh starts."""
+
+    def __init__(self, action: Any, dtype: Any = np.float32) -> None:
+        self.action, self.dtype = action, dtype
+        self.calls: list[tuple[list[float], list[int], list[bool]]] = []
+
+    def predict(
+        self, observation: Array, state: Any = None, episode_start: BoolArray | None = None, deterministic: bool = False
+    ) -> tuple[Array, Any]:
+        assert episode_start is not None
+        count = np.zeros(len(observation), np.int64) if state is None else np.where(episode_start, 0, state[0])
+        clock = np.round((observation[:, -1] + 1) * 6).tolist()
+        self.calls.append((clock, count.tolist(), episode_start.tolist()))
+        return np.array([self.action] * len(observation), self.dtype), (count + 1,)
+
+
+def game(num_lanes: int = 3, **kwargs: Any) -> ToyGame:
+    return ToyGame(ToyConfig(reach_m=0.0, **kwargs), num_lanes)
+
+
+def generators(num_lanes: int = 3) -> list[np.random.Generator]:
+    return [seeding.np_random(lane)[0] for lane in range(num_lanes)]
+
+
+def test_each_role_decides_at_its_own_interval() -> None:
+    attacker, defender = Witness(1, np.int64), Witness([0, 0])
+    match = Match(game(), {"attacker": attacker, "defender": defender})
+    match.reset(ALL, generators())
+    match.step({}, ALL, 6)
+    assert [call[0] for call in attacker.calls] == [[0] * 3, [3] * 3]
+    assert [call[0] for call in defender.calls] == [[t] * 3 for t in range(6)]
+    assert [call[1] for call in attacker.calls] == [[0] * 3, [1] * 3]
+    assert [call[2] for call in attacker.calls] == [[True] * 3, [False] * 3]
+
+
+def test_lanes_out_of_phase_are_asked_when_they_are_due() -> None:
+    attacker = Witness(1, np.int64)
+    match = Match(game(), {"attacker": attacker})
+    lanes = generators()
+    match.reset(ALL, lanes)
+    match.step({"defender": np.zeros((3, 2))}, ALL, 1)
+    match.reset(np.array([False, True, False]), lanes)
+    for _ in range(3):
+        match.step({"defender": np.zeros((3, 2))}, ALL, 1)
+    assert [(clock, fresh) for clock, _, fresh in attacker.calls] == [
+        ([0, 0, 0], [True] * 3),
+        ([0], [True]),  # the lane that was reset
+        ([3, 3], [False] * 2),  # the others at their own third step
+    ]
+    match.step({"defender": np.zeros((3, 2))}, ALL, 1)
+    assert attacker.calls[-1] == ([3], [1], [False])
+
+
+def test_a_part_of_the_lanes_plays_as_all_of_them() -> None:
+    """An action of single precision means the same whether it is asked of all lanes or of some."""
+    results = []
+    for stagger in (False, True):
+        defender = Witness([0.1, -0.3])
+        played = game(guard_speed=0.7)
+        match = Match(played, {"defender": defender})
+        lanes = generators()
+        match.reset(ALL, lanes)
+        if stagger:
+            match.step({}, np.array([True, False, False]), 3)
+            match.step({}, np.array([False, True, True]), 3)
+        else:
+            match.step({}, ALL, 3)
+        results.append(played.guard.copy())
+    np.testing.assert_array_equal(*results)
+
+
+def test_a_terminated_lane_is_not_asked_again() -> None:
+    defender = Witness([0, 0])
+    played = game()
+    match = Match(played, {"defender": defender})
+    match.reset(ALL, generators())
+    played.terminated[1] = True
+    payoff = match.step({}, ALL, 2)
+    assert [len(call[0]) for call in defender.calls] == [2, 2]
+    assert payoff[1] == 0
+
+
+def test_idle_players_are_not_asked_and_cost_no_steps() -> None:
+    class Busy(Idle):
+        def predict(self, *args: Any, **kwargs: Any) -> Any:
+            raise AssertionError("an idle policy is asked")
+
+    played = game()
+    match = Match(played, {"defender": Busy(played.spec("defender"))})
+    match.reset(ALL, generators())
+    match.step({}, ALL, 3)
+    assert played.elapsed.tolist() == [3, 3, 3]
+
+
+@pytest.mark.parametrize(
+    ("role", "action", "dtype"),
+    [("defender", [np.nan, 0], float), ("defender", [0], float), ("attacker", 9, int), ("attacker", 0.5, float)],
+)
+def test_impossible_actions_of_a_policy_name_it(role: Any, action: Any, dtype: Any) -> None:
+    match = Match(game(), {role: Witness(action, dtype)})
+    match.reset(ALL, generators())
+    with pytest.raises(ValueError, match=f"the {role}'s policy Witness gave impossible actions"):
+        match.step({}, ALL, 1)
+
+
+def test_masks_are_handed_to_those_who_take_them() -> None:
+    seen = []
+
+    class Masked(Witness):
+        def predict(self, *args: Any, action_masks: Any = None) -> Any:  # type: ignore[override]
+            seen.append(action_masks)
+            return super().predict(*args)
+
+    played = game()
+    match = Match(played, {"attacker": Masked(0, np.int64), "defender": Masked([0, 0])})
+    match.reset(ALL, generators())
+    match.step({}, np.array([True, False, True]), 1)
+    assert seen[0].shape == (2, 5)
+    assert seen[1] is None
+
+
+def test_begin_hands_out_generators_and_privileged_knowledge() -> None:
+    begun: list[Any] = []
+
+    class Oracle(Witness):
+        privileged = frozenset({"model", "opponent"})
+
+        def begin(self, generators: Any, knowledge: Any) -> Any:
+            begun.append((generators, knowledge))
+            return (np.full(len(generators), 7),)
+
+    oracle, rival = Oracle(0, np.int64), Witness([0, 0])
+    match = Match(game(), {"attacker": oracle, "defender": rival})
+    own = generators()
+    match.reset(np.array([False, True, True]), own)
+    ((given, knowledge),) = begun
+    assert len(given) == 2
+    assert given[0] not in own
+    assert knowledge[0]["opponent"] is rival
+    with pytest.raises(TypeError, match="'toy' hands no copies"):
+        knowledge[0]["model"](4)
+
+
+def test_draws_of_a_policy_shift_no_draw_of_the_physics() -> None:
+    class Drawing(Witness):
+        def begin(self, generators: Any, knowledge: Any) -> Any:
+            for generator in generators:
+                generator.random(100)
+
+    courses = []
+    for player in (Drawing([0, 0]), Idle(game().spec("defender"))):
+        played = game()
+        match = Match(played, {"defender": player})
+        lanes = generators()
+        for _ in range(2):
+            match.reset(ALL, lanes)
+            match.step({}, ALL, 3)
+        courses.append(played.intruder.copy())
+    np.testing.assert_array_equal(*courses)

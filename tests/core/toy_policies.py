@@ -1,0 +1,65 @@
+"""Players of the toy problem: without state, with a state of its own, and with draws at each episode's start."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.policy import AnalyticPolicy, State
+from cps_envs.core.types import Array, BoolArray
+
+
+class Chase(AnalyticPolicy):
+    """The guard runs straight at the intruder."""
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        seen = self.spec.fields.decode(observation)
+        return np.clip(seen["rival"] - seen["own"], -1, 1).astype(np.float32), state
+
+
+class Approach(AnalyticPolicy):
+    """The intruder moves along its longer axis, and pauses at every second decision: a policy with state."""
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        own = self.spec.fields.decode(observation)["own"]
+        count = np.zeros(len(own), np.int64) if state is None else state[0].copy()
+        if episode_start is not None:
+            count[episode_start] = 0
+        axis = np.argmax(np.abs(own), axis=1)
+        backwards = np.take_along_axis(own, axis[:, np.newaxis], axis=1)[:, 0] > 0
+        return np.where(count % 2 == 0, 1 + 2 * axis + backwards, 0), (count + 1,)
+
+
+class Wander(AnalyticPolicy):
+    """The intruder keeps a direction that it draws when the episode starts, and a generator for pauses."""
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        draws = np.array([generator.integers(1, 5) for generator in generators])
+        own = np.empty(len(generators), object)
+        own[:] = list(generators)
+        return draws, own
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        assert state is not None
+        moving = np.array([generator.random() < 0.8 for generator in state[1]])
+        return np.where(moving, state[0], 0), state

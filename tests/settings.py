@@ -1,0 +1,52 @@
+"""What the tests that run over every problem need to know about each: short episodes, lively variants, golden cases."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from cps_envs.core.types import Role
+
+Settings = Mapping[str, Any]
+
+
+class Golden(NamedTuple):
+    """An episode to be kept: the arguments of the role's environment, its seeds, and how much the actor acts."""
+
+    role: Role
+    kwargs: Settings
+    seed: int = 0
+    boldness: float = 0.5
+
+
+class ProblemTests(NamedTuple):
+    short: Settings  # arguments of a short episode
+    variants: Mapping[Role, Sequence[Settings]]  # under which together every observation entry comes alive
+    golden: Mapping[str, Golden]
+
+
+LONG_LEARNING = {"preset": "learning", "duration_s": 120.0}
+PROBLEM_TESTS: Mapping[str, ProblemTests] = {
+    "disbanding": ProblemTests(
+        short={"duration_s": 6.0},
+        variants={
+            "attacker": [LONG_LEARNING],
+            "defender": [{**LONG_LEARNING, "attack_budget": 6, "control_period_s": 0.5}],
+        },
+        golden={
+            "paper attack": Golden("attacker", {"preset": "paper"}),
+            "paper defence": Golden("defender", {"preset": "paper", "opponent": "lead"}, boldness=0.0),
+            "paper defence, random corrections": Golden("defender", {"preset": "paper", "duration_s": 60.0}, seed=1),
+            "learning attack": Golden("attacker", {"preset": "learning"}, seed=2),
+            "learning defence": Golden("defender", {"preset": "learning", "duration_s": 60.0}, seed=3),
+            "S1": Golden("attacker", {"preset": "paper", "interpretation": "S1"}, seed=4),
+            "S2": Golden("attacker", {"preset": "paper", "interpretation": "S2"}, seed=5),
+            "fewer platoons": Golden("attacker", {"preset": "learning", "num_platoons": [6, 10]}, seed=6),
+        },
+    ),
+}
+
+
+def tests_of(name: str) -> ProblemTests:
+    """The settings of a problem; empty ones for a problem that has not been described here."""
+    return PROBLEM_TESTS.get(name, ProblemTests({}, {}, {}))
