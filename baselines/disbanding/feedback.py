@@ -28,9 +28,9 @@ def shipped_weights() -> FloatArray:
 class LinearFeedback(Corrections):
     """Extension beyond the paper: each vehicle's correction is linear in six of its signals.
 
-    delta = 5 m/s2 times the weighted sum of the scaled signals, which are gap error, speed ahead minus own, desired speed minus own, predecessor's acceleration, speed of the
-    nearest disbanded vehicle ahead (a broadcast) minus own, and the plain law's command. `weights` is (2, 6), leaders
-    first, or (B, 2, 6) with one set per lane.
+    delta = 5 m/s2 times the weighted sum of the scaled signals: gap error, speed ahead minus own, desired speed minus
+    own, predecessor's acceleration, speed of the nearest disbanded vehicle ahead (a broadcast) minus own, and the plain
+    law's command. `weights` is (2, 6), leaders first, or (B, 2, 6) with one set per lane.
 
     Raises:
         ValueError: `weights` has another shape.

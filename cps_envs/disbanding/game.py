@@ -135,7 +135,8 @@ class DisbandingGame(Game):
     def _legal_attacks(self) -> BoolArray:
         mask = np.empty((self.num_lanes, self.config.max_platoons + 1), np.bool_)
         interval = self.decision_interval["attacker"]
-        legal_attacks(self.state, self.parameters, self.budget, self.elapsed, interval, mask)
+        state = self.state
+        legal_attacks(state.step, state.disbanding_s, self.parameters, self.budget, self.elapsed, interval, mask)
         return mask
 
     def metrics(self) -> dict[str, Array]:

@@ -91,7 +91,7 @@ def test_solvers_of_the_mpc_agree():
 
 
 def test_mpc_refuses_a_lag_that_its_model_cannot_follow():
-    with pytest.raises(ValueError, match="period_s <= 0.08 s or a larger tau_s"):
+    with pytest.raises(ValueError, match=r"period_s <= 0\.08 s or a larger tau_s"):
         play("lead", "mpc", tau_s=0.04, duration_s=5.0)
 
 
