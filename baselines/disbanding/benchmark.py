@@ -89,7 +89,7 @@ BENCHMARK = Benchmark(
     crash_metric="collided",
     notes=(
         "The row `lead` averages E_v over the intact vehicles, as the paper's Table 2.2 does; all others over all.",
-        "`random`: means of 20 random plans.",
+        "`random`: means over random plans; their deviation is in benchmark.csv.",
         "Mitigations act every 0.1 s here; `cps-envs reproduce ch2` runs the heuristic at every integration step.",
         "`mpc` is tuned to the paper's Table 2.2; `mpc_tuned`, `copy` and `feedback` go beyond the paper.",
     ),

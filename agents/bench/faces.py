@@ -1,0 +1,99 @@
+"""The environments to be measured: each face of each id, and Gymnasium's CartPole in the same forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import cycle
+from typing import Any
+
+import gymnasium
+
+from cps_envs.core.parallel_env import DuelEnv
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import ROLES
+
+CARTPOLE = "CartPole-v1"
+LANES = (1, 64, 1024)
+ACTIONS = 64  # drawn beforehand, so that drawing them is not measured
+
+
+@dataclass(frozen=True)
+class Face:
+    """Something with a step to be timed."""
+
+    env: str
+    form: str  # single, vector or parallel
+    lanes: int
+    start: Callable[[], Callable[[], object]]  # makes and resets the environment; returns its step
+    decisions: float = 1.0  # of the roles played from outside, per step and lane
+    work: float = 0.0  # units of physics per step and lane
+
+
+def cartpole() -> Iterator[Face]:
+    """The yardstick."""
+    yield Face(CARTPOLE, "single", 1, lambda: single(CARTPOLE))
+    for lanes in LANES:
+        yield Face(CARTPOLE, "vector", lanes, lambda lanes=lanes: vector(CARTPOLE, lanes))  # type: ignore[misc]
+
+
+def faces(problem: Problem) -> Iterator[Face]:
+    """Every face of a problem under the preset `paper`."""
+    game = problem.game(problem.presets["paper"], 1)
+    work = work_per_game_step(problem, game.config)
+    for role in ROLES:
+        env_id, done = problem.env_id(role), work * game.decision_interval[role]
+        yield Face(env_id, "single", 1, lambda env_id=env_id: single(env_id), work=done)  # type: ignore[misc]
+        for lanes in LANES:
+            start = lambda env_id=env_id, lanes=lanes: vector(env_id, lanes)  # noqa: E731
+            yield Face(env_id, "vector", lanes, start, work=done)
+    decisions = sum(1.0 / game.decision_interval[role] for role in ROLES)
+    name = f"{problem.namespace}/{problem.name}-v{problem.version}"
+    yield Face(name, "parallel", 1, lambda: parallel(problem), decisions, work)
+
+
+def work_per_game_step(problem: Problem, config: Any) -> float:
+    """Units of physics per game step and lane; 0 where the problem names none."""
+    return 0.0 if problem.work is None else problem.work.per_game_step(config)
+
+
+def single(env_id: str) -> Callable[[], object]:
+    """A step of `gymnasium.make(id)` under random actions, with a reset where an episode has ended."""
+    env = gymnasium.make(env_id)
+    env.action_space.seed(0)
+    actions = cycle([env.action_space.sample() for _ in range(ACTIONS)])
+    env.reset(seed=0)
+
+    def step() -> None:
+        _, _, terminated, truncated, _ = env.step(next(actions))
+        if terminated or truncated:
+            env.reset()
+
+    return step
+
+
+def vector(env_id: str, lanes: int) -> Callable[[], object]:
+    """A step of the native vector form under random actions."""
+    envs = gymnasium.make_vec(env_id, num_envs=lanes, vectorization_mode="vector_entry_point")
+    envs.action_space.seed(0)
+    actions = cycle([envs.action_space.sample() for _ in range(ACTIONS)])
+    envs.reset(seed=0)
+    return lambda: envs.step(next(actions))
+
+
+def parallel(problem: Problem) -> Callable[[], object]:
+    """A step of the PettingZoo form under random actions of both roles."""
+    env = DuelEnv(problem)
+    draws: dict[str, Iterator[Any]] = {}
+    for agent in env.possible_agents:
+        space = env.action_space(agent)
+        space.seed(0)
+        draws[agent] = cycle([space.sample() for _ in range(ACTIONS)])
+    env.reset(seed=0)
+
+    def step() -> None:
+        env.step({agent: next(draw) for agent, draw in draws.items()})
+        if not env.agents:
+            env.reset()
+
+    return step

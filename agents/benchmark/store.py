@@ -1,0 +1,55 @@
+"""Finished work on disk, so that a run that was interrupted goes on where it stopped."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import baselines
+import cps_envs
+from agents.benchmark.cell import Job, Result, file_name
+from agents.files import write_json
+from agents.machine import versions
+
+SOURCES = ("*.py", "*.json", "*.csv")
+
+
+class Store:
+    """Results of jobs, one file each, valid as long as neither the job nor the code behind it changes."""
+
+    def __init__(self, folder: Path, *, fresh: bool = False) -> None:
+        self.folder = folder
+        self.surroundings: dict[str, Any] = {"versions": versions(), "sources": fingerprint()}
+        if fresh and folder.is_dir():
+            for file in folder.glob("*.json"):
+                file.unlink()
+
+    def get(self, job: Job) -> Result | None:
+        """The result of a job that was done before, or None."""
+        try:
+            kept = json.loads(self._path(job).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        same = all(kept.get(name) == value for name, value in self.surroundings.items())
+        return kept["result"] if same else None
+
+    def put(self, job: Job, result: Result) -> None:
+        """Keep a result."""
+        write_json(self._path(job), {"job": {"kind": job.kind, **asdict(job)}, **self.surroundings, "result": result})
+
+    def _path(self, job: Job) -> Path:
+        return self.folder / file_name(job)
+
+
+def fingerprint() -> str:
+    """A hash of the code and the data of the environments and the analytic policies."""
+    digest = hashlib.sha256()
+    for package in (cps_envs, baselines):
+        root = Path(next(iter(package.__path__)))
+        for file in sorted(file for pattern in SOURCES for file in root.rglob(pattern)):
+            digest.update(file.relative_to(root).as_posix().encode())
+            digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]

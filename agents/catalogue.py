@@ -1,0 +1,81 @@
+"""What there is: environments, presets and policies, as plain data for the command line and the documents."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+from typing import Any, get_type_hints
+
+from cps_envs import PROBLEMS
+from cps_envs.core.lookup import GROUP, policy_names
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import ROLES, Role
+
+
+@dataclass(frozen=True)
+class PolicyEntry:
+    """A policy that can be asked for by name."""
+
+    name: str
+    summary: str  # first line of its docstring, or of its module's
+    privileged: tuple[str, ...]  # what it needs to know beyond its observations; an oracle if not empty
+    missing: str = ""  # the package without which it cannot be loaded
+
+
+def describe_problem(problem: Problem) -> dict[str, Any]:
+    """Ids, presets and policies of a problem."""
+    return {
+        "name": problem.name,
+        "summary": problem.summary,
+        "gymnasium": {role: f"{problem.namespace}:{problem.env_id(role)}" for role in ROLES},
+        "pettingzoo": pettingzoo_ids(problem),
+        "presets": list(problem.presets),
+        "policies": {role: [asdict(entry) for entry in policies(problem, role)] for role in ROLES},
+    }
+
+
+def describe_everything() -> list[dict[str, Any]]:
+    """Every registered problem."""
+    return [describe_problem(problem) for problem in PROBLEMS.values()]
+
+
+def pettingzoo_ids(problem: Problem) -> dict[str, str]:
+    """PettingZoo's id of a problem, and the functions of its module: parallel, turn-based, decentralised."""
+    module = f"{problem.namespace}.{problem.name}_v{problem.version}"
+    ids = {"id": f"{problem.namespace}/{problem.name}-v{problem.version}"}
+    if find_spec(module) is None:
+        return ids
+    offers = {"parallel": "parallel_env", "aec": "env", "swarm": "swarm_env"}
+    found = import_module(module)
+    return ids | {form: f"{module}.{function}" for form, function in offers.items() if hasattr(found, function)}
+
+
+def policies(problem: Problem, role: Role) -> list[PolicyEntry]:
+    """The registered policies of a role."""
+    entries = {entry.name: entry for entry in entry_points(group=GROUP)}
+    return [_describe(name, entries[f"{problem.name}.{role}.{name}"]) for name in policy_names(problem.name, role)]
+
+
+def _describe(name: str, entry: EntryPoint) -> PolicyEntry:
+    try:
+        target = entry.load()
+    except ModuleNotFoundError as error:
+        return PolicyEntry(name, "", (), missing=error.name or str(error))
+    return PolicyEntry(name, summary_of(target), tuple(sorted(_privileges(target))))
+
+
+def summary_of(target: Any) -> str:
+    """The first sentence or line of a docstring, the module's if the target itself has none."""
+    own = vars(target).get("__doc__") if inspect.isclass(target) else target.__doc__
+    text = own or inspect.getdoc(inspect.getmodule(target)) or ""
+    return inspect.cleandoc(text).partition("\n")[0]
+
+
+def _privileges(target: Any) -> frozenset[str]:
+    """What a policy class, a function that returns a policy, or a policy declares to need."""
+    made = target if inspect.isclass(target) else get_type_hints(target).get("return", target)
+    privileged: frozenset[str] = getattr(made, "privileged", frozenset())
+    return privileged

@@ -1,0 +1,86 @@
+"""The command `cps-envs`. Modules of commands import nothing heavy; what a command needs it imports when it runs."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from agents.commands import reproduce
+from agents.commands.bench import bench
+from agents.commands.benchmark import benchmark
+from agents.commands.list import list_everything
+from agents.commands.play import play
+from agents.commands.search_feedback import search_feedback
+from agents.console import err
+from agents.errors import explain
+
+WRONG_INPUT, INTERRUPTED = 2, 130
+
+
+class Commands(TyperGroup):
+    """Turns errors that the user can put right into one message and exit code 2, and Ctrl-C into exit code 130."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            err().print("Interrupted. What was finished is kept.")
+            raise typer.Exit(INTERRUPTED) from None
+        except Exception as error:
+            message = None if ctx.params.get("debug") or _is_control_flow(error) else explain(error)
+            if message is None:
+                raise
+            err().print(f"[bold red]Error:[/] {_escaped(message)}", soft_wrap=True)
+            raise typer.Exit(WRONG_INPUT) from error
+
+
+def _is_control_flow(error: Exception) -> bool:
+    """Whether the error is one of the command-line library's own, or a reader of our output that went away."""
+    return isinstance(error, (typer.Exit, typer.Abort, BrokenPipeError)) or hasattr(error, "exit_code")
+
+
+def _escaped(message: str) -> str:
+    from rich.markup import escape
+
+    return escape(message)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"cps-envs {version('cps-envs')}")
+        raise typer.Exit
+
+
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_show_locals=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.callback()
+def options(
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of every error.")] = False,
+    show_version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Attackers and defenders of cyber-physical systems: play them, judge them, reproduce the paper."""
+
+
+app.command("list")(list_everything)
+app.command("play")(play)
+app.add_typer(reproduce.app, name="reproduce")
+app.command("benchmark")(benchmark)
+app.command("bench")(bench)
+app.command("search-feedback")(search_feedback)
+
+
+def main() -> None:
+    """Run the command line."""
+    app(prog_name="cps-envs")

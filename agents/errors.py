@@ -1,0 +1,28 @@
+"""What the command line tells its user instead of a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+
+class CommandError(Exception):
+    """Something that the user can put right; the message says what is wrong and what to do."""
+
+
+def explain(error: Exception) -> str | None:
+    """The message for an error that the user can put right, or None for one that is the program's own fault."""
+    from cps_envs.core.errors import MissingExtraError, UnknownNameError
+
+    if isinstance(error, (CommandError, ValueError, UnknownNameError, MissingExtraError, OSError)):
+        return str(error) or repr(error)
+    return None
+
+
+@contextmanager
+def built_by_user() -> Iterator[None]:
+    """While things that the user named are put together, a wrong type is the user's mistake, too."""
+    try:
+        yield
+    except TypeError as error:
+        raise CommandError(str(error)) from error

@@ -1,0 +1,205 @@
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from agents.benchmark import runner, store
+from agents.benchmark.cell import Cell, Job, Preparation, Result
+from agents.benchmark.matrix import entries
+from agents.benchmark.report import agreement, document, markdown, rows_as_csv, tables
+from agents.benchmark.runner import find_benchmarks, run_benchmark, select
+from agents.benchmark.store import Store
+from agents.cli import app
+from agents.errors import CommandError
+from baselines.disbanding.benchmark import search_plan
+from baselines.paper.agreement import verdict
+from baselines.paper.tables import read_table, velocity_errors
+from baselines.schedule import Benchmark, Entrant, PaperCell, Prepared, Setting
+from cps_envs.core.errors import UnknownNameError
+
+TINY = Benchmark(
+    problem="disbanding",
+    settings=(
+        Setting(
+            name="tiny",
+            title="Tiny",
+            metric="velocity_error_all",
+            attackers=(Entrant("none"), Entrant("random"), Entrant("ready", prepare=f"{__name__}:prepare")),
+            defenders=(Entrant("none"), Entrant("copy")),
+            overrides={"duration_s": 5, "num_platoons": 2},
+            more_episodes={"random": 3},
+            form="{value:.2f} ({collided:.0f})",
+        ),
+    ),
+    paper=(PaperCell("tiny", "none", "none", 3.0, True, "Table 0"),),
+    crash_metric="collided",
+)
+EVERYTHING: dict[str, list[str]] = {"setting": [], "attacker": [], "defender": []}
+
+
+def prepare(config: Any, quick: bool) -> Prepared:
+    return Prepared("plan?events=[[2,1]]", f"quick: {quick}")
+
+
+@pytest.fixture(autouse=True)
+def _prepare_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """pytest imports this module under a name that `import_module` does not know."""
+    ready = TINY.settings[0].attackers[2]
+
+    def run(job: Preparation) -> Result:
+        assert job.function == ready.prepare
+        found = prepare(None, job.quick)
+        return {"policy": found.policy, "note": found.note}
+
+    monkeypatch.setattr(Preparation, "run", run)
+
+
+def test_every_attacker_meets_every_defender(tmp_path: Path) -> None:
+    reports: list[tuple[int, int, str]] = []
+    outcome = run_benchmark(TINY, Store(tmp_path), workers=1, report=lambda *report: reports.append(report))
+    rows = list(entries(outcome, TINY.settings[0]))
+    assert [[entry.episodes for entry in row] for row in rows] == [[1, 1], [3, 3], [1, 1]]
+    assert rows[0][0].text == "0.00 (0)"
+    assert rows[2][0].value > 10
+    assert rows[2][0].value != rows[2][1].value
+    assert [report[:2] for report in reports] == [(k, 7) for k in range(1, 8)]
+    assert len(list(tmp_path.iterdir())) == 7
+
+
+def test_the_paper_s_number_is_beside_ours(tmp_path: Path) -> None:
+    outcome = run_benchmark(TINY, Store(tmp_path), workers=1)
+    entry = next(entries(outcome, TINY.settings[0]))[0]
+    assert entry.difference == pytest.approx(-3.0)
+    assert (entry.verdict, entry.crash_agrees) == ("near", False)
+    assert entry.paper_lines == ["paper 3.00", "with crash", "-3.00 near"]
+    assert agreement(outcome).startswith("1 cells printed in the paper: 0 match, 1 near, 0 miss, 3.00 points")
+    assert "crash or not agrees in 0 of 1" in agreement(outcome)
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[Job] = []
+    whole = Cell.run
+
+    def run(job: Cell) -> Result:
+        if len(done) == 3:
+            raise KeyboardInterrupt
+        done.append(job)
+        return whole(job)
+
+    monkeypatch.setattr(Cell, "run", run)
+    with pytest.raises(KeyboardInterrupt):
+        run_benchmark(TINY, Store(tmp_path), workers=1)
+    assert len(list(tmp_path.iterdir())) == 4  # with the preparation
+    monkeypatch.setattr(Cell, "run", whole)
+    resumed = run_benchmark(TINY, Store(tmp_path), workers=1)
+    assert (resumed.reused, resumed.jobs) == (4, 7)
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 7
+    assert run_benchmark(TINY, Store(tmp_path, fresh=True), workers=1).reused == 0
+
+
+def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_benchmark(TINY, Store(tmp_path), workers=1)
+    next(tmp_path.glob("*random-copy*")).write_text('{"job": ')
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 6
+    monkeypatch.setattr(store, "fingerprint", lambda: "other code")
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 0
+    assert len(list(tmp_path.iterdir())) == 7
+
+
+def test_processes_find_the_same(tmp_path: Path) -> None:
+    part = select(TINY, {**EVERYTHING, "attacker": ["none", "random"]}, quick=False)
+    alone = run_benchmark(part, Store(tmp_path / "alone"), workers=1)
+    together = run_benchmark(part, Store(tmp_path / "together"), workers=2)
+    assert {key: found["metrics"] for key, found in alone.cells.items()} == {
+        key: found["metrics"] for key, found in together.cells.items()
+    }
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_error_tells_which_work_had_it(tmp_path: Path, workers: int) -> None:
+    wrong = replace(TINY.settings[0], attackers=(Entrant("leed"),), defenders=(Entrant("none"),))
+    with pytest.raises(CommandError, match=r"disbanding tiny leed none: .* Did you mean 'lead'"):
+        run_benchmark(replace(TINY, settings=(wrong,)), Store(tmp_path), workers=workers)
+
+
+def test_quick_plays_fewer_episodes_and_tells_the_preparation(tmp_path: Path) -> None:
+    outcome = run_benchmark(select(TINY, EVERYTHING, quick=True), Store(tmp_path), workers=1, quick=True)
+    assert len(outcome.cells["tiny", "random", "none"]["metrics"]["return"]) == 2
+    assert outcome.preparations["tiny", "ready"]["note"] == "quick: True"
+
+
+def test_documents_hold_everything(tmp_path: Path) -> None:
+    outcome = run_benchmark(TINY, Store(tmp_path), workers=1)
+    text = markdown(outcome)
+    assert "| none | 0.00 (0)<br>paper 3.00<br>with crash<br>-3.00 near | 0.00 (0) |" in text
+    assert "- ready: quick: False" in text
+    rows = list(csv.DictReader(rows_as_csv([outcome]).splitlines()))
+    assert [row["attacker"] for row in rows] == ["none", "none", "random", "random", "ready", "ready"]
+    assert (rows[0]["paper"], rows[0]["verdict"], rows[1]["paper"]) == ("3.0", "near", "")
+    found = json.loads(json.dumps(document([outcome], {"command": "x"}, 1.0)))
+    (setting,) = found["problems"][0]["settings"]
+    assert setting["config"]["duration_s"] == 5
+    assert len(setting["cells"][2]["metrics"]["return"]) == 3
+    assert len(tables(outcome)) == 1
+
+
+def test_the_command_writes_its_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib")
+    part = select(TINY, {**EVERYTHING, "attacker": ["none"]}, quick=False)
+    monkeypatch.setattr(runner, "find_benchmarks", lambda names: [part])
+    arguments = ["benchmark", "--out", str(tmp_path), "--jobs", "1"]
+    first = CliRunner().invoke(app, arguments)
+    assert first.exit_code == 0, first.output
+    assert "0.00 (0)" in first.stdout
+    names = {"benchmark.json", "benchmark.csv", "benchmark.md", "disbanding-tiny.png", "cells"}
+    assert {file.name for file in tmp_path.iterdir()} == names
+    assert len(list((tmp_path / "cells").iterdir())) == 2
+    second = CliRunner().invoke(app, [*arguments, "--json"])
+    assert "2 cells were there already" in second.stderr
+    assert json.loads(second.stdout)["problems"][0]["problem"] == "disbanding"
+
+
+def test_the_disbanding_benchmark_covers_the_printed_cells() -> None:
+    (benchmark,) = find_benchmarks(["disbanding"])
+    meetings = {
+        (setting.name, attacker.name, defender.name)
+        for setting in benchmark.settings
+        for attacker in setting.attackers
+        for defender in setting.defenders
+    }
+    assert len(benchmark.paper) == 18
+    assert {(cell.setting, cell.attacker, cell.defender) for cell in benchmark.paper} <= meetings
+
+
+def test_the_searched_plan_can_be_played() -> None:
+    pytest.importorskip("pymoo")
+    from cps_envs import find_problem
+    from cps_envs.core.play import play_episodes
+
+    problem = find_problem("disbanding")
+    config = problem.config("paper", {"duration_s": 5, "num_platoons": 3})
+    found = search_plan(config, quick=True)
+    assert found.policy.startswith("plan?events=[[")
+    assert play_episodes(problem, config, {"attacker": found.policy}, [0])["disbanded_platoons"] == [2]
+
+
+def test_tables_of_the_paper() -> None:
+    assert [len(velocity_errors(name)) for name in ("table_2_2", "table_2_3")] == [18, 18]
+    first = velocity_errors("table_2_2")[0]
+    assert (first.tau_s, first.controller, first.velocity_error_percent, first.crash) == (0.1, "baseline", 29.57, False)
+    assert read_table("claims_ch2")[0]["id"] == "P01"
+    with pytest.raises(UnknownNameError, match="table_2_2"):
+        read_table("table_22")
+
+
+@pytest.mark.parametrize(("difference", "word"), [(2.0, "match"), (-2.1, "near"), (4.0, "near"), (-4.1, "miss")])
+def test_verdicts(difference: float, word: str) -> None:
+    assert verdict(difference) == word
