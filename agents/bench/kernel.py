@@ -11,7 +11,6 @@ import numpy as np
 from gymnasium.utils import seeding
 
 from agents.bench.faces import ACTIONS, work_per_game_step
-from cps_envs.core.actions import ActionReader
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Role
 
@@ -39,62 +38,44 @@ def physics_per_s(problem: Problem, lanes: int, seconds: float) -> float:
 
 
 def face_overhead_us(problem: Problem, role: Role, seconds: float) -> tuple[float, float]:
-    """Microseconds of CPU per decision: what `Env.step` adds to `Game.advance` for the same work, and that work itself.
+    """Microseconds per decision of the single environment: outside the game's own advance and observe, and in them.
 
-    Both go through the same episode in turns, a few decisions each; the median difference counts.
+    The game's two methods are timed inside the environment's step, so that both figures come from the same calls; the
+    median over chunks of decisions counts.
     """
-    env, bare = _stepper(problem, role), _bare_stepper(problem, role)
+    env: Any = gymnasium.make(problem.env_id(role), opponent="none").unwrapped
+    inside = Stopwatch()
+    env.game.advance, env.game.observe = inside.timed(env.game.advance), inside.timed(env.game.observe)
+    env.action_space.seed(0)
+    actions = [env.action_space.sample() for _ in range(ACTIONS)]
     added: list[float] = []
     work: list[float] = []
     start = time.process_time()
     while time.process_time() - start < seconds or len(added) < 3:
-        alone = _time(bare)
-        added.append(_time(env) - alone)
-        work.append(alone)
-    return float(np.median(added)) * 1e6 / CHUNK, float(np.median(work)) * 1e6 / CHUNK
+        env.reset(seed=0)
+        for _ in range(env.game.horizon // env.game.decision_interval[role] // CHUNK):
+            inside.total_ns, begin = 0, time.perf_counter_ns()
+            for decision in range(CHUNK):
+                env.step(actions[decision % ACTIONS])
+            whole = time.perf_counter_ns() - begin
+            added.append((whole - inside.total_ns) / CHUNK)
+            work.append(inside.total_ns / CHUNK)
+    return float(np.median(added)) / 1e3, float(np.median(work)) / 1e3
 
 
-def _time(call: Callable[[], None]) -> float:
-    start = time.process_time()
-    for _ in range(CHUNK):
-        call()
-    return time.process_time() - start
+class Stopwatch:
+    """Adds up the time that some functions take."""
 
+    def __init__(self) -> None:
+        self.total_ns = 0
 
-def _actions(space: Any) -> list[Any]:
-    space.seed(0)
-    return [space.sample() for _ in range(ACTIONS)]
+    def timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The function, with its time added to the total."""
 
+        def call(*args: Any) -> Any:
+            begin = time.perf_counter_ns()
+            result = function(*args)
+            self.total_ns += time.perf_counter_ns() - begin
+            return result
 
-def _stepper(problem: Problem, role: Role) -> Callable[[], None]:
-    env: Any = gymnasium.make(problem.env_id(role), opponent="none").unwrapped
-    actions, count = _actions(env.action_space), 0
-    env.reset(seed=0)
-
-    def step() -> None:
-        nonlocal count
-        _, _, terminated, truncated, _ = env.step(actions[count % ACTIONS])
-        count += 1
-        if terminated or truncated:
-            env.reset(seed=0)
-            count = 0
-
-    return step
-
-
-def _bare_stepper(problem: Problem, role: Role) -> Callable[[], None]:
-    game, lane = problem.game(problem.presets["paper"], 1), np.ones(1, np.bool_)
-    reader = ActionReader(game.action_space[role])
-    actions, count = [reader.single(action) for action in _actions(game.action_space[role])], 0
-    interval = game.decision_interval[role]
-    game.reset(lane, [seeding.np_random(0)[0]])
-
-    def step() -> None:
-        nonlocal count
-        game.advance({role: actions[count % ACTIONS]}, lane, interval)
-        count += 1
-        if game.terminated[0] or game.elapsed[0] >= game.horizon:
-            game.reset(lane, [seeding.np_random(0)[0]])
-            count = 0
-
-    return step
+        return call

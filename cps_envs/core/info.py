@@ -15,7 +15,7 @@ def lane_info(game: Game, role: Role, lane: int = 0) -> dict[str, Any]:
     info: dict[str, Any] = game.lane_metrics(lane)
     mask = game.action_mask(role)
     if mask is not None:
-        info["action_mask"] = mask[lane].astype(np.int8)
+        info["action_mask"] = mask[lane].view(np.int8)
     return info
 
 

@@ -122,7 +122,7 @@ class Canvas:
 
 def legible(period: float) -> float:
     """A period in pixels, or the smallest multiple of it that dashes can be told apart at."""
-    return period * max(1.0, np.ceil(16.0 / period))
+    return period * max(1.0, float(np.ceil(16.0 / period)))
 
 
 def _whole(box: Box) -> tuple[int, int, int, int]:

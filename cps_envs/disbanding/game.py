@@ -17,10 +17,10 @@ from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.episode import draw_episode
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.initial import place
-from cps_envs.disbanding.metrics import METRICS, measure
+from cps_envs.disbanding.metrics import METRICS
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
 from cps_envs.disbanding.parameters import PARAMETERS
-from cps_envs.disbanding.payoff import CHARGES, charge
+from cps_envs.disbanding.payoff import CHARGES, settle
 from cps_envs.disbanding.scene import Scene
 from cps_envs.disbanding.state import State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
@@ -54,6 +54,7 @@ class DisbandingGame(Game):
         self.neutral_action = {"attacker": np.array(0), "defender": np.zeros(corrections)}
         self.max_correction_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
         paid = "velocity_error_all" if config.payoff_set == "all" else "velocity_error_intact_now"
+        self._paid = METRICS.index(paid)
         self.payoff_parts = (paid, "collision_penalty", "end_charge")
         self._allocate()
 
@@ -86,7 +87,7 @@ class DisbandingGame(Game):
         self._measure()
 
     def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
-        if "attacker" in actions:
+        if "attacker" in actions and actions["attacker"].any():
             legal = self._legal_attacks()
             disband(self.state, self.parameters, self.budget, legal, actions["attacker"], lanes)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
@@ -114,9 +115,7 @@ class DisbandingGame(Game):
     def _measure(self) -> None:
         """Bring the metrics and the payoff so far up to the state."""
         horizon, penalty = self.config.horizon_steps, self.config.collision_penalty
-        paid = METRICS.index(self.payoff_parts[0])
-        measure(self.state, self.parameters, horizon, self._table)
-        charge(self.state, self.parameters, horizon, penalty, paid, self._table, self._total)
+        settle(self.state, self.parameters, horizon, penalty, self._paid, self._table, self._total)
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""

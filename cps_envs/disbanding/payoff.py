@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cps_envs.disbanding.lane import kernel
-from cps_envs.disbanding.metrics import METRICS
+from cps_envs.disbanding.metrics import METRICS, measure
 from cps_envs.disbanding.state import State
 
 CHARGES = (
@@ -20,7 +20,7 @@ COLLIDED_INTACT = METRICS.index("collided_intact")
 
 
 @kernel
-def charge(
+def settle(
     state: State,
     parameters: NDArray[np.void],
     horizon_steps: int,
@@ -29,10 +29,11 @@ def charge(
     table: NDArray[np.float64],
     total: NDArray[np.float64],
 ) -> None:
-    """Fill the columns CHARGES of `table` (B, len(METRICS + CHARGES)) and the attacker's payoff `total` (B,) so far.
+    """Fill `table` (B, len(METRICS + CHARGES)) and the attacker's payoff `total` (B,) with what holds so far.
 
     `velocity_error` is the column of METRICS that is paid.
     """
+    measure(state, parameters, horizon_steps, table)
     first = len(METRICS)
     for b in range(total.shape[0]):
         p = parameters[b]
