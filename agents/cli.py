@@ -14,6 +14,7 @@ from agents.commands.benchmark import benchmark
 from agents.commands.list import list_everything
 from agents.commands.play import play
 from agents.commands.search_feedback import search_feedback
+from agents.commands.string_stability import string_stability
 from agents.console import err
 from agents.errors import explain
 
@@ -76,6 +77,7 @@ def options(
 app.command("list")(list_everything)
 app.command("play")(play)
 app.add_typer(reproduce.app, name="reproduce")
+app.command("string-stability")(string_stability)
 app.command("benchmark")(benchmark)
 app.command("bench")(bench)
 app.command("search-feedback")(search_feedback)

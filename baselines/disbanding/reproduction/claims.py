@@ -1,16 +1,14 @@
-"""What chapter 2 says in words, each claim checked by one function; the functions are in the modules `claims_*`."""
+"""What chapter 2 says in words; each claim is checked by one function in `claims_*`, which `evaluation` calls."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 
-from baselines.disbanding.reproduction.evidence import Evidence, NotRunError
-from baselines.disbanding.reproduction.verdicts import UNKNOWN
+from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.paper.tables import read_table
 
-MODULES = ("claims_2_1", "claims_2_3", "claims_2_4")
+SHOWN_UNITS = {"bool": "", "percent": "%", "platoon index": ""}
 Value = float | bool | None
 
 
@@ -32,7 +30,7 @@ class Claim:
     @property
     def paper_shown(self) -> str:
         """The paper's value with its unit."""
-        return self.paper if self.unit == "bool" else f"{self.paper} {self.unit}"
+        return f"{self.paper} {SHOWN_UNITS.get(self.unit, self.unit)}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -67,20 +65,6 @@ def paper_claims() -> list[Claim]:
         Claim(row["id"], row["figure"], row["claim"], row["paper_value"], row["unit"])
         for row in read_table("claims_ch2")
     ]
-
-
-def evaluate(evidence: Evidence, only: tuple[str, ...] = ()) -> list[tuple[Claim, Finding]]:
-    """Every claim, or those named, with what we find; what was not simulated in this run stays open."""
-    for module in MODULES:
-        import_module(f"baselines.disbanding.reproduction.{module}")
-    return [(claim, _judged(evidence, claim)) for claim in paper_claims() if not only or claim.id in only]
-
-
-def _judged(evidence: Evidence, claim: Claim) -> Finding:
-    try:
-        return JUDGES[claim.id](evidence, claim)
-    except NotRunError as missing:
-        return Finding(None, f"needs a simulation left out of this run: {missing}", UNKNOWN)
 
 
 def joined(values: list[float] | list[int], form: str = ".0f") -> str:

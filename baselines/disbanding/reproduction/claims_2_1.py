@@ -11,6 +11,7 @@ from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import ATTACK_S, STRINGS, TAUS_S
 from baselines.disbanding.reproduction.recording import GAP_SHARE, Record
 from baselines.disbanding.reproduction.verdicts import of_cases, of_number
+from cps_envs.core.config import bounds
 from cps_envs.disbanding.dynamics import STOP_MPS
 
 LEAD, FIRST_INTACT, FIFTEENTH, TENTH, REAR = 20, 19, 15, 10, 1  # platoons in the legends
@@ -76,7 +77,9 @@ def extreme_gap(evidence: Evidence, claim: Claim) -> Finding:
 def gap_back(evidence: Evidence, claim: Claim) -> Finding:
     """When its inner gaps are back."""
     settled = _twenty(evidence).settled_s(FIRST_INTACT)
-    return Finding(settled, f"{_seconds(settled)} (within {GAP_SHARE:.0%})", of_number(settled, claim.number))
+    return Finding(
+        settled, f"{_seconds(settled)} (within {100 * GAP_SHARE:g} % of x_d)", of_number(settled, claim.number)
+    )
 
 
 @judges("P08")
@@ -84,7 +87,7 @@ def all_stopped(evidence: Evidence, claim: Claim) -> Finding:
     """For how long all vehicles of the 15th platoon stand at once."""
     record = _twenty(evidence)
     durations = [
-        record.duration_s((record.speed_mps[:, record.vehicles(platoon)] < NEARLY_STOPPED_MPS).all(axis=1))
+        record.duration_s(record.speed_mps[:, record.vehicles(platoon)].max(axis=1) < NEARLY_STOPPED_MPS)
         for platoon in (FIFTEENTH, TENTH)
     ]
     shown = f"all below {NEARLY_STOPPED_MPS:g} m/s for {durations[0]:.0f} s (10th platoon: {durations[1]:.0f} s)"
@@ -134,7 +137,7 @@ def longer_upstream(evidence: Evidence, claim: Claim) -> Finding:
 
 
 def _decrease_increase_settle(record: Record, platoon: int) -> bool:
-    gaps, desired = record.inner_gaps(platoon), record.config.desired_gap_m
+    gaps, desired = record.inner_gaps(platoon), bounds(record.config.desired_gap_m)[0]
     low, high = desired * (1 - CHANGE_SHARE), desired * (1 + CHANGE_SHARE)
     lowest = gaps.argmin(axis=0)
     grows = [bool((gaps[k:, j] > high).any()) for j, k in enumerate(lowest)]

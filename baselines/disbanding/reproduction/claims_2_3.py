@@ -59,7 +59,9 @@ def grows(evidence: Evidence, claim: Claim) -> Finding:
     curves = {tau_s: [_error(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
     hold = [all(a < b for a, b in pairwise(curve)) for curve in curves.values()]
     ends = ", ".join(f"{curves[tau_s][0]:.1f} to {curves[tau_s][-1]:.1f}" for tau_s in TAUS_S)
-    return Finding(all(hold), f"for every tau; N = 2 to 10: {ends} % at tau {joined(list(TAUS_S), 'g')} s", of_cases(hold))
+    return Finding(
+        all(hold), f"for every tau; N = 2 to 10: {ends} % at tau {joined(list(TAUS_S), 'g')} s", of_cases(hold)
+    )
 
 
 @judges("P26")
@@ -103,7 +105,9 @@ def second_attack(evidence: Evidence, claim: Claim) -> Finding:
     which = 0 if claim.id == "P37" else 1
     hold = [of_number(plan[which], claim.number) == "reproduced" for plan in best]
     paper = [second_error(evidence, tau_s, *ATTACKS["2.3"][1]) for tau_s in TAUS_S]
-    gains = [second_error(evidence, tau_s, *plan) - value for tau_s, plan, value in zip(TAUS_S, best, paper, strict=True)]
+    gains = [
+        second_error(evidence, tau_s, *plan) - value for tau_s, plan, value in zip(TAUS_S, best, paper, strict=True)
+    ]
     shown = "; ".join(
         f"tau {tau_s:g} s: ({platoon}, {time_s:g} s)" + (f", {gain:.1f} points above the paper's" if gain else "")
         for tau_s, (platoon, time_s), gain in zip(TAUS_S, best, gains, strict=True)

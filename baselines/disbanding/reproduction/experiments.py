@@ -110,6 +110,15 @@ class Experiments:
         """Attacks on the lead platoon at 2 s and any other one at the seconds of SECOND_PLANS."""
         return [self.second(tau_s, platoon, time_s) for tau_s in TAUS_S for platoon, time_s in SECOND_PLANS]
 
+    def paper_plan(self, budget: int, tau_s: float) -> Scenario:
+        """The attack that the paper calls optimal with one or two platoons."""
+        return self.single(10, tau_s) if budget == 1 else self.second(tau_s, *ATTACKS["2.3"][1])
+
+    def paper_plans(self) -> list[Experiment[Any]]:
+        """All of them."""
+        return [self.paper_plan(budget, tau_s) for budget in BUDGETS for tau_s in TAUS_S]
+
     def searches(self, *, quick: bool) -> list[Experiment[Any]]:
         """The genetic algorithm with one and two platoons; `quick` is a single search."""
-        return [self.search(budget, tau_s) for budget in BUDGETS for tau_s in TAUS_S][: 1 if quick else None]
+        every: list[Experiment[Any]] = [self.search(budget, tau_s) for budget in BUDGETS for tau_s in TAUS_S]
+        return every[:1] if quick else every

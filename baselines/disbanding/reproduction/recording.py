@@ -42,7 +42,7 @@ class Recorded:
         for k in range(samples):
             advance(steps)
             position[k + 1], speed[k + 1] = state.position[0], state.speed[0]
-        time_s = self.sample_s * np.arange(samples + 1)
+        time_s = np.arange(samples + 1, dtype=np.float64) * self.sample_s
         return Record(config, time_s, position, speed, outcome(state, parameters, config.horizon_steps))
 
 
@@ -77,7 +77,7 @@ class Record:
     def settled_s(self, platoon: int) -> float | None:
         """When all inner gaps of a platoon are within GAP_SHARE of the desired one for good; None if never."""
         errors = np.abs(self.inner_gaps(platoon) / self.config.desired_gap_m - 1.0)
-        return self.last_true((errors > GAP_SHARE).any(axis=1))
+        return self.last_true(errors.max(axis=1) > GAP_SHARE)
 
     def recovered_s(self) -> float | None:
         """When all gaps and speeds of the intact vehicles are within their shares for good; None if never.
@@ -85,9 +85,9 @@ class Record:
         A leader's gap may be off by GAP_SHARE of x_d, too. Human drivers keep larger gaps and are left out of these.
         """
         desired = self.config.desired_speed_mps
-        unsettled = (np.abs(self.speed_mps - desired) > SPEED_SHARE * desired).any(axis=1)
-        unsettled |= (np.abs(self.gap_errors()[:, self.outcome.intact[1:]]) > GAP_SHARE).any(axis=1)
-        return self.last_true(unsettled)
+        speed_error = np.abs(self.speed_mps - desired).max(axis=1)
+        gap_error = np.abs(self.gap_errors()[:, self.outcome.intact[1:]]).max(axis=1)
+        return self.last_true((speed_error > SPEED_SHARE * desired) | (gap_error > GAP_SHARE))
 
     def duration_s(self, holds: BoolArray) -> float:
         """For how long a condition (T,) holds, in total."""

@@ -15,6 +15,7 @@ from cps_envs.disbanding.initial import place
 from cps_envs.disbanding.metrics import METRICS, measure
 from cps_envs.disbanding.state import allocate
 
+DEFAULT = SearchSettings()
 DISTINCT_PLANS = 0.6  # of the plans that a search looks at; the others it has seen before
 
 
@@ -26,7 +27,7 @@ class Search:
     tau_s: float
     interpretation: str = "S0"
     seed: int = 0
-    settings: SearchSettings = SearchSettings()
+    settings: SearchSettings = DEFAULT
 
     @property
     def cost(self) -> float:

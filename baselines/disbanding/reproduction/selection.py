@@ -50,6 +50,7 @@ def needed(
             todo += experiments.figure_2_3()
         if part == "ga":
             todo += experiments.searches(quick=quick)
+            todo += experiments.paper_plans()
             todo += [] if quick else experiments.two_platoons()
         if part == "claims":
             todo += [*experiments.table("2.2"), *experiments.table("2.3")]

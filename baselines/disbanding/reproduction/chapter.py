@@ -1,0 +1,124 @@
+"""Reproducing chapter 2, or parts of it: simulate, compare, and hand over as tables, words or plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from baselines.disbanding.reproduction import blocks, document
+from baselines.disbanding.reproduction.blocks import Block
+from baselines.disbanding.reproduction.cells import Cell, table_cells
+from baselines.disbanding.reproduction.claims import Claim, Finding
+from baselines.disbanding.reproduction.evaluation import evaluate
+from baselines.disbanding.reproduction.evidence import Evidence, Report, compute
+from baselines.disbanding.reproduction.optimal import optima
+from baselines.disbanding.reproduction.reference import Check, check
+from baselines.disbanding.reproduction.selection import needed
+from baselines.disbanding.reproduction.summary import closing
+from cps_envs.disbanding.interpretation import INTERPRETATIONS
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Parts of the chapter, simulated under one interpretation."""
+
+    parts: Sequence[str]
+    evidence: Evidence
+    quick: bool = False
+    all_interpretations: bool = False
+
+    @cached_property
+    def cells(self) -> list[Cell]:
+        """The cells of the tables asked for."""
+        return [cell for table in ("2.2", "2.3") if table in self.parts for cell in table_cells(self.evidence, table)]
+
+    @cached_property
+    def findings(self) -> list[tuple[Claim, Finding]]:
+        """All claims, if asked for."""
+        return evaluate(self.evidence) if "claims" in self.parts else []
+
+    @cached_property
+    def checks(self) -> list[Check]:
+        """The cells that have a reference, those of the other interpretations included."""
+        cells = list(self.cells)
+        for name in INTERPRETATIONS if self.all_interpretations else ():
+            for table in ("2.2", "2.3"):
+                cells += table_cells(self.evidence.under(name), table, ("baseline",))
+        distinct = {(cell.table, cell.interpretation, cell.name): cell for cell in cells}
+        return check(list(distinct.values()))
+
+    @property
+    def passed(self) -> bool:
+        """Whether every cell is within its tolerance of the reference; misses against the paper do not count."""
+        return all(each.passed for each in self.checks)
+
+    def blocks(self) -> list[Block]:
+        """Tables for readers."""
+        makers: dict[str, Callable[[], list[Block]]] = {
+            "2.2": lambda: blocks.cell_blocks(self.evidence, "2.2"),
+            "2.3": lambda: blocks.cell_blocks(self.evidence, "2.3"),
+            "2.1fig": lambda: blocks.figure_2_1_blocks(self.evidence),
+            "2.3fig": lambda: blocks.figure_2_3_blocks(self.evidence),
+            "ga": lambda: blocks.search_blocks(self.evidence),
+            "claims": lambda: blocks.claim_blocks(self.findings),
+        }
+        made = [block for part in self.parts for block in makers[part]()]
+        return made + (blocks.interpretation_blocks(self.evidence) if self.all_interpretations else [])
+
+    def closing(self) -> list[str]:
+        """Paragraphs that say what is not reproduced, and why."""
+        return closing(self.cells, self.findings, self.checks, quick=self.quick)
+
+    def document(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        evidence = self.evidence
+        makers: dict[str, Callable[[], Any]] = {
+            "2.2": lambda: document.table_document(table_cells(evidence, "2.2")),
+            "2.3": lambda: document.table_document(table_cells(evidence, "2.3")),
+            "2.1fig": lambda: document.figure_2_1_document(evidence),
+            "2.3fig": lambda: document.figure_2_3_document(evidence),
+            "ga": lambda: document.search_document(optima(evidence)),
+            "claims": lambda: document.claims_document(self.findings),
+        }
+        return {
+            "chapter": 2,
+            "interpretation": evidence.experiments.interpretation,
+            "quick": self.quick,
+            "parts": {part: makers[part]() for part in self.parts},
+            "interpretations": self._interpretations() if self.all_interpretations else {},
+            "regression": document.checks_document(self.checks),
+            "closing": self.closing(),
+        }
+
+    def _interpretations(self) -> dict[str, Any]:
+        documents = {}
+        for name in INTERPRETATIONS:
+            there = self.evidence.under(name)
+            documents[name] = {
+                "tables": {
+                    table: document.table_document(table_cells(there, table, ("baseline",))) for table in ("2.2", "2.3")
+                },
+                "claims": document.claims_document(evaluate(there, ("P29", "P39"))),
+            }
+        return documents
+
+
+def reproduce_chapter(
+    parts: Sequence[str],
+    interpretation: str = "S0",
+    *,
+    jobs: int = 1,
+    quick: bool = False,
+    all_interpretations: bool = False,
+    report: Report | None = None,
+) -> Reproduction:
+    """Simulate what the parts (keys of `selection.PARTS`) need.
+
+    `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
+    of the work done.
+    """
+    todo = needed(parts, interpretation, quick=quick, all_interpretations=all_interpretations)
+    evidence = Evidence(compute(todo, jobs, report), interpretation)
+    return Reproduction(tuple(parts), evidence, quick, all_interpretations)

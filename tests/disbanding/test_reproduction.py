@@ -1,0 +1,290 @@
+"""`reproduce ch2` as a library: cells against the reference, claims, verdicts, and running experiments."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.console import to_json
+from baselines.disbanding.reproduction import claims, plot_2_1, plot_2_3, reference
+from baselines.disbanding.reproduction.cells import mean_distance, table_cells
+from baselines.disbanding.reproduction.chapter import Reproduction, reproduce_chapter
+from baselines.disbanding.reproduction.evidence import Evidence, NotRunError, compute
+from baselines.disbanding.reproduction.experiments import Experiments
+from baselines.disbanding.reproduction.recording import Recorded
+from baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
+from baselines.disbanding.reproduction.searching import evaluator
+from baselines.disbanding.reproduction.selection import PARTS, chosen, needed
+from baselines.disbanding.reproduction.verdicts import (
+    NEAR,
+    NOT,
+    PARTLY,
+    REPRODUCED,
+    UNKNOWN,
+    of_cases,
+    of_number,
+    of_points,
+)
+from baselines.paper.tables import read_table, velocity_errors
+from cps_envs.core.errors import ConfigurationError
+
+FAST = ("2.2", "2.3", "2.1fig", "2.3fig", "claims")
+LEFT_OUT = ("P14", "P15", "P16", "P23", "P24", "P37", "P38")
+VERDICTS = {
+    **dict.fromkeys(("P01", "P02", "P03", "P04", "P05", "P06", "P07", "P09", "P11", "P12", "P13"), REPRODUCED),
+    **dict.fromkeys(("P21", "P22", "P25", "P26", "P27", "P28", "P30"), REPRODUCED),
+    **dict.fromkeys(("P10", "P29"), NEAR),
+    **dict.fromkeys(("P31", "P36", "P39"), PARTLY),
+    **dict.fromkeys(("P08", "P17", "P18", "P19", "P20", "P32", "P33", "P34", "P35"), NOT),
+}
+VERDICTS_IN_FULL = {"P14": REPRODUCED, "P15": NEAR, "P16": NOT, "P23": REPRODUCED, "P24": REPRODUCED}
+SHORT = Scenario(((3, 1.0),), num_platoons=3, duration_s=20.0)
+
+
+@pytest.fixture(scope="module")
+def found() -> Reproduction:
+    return reproduce_chapter(FAST, quick=True)
+
+
+def test_every_cell_is_within_its_tolerance_of_the_reference(found: Reproduction) -> None:
+    assert len(found.checks) == 36
+    assert [check.cell.name for check in found.checks if not check.passed] == []
+    assert [check.cell.name for check in found.checks if not check.crash_agrees] == []
+    assert found.passed
+
+
+@pytest.mark.parametrize(
+    ("table", "controller", "distance"),
+    [
+        ("2.2", "baseline", 1.12),
+        ("2.2", "heuristic", 0.82),
+        ("2.2", "mpc", 0.52),
+        ("2.3", "baseline", 1.7),
+        ("2.3", "heuristic", 3.2),
+        ("2.3", "mpc", 3.1),
+    ],
+)
+def test_mean_distance_from_the_paper(found: Reproduction, table: str, controller: str, distance: float) -> None:
+    assert mean_distance(table_cells(found.evidence, table, (controller,))) == pytest.approx(distance, abs=0.05)
+
+
+def test_the_other_averaging_set_fits_the_paper_less(found: Reproduction) -> None:
+    for table, other in (("2.2", "all"), ("2.3", "intact")):
+        cells = table_cells(found.evidence, table, ("baseline",))
+        assert mean_distance(cells, other) > mean_distance(cells) + 2.0
+
+
+@pytest.mark.parametrize("table", ["2.2", "2.3"])
+def test_cells_stand_beside_those_of_the_paper(found: Reproduction, table: str) -> None:
+    cells = table_cells(found.evidence, table)
+    assert [cell.paper for cell in cells] == velocity_errors(f"table_{table.replace('.', '_')}")
+    for cell in cells:
+        assert cell.difference == pytest.approx(cell.ours - cell.paper.velocity_error_percent)
+        expected = "match" if abs(cell.difference) <= 2.0 else "near" if abs(cell.difference) <= 4.0 else "miss"
+        assert cell.verdict == expected
+
+
+def test_reference_covers_the_tables_of_the_specification() -> None:
+    known = reference.references()
+    assert len(known) == 13 * 6
+    assert {key[:3] for key in known} >= {(table, "S0", name) for table in ("2.2", "2.3") for name in CONTROLLERS}
+
+
+def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction) -> None:
+    experiment = Experiments().cell("2.2", "heuristic", 4.0, 0.3)
+    results = dict.fromkeys(needed(("2.2",), "S0", quick=True, all_interpretations=False))
+    results = {each: found.evidence[each] for each in results}
+    outcome = results[experiment]
+    results[experiment] = replace(outcome, velocity_error_intact=outcome.velocity_error_intact + 0.2)
+    changed = Reproduction(("2.2",), Evidence(results))
+    assert not changed.passed
+    assert any("FAILED: 2.2 heuristic (4 m, 0.3 s) off by +0.196" in paragraph for paragraph in changed.closing())
+
+
+def test_every_claim_of_the_paper_has_one_evaluation(found: Reproduction) -> None:
+    printed = [row["id"] for row in read_table("claims_ch2")]
+    assert len(set(printed)) == len(printed) == 39
+    assert sorted(claims.JUDGES) == printed
+    assert [claim.id for claim, _ in found.findings] == printed
+    with pytest.raises(ValueError, match="P01 is checked twice"):
+        claims.judges("P01")(lambda evidence, claim: claims.Finding(None, "", NOT))
+
+
+def test_verdicts_of_the_claims(found: Reproduction) -> None:
+    assert {claim.id: finding.verdict for claim, finding in found.findings} == VERDICTS | dict.fromkeys(
+        LEFT_OUT, UNKNOWN
+    )
+
+
+def test_values_of_the_claims(found: Reproduction) -> None:
+    values = {claim.id: finding.value for claim, finding in found.findings}
+    expected = {"P05": 1.08, "P06": 14.2, "P07": 60.5, "P13": 9.7, "P17": 75, "P18": 29, "P19": 15, "P21": 29.51}
+    expected |= {"P22": 44.42, "P32": 64, "P33": 0, "P34": 55.6}
+    for name, value in expected.items():
+        assert values[name] == pytest.approx(value, abs=0.05 if value < 20 else 0.5), name
+
+
+def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction) -> None:
+    expected = {
+        0.1: (18.86, 19.46, 20.60, 21.97, 23.48, 25.07, 26.69, 28.17, 29.56),
+        0.3: (20.86, 23.25, 26.16, 28.90, 31.09, 32.96, 34.64, 36.20, 37.68),
+        0.5: (23.36, 27.64, 32.08, 35.72, 39.03, 42.19, 45.25, 48.26, 51.28),
+    }
+    for tau_s, row in expected.items():
+        outcomes = [found.evidence[Experiments().single(count, tau_s)] for count in range(2, 11)]
+        np.testing.assert_allclose([outcome.velocity_error_intact for outcome in outcomes], row, atol=0.05)
+    collided = [int(found.evidence[Experiments().single(count, 0.2)].collided.sum()) for count in range(2, 11)]
+    assert collided == [6 * (count - 1) for count in range(2, 11)]
+
+
+def test_closing_names_what_is_missed(found: Reproduction) -> None:
+    text = " ".join(found.closing())
+    for cell in found.cells:
+        assert (f"{cell.table} {cell.name} {cell.difference:+.1f}" in text) == (cell.verdict == "miss")
+    for words in ("tuned on the mpc column", "36 of 36 cells within", "not reproduced: P08", "--quick left out"):
+        assert words in text
+
+
+def test_document_is_strict_json(found: Reproduction) -> None:
+    document = json.loads(to_json(found.document()))
+    assert list(document["parts"]) == list(FAST)
+    assert len(document["parts"]["2.2"]["cells"]) == 18
+    assert document["parts"]["2.2"]["mean_absolute_difference"]["baseline"]["intact"] == pytest.approx(1.12, abs=0.01)
+    assert len(document["parts"]["2.3fig"]) == 45
+    assert {row["id"]: row["verdict"] for row in document["parts"]["claims"]}["P35"] == NOT
+    assert document["regression"]["passed"] is True
+
+
+def test_figures_have_the_paper_s_panels_with_units(found: Reproduction) -> None:
+    pytest.importorskip("matplotlib")
+    for draw, panels in ((plot_2_1.draw, "abcde"), (plot_2_3.draw, "abcd")):
+        axes = draw(found.evidence).axes
+        assert "".join(each.get_title(loc="left")[0] for each in axes) == panels
+        assert all(each.get_xlabel() and each.get_ylabel() and each.lines for each in axes)
+
+
+def test_blocks_are_rectangular(found: Reproduction) -> None:
+    for block in found.blocks():
+        assert {len(row) for row in block.rows} == {len(block.columns)}, block.title
+
+
+@pytest.mark.parametrize(
+    ("ours", "paper", "verdict"),
+    [(105.0, 100.0, REPRODUCED), (89.9, 100.0, NOT), (91.0, 100.0, NEAR), (None, 43.0, NOT), (0.0, 0.0, REPRODUCED)],
+)
+def test_rule_of_numbers(ours: float | None, paper: float, verdict: str) -> None:
+    assert of_number(ours, paper) == verdict
+
+
+@pytest.mark.parametrize(("ours", "verdict"), [(32.0, REPRODUCED), (26.1, NEAR), (34.1, NOT)])
+def test_rule_of_points(ours: float, verdict: str) -> None:
+    assert of_points(ours, 30.0) == verdict
+
+
+@pytest.mark.parametrize(
+    ("hold", "verdict"),
+    [
+        ("1", REPRODUCED),
+        ("0", NOT),
+        ("10", PARTLY),
+        ("110", NEAR),
+        ("1100", PARTLY),
+        ("000", NOT),
+        ("1111", REPRODUCED),
+    ],
+)
+def test_rule_of_cases(hold: str, verdict: str) -> None:
+    assert of_cases([case == "1" for case in hold]) == verdict
+
+
+def test_recording_does_not_change_the_outcome() -> None:
+    plain, recorded = SHORT.run(), Recorded(SHORT, 0.2).run()
+    assert recorded.outcome.velocity_error_all == plain.velocity_error_all
+    assert recorded.position_m.shape == (101, 30)
+    assert recorded.time_s[-1] == pytest.approx(SHORT.duration_s)
+
+
+def test_search_evaluates_plans_like_scenarios() -> None:
+    plans = np.full((2, 10), np.inf)
+    plans[0, 9], plans[1, [9, 8]] = 1.0, [2.0, 100.0]
+    values = evaluator(Scenario(()))(plans)
+    expected = [Experiments().cell(table, "baseline", 5.0, 0.1).run().velocity_error_all for table in ("2.2", "2.3")]
+    np.testing.assert_array_equal(values, expected)
+
+
+def test_processes_give_the_same_results() -> None:
+    experiments: list[Any] = [SHORT, replace(SHORT, tau_s=0.3), Recorded(SHORT, 1.0)]
+    reports: list[tuple[float, str]] = []
+    spawned = compute(experiments, 2, lambda share, label: reports.append((share, label)))
+    here = compute(experiments)
+    for experiment in experiments[:2]:
+        assert spawned[experiment].velocity_error_all == here[experiment].velocity_error_all
+    np.testing.assert_array_equal(spawned[experiments[2]].speed_mps, here[experiments[2]].speed_mps)
+    shares = [share for share, _ in reports]
+    assert len(shares) == 3
+    assert shares == sorted(shares)
+    assert shares[-1] == pytest.approx(1.0)
+
+
+def test_equal_experiments_run_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[Scenario] = []
+    monkeypatch.setattr(Scenario, "run", lambda self: ran.append(self))
+    compute([SHORT, replace(SHORT), SHORT])
+    assert ran == [SHORT]
+
+
+def test_results_that_were_left_out_are_named() -> None:
+    with pytest.raises(NotRunError, match=r"N = 3, tau = 0\.1 s"):
+        Evidence({})[SHORT]
+
+
+def test_an_error_in_a_process_reaches_the_caller() -> None:
+    with pytest.raises(ConfigurationError, match="tau_s"):
+        compute([Broken(((2, 1.0),)), SHORT], 2)
+
+
+class Broken(Scenario):
+    """A scenario that fails where it is run."""
+
+    def run(self) -> Any:
+        raise ConfigurationError("tau_s is broken")
+
+
+def test_parts_are_ordered_and_checked() -> None:
+    assert chosen([]) == tuple(PARTS)
+    assert chosen(["claims", "2.2", "2.2"]) == ("2.2", "claims")
+    with pytest.raises(ConfigurationError, match=r"no part '2\.4'.*Known"):
+        chosen(["2.4"])
+
+
+@pytest.fixture(scope="module")
+def everything() -> Reproduction:
+    return reproduce_chapter(tuple(PARTS), jobs=2, all_interpretations=True)
+
+
+@pytest.mark.slow
+def test_full_run_leaves_no_claim_open(everything: Reproduction) -> None:
+    verdicts = {claim.id: finding.verdict for claim, finding in everything.findings}
+    assert verdicts == VERDICTS | VERDICTS_IN_FULL | {"P37": NEAR, "P38": PARTLY}
+    assert everything.passed
+
+
+@pytest.mark.slow
+def test_genetic_algorithm_finds_the_lead_platoon_at_the_first_instant(everything: Reproduction) -> None:
+    rows = json.loads(to_json(everything.document()["parts"]["ga"]))
+    single = [row for row in rows if row["budget"] == 1]
+    assert [(row["tau_s"], row["found"]) for row in single] == [(tau_s, [[10, 1.0]]) for tau_s in (0.1, 0.3, 0.5)]
+    double = next(row for row in rows if row["budget"] == 2 and row["tau_s"] == 0.1)
+    assert [platoon for platoon, _ in double["found"]] == [10, 9]
+    assert double["velocity_error_all"] >= double["paper_plan_error"]
+
+
+@pytest.mark.slow
+def test_interpretations_decide_the_crash_flags(everything: Reproduction) -> None:
+    documents = everything.document()["interpretations"]
+    verdicts = {name: tuple(row["verdict"] for row in document["claims"]) for name, document in documents.items()}
+    assert verdicts == {"S0": (NEAR, PARTLY), "S1": (REPRODUCED, NEAR), "S2": (NEAR, REPRODUCED)}
