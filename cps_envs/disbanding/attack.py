@@ -14,28 +14,25 @@ EARLIEST_S = 1.0  # constraint of (2.9): t_d >= 1
 
 @kernel
 def legal_attacks(
-    step: NDArray[np.int64],
-    disbanding_s: NDArray[np.float64],
+    state: State,
     parameters: NDArray[np.void],
     budget: NDArray[np.int64],
-    elapsed: NDArray[np.int64],
-    interval: int,
+    steps_per_decision: int,
     out: NDArray[np.bool_],
 ) -> None:
     """Fill `out` (B, N + 1): waiting (0) always; platoon i (1 = rear) while it is intact, present and affordable.
 
-    `step` (B,) and `disbanding_s` (B, N) are those of the state: a call costs by the arrays that it is passed.
-    Decisions are due when the game steps `elapsed` (B,) are a multiple of `interval`.
+    Decisions are due every `steps_per_decision` integration steps.
     """
     out[:] = False
     for b in range(out.shape[0]):
         out[b, 0] = True
-        p = parameters[b]
-        due = elapsed[b] % interval == 0 and budget[b] > 0
-        if due and has_begun(step[b] * p.dt_s, EARLIEST_S):
+        p, step = parameters[b], state.step[b]
+        due = step % steps_per_decision == 0 and budget[b] > 0
+        if due and has_begun(step * p.dt_s, EARLIEST_S):
             platoons = p.num_vehicles // p.vehicles_per_platoon
             for i in range(1, platoons + 1):
-                out[b, i] = disbanding_s[b, platoons - i] == np.inf
+                out[b, i] = state.disbanding_s[b, platoons - i] == np.inf
 
 
 @kernel

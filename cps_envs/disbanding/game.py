@@ -11,19 +11,20 @@ from gymnasium import spaces
 from cps_envs.core.game import Game
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
-from cps_envs.disbanding.attack import disband, legal_attacks
 from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.episode import draw_episode
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.initial import place
 from cps_envs.disbanding.metrics import METRICS
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
 from cps_envs.disbanding.parameters import PARAMETERS
-from cps_envs.disbanding.payoff import CHARGES, settle
+from cps_envs.disbanding.payoff import CHARGES, Rules
 from cps_envs.disbanding.scene import Scene
 from cps_envs.disbanding.state import State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
+from cps_envs.disbanding.turn import Account, settle, take_turn
+
+MEASURES = METRICS + CHARGES
 
 
 class DisbandingGame(Game):
@@ -54,7 +55,12 @@ class DisbandingGame(Game):
         self.neutral_action = {"attacker": np.array(0), "defender": np.zeros(corrections)}
         self.max_correction_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
         paid = "velocity_error_all" if config.payoff_set == "all" else "velocity_error_intact_now"
-        self._paid = METRICS.index(paid)
+        self._rules = Rules(
+            horizon_steps=config.horizon_steps,
+            collision_penalty=config.collision_penalty,
+            velocity_error=METRICS.index(paid),
+            steps_per_decision=config.periods_per_second * config.steps_per_period,
+        )
         self.payoff_parts = (paid, "collision_penalty", "end_charge")
         self._allocate()
 
@@ -63,8 +69,12 @@ class DisbandingGame(Game):
         self.state: State = allocate(lanes, config.max_platoons, config.vehicles_per_platoon)
         self.parameters = np.zeros(lanes, PARAMETERS)
         self.budget = np.zeros(lanes, np.int64)
-        self._table = np.zeros((lanes, len(METRICS + CHARGES)))
-        self._total = np.zeros(lanes)
+        self._account = Account(
+            table=np.zeros((lanes, len(MEASURES))),
+            total=np.zeros(lanes),
+            legal=np.zeros((lanes, config.max_platoons + 1), np.bool_),
+        )
+        self._waiting = np.zeros(lanes, np.int64)
         self._still = np.zeros((lanes, config.max_vehicles))
 
     def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -84,19 +94,17 @@ class DisbandingGame(Game):
             takeover_delays_s=delays,
             driver_headways_s=headways,
         )
-        self._measure()
+        self._settle()
 
     def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
-        if "attacker" in actions and actions["attacker"].any():
-            legal = self._legal_attacks()
-            disband(self.state, self.parameters, self.budget, legal, actions["attacker"], lanes)
+        targets = actions.get("attacker", self._waiting)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
-        advance(self.state, self.parameters, correction, lanes, num_steps * self.config.steps_per_period)
+        before, steps = self._account.total.copy(), num_steps * self.config.steps_per_period
+        moves = (self.budget, targets, correction, lanes, steps)
+        take_turn(self.state, self.parameters, *moves, self._rules, self._account)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
-        before = self._total.copy()
-        self._measure()
-        return self._total - before
+        return self._account.total - before
 
     def _correction(self, action: Array) -> FloatArray:
         """Corrections (B, M) in m/s2 of an action (B, M), or (B, N) in the per-platoon form."""
@@ -112,39 +120,30 @@ class DisbandingGame(Game):
         row = present[:, np.newaxis] - 1 - np.arange(self.config.max_platoons)
         return np.repeat(np.take_along_axis(rows, np.maximum(row, 0), axis=1), size, axis=1)
 
-    def _measure(self) -> None:
-        """Bring the metrics and the payoff so far up to the state."""
-        horizon, penalty = self.config.horizon_steps, self.config.collision_penalty
-        settle(self.state, self.parameters, horizon, penalty, self._paid, self._table, self._total)
+    def _settle(self) -> None:
+        settle(self.state, self.parameters, self.budget, self._rules, self._account)
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""
         values = np.empty((self.num_lanes, self.fields[role].size))
         drawn = isinstance(self.config.num_platoons, tuple)
         if role == "attacker":
-            observe_attacker(self.state, self.parameters, self._table, self.budget, drawn, values)
+            observe_attacker(self.state, self.parameters, self._account.table, self.budget, drawn, values)
         else:
-            observe_defender(self.state, self.parameters, self._table, drawn, values)
+            observe_defender(self.state, self.parameters, self._account.table, drawn, values)
         return self.fields[role].encode(values)
 
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal attacks (B, N + 1); the defender's corrections are always legal."""
-        return self._legal_attacks() if role == "attacker" else None
-
-    def _legal_attacks(self) -> BoolArray:
-        mask = np.empty((self.num_lanes, self.config.max_platoons + 1), np.bool_)
-        interval = self.decision_interval["attacker"]
-        state = self.state
-        legal_attacks(state.step, state.disbanding_s, self.parameters, self.budget, self.elapsed, interval, mask)
-        return mask
+        return self._account.legal.copy() if role == "attacker" else None
 
     def metrics(self) -> dict[str, Array]:
         """`metrics.METRICS` and `payoff.CHARGES` so far, each (B,)."""
-        return dict(zip(METRICS + CHARGES, self._table.T, strict=True))
+        return dict(zip(MEASURES, self._account.table.T, strict=True))
 
     def lane_metrics(self, lane: int) -> dict[str, float]:
         """`metrics` of one lane as Python numbers."""
-        return dict(zip(METRICS + CHARGES, self._table[lane].tolist(), strict=True))
+        return dict(zip(MEASURES, self._account.table[lane].tolist(), strict=True))
 
     def model(self, lane: int, num_lanes: int) -> DisbandingGame:
         """Privileged: copies of one lane in its present state."""
@@ -154,7 +153,7 @@ class DisbandingGame(Game):
         copy.parameters[:] = self.parameters[lane]
         copy.budget[:] = self.budget[lane]
         copy.elapsed[:], copy.terminated[:] = self.elapsed[lane], self.terminated[lane]
-        copy._measure()
+        copy._settle()
         return copy
 
     def fingerprint(self) -> bytes:
