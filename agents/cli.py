@@ -29,7 +29,7 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            err().print("Interrupted. What was finished is kept.")
+            err().print("Interrupted.")
             raise typer.Exit(INTERRUPTED) from None
         except Exception as error:
             message = None if ctx.params.get("debug") or _is_control_flow(error) else explain(error)

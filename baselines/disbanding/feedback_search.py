@@ -1,6 +1,6 @@
 """The seeded search that found the coefficients of `feedback`: evolution strategy with covariance adaptation.
 
-Run it as `cps-envs search-feedback`; its output is the file `feedback.json` beside this module.
+`cps-envs search-feedback --trials 601 --out feedback.json` made the file `feedback.json` beside this module.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from cps_envs.core.types import FloatArray, Role
 from cps_envs.disbanding.problem import DISBANDING
 
 FIRST_DRAW = 10_000_000  # far from the seeds that anything is evaluated on
-Report = Callable[[int, float], None]  # trials so far, best cost
+Report = Callable[[int, dict[str, Any]], None]  # trials so far, the result so far
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ def search_feedback(search: FeedbackSearch, report: Report | None = None) -> dic
     }
     strategy = cma.CMAEvolutionStrategy(np.zeros(np.prod(SHAPE)), search.spread, options)
     best, cost, trials = np.zeros(SHAPE), np.inf, 0
+    found: dict[str, Any] = {}
     while trials < search.trials:
         candidates = strategy.ask()
         costs = candidate_costs(np.reshape(candidates, (-1, *SHAPE)), search)
@@ -63,9 +64,10 @@ def search_feedback(search: FeedbackSearch, report: Report | None = None) -> dic
         trials += len(candidates)
         if costs.min() < cost:
             cost, best = float(costs.min()), np.reshape(candidates[int(costs.argmin())], SHAPE)
+        found = {"weights": np.round(best, 6).tolist(), "cost": round(cost, 4), "search": asdict(search)}
         if report is not None:
-            report(trials, cost)
-    return {"weights": np.round(best, 6).tolist(), "cost": round(cost, 4), "search": asdict(search)}
+            report(trials, found)
+    return found
 
 
 def candidate_costs(weights: FloatArray, search: FeedbackSearch) -> FloatArray:

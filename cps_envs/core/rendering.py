@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 from cps_envs.core.errors import ConfigurationError, require
@@ -11,6 +12,7 @@ from cps_envs.core.types import Array
 
 RENDER_MODES = ["rgb_array", "human"]
 FRAMES_PER_SECOND = 10
+HIDDEN_DRIVERS = ("dummy", "offscreen")  # what SDL falls back on where there is no display
 
 
 def check_render_mode(mode: str | None) -> None:
@@ -69,6 +71,7 @@ class Window:
         pygame = self._pygame
         if self._screen is None:
             pygame.display.init()
+            self._check_driver()
             self._screen = pygame.display.set_mode((frame.shape[1], frame.shape[0]))
             pygame.display.set_caption(self._title)
             self._clock = pygame.time.Clock()
@@ -76,6 +79,17 @@ class Window:
         pygame.event.pump()
         pygame.display.flip()
         self._clock.tick(FRAMES_PER_SECOND)
+
+    def _check_driver(self) -> None:
+        """Refuse to draw on a screen that nobody sees, unless that was asked for.
+
+        Raises:
+            ConfigurationError: there is no display.
+        """
+        driver = self._pygame.display.get_driver()
+        if driver in HIDDEN_DRIVERS and os.environ.get("SDL_VIDEODRIVER") != driver:
+            self._pygame.display.quit()
+            raise ConfigurationError('there is no display to open a window on; use render_mode="rgb_array", or a file')
 
     def close(self) -> None:
         """Close the window."""

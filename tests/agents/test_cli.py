@@ -124,7 +124,7 @@ def test_an_interrupt_gives_130(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("agents.catalogue.describe_everything", interrupted)
     result = invoke("list")
     assert (result.exit_code, result.stdout) == (130, "")
-    assert "kept" in result.stderr
+    assert "Interrupted" in result.stderr
 
 
 def test_a_missing_package_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -159,7 +159,9 @@ def test_search_feedback_writes_its_result(monkeypatch: pytest.MonkeyPatch, tmp_
     module = pytest.importorskip("baselines.disbanding.feedback_search")
 
     def fake(search: Any, report: Any) -> dict[str, Any]:
-        report(search.trials, 1.0)
+        report(search.trials // 2, {"cost": 2.0})
+        if search.seed == 13:
+            raise KeyboardInterrupt
         return {"weights": [[0.0]], "cost": 1.0, "seed": search.seed}
 
     monkeypatch.setattr(module, "search_feedback", fake)
@@ -167,3 +169,5 @@ def test_search_feedback_writes_its_result(monkeypatch: pytest.MonkeyPatch, tmp_
     assert invoke("search-feedback", "--trials", "4", "--seed", "7", "--out", str(target)).exit_code == 0
     assert json.loads(target.read_text())["seed"] == 7
     assert json.loads(invoke("search-feedback", "--trials", "4").stdout)["cost"] == 1.0
+    assert invoke("search-feedback", "--seed", "13", "--out", str(target)).exit_code == 130
+    assert json.loads(target.read_text())["cost"] == 2.0  # the best so far is kept

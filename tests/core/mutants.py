@@ -127,8 +127,8 @@ class SharesGenerator(ToyGame):
 
 @mutant("parallel", part="duel_class")
 class DropsDefender(DuelEnv):
-    def _decided(self, actions: Any) -> Any:
-        return {"attacker": super()._decided(actions)["attacker"]}
+    def _moves(self, actions: Any) -> Any:
+        return {"attacker": super()._moves(actions)["attacker"]}
 
 
 @mutant("parallel", "return")
@@ -141,8 +141,8 @@ class PaysPerCall(ToyGame):
 
 @mutant("held_actions", part="duel_class")
 class TakesEveryAction(DuelEnv):
-    def _decided(self, actions: Any) -> Any:
-        held = super()._decided(actions)
+    def _moves(self, actions: Any) -> Any:
+        held = super()._moves(actions)
         return {**held, "attacker": self._readers["attacker"].single(actions["attacker_0"])}
 
 
@@ -218,10 +218,10 @@ class ChangesAction(ToyDefenseEnv):
 
 @mutant("actions_untouched", part="duel_class")
 class KeepsReference(DuelEnv):
-    def _decided(self, actions: Any) -> Any:
+    def _moves(self, actions: Any) -> Any:
         due = not hasattr(self, "kept") or self.game.elapsed[0] % 3 == 0
         self.kept = actions if due else self.kept
-        super()._decided(actions)
+        super()._moves(actions)
         return {**self._held, "attacker": np.array([self.kept["attacker_0"]])}
 
 
