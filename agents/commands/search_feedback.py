@@ -36,4 +36,5 @@ def search_feedback(
     if to is None:
         print_json(result)
         return
+    write_json(to, result)
     err().print(f"cost {result['cost']:.3f} after {trials} trials: {to}", soft_wrap=True)
