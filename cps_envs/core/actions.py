@@ -21,7 +21,7 @@ class ActionReader:
     def __init__(self, space: spaces.Space[Any]) -> None:
         self.space = space
         self._shape: tuple[int, ...] = space.shape or ()
-        self._is_discrete = isinstance(space, spaces.Discrete)
+        self._is_discrete, self._is_box = isinstance(space, spaces.Discrete), isinstance(space, spaces.Box)
         low, high = _limits(space)
         self._low, self._high = np.ravel(low).astype(np.float64), np.ravel(high).astype(np.float64)
 
@@ -55,7 +55,7 @@ class ActionReader:
             raise ValueError(f"numbers were expected for {self.space}, got dtype {array.dtype}")
         values = np.array(array, np.float64, order="C")
         rows = values.reshape(len(values), -1)
-        if isinstance(self.space, spaces.Box):
+        if self._is_box:
             if not _clip(rows, self._low, self._high):
                 raise ValueError(f"an action is not finite; {self.space} takes finite numbers")
             return values

@@ -72,15 +72,15 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         """
         if not self._running:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
-        payoff = self._match.step({self.role: self._reader.single(action)}, self._lane, self._interval)
-        terminated = bool(self.game.terminated[0])
-        truncated = not terminated and bool(self.game.elapsed[0] >= self.game.horizon)
+        game, role = self.game, self.role
+        payoff = self._match.step({role: self._reader.single(action)}, self._lane, self._interval)
+        terminated = game.terminated.item(0)
+        truncated = not terminated and game.elapsed.item(0) >= game.horizon
         self._running = not (terminated or truncated)
         if self.render_mode == "human":
             self._renderer.show()
-        reward = SIGN[self.role] * float(payoff[0])
-        info = lane_info(self.game, self.role)
-        return self.game.observe(self.role)[0], reward, terminated, truncated, info
+        observation, reward = game.observe(role)[0], SIGN[role] * payoff.item(0)
+        return observation, reward, terminated, truncated, lane_info(game, role)
 
     def action_masks(self) -> BoolArray:
         """Legal actions (k,) in the form that sb3-contrib's MaskablePPO asks for.
