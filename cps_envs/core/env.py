@@ -44,6 +44,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
         self._match = self.problem.match(self.config, 1, {rival: self.opponent})
         self.game = self._match.game
+        self._alone = not self._match.players  # nobody else decides: the game can be stepped directly
         self._interval = self.game.decision_interval[self.role]
         self._lane = np.ones(1, np.bool_)
         self._running = False
@@ -73,7 +74,8 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         if not self._running:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
         game, role = self.game, self.role
-        payoff = self._match.step({role: self._reader.single(action)}, self._lane, self._interval)
+        advance = game.advance if self._alone else self._match.step
+        payoff = advance({role: self._reader.single(action)}, self._lane, self._interval)
         terminated = game.terminated.item(0)
         truncated = not terminated and game.elapsed.item(0) >= game.horizon
         self._running = not (terminated or truncated)

@@ -13,8 +13,7 @@ from cps_envs.core.types import BoolArray, Role
 def lane_info(game: Game, role: Role, lane: int = 0) -> dict[str, Any]:
     """The info of one lane: metrics as Python numbers, `action_mask` as int8 where the role has one."""
     info: dict[str, Any] = game.lane_metrics(lane)
-    mask = game.action_mask(role)
-    if mask is not None:
+    if (mask := game.action_mask(role)) is not None:
         info["action_mask"] = mask[lane].view(np.int8)
     return info
 
