@@ -71,6 +71,11 @@ class Game(ABC):
         """
         return None
 
+    def lane_mask(self, role: Role, lane: int) -> Array | None:
+        """Legal actions (k,) of one lane as a fresh int8 array; None where all are legal."""
+        mask = self.action_mask(role)
+        return None if mask is None else mask[lane].astype(np.int8)
+
     @abstractmethod
     def metrics(self) -> dict[str, Array]:
         """The problem's measures so far, each (B,)."""

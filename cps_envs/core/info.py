@@ -13,8 +13,8 @@ from cps_envs.core.types import BoolArray, Role
 def lane_info(game: Game, role: Role, lane: int = 0) -> dict[str, Any]:
     """The info of one lane: metrics as Python numbers, `action_mask` as int8 where the role has one."""
     info: dict[str, Any] = game.lane_metrics(lane)
-    if (mask := game.action_mask(role)) is not None:
-        info["action_mask"] = mask[lane].view(np.int8)
+    if (mask := game.lane_mask(role, lane)) is not None:
+        info["action_mask"] = mask
     return info
 
 

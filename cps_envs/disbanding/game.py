@@ -137,6 +137,10 @@ class DisbandingGame(Game):
         """Legal attacks (B, N + 1); the defender's corrections are always legal."""
         return self._account.legal.copy() if role == "attacker" else None
 
+    def lane_mask(self, role: Role, lane: int) -> Array | None:
+        """Legal attacks (N + 1,) of one lane as int8."""
+        return self._account.legal[lane].astype(np.int8) if role == "attacker" else None
+
     def metrics(self) -> dict[str, Array]:
         """`metrics.METRICS` and `payoff.CHARGES` so far, each (B,)."""
         return dict(zip(MEASURES, self._account.table.T, strict=True))
