@@ -28,7 +28,9 @@ def quantity(
 ) -> Any:
     """A dataclass field with its unit, its admissible interval [low, high], and where the number comes from.
 
-    A `ranged` field takes either one value or a pair (low, high) from which each reset draws uniformly.
+    A `ranged` field takes either one value or a pair (low, high) from which each reset draws uniformly. A field
+    annotated `tuple[int, ...]`, `tuple[float, ...]` or, with choices, `tuple[str, ...]` takes any number of entries,
+    each of which obeys the bounds or is one of the choices.
     """
     metadata = {"unit": unit, "low": low, "high": high, "source": source, "choices": tuple(choices), "ranged": ranged}
     return dataclasses.field(default=default, metadata=metadata)
@@ -67,18 +69,27 @@ def validate(config: Any) -> None:
     """
     for field in dataclasses.fields(config):
         value = getattr(config, field.name)
-        rule = field.metadata
-        if rule["choices"]:
-            _check_choice(field.name, value, rule["choices"])
+        if field.metadata["choices"]:
+            _check_choice(field, value)
         elif isinstance(field.default, bool):
             _check_bool(field.name, value)
         else:
             _check_number(field, value)
 
 
-def _check_choice(name: str, value: Any, choices: Sequence[str]) -> None:
-    if value not in choices:
-        raise ConfigurationError(f"{name} = {value!r} is not one of {', '.join(choices)}. {near(str(value), choices)}")
+def _is_list(field: dataclasses.Field[Any]) -> bool:
+    """Whether a field takes a tuple of any length."""
+    return not field.metadata["ranged"] and str(field.type).endswith(", ...]")
+
+
+def _check_choice(field: dataclasses.Field[Any], value: Any) -> None:
+    choices, listed, given = field.metadata["choices"], _is_list(field), f"{field.name} = {value!r}"
+    if listed and not isinstance(value, tuple):
+        raise ConfigurationError(f"{given} must be a tuple of words from {', '.join(choices)}.")
+    for word in value if listed else (value,):
+        if word not in choices:
+            wrong = f"{given}: {word!r}" if listed else given
+            raise ConfigurationError(f"{wrong} is not one of {', '.join(choices)}. {near(str(word), choices)}")
 
 
 def _check_bool(name: str, value: Any) -> None:
@@ -87,22 +98,29 @@ def _check_bool(name: str, value: Any) -> None:
 
 
 def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
-    rule = field.metadata
+    rule, listed = field.metadata, _is_list(field)
     integral = "int" in str(field.type).lower()
-    kind = "a whole number" if integral else "a number"
-    if rule["ranged"]:
-        kind += f" or a pair (low, high) of {'whole ' if integral else ''}numbers"
     pair = rule["ranged"] and isinstance(value, tuple) and len(value) == 2
-    parts = value if pair else (value,)
-    for part in parts:
-        number = isinstance(part, int) if integral else isinstance(part, (int, float))
-        if isinstance(part, bool) or not number or part != part or abs(part) == math.inf:
-            raise ConfigurationError(f"{field.name} = {value!r} must be {kind} in {rule['unit']}.")
-        if not rule["low"] <= part <= rule["high"]:
-            allowed = f"[{rule['low']:g}, {rule['high']:g}] {rule['unit']}"
-            raise ConfigurationError(f"{field.name} = {value!r} is outside {allowed}; the default is {field.default}.")
-    if parts[0] > parts[-1]:
+    parts = value if pair or listed else (value,)
+    if (listed and not isinstance(value, tuple)) or not all(_is_number(part, integral) for part in parts):
+        raise ConfigurationError(f"{field.name} = {value!r} must be {_kind(field, integral)} in {rule['unit']}.")
+    if not all(rule["low"] <= part <= rule["high"] for part in parts):
+        allowed = f"[{rule['low']:g}, {rule['high']:g}] {rule['unit']}"
+        raise ConfigurationError(f"{field.name} = {value!r} is outside {allowed}; the default is {field.default}.")
+    if pair and value[0] > value[1]:
         raise ConfigurationError(f"{field.name} = {value!r}: the lower end comes first.")
+
+
+def _is_number(part: Any, integral: bool) -> bool:
+    number = isinstance(part, int) if integral else isinstance(part, (int, float))
+    return number and not isinstance(part, bool) and part == part and abs(part) != math.inf
+
+
+def _kind(field: dataclasses.Field[Any], integral: bool) -> str:
+    whole = "whole " if integral else ""
+    if _is_list(field):
+        return f"a tuple of {whole}numbers"
+    return f"a {whole}number" + (f" or a pair (low, high) of {whole}numbers" if field.metadata["ranged"] else "")
 
 
 def parameter_table(config: Any) -> str:
@@ -111,9 +129,13 @@ def parameter_table(config: Any) -> str:
     for field in dataclasses.fields(config):
         rule = field.metadata
         allowed = ", ".join(rule["choices"]) or _interval(rule["low"], rule["high"])
-        rows.append(
-            f"| `{field.name}` | {getattr(config, field.name)} | {rule['unit']} | {allowed} | {rule['source']} |"
-        )
+        shown = getattr(config, field.name)
+        if _is_list(field):
+            allowed, shown = (
+                f"{'any of' if rule['choices'] else 'each'} {allowed}",
+                ", ".join(map(str, shown)) or "none",
+            )
+        rows.append(f"| `{field.name}` | {shown} | {rule['unit']} | {allowed} | {rule['source']} |")
     return "\n".join(rows)
 
 

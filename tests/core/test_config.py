@@ -19,6 +19,9 @@ class Tank:
     inflow: Range = quantity((0.1, 0.2), unit="l/s", low=0, source="chosen", ranged=True)
     leaks: bool = quantity(False, source="chosen")
     shape: str = quantity("round", choices=("round", "square"), source="chosen")
+    ports: tuple[int, ...] = quantity((0, 2), low=0, high=5, source="chosen")
+    levels_m: tuple[float, ...] = quantity((0.5, 1.0), unit="m", low=0, high=3, source="chosen")
+    alarms: tuple[str, ...] = quantity(("low",), choices=("low", "high"), source="chosen")
 
     def __post_init__(self) -> None:
         validate(self)
@@ -33,6 +36,13 @@ def test_json_and_numpy_values_become_plain_ones() -> None:
     tank = configure(Tank(), {"valves": [np.int64(1), 3], "volume_l": np.float32(2.5), "leaks": np.bool_(True)})
     assert tank == Tank(volume_l=2.5, valves=(1, 3), leaks=True)
     assert {type(tank.volume_l), type(tank.valves), type(tank.leaks)} == {float, tuple, bool}
+
+
+def test_tuples_of_any_length_are_taken() -> None:
+    overrides = {"ports": [np.int64(5), 0, 0], "levels_m": [1, np.float64(2.5)], "alarms": ["high", "low"]}
+    tank = configure(Tank(), overrides)
+    assert (tank.ports, tank.levels_m, tank.alarms) == ((5, 0, 0), (1, 2.5), ("high", "low"))
+    assert configure(tank, {"ports": [], "levels_m": (), "alarms": []}) == Tank(ports=(), levels_m=(), alarms=())
 
 
 def test_unknown_field_names_the_near_one() -> None:
@@ -58,6 +68,18 @@ def test_unknown_field_names_the_near_one() -> None:
         ("leaks", 1, "must be True or False"),
         ("shape", "rond", "Did you mean 'round'"),
         ("shape", ["round"], "is not one of round, square"),
+        ("ports", 3, r"ports = 3 must be a tuple of whole numbers in -"),
+        ("ports", [1, 2.0], r"ports = \(1, 2.0\) must be a tuple of whole numbers"),
+        ("ports", [True], "must be a tuple of whole numbers"),
+        ("ports", [[1]], "must be a tuple of whole numbers"),
+        ("ports", [1, 6], r"ports = \(1, 6\) is outside \[0, 5\] -; the default is \(0, 2\)"),
+        ("levels_m", "12", "must be a tuple of numbers in m"),
+        ("levels_m", [1.0, None], "must be a tuple of numbers in m"),
+        ("levels_m", [float("nan")], "must be a tuple of numbers in m"),
+        ("levels_m", [3.5, 1.0], r"outside \[0, 3\] m"),
+        ("alarms", "low", "alarms = 'low' must be a tuple of words from low, high"),
+        ("alarms", ["low", "hihg"], r"alarms = \('low', 'hihg'\): 'hihg' is not one of low, high. Did you mean 'high'"),
+        ("alarms", [1], "1 is not one of low, high"),
     ],
 )
 def test_impossible_values_are_refused(name: str, value: Any, message: str) -> None:
@@ -91,4 +113,8 @@ def test_table_has_a_row_per_field() -> None:
     lines = parameter_table(Tank()).splitlines()
     assert len(lines) == 2 + len(fields(Tank))
     assert lines[2] == "| `volume_l` | 10.0 | l | 1 to 100 | Table 1 |"
+    assert lines[4] == "| `inflow` | (0.1, 0.2) | l/s | 0 to inf | chosen |"
     assert lines[6] == "| `shape` | round | - | round, square | chosen |"
+    assert lines[7] == "| `ports` | 0, 2 | - | each 0 to 5 | chosen |"
+    assert lines[9] == "| `alarms` | low | - | any of low, high | chosen |"
+    assert "| `alarms` | none |" in parameter_table(Tank(alarms=()))
