@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, replace
 from importlib import import_module
 from importlib.util import find_spec
 
-from agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell, make_preparation
+from agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell, make_preparation, run_job
 from agents.benchmark.store import Store
-from agents.benchmark.workers import Workers
-from agents.errors import CommandError
+from agents.errors import CommandError, explain
 from baselines.schedule import Benchmark, Entrant, Setting
+from baselines.workers import Workers
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import near
 
@@ -127,9 +127,20 @@ def _do(jobs: Sequence[Job], store: Store, pool: Workers, outcome: Outcome, repo
         if result is not None:
             outcome.reused += 1
             _file(job, result, outcome, report)
-    for job, result in pool.run([job for job in jobs if found[id(job)] is None]):
+    for job, result in pool.run(_run, [job for job in jobs if found[id(job)] is None]):
         store.put(job, result)
         _file(job, result, outcome, report)
+
+
+def _run(job: Job) -> Result:
+    """The result of a job; errors that the user can put right tell which job had them."""
+    try:
+        return run_job(job)
+    except Exception as error:
+        message = explain(error)
+        if message is None:
+            raise
+        raise CommandError(f"{job.label}: {message}") from error
 
 
 def _file(job: Job, result: Result, outcome: Outcome, report: Report | None) -> None:
