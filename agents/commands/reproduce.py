@@ -13,8 +13,8 @@ from agents.console import err, out, print_json
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from baselines.disbanding.reproduction.blocks import Block
     from baselines.disbanding.reproduction.chapter import Reproduction
+    from baselines.reproduction.block import Block
 
 REGRESSION = 1  # exit code
 PERCENT, DPI = 100, 130
@@ -57,8 +57,8 @@ def chapter_2(
     from agents.machine import available_cores, describe
     from agents.progress import Progress
     from baselines.disbanding.reproduction.chapter import reproduce_chapter
-    from baselines.disbanding.reproduction.plots import require_matplotlib
     from baselines.disbanding.reproduction.selection import chosen
+    from baselines.reproduction.figures import require_matplotlib
 
     parts = chosen(table or [])
     if plot is not None:

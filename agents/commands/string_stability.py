@@ -21,8 +21,8 @@ def string_stability(
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
     """Peak gain of the published platoon controllers, from rear vehicle to rear vehicle, over n and tau."""
-    from baselines.disbanding.reproduction.plots import require_matplotlib
     from baselines.disbanding.reproduction.stability import SIZES, TAUS_S, analyse
+    from baselines.reproduction.figures import require_matplotlib
 
     if plot is not None:
         require_matplotlib()

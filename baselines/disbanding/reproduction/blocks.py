@@ -3,35 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 
 from baselines.disbanding.reproduction.cells import AVERAGED, Cell, mean_distance, table_cells
-from baselines.disbanding.reproduction.claims import Claim, Finding
 from baselines.disbanding.reproduction.evaluation import evaluate
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import FIGURE_TAUS_S, PLATOONS
 from baselines.disbanding.reproduction.optimal import Events, optima
 from baselines.disbanding.reproduction.strings import EveryOther, PlatoonCourse, StringCourse, courses
-from baselines.disbanding.reproduction.verdicts import RULES
+from baselines.reproduction.block import Block
 from cps_envs.disbanding.interpretation import INTERPRETATIONS
 
 CELL_NOTE = (
     "Crash: the paper's flag / ours, * where they differ. mpc: one set of weights for all cells, tuned on the mpc "
     "column of Table 2.2. Last column: E_v averaged over {other}, see the means below."
 )
-
-
-@dataclass(frozen=True)
-class Block:
-    """A table and what has to be said about it."""
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    left: int = 1  # so many columns of text at the left
-    notes: Sequence[str] = ()
-    breaks: Sequence[int] = ()  # rows after which a line is drawn
 
 
 def cell_blocks(evidence: Evidence, table: str) -> list[Block]:
@@ -170,15 +156,6 @@ def search_blocks(evidence: Evidence) -> list[Block]:
     )
     singles = sum(row.budget == 1 for row in found)
     return [Block(title, columns, rows, 2, (note,), (singles - 1,) if 0 < singles < len(rows) else ())]
-
-
-def claim_blocks(findings: Sequence[tuple[Claim, Finding]]) -> list[Block]:
-    """Every claim with its verdict."""
-    rows = [
-        (claim.id, claim.figure, claim.text, claim.paper_shown, finding.shown, finding.verdict)
-        for claim, finding in findings
-    ]
-    return [Block("What the text claims", ("", "Where", "Claim", "Paper", "Ours", "Verdict"), rows, 6, (RULES,))]
 
 
 def interpretation_blocks(evidence: Evidence) -> list[Block]:

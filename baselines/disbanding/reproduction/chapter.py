@@ -8,15 +8,18 @@ from functools import cached_property
 from typing import Any
 
 from baselines.disbanding.reproduction import blocks, document
-from baselines.disbanding.reproduction.blocks import Block
 from baselines.disbanding.reproduction.cells import Cell, table_cells
-from baselines.disbanding.reproduction.claims import Claim, Finding
 from baselines.disbanding.reproduction.evaluation import evaluate
-from baselines.disbanding.reproduction.evidence import Evidence, Report, compute
+from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.optimal import optima
 from baselines.disbanding.reproduction.reference import Check, check
+from baselines.disbanding.reproduction.rules import RULES
 from baselines.disbanding.reproduction.selection import needed
 from baselines.disbanding.reproduction.summary import closing
+from baselines.reproduction.block import Block
+from baselines.reproduction.claims import Claim, Finding
+from baselines.reproduction.evidence import Report, compute
+from baselines.reproduction.findings import findings_block, findings_document
 from cps_envs.disbanding.interpretation import INTERPRETATIONS
 
 
@@ -62,7 +65,7 @@ class Reproduction:
             "2.1fig": lambda: blocks.figure_2_1_blocks(self.evidence),
             "2.3fig": lambda: blocks.figure_2_3_blocks(self.evidence),
             "ga": lambda: blocks.search_blocks(self.evidence),
-            "claims": lambda: blocks.claim_blocks(self.findings),
+            "claims": lambda: [findings_block(self.findings, RULES)],
         }
         made = [block for part in self.parts for block in makers[part]()]
         return made + (blocks.interpretation_blocks(self.evidence) if self.all_interpretations else [])
@@ -80,7 +83,7 @@ class Reproduction:
             "2.1fig": lambda: document.figure_2_1_document(evidence),
             "2.3fig": lambda: document.figure_2_3_document(evidence),
             "ga": lambda: document.search_document(optima(evidence)),
-            "claims": lambda: document.claims_document(self.findings),
+            "claims": lambda: findings_document(self.findings),
         }
         return {
             "chapter": 2,
@@ -100,7 +103,7 @@ class Reproduction:
                 "tables": {
                     table: document.table_document(table_cells(there, table, ("baseline",))) for table in ("2.2", "2.3")
                 },
-                "claims": document.claims_document(evaluate(there, ("P29", "P39"))),
+                "claims": findings_document(evaluate(there, ("P29", "P39"))),
             }
         return documents
 

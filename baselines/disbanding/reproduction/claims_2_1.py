@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from baselines.disbanding.reproduction.claims import Claim, Finding, joined, judges
+from baselines.disbanding.reproduction.claims import CLAIMS
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import ATTACK_S, STRINGS, TAUS_S
 from baselines.disbanding.reproduction.recording import GAP_SHARE, Record
-from baselines.disbanding.reproduction.verdicts import of_cases, of_number
+from baselines.reproduction.claims import Claim, Finding, joined
+from baselines.reproduction.verdicts import of_cases, of_number
 from cps_envs.core.config import bounds
 from cps_envs.disbanding.dynamics import STOP_MPS
 
@@ -27,14 +28,14 @@ def _at(record: Record, time_s: float) -> int:
     return int(np.searchsorted(record.time_s, time_s - 1e-9))
 
 
-@judges("P01")
+@CLAIMS.judges("P01")
 def disbanded_share(evidence: Evidence, claim: Claim) -> Finding:
     """Vehicles of the disbanded platoon among all."""
     share = 100.0 * float(np.mean(~_twenty(evidence).outcome.intact))
     return Finding(share, f"{share:g} %", of_number(share, claim.number))
 
 
-@judges("P02")
+@CLAIMS.judges("P02")
 def gap_left(evidence: Evidence, claim: Claim) -> Finding:
     """The inner gaps of the lead platoon when it is disbanded, and where they go."""
     record = _twenty(evidence)
@@ -43,7 +44,7 @@ def gap_left(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(left, f"{left:.2f} m, then {gaps[-1].min():.0f} m and more", of_number(left, claim.number))
 
 
-@judges("P03")
+@CLAIMS.judges("P03")
 def no_accident(evidence: Evidence, claim: Claim) -> Finding:
     """No collision within the disbanded platoon."""
     record = _twenty(evidence)
@@ -52,7 +53,7 @@ def no_accident(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(collided == 0, f"{collided} collided, smallest gap {smallest:.2f} m", of_cases([collided == 0]))
 
 
-@judges("P04")
+@CLAIMS.judges("P04")
 def slow_then_fast(evidence: Evidence, claim: Claim) -> Finding:
     """Each follower of the disbanded platoon loses speed and regains some of it later."""
     record = _twenty(evidence)
@@ -64,7 +65,7 @@ def slow_then_fast(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), shown, of_cases(hold))
 
 
-@judges("P05", "P06")
+@CLAIMS.judges("P05", "P06")
 def extreme_gap(evidence: Evidence, claim: Claim) -> Finding:
     """Smallest (P05) and largest (P06) inner gap of the first intact platoon."""
     gaps = _twenty(evidence).inner_gaps(FIRST_INTACT)
@@ -73,7 +74,7 @@ def extreme_gap(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(value, f"{name} {value:.2f} m", of_cases([value > claim.number]))
 
 
-@judges("P07")
+@CLAIMS.judges("P07")
 def gap_back(evidence: Evidence, claim: Claim) -> Finding:
     """When its inner gaps are back."""
     settled = _twenty(evidence).settled_s(FIRST_INTACT)
@@ -82,7 +83,7 @@ def gap_back(evidence: Evidence, claim: Claim) -> Finding:
     )
 
 
-@judges("P08")
+@CLAIMS.judges("P08")
 def all_stopped(evidence: Evidence, claim: Claim) -> Finding:
     """For how long all vehicles of the 15th platoon stand at once."""
     record = _twenty(evidence)
@@ -94,7 +95,7 @@ def all_stopped(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(durations[0], shown, of_number(durations[0], claim.number))
 
 
-@judges("P09")
+@CLAIMS.judges("P09")
 def top_speed(evidence: Evidence, claim: Claim) -> Finding:
     """The highest speed of the leader of the 15th platoon."""
     record = _twenty(evidence)
@@ -102,7 +103,7 @@ def top_speed(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(fastest, f"{fastest:.1f} m/s", of_number(fastest, claim.number))
 
 
-@judges("P10")
+@CLAIMS.judges("P10")
 def slowed_down(evidence: Evidence, claim: Claim) -> Finding:
     """When that leader, after its highest speed, is back at the desired one."""
     record = _twenty(evidence)
@@ -116,7 +117,7 @@ def slowed_down(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(back, shown, of_number(back, claim.number))
 
 
-@judges("P11")
+@CLAIMS.judges("P11")
 def gap_pattern(evidence: Evidence, claim: Claim) -> Finding:
     """The inner gaps of the 15th platoon decrease, increase, and settle at the desired one."""
     record = _twenty(evidence)
@@ -126,7 +127,7 @@ def gap_pattern(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(last, shown if pattern else "another pattern", of_cases([pattern]))
 
 
-@judges("P12")
+@CLAIMS.judges("P12")
 def longer_upstream(evidence: Evidence, claim: Claim) -> Finding:
     """The same pattern for the 10th and the last platoon, which need longer than the 15th."""
     record = _twenty(evidence)
@@ -144,7 +145,7 @@ def _decrease_increase_settle(record: Record, platoon: int) -> bool:
     return bool((gaps.min(axis=0) < low).all()) and all(grows) and record.settled_s(platoon) is not None
 
 
-@judges("P13", "P15", "P16")
+@CLAIMS.judges("P13", "P15", "P16")
 def recovery(evidence: Evidence, claim: Claim) -> Finding:
     """When strings of 20, 50 and 80 platoons have recovered, in minutes."""
     count = dict(zip(("P13", "P15", "P16"), STRINGS, strict=True))[claim.id]
@@ -155,7 +156,7 @@ def recovery(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(minutes, shown, of_number(minutes, claim.number))
 
 
-@judges("P14")
+@CLAIMS.judges("P14")
 def longer_stop(evidence: Evidence, claim: Claim) -> Finding:
     """How long the rear vehicle stands, over the number of platoons."""
     records = [evidence[evidence.experiments.string(count)] for count in STRINGS]
@@ -164,7 +165,7 @@ def longer_stop(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), f"rear vehicle stands {joined(stops)} s for N = {joined(list(STRINGS))}", of_cases(hold))
 
 
-@judges("P17", "P18", "P19")
+@CLAIMS.judges("P17", "P18", "P19")
 def stop_and_go(evidence: Evidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at least once, twice, three times; the verdict is that at tau 0.1 s."""
     times = ("P17", "P18", "P19").index(claim.id) + 1
@@ -176,7 +177,7 @@ def stop_and_go(evidence: Evidence, claim: Claim) -> Finding:
     )
 
 
-@judges("P20")
+@CLAIMS.judges("P20")
 def collisions_everywhere(evidence: Evidence, claim: Claim) -> Finding:
     """Share of the intact vehicles involved in collisions."""
     outcomes = [evidence[evidence.experiments.every_other(tau_s)].outcome for tau_s in TAUS_S[:2]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from baselines.disbanding.reproduction.claims import Claim, Finding, joined, judges
+from baselines.disbanding.reproduction.claims import CLAIMS
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import (
     ATTACK_S,
@@ -15,10 +15,12 @@ from baselines.disbanding.reproduction.experiments import (
     SECOND_PLANS,
     TAUS_S,
 )
-from baselines.disbanding.reproduction.verdicts import of_cases, of_number, of_points
+from baselines.disbanding.reproduction.rules import of_points
+from baselines.reproduction.claims import Claim, Finding, joined
+from baselines.reproduction.verdicts import of_cases, of_number
 
 
-@judges("P21", "P22")
+@CLAIMS.judges("P21", "P22")
 def mean_error(evidence: Evidence, claim: Claim) -> Finding:
     """E_v of Figs. 2.3a and b, averaged over the intact vehicles."""
     attack = ((10, ATTACK_S),) if claim.id == "P21" else ATTACKS["2.3"]
@@ -28,7 +30,7 @@ def mean_error(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(value, shown, of_points(value, claim.number))
 
 
-@judges("P23")
+@CLAIMS.judges("P23")
 def lead_is_best(evidence: Evidence, claim: Claim) -> Finding:
     """Disbanding any other platoon at the first instant is worse, for every N and tau."""
     hold = []
@@ -39,7 +41,7 @@ def lead_is_best(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), f"in {sum(hold)} of {len(hold)} cases of N and tau", of_cases(hold))
 
 
-@judges("P24")
+@CLAIMS.judges("P24")
 def first_instant_is_best(evidence: Evidence, claim: Claim) -> Finding:
     """The best second for the lead platoon, over N and tau."""
     times, best = (1.0, *LATER_S), []
@@ -53,7 +55,7 @@ def first_instant_is_best(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(max(set(best), key=best.count), shown, of_cases(hold))
 
 
-@judges("P25")
+@CLAIMS.judges("P25")
 def grows(evidence: Evidence, claim: Claim) -> Finding:
     """E_v over the number of platoons, for every tau."""
     curves = {tau_s: [_error(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
@@ -64,7 +66,7 @@ def grows(evidence: Evidence, claim: Claim) -> Finding:
     )
 
 
-@judges("P26")
+@CLAIMS.judges("P26")
 def crash_threshold(evidence: Evidence, claim: Claim) -> Finding:
     """The largest tau without any collision; below and above it, whatever N, none and some."""
     hold, safe = [], []
@@ -76,7 +78,7 @@ def crash_threshold(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(threshold, f"as claimed in {sum(hold)} of {len(hold)} cases of N and tau", of_cases(hold))
 
 
-@judges("P27")
+@CLAIMS.judges("P27")
 def more_collisions(evidence: Evidence, claim: Claim) -> Finding:
     """Vehicles involved in collisions over N, for every tau that has collisions."""
     curves = {tau_s: [_collided(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
@@ -86,7 +88,7 @@ def more_collisions(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(bool(hold) and all(hold), f"vehicles for N = 2 to 10: {ends}", of_cases(hold or [False]))
 
 
-@judges("P28")
+@CLAIMS.judges("P28")
 def rear_vehicles_stop(evidence: Evidence, claim: Claim) -> Finding:
     """The rear vehicles of the nine intact platoons: all slow down, some stop."""
     record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
@@ -98,7 +100,7 @@ def rear_vehicles_stop(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(slower) and bool(stopped.any()), shown, of_cases([*slower, bool(stopped.any())]))
 
 
-@judges("P37", "P38")
+@CLAIMS.judges("P37", "P38")
 def second_attack(evidence: Evidence, claim: Claim) -> Finding:
     """The best second platoon and second on a grid, with the lead platoon disbanded at 2 s."""
     best = [best_second(evidence, tau_s) for tau_s in TAUS_S]

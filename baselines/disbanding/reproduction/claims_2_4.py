@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from baselines.disbanding.reproduction.cells import Cell, table_cells
-from baselines.disbanding.reproduction.claims import Claim, Finding, joined, judges
+from baselines.disbanding.reproduction.claims import CLAIMS
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import ATTACK_S, CELLS, TAUS_S
 from baselines.disbanding.reproduction.scenario import Outcome
-from baselines.disbanding.reproduction.verdicts import of_cases, of_number
+from baselines.reproduction.claims import Claim, Finding, joined
+from baselines.reproduction.verdicts import of_cases, of_number
 
 
-@judges("P29", "P39")
+@CLAIMS.judges("P29", "P39")
 def baseline_crashes(evidence: Evidence, claim: Claim) -> Finding:
     """Collisions of the baseline: in Table 2.2 (P29) everywhere but at 5 m and 0.1 s, in Table 2.3 (P39) everywhere."""
     table = "2.2" if claim.id == "P29" else "2.3"
@@ -20,7 +21,7 @@ def baseline_crashes(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), _cases(cells, hold), of_cases(hold))
 
 
-@judges("P30")
+@CLAIMS.judges("P30")
 def heuristic_helps(evidence: Evidence, claim: Claim) -> Finding:
     """The heuristic's E_v against the baseline's, in Table 2.2."""
     without, cells = (table_cells(evidence, "2.2", (name,)) for name in ("baseline", "heuristic"))
@@ -29,7 +30,7 @@ def heuristic_helps(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), f"lower by {min(gains):.1f} to {max(gains):.1f} points", of_cases(hold))
 
 
-@judges("P31")
+@CLAIMS.judges("P31")
 def heuristic_avoids_crashes(evidence: Evidence, claim: Claim) -> Finding:
     """Collisions under the heuristic exactly at the largest tau."""
     cells = table_cells(evidence, "2.2", ("heuristic",))
@@ -38,7 +39,7 @@ def heuristic_avoids_crashes(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), f"{crashes} of {len(cells)} cells crash; {_cases(cells, hold)}", of_cases(hold))
 
 
-@judges("P32", "P33")
+@CLAIMS.judges("P32", "P33")
 def involved(evidence: Evidence, claim: Claim) -> Finding:
     """Vehicles involved in collisions at x_d = 4 m; the tau is not printed, so that nearest to the paper counts."""
     controller = "baseline" if claim.id == "P32" else "heuristic"
@@ -50,7 +51,7 @@ def involved(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(float(nearest), shown, of_number(nearest, claim.number))
 
 
-@judges("P34")
+@CLAIMS.judges("P34")
 def baseline_stops(evidence: Evidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at x_d = 5 m, tau = 0.1 s."""
     share = _outcome(evidence, "baseline", *CELLS[0]).stopped_share()
@@ -60,7 +61,7 @@ def baseline_stops(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(share, f"{share:.1f} % < 0.01 m/s, {slower}", of_number(share, claim.number))
 
 
-@judges("P35")
+@CLAIMS.judges("P35")
 def heuristic_stops(evidence: Evidence, claim: Claim) -> Finding:
     """Intact vehicles that come to a stop under the heuristic, cell by cell."""
     outcomes = [_outcome(evidence, "heuristic", *cell) for cell in CELLS]
@@ -69,7 +70,7 @@ def heuristic_stops(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), f"{joined(counts)} of {outcomes[0].intact.sum()} stop", of_cases(hold))
 
 
-@judges("P36")
+@CLAIMS.judges("P36")
 def mitigations_equal(evidence: Evidence, claim: Claim) -> Finding:
     """Heuristic and MPC differ by no more than they do anywhere in the paper's Table 2.2."""
     pairs = zip(*(table_cells(evidence, "2.2", (name,)) for name in ("heuristic", "mpc")), strict=True)

@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Any
 
 from baselines.disbanding.reproduction.cells import AVERAGED, Cell, mean_distance
-from baselines.disbanding.reproduction.claims import Claim, Finding
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import FIGURE_TAUS_S, PLATOONS
 from baselines.disbanding.reproduction.optimal import Optimum
@@ -89,11 +88,6 @@ def search_document(rows: Sequence[Optimum]) -> list[dict[str, Any]]:
         }
         for row in rows
     ]
-
-
-def claims_document(findings: Sequence[tuple[Claim, Finding]]) -> list[dict[str, Any]]:
-    """Every claim with our finding."""
-    return [{**asdict(claim), **asdict(finding)} for claim, finding in findings]
 
 
 def checks_document(checks: Sequence[Check]) -> dict[str, Any]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
 from baselines.disbanding.reproduction.recording import Recorded
 from baselines.disbanding.reproduction.scenario import CONTROLLERS, Attack, Scenario
 from baselines.disbanding.reproduction.searching import Search
-
-Result = TypeVar("Result", covariant=True)
+from baselines.reproduction.evidence import Experiment
 
 ATTACKS: dict[str, Attack] = {"2.2": ((10, 1.0),), "2.3": ((10, 2.0), (9, 100.0))}
 CELLS = ((5.0, 0.1), (5.0, 0.3), (5.0, 0.5), (4.0, 0.1), (4.0, 0.3), (4.0, 0.5))  # (x_d in m, tau in s), as printed
@@ -22,24 +20,6 @@ LATER_S = (2.0, 5.0, 10.0, 20.0, 60.0, 120.0)  # single attacks that might be be
 SECOND_PLANS = tuple((platoon, float(time)) for platoon in range(9, 0, -1) for time in range(20, 181, 20))
 BUDGETS = (1, 2)  # platoons that the genetic algorithm may disband
 ATTACK_S = 2.0  # Figs. 2.1 and 2.3a, b
-
-
-class Experiment(Hashable, Protocol[Result]):
-    """Anything that can be computed alone, in any process, and whose result is a plain value."""
-
-    @property
-    def cost(self) -> float:
-        """How long it takes, relative to others."""
-        ...
-
-    @property
-    def label(self) -> str:
-        """A few words for a progress bar."""
-        ...
-
-    def run(self) -> Result:
-        """Compute it."""
-        ...
 
 
 @dataclass(frozen=True)

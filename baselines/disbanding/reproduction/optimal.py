@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 from baselines.disbanding.plan_search import SearchResult
 from baselines.disbanding.reproduction.claims_2_3 import best_second, second_error
-from baselines.disbanding.reproduction.evidence import Evidence, NotRunError
+from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import ATTACK_S, ATTACKS, BUDGETS, TAUS_S
-from baselines.disbanding.reproduction.verdicts import NOT, of_cases, of_number
+from baselines.reproduction.evidence import NotRunError
+from baselines.reproduction.verdicts import NOT, of_cases, of_number
 
 Events = list[tuple[int, float]]
 

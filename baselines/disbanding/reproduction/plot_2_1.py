@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from baselines.disbanding.reproduction.evidence import Evidence, NotRunError
+from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import STRINGS, TAUS_S
-from baselines.disbanding.reproduction.plots import dress, new_figure, shades
 from baselines.disbanding.reproduction.recording import Record
+from baselines.reproduction.evidence import NotRunError
+from baselines.reproduction.figures import dress, new_figure, shades
 
 PLATOONS = {20: "tab:red", 19: "tab:blue", 15: "goldenrod", 10: "tab:green", 1: "darkturquoise"}  # the paper's colours
 TIME = "time / s"

@@ -7,10 +7,9 @@ from typing import Any
 from baselines.disbanding.reproduction.evaluation import evaluate
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import ATTACK_S, ATTACKS, FIGURE_TAUS_S, PLATOONS
-from baselines.disbanding.reproduction.plots import dress, new_figure, shades
 from baselines.disbanding.reproduction.scenario import Attack
+from baselines.reproduction.figures import MARKERS, dress, new_figure, shades
 
-MARKERS = "osD^v"
 REAR_OF = tuple(range(9, 0, -1))  # platoons never disbanded in panel a
 
 

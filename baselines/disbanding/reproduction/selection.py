@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from baselines.disbanding.reproduction.experiments import Experiment, Experiments
+from baselines.disbanding.reproduction.experiments import Experiments
+from baselines.reproduction.evidence import Experiment
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.disbanding.interpretation import INTERPRETATIONS
 

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from baselines.disbanding.reproduction.plots import dress, new_figure, shades
 from baselines.disbanding.string_stability import Peak, peak_gain, rear_to_rear_gain
+from baselines.reproduction.figures import MARKERS, dress, new_figure, shades
 
 SIZES = tuple(range(2, 16))  # n
 TAUS_S = (0.1, 0.2, 0.3, 0.4, 0.5)
 PAPER_SIZE = 10
 SHOWN_SIZES = (2, 3, 5, 8, 10, 15)
 STABLE_GAIN = 1.0 + 1e-4  # the gain at frequency 0 is 1; above this a disturbance grows
-MARKERS = "osD^v"
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from baselines.disbanding.reproduction.claims import paper_claims
+from baselines.disbanding.reproduction.claims import CLAIMS
 from baselines.disbanding.reproduction.claims_2_1 import NEARLY_STOPPED_MPS
-from baselines.disbanding.reproduction.evidence import Evidence, NotRunError
+from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import STRINGS, TAUS_S
 from baselines.disbanding.reproduction.recording import Record
+from baselines.reproduction.evidence import NotRunError
 from cps_envs.disbanding.dynamics import STOP_MPS
 
 SHOWN = (20, 19, 15, 10, 1)  # platoons in the legends of Figs. 2.1a-c
@@ -51,7 +52,7 @@ class EveryOther:
 
 def courses(evidence: Evidence) -> tuple[list[PlatoonCourse], list[StringCourse], list[EveryOther]]:
     """Figs. 2.1a-c, d and e, as far as they were simulated."""
-    printed = {claim.id: claim.number for claim in paper_claims() if claim.id in RECOVERY_CLAIMS}
+    printed = {claim.id: claim.number for claim in CLAIMS.printed() if claim.id in RECOVERY_CLAIMS}
     twenty = evidence[evidence.experiments.string(STRINGS[0])]
     strings = []
     for count, claim in zip(STRINGS, RECOVERY_CLAIMS, strict=True):

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from baselines.disbanding.reproduction.cells import Cell
-from baselines.disbanding.reproduction.claims import Claim, Finding
 from baselines.disbanding.reproduction.reference import Check
-from baselines.disbanding.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from baselines.reproduction.findings import Findings, findings_summary
 
 MPC_LABEL = (
     "The paper prints neither horizon nor weights of its MPC. Ours are one set for all cells, tuned on the mpc column "
@@ -22,11 +21,9 @@ WHY = (
 )
 
 
-def closing(
-    cells: Sequence[Cell], findings: Sequence[tuple[Claim, Finding]], checks: Sequence[Check], *, quick: bool
-) -> list[str]:
+def closing(cells: Sequence[Cell], findings: Findings, checks: Sequence[Check], *, quick: bool) -> list[str]:
     """Paragraphs on the parts that were computed."""
-    paragraphs = [*_on_cells(cells), *_on_claims(findings)]
+    paragraphs = _on_cells(cells) + ([findings_summary(findings)] if findings else [])
     if paragraphs:
         paragraphs += [WHY, MPC_LABEL]
     paragraphs += _on_checks(checks)
@@ -46,20 +43,6 @@ def _on_cells(cells: Sequence[Cell]) -> list[str]:
     if flags:
         text += f" Crash flags differ in {len(flags)}: {_names(flags)}."
     return [text]
-
-
-def _on_claims(findings: Sequence[tuple[Claim, Finding]]) -> list[str]:
-    if not findings:
-        return []
-    by_verdict = {
-        word: [claim.id for claim, finding in findings if finding.verdict == word]
-        for word in (REPRODUCED, NEAR, PARTLY, NOT, UNKNOWN)
-    }
-    text = f"Claims: {len(by_verdict[REPRODUCED])} of {len(findings)} reproduced"
-    for word in (NEAR, PARTLY, NOT, UNKNOWN):
-        if by_verdict[word]:
-            text += f"; {word}: {', '.join(by_verdict[word])}"
-    return [text + "."]
 
 
 def _on_checks(checks: Sequence[Check]) -> list[str]:

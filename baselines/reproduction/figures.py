@@ -1,4 +1,4 @@
-"""The figures of the chapter drawn from our simulations; matplotlib comes with an extra."""
+"""What the figures of all chapters share, drawn from our simulations; matplotlib comes with an extra."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from cps_envs.core.errors import require
 
 PURPOSE = "drawing the figures of the paper"
 GRID = {"color": "0.88", "linewidth": 0.6}
+MARKERS = "osD^v"  # of the curves of one panel, beside `shades`
 
 
 def new_figure(width_in: float, height_in: float) -> Any:

@@ -1,0 +1,1 @@
+"""What the reproductions of all chapters share: experiments and their results, claims, verdicts, tables, figures."""
