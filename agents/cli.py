@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from agents.commands import reproduce
 from agents.commands.bench import bench
 from agents.commands.benchmark import benchmark
 from agents.commands.list import list_everything
 from agents.commands.play import play
+from agents.commands.reproduce.app import app as reproduce
 from agents.commands.search_feedback import search_feedback
 from agents.commands.string_stability import string_stability
 from agents.console import err
@@ -76,7 +76,7 @@ def options(
 
 app.command("list")(list_everything)
 app.command("play")(play)
-app.add_typer(reproduce.app, name="reproduce")
+app.add_typer(reproduce, name="reproduce")
 app.command("string-stability")(string_stability)
 app.command("benchmark")(benchmark)
 app.command("bench")(bench)

@@ -10,6 +10,8 @@ from typing import Any
 
 from agents.console import to_json
 
+DPI = 130  # of figures
+
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
@@ -32,3 +34,9 @@ def write_text(path: Path, text: str) -> None:
 def write_json(path: Path, value: Any) -> None:
     """Write a JSON file at once."""
     write_text(path, to_json(value) + "\n")
+
+
+def write_figure(path: Path, figure: Any) -> None:
+    """Write a matplotlib figure at once, in the format of the path's suffix."""
+    with replacing(path) as draft:
+        figure.savefig(draft, dpi=DPI)

@@ -13,15 +13,14 @@ if TYPE_CHECKING:
     from baselines.disbanding.reproduction.stability import Stability
     from baselines.disbanding.string_stability import Peak
 
-DPI = 130
-
 
 def string_stability(
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Write a plot there.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
     """Peak gain of the published platoon controllers, from rear vehicle to rear vehicle, over n and tau."""
-    from baselines.disbanding.reproduction.stability import SIZES, TAUS_S, analyse
+    from agents.files import write_figure
+    from baselines.disbanding.reproduction.stability import SIZES, TAUS_S, analyse, draw
     from baselines.reproduction.figures import require_matplotlib
 
     if plot is not None:
@@ -36,7 +35,7 @@ def string_stability(
         console.print(make_table("Peak gain, and the frequency in rad/s and period where it lies", columns, rows))
         console.print(stability.verdict(), markup=False)
     if plot is not None:
-        _draw(stability, plot)
+        write_figure(plot, draw(stability))
         err().print(f"Written: {plot}", soft_wrap=True)
 
 
@@ -63,11 +62,3 @@ def _document(stability: Stability) -> dict[str, Any]:
         "stable_sizes": {f"{tau_s:g}": sizes for tau_s, sizes in stability.stable_sizes.items()},
         "verdict": stability.verdict(),
     }
-
-
-def _draw(stability: Stability, path: Path) -> None:
-    from agents.files import replacing
-    from baselines.disbanding.reproduction.stability import draw
-
-    with replacing(path) as draft:
-        draw(stability).savefig(draft, dpi=DPI)

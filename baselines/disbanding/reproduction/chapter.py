@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from baselines.disbanding.reproduction import blocks, document
+from baselines.disbanding.reproduction import blocks, document, plot_2_1, plot_2_3
 from baselines.disbanding.reproduction.cells import Cell, table_cells
 from baselines.disbanding.reproduction.evaluation import evaluate
 from baselines.disbanding.reproduction.evidence import Evidence
@@ -94,6 +94,16 @@ class Reproduction:
             "regression": document.checks_document(self.checks),
             "closing": self.closing(),
         }
+
+    def figures(self) -> Iterator[tuple[str, Any]]:
+        """File names and matplotlib figures of the parts that are figures.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        for part, name, draw in (("2.1fig", "figure_2_1", plot_2_1.draw), ("2.3fig", "figure_2_3", plot_2_3.draw)):
+            if part in self.parts:
+                yield name, draw(self.evidence)
 
     def _interpretations(self) -> dict[str, Any]:
         documents = {}

@@ -1,0 +1,17 @@
+"""`cps-envs reproduce`: what the dissertation prints, computed by our code and put beside it."""
+
+from __future__ import annotations
+
+import typer
+
+from agents.commands.reproduce.chapter_2 import chapter_2
+
+app = typer.Typer(no_args_is_help=True)
+
+
+@app.callback()
+def reproduce() -> None:
+    """Compute the tables, figures and claims of a chapter and put them beside what the paper prints."""
+
+
+app.command("ch2")(chapter_2)

@@ -1,0 +1,41 @@
+"""`cps-envs reproduce ch2`: platoon disbanding."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from agents.commands.reproduce.showing import AsJson, Folder, Jobs, show
+
+PART = "Only this part: 2.2, 2.3, 2.1fig, 2.3fig, ga or claims; may be repeated."
+
+
+def chapter_2(
+    table: Annotated[list[str] | None, typer.Option(metavar="PART", help=PART)] = None,
+    interpretation: Annotated[str, typer.Option(help="How to read what the paper leaves open: S0, S1, S2.")] = "S0",
+    all_interpretations: Annotated[
+        bool, typer.Option("--all-interpretations", help="The baseline under S0, S1 and S2 as well.")
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Leave out long strings, grids and most searches.")] = False,
+    jobs: Jobs = None,
+    plot: Folder = None,
+    as_json: AsJson = False,
+) -> None:
+    """Platoon disbanding: Tables 2.2 and 2.3, Figs. 2.1 and 2.3, the optimal attacks and every claim of the text.
+
+    Cells that differ from the paper are findings and do not fail. The exit code is 1 when our own numbers left the
+    reference values of the specification, which means that the simulation has changed.
+    """
+    from baselines.disbanding.reproduction.chapter import Reproduction, reproduce_chapter
+    from baselines.disbanding.reproduction.selection import chosen
+    from baselines.reproduction.evidence import Report
+
+    parts = chosen(table or [])
+
+    def compute(jobs: int, report: Report) -> Reproduction:
+        return reproduce_chapter(
+            parts, interpretation, jobs=jobs, quick=quick, all_interpretations=all_interpretations, report=report
+        )
+
+    show("chapter 2", compute, jobs=jobs, plot=plot, as_json=as_json)
