@@ -4,23 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.canvas import OVERSAMPLING, Box, Canvas, Point, legible
+from cps_envs.core.palette import INK, MUTED, PAGE, WHITE, Color, darker
 from cps_envs.core.types import FloatArray
-from cps_envs.disbanding.canvas import OVERSAMPLING, Box, Canvas, Point, legible
 from cps_envs.disbanding.convoy import VEHICLE_M, Convoy
-from cps_envs.disbanding.palette import (
-    ASPHALT,
-    DISBANDED,
-    INK,
-    INTACT,
-    MARKING,
-    MUTED,
-    PAGE,
-    SHOULDER,
-    SPEED_SCALE,
-    WHITE,
-    Color,
-    darker,
-)
+from cps_envs.disbanding.palette import ASPHALT, DISBANDED, INTACT, MARKING, SHOULDER, SPEED_SCALE
 
 DASH_PERIOD_M, DASH_M = 12.0, 4.0
 CAR_WIDTH_M = 2.1

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.canvas import Box, Canvas
+from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, PANEL
 from cps_envs.core.types import Array
-from cps_envs.disbanding.canvas import Box, Canvas
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.convoy import VEHICLE_M, lay_out
-from cps_envs.disbanding.palette import (
-    BORDER,
-    DISBANDED,
-    INK,
-    MUTED,
-    PAGE,
-    PANEL,
-    SPEED_SCALE,
-)
+from cps_envs.disbanding.palette import DISBANDED, SPEED_SCALE
 from cps_envs.disbanding.profile import draw_profile
 from cps_envs.disbanding.road import draw_legend, draw_road
 from cps_envs.disbanding.scene import Scene

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from cps_envs.core.errors import require
-from cps_envs.core.types import Array
-from cps_envs.disbanding.palette import Color
+from cps_envs.core.palette import Color
+from cps_envs.core.types import Array, FloatArray
 
 Box = tuple[float, float, float, float]  # left, top, width, height in pixels
 Point = tuple[float, float]
@@ -60,6 +60,27 @@ class Canvas:
     def path(self, points: Sequence[Point], color: Color) -> None:
         """A thin smooth line through at least two points."""
         self._pygame.draw.aalines(self._surface, color, False, points)
+
+    def line(self, begin: Point, end: Point, color: Color, thickness: float) -> None:
+        """A smooth straight line of any thickness in pixels, with round ends.
+
+        Points lie as in a Box: (0, 0) is the upper left corner of the first pixel.
+        """
+        reach = thickness / 2 + 1
+        corner = np.floor(np.minimum(begin, end) - reach)
+        size = np.ceil(np.maximum(begin, end) + reach) - corner
+        area = self._pygame.Rect(*corner.astype(int), *size.astype(int)).clip(self._surface.get_clip())
+        if area.size[0] * area.size[1] == 0:
+            return
+        patch = self._pygame.Surface(area.size, self._pygame.SRCALPHA, 32)
+        patch.fill(color)
+        cover = np.clip((thickness + 1) / 2 - _distance(begin, end, area), 0.0, 1.0)
+        self._pygame.surfarray.pixels_alpha(patch)[:] = np.rint(255 * cover).astype(np.uint8)
+        self._surface.blit(patch, area.topleft)
+
+    def circle(self, center: Point, radius: float, color: Color) -> None:
+        """A filled smooth circle; its centre lies as the points of a `line`."""
+        self.line(center, center, color, 2 * radius)
 
     def dashes(self, box: Box, color: Color, *, period: float, length: float, phase: float = 0.0) -> None:
         """Dashes in a box from left to right: `length` of every `period` pixels, beginning `phase` from the left."""
@@ -123,6 +144,16 @@ class Canvas:
 def legible(period: float) -> float:
     """A period in pixels, or the smallest multiple of it that dashes can be told apart at."""
     return period * max(1.0, float(np.ceil(16.0 / period)))
+
+
+def _distance(begin: Point, end: Point, area: Any) -> FloatArray:
+    """Distances (width, height) from the middles of an area's pixels to the nearest point of a straight line."""
+    x = (area.left + 0.5 + np.arange(area.width) - begin[0])[:, np.newaxis]
+    y = area.top + 0.5 + np.arange(area.height) - begin[1]
+    across, down = end[0] - begin[0], end[1] - begin[1]
+    share = np.clip((x * across + y * down) / max(across**2 + down**2, 1e-12), 0.0, 1.0)
+    distance: FloatArray = np.hypot(x - share * across, y - share * down)
+    return distance
 
 
 def _whole(box: Box) -> tuple[int, int, int, int]:
