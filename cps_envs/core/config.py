@@ -73,6 +73,8 @@ def validate(config: Any) -> None:
             _check_choice(field, value)
         elif isinstance(field.default, bool):
             _check_bool(field.name, value)
+        elif isinstance(field.default, str):
+            _check_text(field.name, value)
         else:
             _check_number(field, value)
 
@@ -95,6 +97,11 @@ def _check_choice(field: dataclasses.Field[Any], value: Any) -> None:
 def _check_bool(name: str, value: Any) -> None:
     if not isinstance(value, bool):
         raise ConfigurationError(f"{name} = {value!r} must be True or False.")
+
+
+def _check_text(name: str, value: Any) -> None:
+    if not isinstance(value, str):
+        raise ConfigurationError(f"{name} = {value!r} must be text.")
 
 
 def _check_number(field: dataclasses.Field[Any], value: Any) -> None:

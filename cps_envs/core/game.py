@@ -51,7 +51,7 @@ class Game(ABC):
         observed or measured time has to come from the game's own state.
         """
         payoff = self._advance(actions, lanes, num_steps)
-        self.elapsed[lanes] += num_steps
+        self.elapsed += lanes * num_steps
         return payoff
 
     @abstractmethod

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from math import gcd
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.game import Game
 from cps_envs.core.lanes import put, take
-from cps_envs.core.policy import Idle, Policy, State
+from cps_envs.core.policy import Idle, Policy, State, takes_masks
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
 
 
@@ -32,7 +31,7 @@ class Match:
         self._fresh = {role: np.ones(game.num_lanes, np.bool_) for role in self.players}
         self._held = {role: _repeat(game.neutral_action[role], game.num_lanes) for role in self.players}
         self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
-        self._masked = {role for role, player in self.players.items() if _takes_masks(player)}
+        self._masked = {role for role, player in self.players.items() if takes_masks(player)}
         self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
 
     def reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -101,10 +100,6 @@ class Match:
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
         }
         return {name: offers[name]() for name in wanted}
-
-
-def _takes_masks(player: Policy) -> bool:
-    return "action_masks" in inspect.signature(player.predict).parameters
 
 
 def _repeat(action: Array, num_lanes: int) -> Array:

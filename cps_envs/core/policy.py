@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeAlias, runtime_checkable
@@ -46,6 +47,11 @@ class Policy(Protocol):
         sb3-contrib's MaskablePPO has, is handed the legal actions (B, k) too.
         """
         ...
+
+
+def takes_masks(policy: Policy) -> bool:
+    """Whether a policy's `predict` wants the legal actions."""
+    return "action_masks" in inspect.signature(policy.predict).parameters
 
 
 class AnalyticPolicy:

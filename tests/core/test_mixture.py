@@ -1,0 +1,68 @@
+"""Opponents drawn from several: shares, lanes that stay independent, states of every kind, and what is refused."""
+
+from __future__ import annotations
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils import seeding
+
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.mixture import Mixture
+from tests.core.toy import TOY
+
+MEMBERS = ("cps_envs.core.policy:Idle", "tests.core.toy_policies:Approach", "tests.core.toy_policies:Wander")
+
+
+def mixture(policies=MEMBERS, weights=None, num_lanes=1):
+    return Mixture(TOY.game(TOY.config("paper", {}), num_lanes).spec("attacker"), policies, weights)
+
+
+def play(opponent, num_lanes, seed, steps=40):
+    """Observations of a batch in which the mixture attacks, across several episodes."""
+    envs = gymnasium.make_vec("toys/ToyDefense-v0", num_envs=num_lanes, opponent=opponent)
+    still = np.zeros(envs.action_space.shape, np.float32)
+    return np.array([envs.reset(seed=seed)[0], *(envs.step(still)[0] for _ in range(steps))])
+
+
+@pytest.mark.parametrize("member", MEMBERS)
+def test_a_mixture_of_one_is_that_one(member):
+    whole, alone = play(mixture((member,)), 3, 7, 10), play(member, 3, 7, 10)
+    if "Wander" in member:  # the draw of the member comes first
+        assert whole.shape == alone.shape
+    else:
+        np.testing.assert_array_equal(whole, alone)
+
+
+def test_lanes_are_independent():
+    batch = play(mixture(), 6, 11)
+    for lane in range(6):
+        np.testing.assert_array_equal(batch[:, lane], play(mixture(), 1, 11 + lane)[:, 0])
+
+
+def test_weights_are_the_shares_of_the_episodes():
+    player = mixture(MEMBERS, [1, 0, 3])
+    drawn, _ = player.begin([seeding.np_random(seed)[0] for seed in range(2000)], [{}] * 2000)
+    shares = np.bincount(drawn, minlength=3) / 2000
+    np.testing.assert_allclose(shares, [0.25, 0, 0.75], atol=0.04)
+
+
+def test_by_name():
+    options = 'policies=["tests.core.toy_policies:Approach","cps_envs.core.policy:Idle"]&weights=[1,2]'
+    assert play(f"cps_envs.core.mixture:Mixture?{options}", 2, 0, 5).shape[1] == 2
+
+
+@pytest.mark.parametrize("weights", [[1], [1, -1, 1], [0, 0, 0], [np.nan, 1, 1], [np.inf, 1, 1]])
+def test_weights_that_do_not_fit_are_refused(weights):
+    with pytest.raises(ConfigurationError, match="weights"):
+        mixture(weights=weights)
+
+
+def test_an_empty_mixture_is_refused():
+    with pytest.raises(ConfigurationError, match="needs policies"):
+        mixture(())
+
+
+def test_unknown_members_are_refused():
+    with pytest.raises(UnknownNameError):
+        mixture(("nobody",))
