@@ -36,6 +36,7 @@ class Game(ABC):
         self.num_lanes = num_lanes
         self.elapsed: IntArray = np.zeros(num_lanes, np.int64)  # (B,) game steps done
         self.terminated: BoolArray = np.zeros(num_lanes, np.bool_)  # (B,) ended by physics
+        self._mask_parts: dict[Role, tuple[slice, ...]] = {}
 
     def reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         """Start new episodes in the marked lanes (B,), drawing from those lanes' generators (one per lane)."""
@@ -75,6 +76,14 @@ class Game(ABC):
         """Legal actions (k,) of one lane as a fresh int8 array; None where all are legal."""
         mask = self.action_mask(role)
         return None if mask is None else mask[lane].astype(np.int8)
+
+    def mask_parts(self, role: Role) -> tuple[slice, ...]:
+        """Where the entries of a MultiDiscrete role lie in its flattened mask; none for other action spaces."""
+        if role not in self._mask_parts:
+            counts = np.ravel(getattr(self.action_space[role], "nvec", ())).astype(int).tolist()
+            ends = np.cumsum(counts).tolist()
+            self._mask_parts[role] = tuple(slice(end - count, end) for count, end in zip(counts, ends, strict=True))
+        return self._mask_parts[role]
 
     @abstractmethod
     def metrics(self) -> dict[str, Array]:

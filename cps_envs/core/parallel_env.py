@@ -9,7 +9,7 @@ from gymnasium import spaces
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.agents_env import AgentsEnv, Infos
-from cps_envs.core.info import lane_info
+from cps_envs.core.info import agent_info
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES, SIGN, Array, FloatArray, Observation, Role
 
@@ -58,4 +58,4 @@ class DuelEnv(AgentsEnv):
         return {AGENTS[role]: self.game.observe(role)[0] for role in ROLES}
 
     def _infos(self) -> Infos:
-        return {AGENTS[role]: lane_info(self.game, role) for role in ROLES}
+        return {AGENTS[role]: agent_info(self.game, role) for role in ROLES}

@@ -24,8 +24,9 @@ class Actor:
         self._space, self._neutral, self._boldness = space, np.asarray(neutral), boldness
         self._generator = np.random.default_rng(seed)
 
-    def act(self, mask: Array | None) -> Array:
-        """An action that `mask` (k,), flattened for MultiDiscrete, allows; None allows all."""
+    def act(self, mask: Array | tuple[Array, ...] | None) -> Array:
+        """An action that a mask of `info` allows; None allows all."""
+        mask = flat(mask)
         bold, extreme = self._generator.random(2)
         if isinstance(self._space, spaces.Box):
             return self._force(bold < self._boldness, extreme < 0.3)
@@ -53,6 +54,11 @@ class Actor:
             chosen.append(options[int(share * len(options))])
         action = np.array(chosen) + starts
         return action.reshape(self._space.shape or ())
+
+
+def flat(mask: Array | tuple[Array, ...] | None) -> Array | None:
+    """A mask (k,) of `info`, whose parts for MultiDiscrete are put one behind the other."""
+    return np.concatenate(mask) if isinstance(mask, tuple) else mask
 
 
 def _start_and_counts(space: Any) -> tuple[Array, list[int]]:

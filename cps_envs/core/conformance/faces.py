@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
-from cps_envs.core.conformance.actors import Crew
+from cps_envs.core.conformance.actors import Crew, flat
 from cps_envs.core.conformance.recording import assert_same, difference, episode_steps, record
 from cps_envs.core.conformance.replay import Replay
 from cps_envs.core.conformance.subject import LANES, Subject
@@ -65,13 +65,13 @@ def _compare(subject: Subject, seed: int, opponent: Any, duel: tuple[Actions, Re
     agent, interval = AGENTS[subject.role], subject.game().decision_interval[subject.role]
     single = subject.single(opponent=opponent)
     mine: Results = [single.reset(seed=seed)]
-    theirs: Results = [tuple(part[agent] for part in results[0])]
+    theirs: Results = [(results[0][0][agent], _flattened(results[0][1][agent]))]
     for step in due[subject.role]:
         mine.append(single.step(actions[step][agent]))
         last = min(step + interval, len(actions))
         rewards = [results[t][1][agent] for t in range(step + 1, last + 1)]
-        observation, _, *rest = (part[agent] for part in results[last])
-        theirs.append((observation, _settled(sum(rewards), mine[-1][1]), *rest))
+        observation, _, *ends, info = (part[agent] for part in results[last])
+        theirs.append((observation, _settled(sum(rewards), mine[-1][1]), *ends, _flattened(info)))
         if mine[-1][2] or mine[-1][3]:
             break
     assert_same(mine, theirs, f"the {subject.role}'s environment and the parallel one give different trajectories")
@@ -79,6 +79,11 @@ def _compare(subject: Subject, seed: int, opponent: Any, duel: tuple[Actions, Re
     assert len(mine) - 1 == steps, (
         f"the single face ends after {len(mine) - 1} decisions, the parallel one after {steps}"
     )
+
+
+def _flattened(info: dict[str, Any]) -> dict[str, Any]:
+    """An agent's info with its mask in the form of the single environment."""
+    return {**info, "action_mask": flat(info["action_mask"])} if "action_mask" in info else info
 
 
 def _settled(total: float, reward: float) -> float:

@@ -18,6 +18,7 @@ from cps_envs.core.conformance.subject import NotApplicableError, Subject
 HARMLESS = (  # attacker and defender differ by nature
     "Agents have different (observation|action) space sizes",
     "Observations are different shapes",
+    "Action space for each agent probably should be",  # MultiDiscrete
 )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.conformance.actors import Crew, allows
+from cps_envs.core.conformance.actors import Crew, allows, flat
 from cps_envs.core.conformance.recording import difference, episode_steps, has_ended, record
 from cps_envs.core.conformance.subject import Subject
 from cps_envs.core.types import AGENTS, ROLES, Array
@@ -67,7 +67,7 @@ def _check_between_decisions(subject: Subject) -> None:
     result: tuple[Any, ...] = duel.reset(seed=82)
     while duel.agents:
         for role in ROLES:
-            mask = result[-1][AGENTS[role]].get("action_mask")
+            mask = flat(result[-1][AGENTS[role]].get("action_mask"))
             waiting = game.elapsed[0] % game.decision_interval[role] != 0
             if mask is not None and waiting:
                 entries = np.size(game.neutral_action[role])
