@@ -62,7 +62,7 @@ class Mixture(AnalyticPolicy):
         if state is None:
             raise TypeError("a mixture draws at the start of an episode: call begin() before predict()")
         drawn, own = state[0], state[1].copy()
-        actions = np.stack([self.spec.neutral_action] * len(observation)).astype(self.spec.action_space.dtype)
+        actions = np.stack([self.spec.neutral_action] * len(observation))
         for index in np.unique(drawn).tolist():
             lanes = np.flatnonzero(drawn == index).tolist()
             policy = self.policies[index]
