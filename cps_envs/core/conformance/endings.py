@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from gymnasium.error import ResetNeeded
@@ -24,16 +25,17 @@ def check_endings(subject: Subject) -> None:
     at_the_clock = []
     for seed in range(EPISODES):
         for boldness in (0.0, 0.7):
-            at_the_clock += [_played(subject, seed, boldness)]
+            for rival in ({}, {"opponent": "cps_envs.core.policy:Idle"}):  # a good one may end every episode by physics
+                at_the_clock += [_played(subject, seed, boldness, rival)]
     late = [terminated for terminated in at_the_clock if terminated is not None]
     assert not late or not all(late), (
         "every episode that lasts to the horizon is called terminated: the clock truncates"
     )
 
 
-def _played(subject: Subject, seed: int, boldness: float) -> bool | None:
+def _played(subject: Subject, seed: int, boldness: float, rival: Mapping[str, str]) -> bool | None:
     """Whether an episode that lasted to the horizon is called terminated; None where it ended before."""
-    env = subject.single()
+    env = subject.single(**rival)
     results = record(env, seed=seed, boldness=boldness)[1][1:]
     for step, (_, _, terminated, truncated, _) in enumerate(results, start=1):
         where = f"at step {step} of {episode_steps(env)}, seed {seed}"
