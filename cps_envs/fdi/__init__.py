@@ -1,0 +1,1 @@
+"""False data injected into the range and range-rate sensors of a vehicle platoon."""

@@ -1,0 +1,160 @@
+"""The configuration of the false-data-injection problem and its presets."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from cps_envs.core.config import quantity, validate
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.fdi.model import DISCRETISATIONS, Model, platoon_model
+from cps_envs.fdi.task import Task, make_task, parse_task
+
+SLACK = 1e-9  # of the quotient bound / resolution, so that 10 / 0.25 is 40
+FREE = "not stated for chapter 3; chosen"
+TASK_GROUPS = ("single", "pairs", "feasible")
+
+
+@dataclass(frozen=True)
+class FdiConfig:
+    """A platoon of n vehicles, an attacker who adds multiples of the resolution to sensor readings, a defender.
+
+    The printed tables do not identify the gains and the limits: k_p 1 to 2, k_d 2 to 5, u_min -8 to -4 and
+    u_max 4 to 5 m/s2 fit about equally well.
+
+    Raises:
+        ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
+    """
+
+    num_vehicles: int = quantity(4, low=2, high=20, source="Tables 3.1-3.6; 5 in Table 3.7, 10 in Fig. 3.2: n")
+    attacked: str = quantity("x4", source="Tables 3.1-3.7: x range, v range-rate, xv both; 1 = last vehicle")
+    target: int = quantity(4, low=1, high=20, source="Tables 3.1-3.7: vehicle that is to hit the one ahead")
+    tasks: str = quantity("", source="chosen: tasks such as 'x4>4 v1>1', or single, pairs, feasible, to draw from")
+    horizon: int = quantity(20, unit="steps", low=1, high=100_000, source=f"m; {FREE}")
+    desired_gap_m: float = quantity(5.0, unit="m", low=0.5, high=100, source="Fig. 3.2: x_d")
+    proportional_gain: float = quantity(1.0, unit="1/s2", low=0, high=100, source=f"k_p; {FREE}")
+    derivative_gain: float = quantity(3.0, unit="1/s", low=0, high=100, source=f"k_d; {FREE}")
+    min_acceleration_mps2: float = quantity(-5.0, unit="m/s2", low=-20, high=-0.1, source=f"u_min; {FREE}")
+    max_acceleration_mps2: float = quantity(5.0, unit="m/s2", low=0.1, high=20, source=f"u_max; {FREE}")
+    limit_commands: bool = quantity(True, source="(3.49); no limits in Fig. 3.2")
+    limit_readings: bool = quantity(True, source="(3.50): a spoofed range is at least 0; no limits in Fig. 3.2")
+    dt_s: float = quantity(0.2, unit="s", low=0.005, high=1, source=FREE)
+    discretisation: str = quantity("zoh", choices=DISCRETISATIONS, source=FREE)
+    limits: str = quantity("hard", choices=("hard", "clip"), source="chosen: illegal moves end the episode, or clip")
+    range_resolution_m: float = quantity(0.5, unit="m", low=0.001, high=50, source="section 3.5")
+    rate_resolution_mps: float = quantity(0.25, unit="m/s", low=0.001, high=50, source="section 3.5")
+    max_range_injection_m: float = quantity(50.0, unit="m", low=0.001, high=1000, source=FREE)
+    max_rate_injection_mps: float = quantity(10.0, unit="m/s", low=0.001, high=1000, source=FREE)
+    attack_action: str = quantity(
+        "level", choices=("level", "share"), source="chosen: injection, or share of the legal"
+    )
+    share_levels: int = quantity(21, low=2, high=1001, source="chosen: from the lowest to the highest legal one")
+    mask: str = quantity("one_step", choices=("one_step", "look_ahead"), source="chosen: what counts as legal")
+    shield: bool = quantity(False, source="chosen: an illegal injection is replaced by the nearest legal one")
+    paid_pair: str = quantity("target", choices=("target", "any"), source="chosen: whose impact speed is paid")
+    max_correction_mps2: float = quantity(2.0, unit="m/s2", low=0.1, high=20, source="chosen: c_max of the defender")
+    correction_levels: int = quantity(4, low=1, high=100, source="chosen: steps between 0 and c_max")
+    share_rear_range: bool = quantity(True, source="chosen: the defender sees the rear range sensors too")
+    alarm_cost_mps2: float = quantity(0.01, unit="m/s2", low=0, high=10, source="chosen: per replaced reading")
+    correction_cost: float = quantity(0.01, low=0, high=10, source="chosen: times the mean |c| over the vehicles")
+    gap_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial gap errors +- this")
+    speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial relative speeds +- this")
+    disturbance_mps2: float = quantity(0.0, unit="m/s2", low=0, high=2, source="chosen: deviation of accelerations")
+
+    def __post_init__(self) -> None:
+        validate(self)
+        self._check_task()
+        if self.limits == "clip" and self.discretisation != "zohu":
+            raise ConfigurationError(
+                'limits = "clip" holds clipped commands over the step: it needs discretisation = "zohu", and a dt_s at '
+                'which that is stable, such as 0.1 s (preset "clip").'
+            )
+        if not self.model.spectral_radius < 1:
+            raise ConfigurationError(
+                f"the platoon is unstable without any attack: spectral radius {self.model.spectral_radius:.3f} with "
+                f"discretisation = {self.discretisation!r}, dt_s = {self.dt_s}, derivative_gain = "
+                f'{self.derivative_gain}. Use a smaller dt_s (euler and zohu need about k_d dt lambda < 2) or "zoh".'
+            )
+
+    def _check_task(self) -> None:
+        self.fixed_task  # noqa: B018, raises
+        self.listed_tasks  # noqa: B018, raises
+        fewest = self.fewest_steps
+        if self.limit_commands and self.horizon < fewest:
+            raise ConfigurationError(
+                f"horizon = {self.horizon} is below the first feasible step: with accelerations in "
+                f"[{self.min_acceleration_mps2:g}, {self.max_acceleration_mps2:g}] m/s2 no gap of "
+                f"{self.desired_gap_m:g} m can close in less than {fewest} steps of {self.dt_s:g} s."
+            )
+
+    @property
+    def fewest_steps(self) -> int:
+        """A step before which nobody can collide: both vehicles of a pair accelerate as hard as they may."""
+        closing_mps2 = self.max_acceleration_mps2 - self.min_acceleration_mps2
+        return math.ceil(math.sqrt(2 * self.desired_gap_m / closing_mps2) / self.dt_s - SLACK)
+
+    @property
+    def model(self) -> Model:
+        """The sampled platoon."""
+        return platoon_model(
+            self.num_vehicles, self.proportional_gain, self.derivative_gain, self.dt_s, self.discretisation
+        )
+
+    @property
+    def fixed_task(self) -> Task:
+        """The task of `attacked` and `target`."""
+        return make_task(self.attacked, self.target, self.num_vehicles)
+
+    @property
+    def listed_tasks(self) -> tuple[Task, ...]:
+        """The tasks that `tasks` spells out; none where it is empty or names a group."""
+        if self.tasks in TASK_GROUPS:
+            return ()
+        return tuple(parse_task(text, self.num_vehicles) for text in self.tasks.split())
+
+    @property
+    def range_levels(self) -> int:
+        """The largest range injection in units of the resolution, (3.48)."""
+        return math.floor(self.max_range_injection_m / self.range_resolution_m + SLACK)
+
+    @property
+    def rate_levels(self) -> int:
+        """The largest range-rate injection in units of the resolution, (3.48)."""
+        return math.floor(self.max_rate_injection_mps / self.rate_resolution_mps + SLACK)
+
+
+A = FdiConfig()
+B = replace(A, proportional_gain=2.0, derivative_gain=5.0, min_acceleration_mps2=-8.0)
+C = replace(A, min_acceleration_mps2=-4.0, max_acceleration_mps2=4.0, horizon=25)
+FIG_3_2 = replace(
+    A,
+    num_vehicles=10,
+    attacked="x10",
+    target=10,
+    horizon=1200,
+    proportional_gain=2.0,
+    dt_s=0.05,
+    discretisation="euler",
+    max_rate_injection_mps=20.0,
+    limit_commands=False,
+    limit_readings=False,
+    paid_pair="any",
+)
+CLIP = replace(A, limits="clip", discretisation="zohu", dt_s=0.1, horizon=40)
+PRESETS = {
+    "paper": A,
+    "B": B,
+    "C": C,
+    "fig32": FIG_3_2,
+    "clip": CLIP,
+    "learning": replace(A, tasks="feasible"),
+    "defense": replace(
+        CLIP,
+        tasks="feasible",
+        horizon=100,
+        paid_pair="any",
+        gap_spread_m=0.1,
+        speed_spread_mps=0.1,
+        disturbance_mps2=0.1,
+    ),
+}

@@ -1,0 +1,213 @@
+"""The false-data-injection game: B platoons, an attacker who adds to sensor readings, a defender who doubts them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.game import Game
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.fields import attacker_fields, defender_fields, is_drawn, num_slots
+from cps_envs.fdi.lane import (
+    BLOCKS_PER_VEHICLE,
+    NUM_COUNTS,
+    STEP,
+    TASK,
+    Memory,
+    memory_of,
+    pack_constants,
+    pack_matrices,
+)
+from cps_envs.fdi.masks import fill_masks
+from cps_envs.fdi.metrics import BOUND, BOUND_VALID, METRICS, PAID, PAYOFF, VALUE
+from cps_envs.fdi.observation import observe_attacker, observe_defender
+from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.selection import certificates, chosen_tasks
+from cps_envs.fdi.turn import open_lanes, take_turn
+
+
+class FdiGame(Game):
+    """A game step is a sampling period of the controller; both roles decide at every one.
+
+    Attacker: MultiDiscrete, one entry per attacked sensor (ranges first, by vehicle), or per sensor of the platoon
+    where tasks are drawn. In the form "level" entry a injects (a - bound) times the resolution; in the form "share" 0
+    injects nothing and 1 to `share_levels` go evenly from the lowest to the highest legal injection.
+    Defender: MultiDiscrete (3n,): for each reading (ranges 1..n, then range-rates) 1 = trust, 0 = replace; for each
+    vehicle a correction level, `correction_levels` = none. It decides on the readings of the step before.
+
+    Payoff: impact speed at the end (m/s), plus what the defender is charged for replaced readings and corrections.
+    """
+
+    name = "fdi"
+    payoff_parts = PAID
+
+    def __init__(self, config: FdiConfig, num_lanes: int) -> None:
+        super().__init__(num_lanes)
+        self.config: FdiConfig = config
+        self.horizon, self.step_s = config.horizon, config.dt_s
+        self.decision_interval = {"attacker": 1, "defender": 1}
+        self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
+        self.tasks = chosen_tasks(config)
+        self._drawn = is_drawn(config)
+        self._set_actions()
+        self._packed, self._stacked = pack_constants(config), pack_matrices(config)
+        self._bounds = certificates(config, self.tasks)
+        self._allocate()
+
+    def _set_actions(self) -> None:
+        config, n = self.config, self.config.num_vehicles
+        sensors = range(2 * n) if self._drawn else np.flatnonzero(self.tasks[0].sensors.flags(n)).tolist()
+        levels = [config.range_levels if sensor < n else config.rate_levels for sensor in sensors]
+        self._levels: IntArray = np.array(levels, np.int64)
+        by_level = config.attack_action == "level"
+        choices = 2 * self._levels + 1 if by_level else np.full(len(levels), config.share_levels + 1)
+        doubts, corrections = [2] * (2 * n), [2 * config.correction_levels + 1] * n
+        self.action_space = {
+            "attacker": spaces.MultiDiscrete(choices),
+            "defender": spaces.MultiDiscrete(doubts + corrections),
+        }
+        self.neutral_action = {
+            "attacker": self._levels.copy() if by_level else np.zeros(len(levels), np.int64),
+            "defender": np.array([1] * (2 * n) + [config.correction_levels] * n),
+        }
+        self._mask_size = int((2 * self._levels + 1).sum())
+        rows = [[j if task.sensors.flags(n)[j] else -1 for j in sensors] + [task.target - 1] for task in self.tasks]
+        self._tasks: IntArray = np.array(rows, np.int64)
+
+    def _allocate(self) -> None:
+        lanes, n, config = self.num_lanes, self.config.num_vehicles, self.config
+        self.memories: FloatArray = np.zeros((lanes, BLOCKS_PER_VEHICLE * n))
+        self.counts: IntArray = np.zeros((lanes, NUM_COUNTS), np.int64)
+        self.table: FloatArray = np.zeros((lanes, len(METRICS) + 1))
+        self.legal: IntArray = np.zeros((lanes, num_slots(config), 2), np.int64)
+        steps = config.horizon if config.disturbance_mps2 > 0 else 0
+        self._disturbances: FloatArray = np.zeros((lanes, steps, n))
+        self._episodes: IntArray = np.arange(lanes)
+        self._waiting: IntArray = np.repeat(self.neutral_action["attacker"][np.newaxis], lanes, axis=0)
+        self._trusting: IntArray = np.zeros((lanes, 0), np.int64)
+
+    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        self.memories[lanes] = 0.0
+        self.counts[lanes] = 0
+        self.table[lanes] = 0.0
+        self._episodes[lanes] += self.num_lanes
+        config, errors = self.config, self.memories[:, : 2 * self.config.num_vehicles]
+        spread = np.repeat([config.gap_spread_m, config.speed_spread_mps], config.num_vehicles)
+        if self._drawn or spread.any() or config.disturbance_mps2 > 0:
+            for lane in np.flatnonzero(lanes).tolist():
+                generator = generators[lane]
+                self.counts[lane, TASK] = generator.integers(len(self.tasks))
+                errors[lane] = generator.uniform(-spread, spread)
+                self._disturbances[lane] = generator.normal(0, config.disturbance_mps2, self._disturbances.shape[1:])
+        task = self.counts[lanes, TASK]
+        for column, values in (
+            (BOUND_VALID, self._bounds.valid),
+            (BOUND, self._bounds.bound),
+            (VALUE, self._bounds.value),
+        ):
+            self.table[lanes, column] = values[task]
+        open_lanes(self.memories, self.counts, self.legal, lanes, self._packed, self._stacked, self._tasks)
+
+    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+        attack, defense = actions.get("attacker", self._waiting), actions.get("defender", self._trusting)
+        take_turn(
+            self.memories,
+            self.counts,
+            self.table,
+            self.legal,
+            attack,
+            defense,
+            lanes,
+            self.terminated,
+            num_steps,
+            self._disturbances,
+            self._packed,
+            self._stacked,
+            self._tasks,
+        )
+        return self.table[:, PAYOFF].copy()
+
+    def observe(self, role: Role) -> Observation:
+        """See `fields.attacker_fields` and `fields.defender_fields`."""
+        values = np.empty((self.num_lanes, self.fields[role].size))
+        if role == "attacker":
+            shared = (self.horizon, self._drawn, self._packed, self._tasks)
+            observe_attacker(self.memories, self.counts, *shared, values)
+        else:
+            observe_defender(self.memories, self.counts, self.horizon, self._packed, values)
+        return self.fields[role].encode(values)
+
+    def action_mask(self, role: Role) -> BoolArray | None:
+        """Legal injections (B, sum of levels) in the form "level"; each sensor's row supposes that the others help."""
+        if role == "defender" or self.config.attack_action == "share":
+            return None
+        masks = np.empty((self.num_lanes, self._mask_size), np.bool_)
+        fill_masks(self.legal, self._levels, masks)
+        return masks
+
+    def lane_mask(self, role: Role, lane: int) -> Array | None:
+        """`action_mask` of one lane as int8."""
+        if role == "defender" or self.config.attack_action == "share":
+            return None
+        masks = np.empty((1, self._mask_size), np.bool_)
+        fill_masks(self.legal[lane : lane + 1], self._levels, masks)
+        row: Array = masks[0].view(np.int8)
+        return row
+
+    def metrics(self) -> dict[str, Array]:
+        """`metrics.METRICS` so far, each (B,)."""
+        return dict(zip(METRICS, self.table.T, strict=False))
+
+    def lane_metrics(self, lane: int) -> dict[str, float]:
+        """`metrics` of one lane as Python numbers."""
+        return dict(zip(METRICS, self.table[lane].tolist(), strict=False))
+
+    def task(self, lane: int) -> str:
+        """The task of a lane, such as "x4>4"."""
+        return str(self.tasks[self.counts[lane, TASK]])
+
+    def memory(self, lane: int) -> Memory:
+        """Views of what a lane remembers."""
+        views: Memory = memory_of.py_func(self.memories, lane)  # type: ignore[attr-defined]
+        return views
+
+    def model(self, lane: int, num_lanes: int) -> FdiGame:
+        """Privileged: copies of one lane in its present state."""
+        copy = FdiGame(self.config, num_lanes)
+        for name in ("memories", "counts", "table", "legal", "_disturbances", "elapsed", "terminated"):
+            getattr(copy, name)[:] = getattr(self, name)[lane]
+        return copy
+
+    def fingerprint(self) -> bytes:
+        """A digest of the state; equal for games that will go on alike under equal actions."""
+        arrays = (self.memories, self.counts, self.table, self._disturbances)
+        return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).digest()
+
+    def scene(self, lane: int) -> Scene:
+        """What the viewer draws of a lane."""
+        config, n, memory = self.config, self.config.num_vehicles, self.memory(lane)
+        task = self.tasks[self.counts[lane, TASK]]
+        return Scene(
+            episode=int(self._episodes[lane]),
+            time_s=float(self.counts[lane, STEP] * config.dt_s),
+            duration_s=config.horizon * config.dt_s,
+            task=str(task),
+            target=task.target,
+            desired_gap_m=config.desired_gap_m,
+            gap=memory.error[:n] + config.desired_gap_m,
+            closing_speed=-memory.error[n:],
+            reported_gap=memory.reading[:n] + config.desired_gap_m,
+            reported_closing_speed=-memory.reading[n:],
+            used_gap=memory.used[:n] + config.desired_gap_m,
+            used_closing_speed=-memory.used[n:],
+            injection=memory.injection.copy(),
+            attacked=task.sensors.flags(n),
+            trusted=memory.trust > 0,
+            command=memory.command.copy(),
+            max_acceleration_mps2=config.max_acceleration_mps2,
+            metrics=self.lane_metrics(lane),
+        )

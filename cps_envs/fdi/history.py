@@ -1,0 +1,70 @@
+"""What the viewer has seen of an episode: the target pair and the injections, frame by frame."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cps_envs.core.types import FloatArray
+from cps_envs.fdi.scene import Scene
+
+MOST_POINTS = 600  # of a curve
+TIME, GAP, CLOSING, SENSED, REPORTED_GAP, REPORTED_CLOSING, USED_GAP, USED_CLOSING, INJECTIONS = range(9)
+
+
+class Peaks(NamedTuple):
+    """The largest that any vehicle had, 0 or more."""
+
+    gap_m: float
+    closing_mps: float
+    opening_mps: float
+    command_mps2: float
+    injection: float  # m or m/s
+
+
+NO_PEAKS = Peaks(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class History:
+    """Rows of an episode up to the present frame; another episode, or time that goes back, begins a new one."""
+
+    def __init__(self) -> None:
+        self._episode = -1
+        self._rows: list[list[float]] = []
+        self.peaks = NO_PEAKS
+
+    def add(self, scene: Scene, step_s: float) -> None:
+        """Take a frame in; the same moment again replaces what was known of it."""
+        time_s = scene.time_s
+        if scene.episode != self._episode or (self._rows and time_s < self._rows[-1][TIME]):
+            self._episode, self._rows, self.peaks = scene.episode, [], NO_PEAKS
+        row = row_of(scene, step_s)
+        if self._rows and (time_s, row[SENSED]) == (self._rows[-1][TIME], self._rows[-1][SENSED]):
+            self._rows.pop()
+        self._rows.append(row)
+        self.peaks = Peaks(*map(max, self.peaks, peaks_of(scene)))
+
+    def rows(self) -> FloatArray:
+        """The frames (k, INJECTIONS + q), columns as named above, q attacked sensors; thinned in long episodes."""
+        stride = 1 + len(self._rows) // MOST_POINTS
+        kept = self._rows[::stride]
+        return np.array(kept if kept[-1] is self._rows[-1] else [*kept, self._rows[-1]])
+
+
+def row_of(scene: Scene, step_s: float) -> list[float]:
+    """What a frame adds; sensors were read a step before, unless their injection was illegal and stopped everything."""
+    pair, n = scene.target - 1, len(scene.gap)
+    sensed_s = scene.time_s if scene.metrics["illegal"] else scene.time_s - step_s
+    row = [scene.time_s, scene.gap[pair], scene.closing_speed[pair], max(sensed_s, 0.0)]
+    row += [scene.reported_gap[pair], scene.reported_closing_speed[pair]]
+    row.append(np.nan if scene.trusted[pair] else scene.used_gap[pair])
+    row.append(np.nan if scene.trusted[n + pair] else scene.used_closing_speed[pair])
+    return [*map(float, row), *scene.injection[scene.attacked].tolist()]
+
+
+def peaks_of(scene: Scene) -> Peaks:
+    """The peaks of one frame."""
+    closing = scene.closing_speed
+    values = (scene.gap, closing, -closing, np.abs(scene.command), np.abs(scene.injection))
+    return Peaks(*(max(float(value.max()), 0.0) for value in values))

@@ -1,0 +1,31 @@
+"""The false-data-injection problem as the faces see it."""
+
+from __future__ import annotations
+
+from cps_envs.core.problem import Problem, Work
+from cps_envs.fdi.config import PRESETS, FdiConfig
+from cps_envs.fdi.fields import attacker_fields, defender_fields
+from cps_envs.fdi.game import FdiGame
+
+
+def decisions(config: FdiConfig) -> float:
+    """Decisions in a game step of a lane; a function of its own so that problems pickle."""
+    return 1.0
+
+
+ATTACKERS = {  # where it is not the plain optimum
+    "fig32": "bnb",
+    "defense": 'mixture?policies=["none","oracle?start=random"]',
+}
+
+FDI = Problem(
+    name="fdi",
+    version=0,
+    summary="An attacker falsifies range and range-rate readings to make vehicles collide; a defender doubts them.",
+    presets=PRESETS,
+    game=FdiGame,
+    fields={"attacker": attacker_fields, "defender": defender_fields},
+    opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
+    viewer="cps_envs.fdi.viewer:Viewer",
+    work=Work(unit="decisions", per_game_step=decisions, target_per_s=2e6),
+)

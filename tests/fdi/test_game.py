@@ -1,0 +1,263 @@
+"""The game on the kernels: physics, legality, ends, payoff, what the defender does and sees."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cps_envs.fdi.game import FdiGame
+from cps_envs.fdi.legality import SLACK
+from cps_envs.fdi.problem import FDI
+from tests.fdi.reference import Platoon
+
+SENSORS = ("x1", "v4", "xv2", "x1+v3", "xv1,4")
+
+
+def started(seeds=(0,), preset="paper", **overrides):
+    game = FdiGame(FDI.config(preset, overrides), len(seeds))
+    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
+    return game
+
+
+def go(game, levels, trust=None, correction=None):
+    """One step under levels (S,) of every lane, and the defender's trust (2n,) and correction levels (n,)."""
+    bounds = game.neutral_action["attacker"]
+    actions = {"attacker": np.tile(np.asarray(levels) + bounds, (game.num_lanes, 1))}
+    if trust is not None or correction is not None:
+        n, none = game.config.num_vehicles, game.config.correction_levels
+        doubts = np.ones(2 * n, int) if trust is None else np.asarray(trust)
+        held = np.full(n, none) if correction is None else none + np.asarray(correction)
+        actions["defender"] = np.tile(np.concatenate([doubts, held]), (game.num_lanes, 1))
+    return game.advance(actions, ~game.terminated, 1)
+
+
+def seen(game, role):
+    return {name: values[0] for name, values in game.fields[role].decode(game.observe(role)).items()}
+
+
+def legal_level(game, generator):
+    low, high = game.legal[0].T
+    return generator.integers(low, np.maximum(low, high) + 1)
+
+
+@pytest.mark.parametrize("attacked", SENSORS)
+def test_hard_limits_follow_the_continuous_platoon(attacked):
+    game, generator = started(attacked=attacked, target=1), np.random.default_rng(1)
+    platoon = Platoon(game.config)
+    for _ in range(game.horizon):
+        go(game, legal_level(game, generator))
+        if game.terminated[0]:
+            break
+        platoon.step_continuous(game.memory(0).injection)
+        np.testing.assert_allclose(game.memory(0).error, platoon.errors, atol=1e-9)
+
+
+@pytest.mark.parametrize("attacked", SENSORS)
+def test_clipped_limits_follow_held_commands(attacked):
+    game, generator = started(preset="clip", attacked=attacked, target=1), np.random.default_rng(2)
+    platoon, none = Platoon(game.config), game.config.correction_levels
+    while not game.terminated[0] and game.elapsed[0] < game.horizon:
+        correction = generator.integers(-none, none + 1, 4)
+        go(game, legal_level(game, generator), correction=correction)
+        platoon.step_held(game.memory(0).injection, correction * game.config.max_correction_mps2 / none)
+        np.testing.assert_allclose(game.memory(0).error, platoon.errors, atol=1e-9)
+
+
+def test_disturbances_act_on_the_vehicles():
+    game = started(preset="clip", attacked="x1", target=1, disturbance_mps2=0.5)
+    disturbances = np.random.default_rng(0)
+    disturbances.integers(1), disturbances.uniform(size=8)
+    pushes, platoon = disturbances.normal(0, 0.5, (game.horizon, 4)), Platoon(game.config)
+    for push in pushes:
+        go(game, [0])
+        platoon.step_held(np.zeros(8), disturbance=push)
+        np.testing.assert_allclose(game.memory(0).error, platoon.errors, atol=1e-9)
+
+
+def test_legal_levels_at_rest():
+    """Spec 7.4: 21 levels for a range sensor, 13 for a range-rate sensor."""
+    assert started(attacked="x1", target=1).legal[0].tolist() == [[-10, 10]]
+    assert started(attacked="v4", target=4).legal[0].tolist() == [[-6, 6]]
+
+
+@settings(max_examples=60)
+@given(st.sampled_from(SENSORS), st.integers(0, 2**31), st.integers(0, 15))
+def test_the_mask_is_what_the_constraints_say(attacked, seed, steps):
+    """A level is offered exactly if it, with the best help of the other sensors, satisfies (3.48) to (3.50)."""
+    game, generator = started(attacked=attacked, target=1), np.random.default_rng(seed)
+    for _ in range(steps):
+        go(game, legal_level(game, generator))
+    if game.terminated[0]:
+        return
+    config, error, model = game.config, game.memory(0).error, game.config.model
+    sensors = np.flatnonzero(game.tasks[0].sensors.flags(4))
+    size = np.where(sensors < 4, config.range_resolution_m, config.rate_resolution_mps)
+    boxes = [
+        np.array(
+            [z for z in range(-bound, bound + 1) if j >= 4 or error[j] + z * r >= -config.desired_gap_m - SLACK / 2]
+        )
+        for j, bound, r in zip(sensors, game.neutral_action["attacker"], size, strict=True)
+    ]
+    base, pull = model.feedback @ error, model.readings[:, sensors] * size
+    for s, box in enumerate(boxes):
+        possible = np.ones(len(box), bool)
+        for i in range(4):
+            if not pull[i].any():
+                continue
+            others = [pull[i, k] * other[[0, -1]] for k, other in enumerate(boxes) if k != s]
+            low = base[i] + pull[i, s] * box + sum(part.min() for part in others)
+            high = base[i] + pull[i, s] * box + sum(part.max() for part in others)
+            possible &= (high >= config.min_acceleration_mps2 - SLACK / 2) & (
+                low <= config.max_acceleration_mps2 + SLACK / 2
+            )
+        low, high = game.legal[0, s]
+        assert box[possible].tolist() == list(range(low, high + 1))
+
+
+def test_an_illegal_injection_ends_the_episode_unpaid():
+    game = started(attacked="x1", target=1)
+    assert go(game, [11])[0] == 0
+    assert game.terminated[0]
+    assert game.metrics()["illegal"][0] == 1
+    assert not game.memory(0).error.any()
+
+
+def test_a_dead_end_offers_no_injection():
+    game = started(attacked="x4", target=3)
+    for level in (-10, 20, -30, 40):
+        low, high = game.legal[0, 0]
+        go(game, [max(low, min(high, level))])
+        if game.legal[0, 0, 0] > game.legal[0, 0, 1]:
+            assert np.flatnonzero(game.action_mask("attacker")[0]).tolist() == game.neutral_action["attacker"].tolist()
+            go(game, [0])
+            assert game.metrics()["illegal"][0] == 1
+
+
+def test_a_shield_takes_the_nearest_legal_level():
+    game = started(attacked="x1", target=1, shield=True)
+    go(game, [50])
+    assert game.memory(0).injection[0] == 10 * game.config.range_resolution_m
+    assert not game.terminated[0]
+
+
+def test_two_sensors_of_a_vehicle_share_its_limits():
+    game = started(attacked="xv1", target=1, shield=True)
+    go(game, [40, 40])  # 20 m alone would be 20 m/s2: the range-rate helps as far as it can
+    memory = game.memory(0)
+    assert memory.command[0] == pytest.approx(game.config.max_acceleration_mps2, abs=0.75)
+    assert not game.terminated[0]
+
+
+def test_shares_go_from_the_lowest_to_the_highest_legal_level():
+    for action, level in ((0, 0), (1, -10), (11, 0), (21, 10)):
+        game = started(attacked="x1", target=1, attack_action="share")
+        game.advance({"attacker": np.array([[action]])}, np.ones(1, bool), 1)
+        assert game.memory(0).injection[0] == level * 0.5
+
+
+def collision(target=4, **overrides):
+    """Brake, then accelerate as hard as is legal, until somebody collides."""
+    game, total = started(attacked="x4", target=target, **overrides), 0.0
+    for step in range(game.horizon):
+        low, high = game.legal[0, 0]
+        total += go(game, [low if step < 7 else high])[0]
+    return game, total
+
+
+def test_impact_speed_is_paid_at_the_crossing():
+    game, total = collision()
+    memory, metrics = game.memory(0), game.metrics()
+    assert memory.error[3] <= -5 + SLACK
+    assert total == metrics["impact_speed_mps"][0] == -memory.error[7] > 3
+    assert metrics["collided_target"][0] == metrics["collided_pairs"][0] == 1
+    assert total <= metrics["oracle_bound_mps"][0]
+
+
+def test_another_pairs_collision_pays_only_where_any_pair_does():
+    unpaid, paid = collision(target=3), collision(target=3, paid_pair="any")
+    assert unpaid[1] == 0 < unpaid[0].metrics()["worst_impact_mps"][0] == paid[1]
+    assert paid[0].metrics()["bound_valid"][0] == 0
+
+
+def test_an_untrusted_range_is_replaced_by_the_rear_sensor():
+    game = started(preset="clip", attacked="x1", target=1)
+    trust = np.ones(8, int)
+    trust[0] = 0
+    for _ in range(10):
+        go(game, [-10], trust=trust)
+    assert not game.memory(0).error.any()
+    np.testing.assert_allclose(seen(game, "defender")["redundancy_residual"], [-5, 0, 0], atol=1e-5)
+    metrics = game.metrics()
+    assert metrics["replaced_share"][0] == pytest.approx(1 / 8)
+    assert metrics["false_alarm_rate"][0] == 0
+    assert metrics["alarm_cost_mps"][0] == pytest.approx(10 * 0.1 * game.config.alarm_cost_mps2)
+
+
+@pytest.mark.parametrize(("preset", "disturbed"), [("paper", False), ("clip", False), ("clip", True)])
+def test_the_model_predicts_what_it_can_know(preset, disturbed):
+    """Without disturbance, and with readings that are true or not used, the prediction is the truth."""
+    noise = {"disturbance_mps2": 0.2} if disturbed else {}
+    game, generator = started(preset=preset, attacked="xv4", target=4, **noise), np.random.default_rng(3)
+    trust = np.ones(8, int)
+    trust[[3, 7]] = 0
+    for _ in range(15):
+        before = game.memory(0).error.copy()
+        go(game, np.clip(legal_level(game, generator), -4, 4), trust=trust, correction=generator.integers(-2, 3, 4))
+        off = np.abs(game.memory(0).prediction - before).max()
+        assert off < 1e-9 or disturbed
+    assert (off > 1e-4) == disturbed
+
+
+def test_trust_and_no_correction_change_nothing():
+    generator, plain, watched = np.random.default_rng(4), started(attacked="v1"), started(attacked="v1")
+    for _ in range(12):
+        level = legal_level(plain, generator)
+        go(plain, level)
+        go(watched, level, trust=np.ones(8, int))
+        np.testing.assert_array_equal(plain.memory(0).error, watched.memory(0).error)
+    assert watched.metrics()["bound_valid"][0] == plain.metrics()["bound_valid"][0]
+
+
+def test_a_defender_who_acts_voids_the_bound():
+    game = started()
+    assert game.metrics()["bound_valid"][0] == 1
+    go(game, [0], correction=[0, 1, 0, 0])
+    assert game.metrics()["bound_valid"][0] == 0
+    assert game.metrics()["correction_cost_mps"][0] == pytest.approx(0.01 * 0.2 * 0.5 / 4)
+
+
+def test_kinematic_residual_shows_a_change_of_range_only():
+    game = started(preset="clip", attacked="x2", target=2)
+    go(game, [0])
+    go(game, [-4])
+    assert seen(game, "defender")["kinematic_residual"][1] == pytest.approx(-2.0, abs=1e-4)
+    go(game, [-4])
+    assert abs(seen(game, "defender")["kinematic_residual"][1]) < 0.02
+
+
+def test_drawn_tasks_are_observed_and_masked():
+    game = started(seeds=range(64), preset="learning")
+    shown = game.fields["attacker"].decode(game.observe("attacker"))
+    masks = np.split(game.action_mask("attacker"), np.cumsum(game.action_space["attacker"].nvec)[:-1], axis=1)
+    for lane in range(64):
+        task = game.tasks[game.counts[lane, 1]]
+        assert str(task) == game.task(lane)
+        assert (shown["attacked"][lane] > 0.5).tolist() == task.sensors.flags(4).tolist()
+        assert shown["target"][lane].argmax() + 1 == task.target
+        free = [part[lane].sum() > 1 for part in masks]
+        assert free == task.sensors.flags(4).tolist()
+    assert len({game.task(lane) for lane in range(64)}) > 20
+
+
+def test_a_lane_is_what_its_copy_is():
+    game, generator = started(seeds=(1, 2), preset="defense"), np.random.default_rng(0)
+    for _ in range(5):
+        go(game, generator.integers(-2, 3, 8))
+    copy = game.model(1, 3)
+    for _ in range(5):
+        levels = generator.integers(-2, 3, 8)
+        go(game, levels)
+        go(copy, levels)
+    np.testing.assert_array_equal(copy.memories[2], game.memories[1])

@@ -1,0 +1,74 @@
+"""Sensors, tasks and configurations in text form, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cps_envs.core.config import configure
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.fdi.config import PRESETS, A
+from cps_envs.fdi.game import FdiGame
+from cps_envs.fdi.sensors import Sensors, parse_sensors
+from cps_envs.fdi.task import Task, all_tasks, parse_task
+
+subsets = st.sets(st.integers(1, 12), max_size=12).map(sorted).map(tuple)
+
+
+@pytest.mark.parametrize(
+    ("text", "ranges", "rates"),
+    [("x1", (1,), ()), ("v13", (), (1, 3)), ("xv14", (1, 4), (1, 4)), ("x1+v3", (1,), (3,)), ("v3,1", (), (1, 3))],
+)
+def test_the_papers_notation(text, ranges, rates):
+    assert parse_sensors(text, 4) == Sensors(ranges, rates)
+
+
+def test_vehicle_ten_is_one_vehicle_in_a_platoon_of_ten():
+    assert parse_sensors("x10", 10) == Sensors((10,))
+    assert parse_sensors("x1,10", 10) == Sensors((1, 10))
+
+
+@given(subsets, subsets)
+def test_sensors_survive_their_text(ranges, rates):
+    if ranges or rates:
+        sensors = Sensors(ranges, rates)
+        assert parse_sensors(str(sensors), 12) == sensors
+        assert parse_task(f"{sensors}>5", 12) == Task(sensors, 5)
+
+
+def test_flags_mark_ranges_then_rates():
+    assert parse_sensors("x1+v3", 4).flags(4).nonzero()[0].tolist() == [0, 6]
+
+
+def test_the_tables_have_120_tasks():
+    tasks = [*all_tasks(4, 1), *all_tasks(4, 2)]
+    assert len(set(tasks)) == len(tasks) == 120
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        ({"attacked": ""}, "names no sensors"),
+        ({"attacked": "y1"}, "names no sensors"),
+        ({"attacked": "x5"}, "vehicle 5 is not one of 1 to 4"),
+        ({"attacked": 4}, "must be text"),
+        ({"target": 5}, "no vehicle of the platoon"),
+        ({"tasks": "x4-4"}, "must read like x4>4"),
+        ({"horizon": 4}, "below the first feasible step"),
+        ({"discretisation": "euler"}, "unstable without any attack"),
+        ({"discretisation": "zohu"}, "smaller dt_s"),
+        ({"limits": "clip"}, 'preset "clip"'),
+        ({"max_acceleration_mps2": float("nan")}, "must be a number"),
+        ({"attackd": "x1"}, "attacked"),
+    ],
+)
+def test_impossible_configurations_say_why(overrides, message):
+    with pytest.raises(ConfigurationError, match=message):
+        configure(A, overrides)
+
+
+def test_unknown_constants_have_no_feasible_tasks():
+    config = configure(PRESETS["learning"], {"proportional_gain": 1.234})
+    with pytest.raises(ConfigurationError, match="cps-envs oracle"):
+        FdiGame(config, 1)

@@ -1,0 +1,397 @@
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from cps_envs.core.errors import MissingExtraError
+from cps_envs.core.types import Array
+from cps_envs.fdi.beliefs import belief_color, beliefs_of, free_rows
+from cps_envs.fdi.config import CLIP, FIG_3_2, PRESETS, FdiConfig
+from cps_envs.fdi.game import FdiGame
+from cps_envs.fdi.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, History
+from cps_envs.fdi.outcome import certificate_of, outcome_of, task_of
+from cps_envs.fdi.palette import FALSE, REPLACED
+from cps_envs.fdi.plot import Plot, marks_of, rounded_up
+from cps_envs.fdi.road import VEHICLE_M, lay_out
+from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.viewer import Viewer, plots, with_illegal_readings
+
+ATTACK, DEFENSE = "cps_envs:cps_envs/FdiAttack-v0", "cps_envs:cps_envs/FdiDefense-v0"
+EVERY = np.ones(1, np.bool_)
+CONFIG = FdiConfig()
+DEFENDED = replace(CLIP, attacked="x1,4+v2")
+DRAWN = "x4>4 xv1,2>1 v1,2,3,4>3"
+ROAD = (0.0, 0.0, 900.0, 118.0)
+CRASH = [-10, -10, -10, -10, -11, -11, -11, -3, 4, 10, 16, 22, 28, 34, 40, 46, 52, 58, 65, 71]  # levels of x4>4
+
+pygame = pytest.importorskip("pygame")
+
+
+def opened(config: FdiConfig, seed: int = 0) -> FdiGame:
+    game = FdiGame(config, 1)
+    game.reset(EVERY, [np.random.default_rng(seed)])
+    return game
+
+
+def inject(game: FdiGame, level: int | Sequence[int], replaced: Sequence[int] = ()) -> Scene:
+    """The scene a step later; every attacked sensor gets the level, or its own; some readings are replaced."""
+    n = game.config.num_vehicles
+    attack = game.neutral_action["attacker"] + np.asarray(level)
+    defense = game.neutral_action["defender"].copy()
+    defense[list(replaced)] = 0
+    actions = {"attacker": attack[np.newaxis]}
+    if replaced:
+        assert max(replaced) < 2 * n
+        actions["defender"] = defense[np.newaxis]
+    game.advance(actions, EVERY, 1)
+    return game.scene(0)
+
+
+def played(config: FdiConfig, levels: Sequence[int], replaced: Sequence[int] = ()) -> Scene:
+    game = opened(config)
+    scene = game.scene(0)
+    for level in levels:
+        scene = inject(game, level, replaced)
+    return scene
+
+
+def frame(scene: Scene, config: FdiConfig = CONFIG) -> Array:
+    return Viewer(config).frame(scene)
+
+
+START, UNDER_WAY, COLLISION = (played(CONFIG, CRASH[:steps]) for steps in (0, 12, 20))
+
+
+def test_frame_is_an_rgb_picture_as_large_as_those_of_other_problems() -> None:
+    picture = frame(START)
+    assert picture.dtype == np.uint8
+    assert picture.shape == (540, 960, 3)
+    assert picture.flags.c_contiguous
+    assert picture.flags.writeable
+
+
+def test_a_new_episode_looks_the_same_whatever_was_drawn_before() -> None:
+    used = Viewer(CONFIG)
+    for scene in (UNDER_WAY, COLLISION):
+        used.frame(scene)
+    assert np.array_equal(used.frame(START), frame(START))
+
+
+def test_the_same_frames_give_the_same_pixels() -> None:
+    first, second = Viewer(CONFIG), Viewer(CONFIG)
+    for scene in (START, UNDER_WAY, COLLISION, COLLISION):
+        assert np.array_equal(first.frame(scene), second.frame(scene))
+
+
+def bumped(values: Array, place: int, amount: float) -> Array:
+    return np.where(np.arange(len(values)) == place, values + amount, values)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"time_s": 2.6},
+        {"target": 3},
+        {"gap": bumped(UNDER_WAY.gap, 0, 0.5)},
+        {"closing_speed": bumped(UNDER_WAY.closing_speed, 1, 1.0)},
+        {"reported_gap": bumped(UNDER_WAY.reported_gap, 3, -3.0)},
+        {"attacked": np.arange(8) == 7},
+        {"trusted": np.arange(8) != 2},
+        {"injection": bumped(UNDER_WAY.injection, 3, 0.5)},
+        {"command": bumped(UNDER_WAY.command, 0, -1.0)},
+        {"metrics": UNDER_WAY.metrics | {"replaced_share": 0.1}},
+        {"metrics": UNDER_WAY.metrics | {"oracle_bound_mps": 6.6}},
+        {"metrics": UNDER_WAY.metrics | {"oracle_bound_mps": 6.6, "bound_valid": 1.0, "oracle_value_mps": 6.5}},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_everything_in_a_scene_is_visible(change: dict[str, Any]) -> None:
+    assert not np.array_equal(frame(UNDER_WAY), frame(UNDER_WAY._replace(**change)))
+
+
+def test_what_was_used_instead_is_visible() -> None:
+    replaced = UNDER_WAY._replace(trusted=np.arange(8) != 3)
+    elsewhere = replaced._replace(used_gap=replaced.used_gap + 2)
+    assert not np.array_equal(frame(replaced), frame(elsewhere))
+
+
+def test_collision_is_named_and_marked() -> None:
+    assert COLLISION.metrics["collided_target"] == 1
+    assert outcome_of(COLLISION, CONFIG) == f"Collision: 4 hits reference at {COLLISION.closing_speed[3]:.2f} m/s"
+    unmarked = COLLISION._replace(metrics=COLLISION.metrics | {"collided_pairs": 0, "collided_target": 0})
+    road = np.s_[150:200]
+    assert not np.array_equal(frame(COLLISION)[road], frame(unmarked)[road])
+
+
+def test_of_many_collisions_the_fastest_are_named() -> None:
+    scene = COLLISION._replace(gap=-np.ones(4), closing_speed=np.array([1.0, 4.0, 2.0, 3.0]))
+    expected = "Collision: 2 hits 3 at 4.00 m/s, 4 hits reference at 3.00 m/s, and 2 more pairs"
+    assert outcome_of(scene, CONFIG) == expected
+
+
+def test_illegal_command_is_named_and_its_reading_shown() -> None:
+    scene = played(CONFIG, [-8, -8, 70])
+    assert scene.metrics["illegal"] == 1
+    assert outcome_of(scene, CONFIG).startswith("Illegal: vehicle 4 would have to command 3")
+    np.testing.assert_allclose(with_illegal_readings(scene).reported_gap[3], scene.gap[3] + 35.0)
+    assert frame(scene).shape == (540, 960, 3)
+
+
+def test_illegal_reading_is_named() -> None:
+    config = replace(CONFIG, limit_commands=False)
+    scene = with_illegal_readings(played(config, [-12]))
+    assert outcome_of(scene, config) == "Illegal: range below 0 m reported by 4"
+
+
+def test_time_that_is_up_is_said() -> None:
+    assert outcome_of(UNDER_WAY, CONFIG) == ""
+    assert outcome_of(played(CONFIG, [0] * CONFIG.horizon), CONFIG) == "No collision in time"
+
+
+def test_task_in_words() -> None:
+    assert task_of(START) == "4 vehicles, falsified range of 4; 4 is to hit its reference"
+    other = played(replace(CONFIG, attacked="x1,3+v2", target=1), [])
+    assert task_of(other) == "4 vehicles, falsified range of 1, 3 and range-rate of 2; 1 is to hit 2"
+
+
+@pytest.mark.parametrize(
+    ("bound", "value", "valid", "text"),
+    [
+        (np.inf, 0.0, 0.0, "nothing certified for this task"),
+        (np.inf, 6.5, 0.0, "6.50 known to be possible"),
+        (6.6, 6.5, 1.0, "certified 6.50 to 6.60"),
+        (6.6, 6.6, 1.0, "certified optimum 6.60"),
+        (0.0, 0.0, 1.0, "certified to be unreachable"),
+        (6.6, 6.5, 0.0, "certified 6.60 does not apply here"),
+    ],
+)
+def test_certificate_in_words(bound: float, value: float, valid: float, text: str) -> None:
+    metrics = START.metrics | {"oracle_bound_mps": bound, "oracle_value_mps": value, "bound_valid": valid}
+    assert certificate_of(START._replace(metrics=metrics)) == text
+
+
+@pytest.mark.parametrize("num_vehicles", [2, 3, 4, 5, 10, 20])
+def test_platoon_of_any_length(num_vehicles: int) -> None:
+    config = replace(CLIP, num_vehicles=num_vehicles, attacked=f"x1,{num_vehicles}+v1", target=1)
+    scene = played(config, [4, 8, -8, 20], replaced=(0, num_vehicles))
+    assert frame(scene, config).shape == (540, 960, 3)
+
+
+@pytest.mark.parametrize(
+    "config",
+    [
+        *(replace(preset, tasks=preset.tasks and DRAWN) for preset in PRESETS.values()),
+        replace(CONFIG, desired_gap_m=0.5),
+        replace(CONFIG, desired_gap_m=100.0, horizon=60),
+        replace(CONFIG, range_resolution_m=0.001),
+        replace(CLIP, attacked="xv1,2,3,4"),
+        replace(CLIP, num_vehicles=20, attacked="xv" + ",".join(map(str, range(1, 21)))),
+    ],
+    ids=lambda config: f"{config.num_vehicles} {config.attacked} {config.desired_gap_m:g} m",
+)
+def test_every_preset_and_odd_settings(config: FdiConfig) -> None:
+    scene = played(config, [1, 2, -1])
+    assert frame(scene, config).shape == (540, 960, 3)
+
+
+def test_readings_out_of_this_world() -> None:
+    for gap in (-1000.0, -3.0, 0.0, 1000.0):
+        scene = UNDER_WAY._replace(used_gap=np.full(4, gap), reported_gap=np.full(4, gap), gap=np.full(4, -gap))
+        assert frame(scene).shape == (540, 960, 3)
+
+
+def test_gaps_are_drawn_to_scale_between_bumpers() -> None:
+    road = lay_out(UNDER_WAY, ROAD)
+    gaps = [(road.ahead(i) - road.front[i]) / road.scale for i in range(4)]
+    np.testing.assert_allclose(gaps, UNDER_WAY.gap, atol=1 / road.scale)
+    assert road.car[0] == round(VEHICLE_M * road.scale)
+
+
+def test_reference_stays_and_a_long_platoon_fits() -> None:
+    assert lay_out(START, ROAD).reference == lay_out(UNDER_WAY, ROAD).reference
+    stretched = lay_out(START._replace(gap=np.full(4, 40.0)), ROAD)
+    assert stretched.scale < lay_out(START, ROAD).scale
+    assert stretched.front[0] - stretched.car[0] > 0
+
+
+def test_ghosts_stand_where_falsified_ranges_put_the_vehicle_ahead() -> None:
+    road = lay_out(UNDER_WAY, ROAD)
+    (belief,) = beliefs_of(UNDER_WAY, road.front.tolist(), road.scale)
+    assert belief.ghost
+    assert belief.begin == road.front[3]
+    np.testing.assert_allclose((belief.end - belief.begin) / road.scale, UNDER_WAY.reported_gap[3])
+    assert belief.label == f"{UNDER_WAY.reported_gap[3]:.1f} m"
+    assert beliefs_of(START, road.front.tolist(), road.scale) == []
+
+
+def test_beliefs_tell_falsified_from_replaced_readings() -> None:
+    scene = played(DEFENDED, [4, 8], replaced=(0, 2))
+    colors = [belief_color(scene, vehicle) for vehicle in range(4)]
+    assert colors == [REPLACED, FALSE, REPLACED, FALSE]
+    road = lay_out(scene, ROAD)
+    labels = [belief.label for belief in beliefs_of(scene, road.front.tolist(), road.scale)]
+    assert labels[0] == f"{scene.used_gap[0]:.1f} m"
+    assert labels[1] == f"{scene.reported_closing_speed[1]:+.1f} m/s"
+
+
+def test_what_is_used_is_the_reading_unless_it_is_replaced() -> None:
+    scene = played(DEFENDED, [4, 8], replaced=(0,))
+    np.testing.assert_array_equal(scene.used_gap[1:], scene.reported_gap[1:])
+    np.testing.assert_array_equal(scene.used_closing_speed, scene.reported_closing_speed)
+    assert abs(scene.used_gap[0] - scene.reported_gap[0]) > 3
+
+
+def test_free_rows_never_overlap() -> None:
+    assert free_rows([(0, 10), (20, 30), (5, 25), (40, 50), (26, 60)]) == [0, 0, 1, 0, 2]
+    assert free_rows([]) == []
+
+
+def recorded(game: FdiGame, history: History, levels: Sequence[int], draw: Callable[[int], bool]) -> Scene:
+    scene = game.scene(0)
+    for step, level in enumerate(levels):
+        if draw(step):
+            history.add(scene, game.config.dt_s)
+        scene = inject(game, level)
+    history.add(scene, game.config.dt_s)
+    return scene
+
+
+def test_history_keeps_truth_and_readings_at_their_own_times() -> None:
+    game, history = opened(CONFIG), History()
+    scenes = [game.scene(0)]
+    history.add(scenes[0], CONFIG.dt_s)
+    for level in CRASH[:5]:
+        scenes.append(inject(game, level))
+        history.add(scenes[-1], CONFIG.dt_s)
+    rows = history.rows()
+    np.testing.assert_allclose(rows[:, TIME], 0.2 * np.arange(6))
+    np.testing.assert_allclose(rows[1:, SENSED], rows[:-1, TIME], atol=1e-12)
+    np.testing.assert_array_equal(rows[:, GAP], [scene.gap[3] for scene in scenes])
+    np.testing.assert_allclose(rows[1:, REPORTED_GAP], rows[:-1, GAP] + rows[1:, INJECTIONS], atol=1e-12)
+    np.testing.assert_array_equal(rows[1:, INJECTIONS], 0.5 * np.array(CRASH[:5]))
+    assert np.isnan(rows[:, USED_GAP]).all()
+
+
+def test_history_begins_anew_with_an_episode_or_when_time_goes_back() -> None:
+    game, history = opened(CONFIG), History()
+    recorded(game, history, CRASH[:4], lambda step: True)
+    assert len(history.rows()) == 5
+    game.reset(EVERY, [np.random.default_rng(0)])
+    scene = recorded(game, history, CRASH[:6], lambda step: step > 4)
+    np.testing.assert_allclose(history.rows()[:, TIME], [1.0, 1.2])
+    history.add(scene._replace(time_s=0.4), CONFIG.dt_s)
+    np.testing.assert_allclose(history.rows()[:, TIME], [0.4])
+    assert history.peaks.gap_m == scene.gap.max()
+
+
+def test_history_takes_a_moment_once_and_keeps_what_preceded_an_illegal_injection() -> None:
+    game, history = opened(CONFIG), History()
+    scene = recorded(game, history, [-8, -8], lambda step: True)
+    history.add(scene, CONFIG.dt_s)
+    assert len(history.rows()) == 3
+    history.add(with_illegal_readings(inject(game, 70)), CONFIG.dt_s)
+    np.testing.assert_array_equal(history.rows()[:, INJECTIONS], [0.0, -4.0, -4.0, 35.0])
+    np.testing.assert_allclose(history.rows()[:, SENSED], [0.0, 0.0, 0.2, 0.4])
+
+
+def test_lanes_and_episodes_are_told_apart() -> None:
+    game = FdiGame(CONFIG, 3)
+    seen = []
+    for _ in range(3):
+        game.reset(np.ones(3, np.bool_), [np.random.default_rng(0)] * 3)
+        seen += [game.scene(lane).episode for lane in range(3)]
+    assert len(set(seen)) == 9
+
+
+def test_long_episodes_are_thinned_to_their_last_frame() -> None:
+    history = History()
+    for step in range(3000):
+        history.add(START._replace(time_s=0.05 * step, duration_s=200.0), 0.05)
+    rows = history.rows()
+    assert len(rows) < 700
+    assert rows[0, TIME] == 0
+    assert rows[-1, TIME] == pytest.approx(0.05 * 2999)
+
+
+def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
+    history = History()
+    history.add(UNDER_WAY._replace(gap=np.array([5.0, 31.0, 5.0, 5.0])), CONFIG.dt_s)
+    (gap, gaps), (speed, speeds), (command, injection) = plots(UNDER_WAY, CONFIG, history.peaks)
+    assert (gap.low, gap.high) == (gaps.low, gaps.high)
+    assert (speed.low, speed.high) == (speeds.low, speeds.high)
+    assert gap.shows(31.0)
+    assert command.shows(CONFIG.min_acceleration_mps2)
+    assert injection.shows(float(UNDER_WAY.injection[3]))
+
+
+def test_unlimited_commands_widen_their_axis() -> None:
+    history = History()
+    history.add(START._replace(command=np.array([0.0, -30.0, 0.0, 12.0])), CONFIG.dt_s)
+    (_, _), (_, _), (command, _) = plots(START, FIG_3_2, history.peaks)
+    assert command.shows(-30.0)
+    assert command.shows(12.0)
+
+
+def test_values_out_of_range_stay_inside_the_panel() -> None:
+    plot = Plot((0.0, 100.0, 50.0, 60.0), -2.0, 15.0)
+    assert plot.y(-2.0) > plot.y(15.0) > 100.0
+    assert plot.y(40.0) == plot.y(15.0)
+    assert plot.points(np.array([3.0]), np.array([40.0])) == [(3.0, plot.y(15.0))]
+
+
+def test_axes_have_round_numbers() -> None:
+    assert [rounded_up(value) for value in (0.9, 1.0, 1.2, 6.1, 8.0, 41.0)] == [1.0, 1.0, 1.5, 7.0, 10.0, 50.0]
+    assert marks_of(Plot((0, 0, 1, 1), -2.0, 15.0)) == [0, 5, 10, 15]
+    assert marks_of(Plot((0, 0, 1, 1), -6.25, 6.25)) == [-5, 0, 5]
+
+
+def test_no_display_is_opened() -> None:
+    script = (
+        "import os\n"
+        "for name in ('SDL_VIDEODRIVER', 'DISPLAY', 'WAYLAND_DISPLAY'): os.environ.pop(name, None)\n"
+        "before = dict(os.environ)\n"
+        "import gymnasium, pygame\n"
+        f"env = gymnasium.make({ATTACK!r}, render_mode='rgb_array', opponent='none')\n"
+        "env.reset(seed=0)\n"
+        "assert env.render().shape == (540, 960, 3)\n"
+        "assert not pygame.display.get_init()\n"
+        "assert {name: os.environ.get(name) for name in before} == before\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+
+
+@pytest.mark.parametrize("name", [ATTACK, DEFENSE])
+def test_gymnasium_renders_arrays(name: str) -> None:
+    with gymnasium.make(name, render_mode="rgb_array", opponent="none") as env:
+        env.reset(seed=0)
+        first = env.render()
+        game: Any = env.unwrapped.game  # type: ignore[attr-defined]
+        env.step(game.neutral_action["attacker" if name == ATTACK else "defender"])
+        second = env.render()
+    assert isinstance(first, np.ndarray)
+    assert isinstance(second, np.ndarray)
+    assert first.dtype == np.uint8
+    assert first.shape == second.shape == (540, 960, 3)
+    assert not np.array_equal(first, second)
+
+
+def test_window_opens_and_closes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    env = gymnasium.make(ATTACK, render_mode="human", opponent="none")
+    env.reset(seed=0)
+    assert pygame.display.get_surface().get_size() == (960, 540)
+    env.close()
+    assert not pygame.display.get_init()
+
+
+def test_missing_pygame_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    with pytest.raises(MissingExtraError, match=r"cps-envs\[render\]"):
+        Viewer(CONFIG)
