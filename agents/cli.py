@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 from agents.commands.bench import bench
 from agents.commands.benchmark import benchmark
 from agents.commands.list import list_everything
+from agents.commands.oracle import oracle
 from agents.commands.play import play
 from agents.commands.reproduce.app import app as reproduce
 from agents.commands.search_feedback import search_feedback
@@ -80,6 +81,7 @@ app.add_typer(reproduce, name="reproduce")
 app.command("string-stability")(string_stability)
 app.command("benchmark")(benchmark)
 app.command("bench")(bench)
+app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)
 
 

@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from agents.cli import app
+from cps_envs.fdi.config import A
+from cps_envs.fdi.optima import CONSTANTS, from_text
+from cps_envs.fdi.task import parse_task
+
+SHORT = ("--set", "horizon=12", "--jobs", "1")
+
+
+def invoke(*arguments: str) -> Any:
+    return CliRunner().invoke(app, ["oracle", *arguments], env={"COLUMNS": "120", "TERMINAL_WIDTH": "120"})
+
+
+def test_table_file_and_going_on(tmp_path: Path) -> None:
+    path = tmp_path / "optima.json"
+    result = invoke(*SHORT, "--task", "x4>4 x4>1", "--out", str(path))
+    assert result.exit_code == 0, result.output
+    assert "2 tasks: 1 reachable with continuous injections, 1 with a known attack, 2 closed" in result.stdout
+    assert "2 tasks solved, 0 known before" in result.stderr
+    values, records = from_text(path.read_text())
+    assert values == {name: {**vars(A), "horizon": 12}[name] for name in CONSTANTS}
+    assert records[parse_task("x4>4", 4)].status == "proved"
+
+    result = invoke(*SHORT, "--task", "x4>4", "--task", "v4>4", "--out", str(path), "--json")
+    assert "1 tasks solved, 1 known before" in result.stderr
+    found = json.loads(result.stdout)
+    assert {row["attacked"] for row in found["rows"]} == {"x4", "v4"}
+    assert all(command.startswith("cps-envs") for command in found["commands"])
+    assert len(from_text(path.read_text())[1]) == 3
+
+
+def test_improving_keeps_the_better(tmp_path: Path) -> None:
+    path = tmp_path / "optima.json"
+    task = parse_task("xv4>4", 4)
+    invoke(*SHORT, "--task", "xv4>4", "--gap", "0.5", "--out", str(path))
+    loose = from_text(path.read_text())[1][task]
+    invoke(*SHORT, "--task", "xv4>4", "--out", str(path))
+    assert from_text(path.read_text())[1][task] == loose
+    invoke(*SHORT, "--task", "xv4>4", "--improve", "--out", str(path))
+    tight = from_text(path.read_text())[1][task]
+    assert tight.status == "proved"
+    assert tight.bound_mps <= loose.bound_mps
+    assert loose.value_mps is not None
+    assert tight.value_mps is not None
+    assert tight.value_mps >= loose.value_mps
+
+
+@pytest.mark.parametrize(
+    ("arguments", "remedy"),
+    [
+        (("--preset", "papr"), "Did you mean 'paper'?"),
+        (("--set", "horizn=3"), "Did you mean 'horizon'?"),
+        (("--task", "y4>4"), "names no sensors"),
+        (("--task", "x4"), "must read like x4>4"),
+        (("--backend", "loki", "--jobs", "2"), "loki"),
+    ],
+)
+def test_wrong_input(tmp_path: Path, arguments: tuple[str, ...], remedy: str) -> None:
+    result = invoke(*arguments, "--out", str(tmp_path / "optima.json"))
+    assert result.exit_code == 2
+    assert remedy in " ".join(result.stderr.split())
+    assert "Traceback" not in result.output
+
+
+@pytest.mark.parametrize("content", ["{}", "nonsense", None])
+def test_files_of_something_else(tmp_path: Path, content: str | None) -> None:
+    path = tmp_path / "optima.json"
+    if content is None:
+        invoke(*SHORT, "--task", "x4>1", "--out", str(path))
+    else:
+        path.write_text(content)
+    result = invoke("--set", "horizon=13", "--task", "x4>1", "--out", str(path))
+    assert result.exit_code == 2
+    assert "--out" in result.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, jobs: str) -> None:
+    path = tmp_path / "optima.json"
+    command = [
+        sys.executable,
+        "-c",
+        "from agents.cli import main; main()",
+        "oracle",
+        "--jobs",
+        jobs,
+        "--out",
+        str(path),
+    ]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 120
+    while time.monotonic() < deadline and not (path.exists() and len(from_text(path.read_text())[1]) >= 3):
+        time.sleep(0.2)
+    os.killpg(running.pid, signal.SIGINT)  # as a terminal does
+    _, printed = running.communicate(timeout=60)
+    assert running.returncode == 130, printed
+    assert "Interrupted." in printed
+    assert "Traceback" not in printed
+    assert len(from_text(path.read_text())[1]) >= 3
