@@ -37,11 +37,20 @@ class Prepared:
 
 
 @dataclass(frozen=True)
+class Table:
+    """A table whose columns are settings instead of defenders."""
+
+    name: str  # short, for file names
+    title: str
+    axis: str  # what distinguishes the columns, such as "task"
+
+
+@dataclass(frozen=True)
 class Setting:
     """One configuration in which every attacker meets every defender."""
 
     name: str  # short, for file names
-    title: str
+    title: str  # of its table, or of its columns in a table that it shares
     metric: str  # the number that the table shows
     attackers: tuple[Entrant, ...]
     defenders: tuple[Entrant, ...]
@@ -49,8 +58,10 @@ class Setting:
     overrides: Mapping[str, Any] = field(default_factory=dict)
     episodes: int = 1
     more_episodes: Mapping[str, int] = field(default_factory=dict)  # of some attackers
-    form: str = "{value:.2f}"  # of a cell; `value` and every metric, as means over the episodes
+    reference: str = ""  # a metric that the number is compared with
+    form: str = "{value:.2f}"  # of a cell; `value`, `share` of the reference, every metric, as means over the episodes
     legend: str = ""  # how to read a cell
+    table: Table | None = None  # that this setting shares with others, which have the same attackers
 
     def episodes_of(self, attacker: str) -> int:
         """How many episodes an attacker plays against each defender, on seeds 0, 1, ..."""

@@ -9,8 +9,9 @@ from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 from cps_envs.disbanding.problem import DISBANDING
+from cps_envs.fdi.problem import FDI
 
-PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING,)}
+PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI)}
 
 
 def find_problem(name: str) -> Problem:

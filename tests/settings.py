@@ -44,6 +44,26 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "fewer platoons": Golden("attacker", {"preset": "learning", "num_platoons": [6, 10]}, seed=6),
         },
     ),
+    "fdi": ProblemTests(
+        short={"horizon": 40},
+        variants={
+            "attacker": [{"preset": "learning"}],
+            "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}],
+        },
+        golden={
+            "paper attack": Golden("attacker", {"preset": "paper"}, boldness=1.0),
+            "paper defence": Golden("defender", {"preset": "paper", "opponent": "bang_bang"}, boldness=0.0),
+            "set B": Golden("attacker", {"preset": "B", "attacked": "v1,4", "target": 1}, seed=1, boldness=1.0),
+            "both sensors, shielded": Golden("attacker", {"attacked": "xv2", "target": 2, "shield": True}, seed=2),
+            "look-ahead": Golden("attacker", {"attacked": "x3", "target": 4, "mask": "look_ahead"}, seed=3),
+            "shares": Golden("attacker", {"preset": "clip", "attack_action": "share"}, seed=4, boldness=1.0),
+            "listed tasks": Golden("attacker", {"tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
+            "figure 3.2": Golden("defender", {"preset": "fig32", "horizon": 640}, boldness=0.0),
+            "disturbed defence": Golden(
+                "defender", {"preset": "defense", "tasks": "x4>4 xv1>1", "opponent": "random"}, seed=6
+            ),
+        },
+    ),
 }
 
 

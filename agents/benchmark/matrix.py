@@ -1,4 +1,4 @@
-"""Results as what the tables show: attackers in rows, defenders in columns, the paper's number beside ours."""
+"""Results as what the tables show: attackers in rows, defenders or settings in columns, the paper's number beside."""
 
 from __future__ import annotations
 
@@ -54,6 +54,52 @@ class Entry:
         return [f"paper {self.paper.value:.2f}", *flag, f"{self.difference:+.2f} {self.verdict}"]
 
 
+@dataclass(frozen=True)
+class Grid:
+    """What a table or a picture shows: a setting with its defenders, or several settings side by side."""
+
+    name: str  # for file names
+    title: str
+    axis: str  # what distinguishes the columns
+    legend: str
+    columns: list[str]
+    rows: list[tuple[str, list[Entry]]]  # an attacker's heading and its meetings
+    notes: list[str]
+
+
+def grids(outcome: Outcome) -> list[Grid]:
+    """The tables of a benchmark, in the order of the settings."""
+    shared: dict[str, list[Setting]] = {}
+    for setting in outcome.benchmark.settings:
+        name = setting.table.name if setting.table else setting.name
+        shared.setdefault(name, []).append(setting)
+    return [_grid(outcome, name, settings) for name, settings in shared.items()]
+
+
+def _grid(outcome: Outcome, name: str, settings: list[Setting]) -> Grid:
+    first, table = settings[0], settings[0].table
+    parts = [list(entries(outcome, setting)) for setting in settings]
+    rows = [
+        (attacker.heading, [entry for part in parts for entry in part[place]])
+        for place, attacker in enumerate(first.attackers)
+    ]
+    return Grid(
+        name=name,
+        title=table.title if table else first.title,
+        axis=table.axis if table else "defender",
+        legend=first.legend,
+        columns=[_column(setting, defender) for setting in settings for defender in setting.defenders],
+        rows=rows,
+        notes=[note for setting in settings for note in notes(outcome, setting)],
+    )
+
+
+def _column(setting: Setting, defender: Entrant) -> str:
+    if setting.table is None:
+        return defender.name
+    return setting.title if len(setting.defenders) == 1 else f"{setting.title} {defender.name}"
+
+
 def every_entry(outcome: Outcome) -> list[Entry]:
     """The meetings of all settings."""
     return [entry for setting in outcome.benchmark.settings for row in entries(outcome, setting) for entry in row]
@@ -70,6 +116,7 @@ def _entry(outcome: Outcome, setting: Setting, attacker: Entrant, defender: Entr
     result = outcome.cells[meeting]
     means = {name: float(np.mean(values)) for name, values in result["metrics"].items()}
     metric = attacker.metric or setting.metric
+    reference = means[setting.reference] if setting.reference else 0.0
     shown = result["metrics"][metric]
     printed = [cell for cell in outcome.benchmark.paper if (cell.setting, cell.attacker, cell.defender) == meeting]
     crashes = outcome.benchmark.crash_metric
@@ -80,7 +127,7 @@ def _entry(outcome: Outcome, setting: Setting, attacker: Entrant, defender: Entr
         value=means[metric],
         deviation=float(np.std(shown)),
         means=means,
-        text=setting.form.format(value=means[metric], **means),
+        text=setting.form.format(value=means[metric], share=means[metric] / (reference or np.nan), **means),
         paper=printed[0] if printed else None,
         crash=means[crashes] > 0 if crashes else None,
         cpu_s=result["cpu_s"],

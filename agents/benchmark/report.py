@@ -8,10 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from agents.benchmark.matrix import Entry, entries, every_entry, notes, prepared
+from agents.benchmark.matrix import Entry, Grid, entries, every_entry, grids, prepared
 from agents.benchmark.runner import Outcome
 from agents.console import make_table
-from baselines.schedule import Setting
 from cps_envs import find_problem
 
 if TYPE_CHECKING:
@@ -21,22 +20,18 @@ STYLES = {"match": "green", "near": "yellow", "miss": "red"}
 
 
 def tables(outcome: Outcome) -> list[Table]:
-    """One table per setting for the terminal."""
-    return [_table(outcome, setting) for setting in outcome.benchmark.settings]
+    """The tables for the terminal."""
+    return [_table(outcome.benchmark.problem, grid) for grid in grids(outcome)]
 
 
-def _table(outcome: Outcome, setting: Setting) -> Table:
-    columns = ["attacker", *(defender.name for defender in setting.defenders)]
-    rows = [
-        [attacker.heading, *map(_styled, row)]
-        for attacker, row in zip(setting.attackers, entries(outcome, setting), strict=True)
-    ]
-    table = make_table(f"{outcome.benchmark.problem}: {setting.title}", columns, rows)
+def _table(problem: str, grid: Grid) -> Table:
+    rows = [[heading, *map(_styled, row)] for heading, row in grid.rows]
+    table = make_table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows)
     table.padding = 0  # narrow: six defenders fit into 80 columns
     table.columns[0].min_width = max(len(word) for row in rows for word in row[0].split())
     for column in table.columns[1:]:
         column.no_wrap = True
-    table.caption, table.caption_justify = "\n".join([setting.legend, *notes(outcome, setting)]), "left"
+    table.caption, table.caption_justify = "\n".join([grid.legend, *grid.notes]), "left"
     return table
 
 
@@ -58,16 +53,16 @@ def agreement(outcome: Outcome) -> str:
 
 
 def markdown(outcome: Outcome) -> str:
-    """All settings as Markdown."""
+    """All tables as Markdown."""
     lines = [f"## {outcome.benchmark.problem}", ""]
-    for setting in outcome.benchmark.settings:
-        lines += [f"### {setting.title}", "", f"{setting.legend}.", ""]
-        lines += [f"| attacker | {' | '.join(defender.name for defender in setting.defenders)} |"]
-        lines += ["|---" * (len(setting.defenders) + 1) + "|"]
-        for attacker, row in zip(setting.attackers, entries(outcome, setting), strict=True):
+    for grid in grids(outcome):
+        lines += [f"### {grid.title}", "", f"{grid.legend}.", ""]
+        lines += [f"| attacker | {' | '.join(grid.columns)} |"]
+        lines += ["|---" * (len(grid.columns) + 1) + "|"]
+        for heading, row in grid.rows:
             cells = ["<br>".join([*entry.text.split("\n"), *entry.paper_lines]) for entry in row]
-            lines.append(f"| {attacker.heading} | {' | '.join(cells)} |")
-        lines += ["", *(f"- {note}" for note in notes(outcome, setting)), ""]
+            lines.append(f"| {heading} | {' | '.join(cells)} |")
+        lines += ["", *(f"- {note}" for note in grid.notes), ""]
     lines += [*(f"- {note}" for note in outcome.benchmark.notes), "", agreement(outcome), ""]
     return "\n".join(lines)
 

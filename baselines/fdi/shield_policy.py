@@ -1,0 +1,75 @@
+"""Any attacker behind a shield, by name: `shielded?policy="random"&kind="sound"`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from baselines.fdi.injection import task_of, view_of, wished
+from baselines.fdi.shields import make_shield
+from cps_envs.core.lookup import PolicyReference, resolve_policy
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.types import Array, BoolArray, FloatArray
+
+SEEN = 1e-4  # m and m/s; how far a float32 observation may be off the state that the model gives
+
+
+class Shielded(AnalyticPolicy):
+    """Plays a policy's injections, or what a shield ("lp" or "sound", see `shields`) makes of them.
+
+    It follows the state by the model and corrects it by the observations, which are of single precision.
+
+    Raises:
+        ConfigurationError: no such shield, or clipped limits, which need none.
+    """
+
+    def __init__(
+        self, spec: RoleSpec, policy: PolicyReference = "random", kind: str = "lp", time_limit_s: float = 1.0
+    ) -> None:
+        super().__init__(spec)
+        self.shield = make_shield(kind, spec.config, time_limit_s)
+        self.policy = resolve_policy(policy, spec)
+        self.privileged = getattr(self.policy, "privileged", frozenset())
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """Expected errors (B, 2n), the plans kept (B, horizon, S), their lengths (B,), then the policy's own state."""
+        lanes, config = len(generators), self.spec.config
+        plans = np.zeros((lanes, config.horizon, len(self.shield.form.sensors)), np.int64)
+        own = (np.zeros((lanes, 2 * config.num_vehicles)), plans, np.zeros(lanes, np.int64))
+        begin = getattr(self.policy, "begin", None)
+        inner = begin(generators, knowledge) if begin is not None else None
+        return (*own, *(inner or ()))
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        """Actions (B, S)."""
+        if state is None:
+            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
+        assert state is not None
+        actions, inner = self.policy.predict(observation, state[3:] or None, episode_start, deterministic)
+        expected, plans, lengths = (array.copy() for array in state[:3])
+        view, form = view_of(self.spec, observation), self.shield.form
+        view = view._replace(error=_corrected(view.error, expected))
+        levels = form.to_levels(view.error, view.attacked, np.asarray(actions))
+        for lane in range(len(levels)):
+            task, kept = task_of(self.spec.config, view, lane), plans[lane, : lengths[lane]]
+            levels[lane], plan = self.shield.allow(task, view.error[lane], int(view.step[lane]), levels[lane], kept)
+            lengths[lane] = len(plan)
+            plans[lane, : len(plan)] = plan.copy()
+        actions, levels = form.to_actions(view.error, view.attacked, wished(levels))
+        for lane in range(len(levels)):
+            expected[lane] = form.error_after(view.error[lane], levels[lane])
+        return actions, (expected, plans, lengths, *(inner or ()))
+
+
+def _corrected(seen: FloatArray, expected: FloatArray) -> FloatArray:
+    """The expected errors (B, 2n) where observations bear them out, else what was observed."""
+    near = np.all(np.abs(seen - expected) < SEEN, axis=1, keepdims=True)
+    return np.where(near, expected, seen)

@@ -1,0 +1,64 @@
+"""The declared benchmark: its tasks, its references, its tables."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from agents.benchmark.matrix import grids
+from agents.benchmark.report import markdown, tables
+from agents.benchmark.runner import find_benchmarks, run_benchmark, select
+from agents.benchmark.store import Store
+from baselines.fdi.benchmark import BENCHMARK, TASKS
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.fdi.metrics import METRICS
+from cps_envs.fdi.optima import known
+from cps_envs.fdi.problem import FDI
+from tests.fdi.episodes import spec_of
+
+LEAD = {"setting": ["x4-4", "x1-1"], "attacker": ["none", "oracle", "bound"], "defender": []}
+
+
+def test_the_benchmark_is_found_and_its_entrants_exist():
+    assert find_benchmarks(["fdi"]) == [BENCHMARK]
+    for setting in BENCHMARK.settings:
+        if setting.table is not None:
+            config = FDI.config(setting.preset, setting.overrides)
+            assert known(config)[config.fixed_task].feasible
+            for entrant in setting.attackers:
+                spec = spec_of("attacker", preset=setting.preset, **setting.overrides)
+                assert resolve_policy(entrant.reference, spec) is not None
+        assert {setting.metric, setting.reference or setting.metric} <= set(METRICS)
+
+
+def test_tasks_are_columns_of_one_table(tmp_path: Path):
+    part = select(BENCHMARK, LEAD, quick=True)
+    outcome = run_benchmark(part, Store(tmp_path), workers=1)
+    (grid,) = grids(outcome)
+    assert grid.columns == ["x1>1", "x4>4"]
+    assert grid.axis == "task"
+    assert [heading for heading, _ in grid.rows] == ["none", "oracle", "certified bound"]
+    assert len(tables(outcome)) == 1
+    assert "| attacker | x1>1 | x4>4 |" in markdown(outcome)
+    none, oracle, bound = (row for _, row in grid.rows)
+    assert none[1].text == "0.00\n0%"
+    assert oracle[1].text == "6.52\n100%"
+    assert bound[1].value >= oracle[1].value
+    for entry in oracle:
+        assert entry.value == pytest.approx(entry.means["oracle_value_mps"], abs=1e-4)
+
+
+def test_every_task_of_the_table_is_a_setting_of_its_own():
+    names = [setting.name for setting in BENCHMARK.settings]
+    assert len(set(names)) == len(names) == len(TASKS) + 1
+
+
+@pytest.mark.slow
+def test_no_attacker_exceeds_the_bound(tmp_path: Path):
+    tasks = [setting.name for setting in BENCHMARK.settings if setting.table is not None]
+    part = select(BENCHMARK, {"setting": tasks, "attacker": [], "defender": []}, quick=False)
+    outcome = run_benchmark(part, Store(tmp_path), workers=1)
+    for result in outcome.cells.values():
+        metrics = result["metrics"]
+        assert max(metrics["impact_speed_mps"]) <= metrics["oracle_bound_mps"][0] + 1e-5

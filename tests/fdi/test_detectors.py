@@ -1,0 +1,162 @@
+"""The defenders, extensions beyond the paper: quiet without attack, and what they take from one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baselines.fdi.detector import ROUNDING
+from baselines.fdi.detectors import FrontRearRedundancy, KinematicResidual, quiet_residual_m
+from baselines.fdi.model_fallback import ModelFallback
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import policy_names
+from cps_envs.core.play import play_episodes
+from cps_envs.fdi.optima import known
+from cps_envs.fdi.problem import FDI
+from tests.fdi.episodes import play, spec_of, task_settings
+
+DETECTORS = ("kinematic", "redundancy", "model")
+OWN = "x1>1 x2>2 v1>1 v4>4 xv4>4"  # listed, so that no shipped optima are needed
+
+
+@pytest.mark.parametrize("defender", DETECTORS)
+def test_no_false_alarm_without_attack_in_preset_clip(defender):
+    disturbed = {"gap_spread_m": 0.2, "speed_spread_mps": 0.2}
+    for overrides in ({}, disturbed):
+        outcome = play("none", defender, seeds=range(20), preset="clip", **overrides)
+        assert outcome["false_alarm_rate"].max() == 0
+        assert outcome["return"].max() == 0
+
+
+@pytest.mark.parametrize("defender", DETECTORS)
+def test_hardly_any_false_alarm_in_preset_defense(defender):
+    outcome = play("none", defender, seeds=range(200), preset="defense", tasks=OWN)
+    assert outcome["false_alarm_rate"].mean() < 0.02
+    assert outcome["collided_pairs"].max() == 0
+
+
+@pytest.mark.parametrize("defender", DETECTORS)
+def test_larger_disturbances_are_no_alarm_either(defender):
+    outcome = play("none", defender, seeds=range(50), preset="defense", tasks=OWN, disturbance_mps2=1.0)
+    assert outcome["false_alarm_rate"].mean() < 0.02
+
+
+@pytest.mark.parametrize(
+    ("defender", "task", "cut"),
+    [
+        ("redundancy", "x1>1", True),
+        ("redundancy", "v1>1", False),  # range-rates have no second sensor
+        ("redundancy", "x4>4", False),  # nor has the lead's range
+        ("kinematic", "x1>1", True),
+        ("kinematic", "v4>4", True),
+        ("model", "x4>4", True),
+        ("model", "v1>1", True),
+        ("model_only", "x4>4", True),
+    ],
+)
+def test_what_is_left_of_the_replayed_optimum(defender, task, cut):
+    free, defended = (play("oracle", name, preset="clip", **task_settings(task)) for name in ("none", defender))
+    assert free["impact_speed_mps"][0] > 3
+    assert defended["illegal"][0] == 0
+    if cut:
+        assert defended["worst_impact_mps"][0] == 0
+        assert defended["bound_valid"][0] == 0
+    else:
+        assert defended["worst_impact_mps"][0] == pytest.approx(free["worst_impact_mps"][0], abs=1e-9)
+
+
+@pytest.mark.parametrize("preset", ["paper", "B", "clip"])
+def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset):
+    config = FDI.config(preset, {"attacked": "xv4", "target": 4})
+    residuals = []
+
+    def look(game):
+        residuals.append(np.abs([game.memory(lane).residual[:3] for lane in range(game.num_lanes)]).max())
+
+    play_episodes(FDI, config, {"attacker": "bang_bang"}, range(50), on_step=look)
+    assert max(residuals) <= quiet_residual_m(config) + ROUNDING
+    assert quiet_residual_m(config) + max(residuals) < config.range_resolution_m  # one level is seen
+
+
+def seen_by(defender, residual_m, steps):
+    """Distrust (steps, 2n) while vehicle 1 shows the residuals (steps,) in m."""
+    memory, course = defender.blank(1), []
+    for step in range(steps):
+        rows = np.zeros((1, 4))
+        rows[0, 0] = residual_m[step] if step < len(residual_m) else 0.0
+        seen = {"kinematic_residual": rows, "redundancy_residual": rows[:, :3]}
+        distrusted, memory = defender.distrust(seen, memory)
+        course.append(distrusted[0])
+    return np.array(course)
+
+
+def test_a_kinematic_alarm_holds_and_is_released_when_the_offset_has_gone():
+    spec = spec_of("defender", preset="clip")
+    lasting = seen_by(KinematicResidual(spec, hold_s=0.5), [1.0], 20)
+    assert np.all(lasting[:, 0])  # an offset that stays
+    assert np.all(lasting[:6, 4])
+    assert not lasting[6:, 4].any()
+    gone = seen_by(KinematicResidual(spec, hold_s=0.5), [1.0, 0.0, -1.0], 20)
+    assert np.all(gone[:8, [0, 4]])
+    assert not gone[8:].any()
+    assert not gone[:, [1, 2, 3, 5, 6, 7]].any()
+
+
+def test_a_redundancy_alarm_holds_as_told():
+    spec = spec_of("defender", preset="clip")
+    course = seen_by(FrontRearRedundancy(spec, hold_s=0.3), [0.5], 10)
+    assert np.all(course[:4, 0])
+    assert not course[4:].any()
+    assert not seen_by(FrontRearRedundancy(spec), [0.2], 5).any()  # below half a resolution
+
+
+def test_the_gate_of_the_model_follows_the_disturbance():
+    """The covariance against the spread of simulated double integrators whose readings are not used."""
+    spec = spec_of("defender", preset="defense", tasks=OWN, share_rear_range=False)
+    defender, dt_s, generator = ModelFallback(spec), 0.1, np.random.default_rng(0)
+    covariance, nothing = defender.blank(1), np.zeros((1, 8), np.bool_)
+    gap, speed = np.zeros((20_000, 4)), np.zeros((20_000, 4))
+    for _ in range(30):
+        covariance = defender._predicted(covariance, nothing)
+        deviation = generator.normal(0, 0.1, (20_000, 5))
+        deviation[:, 4] = 0  # the reference
+        relative = np.diff(deviation, axis=1)
+        gap, speed = gap + dt_s * speed + dt_s**2 / 2 * relative, speed + dt_s * relative
+    assert np.allclose(np.sqrt(covariance[0, :, 0]), gap.std(axis=0), rtol=0.03)
+    assert np.allclose(np.sqrt(covariance[0, :, 2]), speed.std(axis=0), rtol=0.03)
+
+
+def test_memories_start_anew_with_each_episode():
+    spec = spec_of("defender", preset="clip")
+    for defender in (KinematicResidual(spec), FrontRearRedundancy(spec), ModelFallback(spec)):
+        values = np.zeros((2, spec.fields.size))
+        values[:, spec.fields.slices["rate_innovation"]] = 1.0  # m/s, which a wide gate lets pass
+        rest = spec.fields.encode(values)
+        dirty = (defender.blank(2) + 5,)
+        actions, _ = defender.predict(rest, dirty, np.array([True, False]))
+        fresh, _ = defender.predict(rest[:1])
+        assert np.array_equal(actions[0], fresh[0])
+        assert not np.array_equal(actions[1], fresh[0])
+
+
+def test_defenders_say_what_they_need():
+    with pytest.raises(ConfigurationError, match="share_rear_range=True"):
+        FrontRearRedundancy(spec_of("defender", share_rear_range=False))
+    with pytest.raises(ConfigurationError, match="hold_s"):
+        KinematicResidual(spec_of("defender"), hold_s=-1)
+    with pytest.raises(ConfigurationError, match="deviations"):
+        ModelFallback(spec_of("defender"), deviations=0)
+
+
+@pytest.mark.parametrize("name", policy_names("fdi", "defender"))
+def test_every_registered_defender_plays(name):
+    name = 'mixture?policies=["none","model"]' if name == "mixture" else name
+    assert np.isfinite(play("bang_bang", name, seeds=range(3), preset="clip")["return"]).all()
+
+
+@pytest.mark.skipif(not known(FDI.config("clip", {})), reason="no optima of preset clip are shipped")
+def test_the_defense_preset_with_its_own_opponent():
+    attacker = FDI.opponents["defense"]["attacker"]
+    free, defended = (play(attacker, name, seeds=range(60), preset="defense") for name in ("none", "model"))
+    assert 0.3 < np.mean(free["injected_share"] > 0) < 0.7  # half of the episodes stay without attack
+    assert defended["worst_impact_mps"].mean() < 0.2 * free["worst_impact_mps"].mean()
