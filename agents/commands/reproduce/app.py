@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from agents.commands.reproduce.chapter_2 import chapter_2
+from agents.commands.reproduce.chapter_3 import chapter_3
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -15,3 +16,4 @@ def reproduce() -> None:
 
 
 app.command("ch2")(chapter_2)
+app.command("ch3")(chapter_3)

@@ -1,0 +1,254 @@
+"""`reproduce ch3` as a library: verdicts and counts by their rules, controls, regression, and real solves."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from agents.console import to_json
+from baselines.fdi.grid import GridCell
+from baselines.fdi.reproduction.cells import MATCH, MISS, NEAR, Cell, table_cells
+from baselines.fdi.reproduction.chapter import Reproduction, reproduce_chapter
+from baselines.fdi.reproduction.counts import ALLOWANCE, GOALS, Counts, count_tables
+from baselines.fdi.reproduction.experiments import GridRun, OneHorizonRun, RelaxedSpeeds, four_vehicle_cells
+from baselines.fdi.reproduction.selection import PARTS, QUICK, chosen, needed
+from baselines.fdi.reproduction.settings import (
+    ALL_FOUR,
+    BACK_ENDS,
+    FOUR_VEHICLES,
+    HORIZONS,
+    ONE_HORIZON,
+    RELAXED,
+    SETS,
+    TABLES,
+    Settings,
+)
+from baselines.paper.collisions import CollisionCell, collision_cells
+from baselines.reproduction.evidence import Evidence, NotRunError
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.fdi.task import make_task
+
+TASK = make_task("x3", 4, 4)
+PAPER = CollisionCell("3.1", TASK, ((3, -1.848), (4, -2.003)))
+NOTHING = CollisionCell("3.1", TASK, ())
+
+
+def ours(*pairs: tuple[int, float]) -> GridCell:
+    speed = dict(pairs).get(TASK.target)
+    return GridCell(TASK, bool(pairs), speed, pairs, 0.1 if pairs else None, "highs", (), None, 0.0)
+
+
+@pytest.fixture(scope="module")
+def found() -> Reproduction:
+    return reproduce_chapter(("3.1", "fig", "audit"), Settings(), quick=True)
+
+
+@pytest.mark.parametrize(
+    ("paper", "pairs", "verdict", "flags"),
+    [
+        (PAPER, ((3, -1.0), (4, -2.2)), MATCH, (True, True, True, True)),
+        (PAPER, ((3, -1.0), (4, -2.21)), NEAR, (True, True, True, False)),
+        (PAPER, ((2, -1.0), (3, -1.0), (4, -2.0)), NEAR, (True, False, True, True)),
+        (PAPER, ((4, -2.0),), NEAR, (True, False, False, True)),
+        (PAPER, (), MISS, (False, False, False, False)),
+        (NOTHING, ((4, -2.0),), MISS, (False, False, False, False)),
+        (NOTHING, (), MATCH, (True, False, False, False)),
+    ],
+)
+def test_rules_of_a_cell(
+    paper: CollisionCell, pairs: tuple[tuple[int, float], ...], verdict: str, flags: tuple[bool, ...]
+) -> None:
+    cell = Cell(paper, ours(*pairs))
+    assert cell.verdict == verdict
+    assert (cell.feasibility_agrees, cell.pairs_agree, cell.pairs_included, cell.speed_agrees) == flags
+
+
+def test_counts_and_their_total() -> None:
+    near = Cell(PAPER, ours((4, -2.0)))
+    cells = {table: [near, Cell(NOTHING, ours()), Cell(PAPER, ours())] for table in FOUR_VEHICLES}
+    counts = count_tables(cells, None)
+    assert [each.table for each in counts] == [*FOUR_VEHICLES, ALL_FOUR]
+    assert counts[0].counts == Counts(2, 0, 0, 1)
+    assert (counts[0].cells, counts[0].both_feasible) == (3, 1)
+    assert counts[-1].counts == Counts(12, 0, 0, 6)
+    assert all(each.passed for each in counts)
+    del cells["3.4"]
+    assert ALL_FOUR not in [each.table for each in count_tables(cells, None)]
+
+
+def test_a_count_more_than_three_below_its_goal_fails() -> None:
+    cells = {"3.1": [Cell(NOTHING, ours())] * 10}
+    for goal, passed in ((10 + ALLOWANCE, True), (11 + ALLOWANCE, False)):
+        (counted,) = count_tables(cells, {"3.1": Counts(goal, 0, 0, 0)})
+        assert counted.passed is passed
+    (counted,) = count_tables(cells, {"3.1": Counts(10, 0, 0, 1 + ALLOWANCE)})
+    assert not counted.passed
+
+
+def test_goals_are_consistent() -> None:
+    for goals in GOALS.values():
+        assert set(goals) == {*TABLES, ALL_FOUR}
+        every = [goals[table] for table in FOUR_VEHICLES]
+        assert tuple(map(sum, zip(*every, strict=True))) == goals[ALL_FOUR]
+
+
+def test_sets_have_horizons_for_every_table() -> None:
+    assert set(HORIZONS) == set(SETS) == set(GOALS)
+    for name in SETS:
+        for table in TABLES:
+            config = Settings(name).config(table)
+            assert config.horizon == HORIZONS[name][table]
+            assert config.num_vehicles == (5 if table == "3.7" else 4)
+
+
+def test_every_solve_reproduces_its_cell(found: Reproduction) -> None:
+    cells = table_cells(found.evidence, found.settings, "3.1")
+    assert [cell.paper for cell in cells] == collision_cells("3.1")
+    assert [cell.ours.task for cell in cells] == [cell.paper.task for cell in cells]
+    (counted,) = found.counts
+    assert counted.counts.feasibility == 16
+    assert counted.passed
+    assert found.passed
+
+
+def test_relaxed_control_has_the_numbers_of_the_specification(found: Reproduction) -> None:
+    speeds = found.evidence[RelaxedSpeeds(RELAXED)]
+    expected = {"3.1": 16, "3.2": 15, "3.5": 15, "3.3": 22, "3.4": 23, "3.6": 16}
+    for table, count in expected.items():
+        cells = collision_cells(table)
+        assert sum(((speeds[cell.task] or 0.0) >= 1.75) == cell.feasible for cell in cells) == count
+    assert found.controls[0].relaxed == 16
+    assert found.controls[0].one_horizon is None
+
+
+def test_speeds_beyond_set_a(found: Reproduction) -> None:
+    assert len(found.beyond) == 27
+    speeds = found.evidence[RelaxedSpeeds(ONE_HORIZON)]
+    assert sum(speed is not None for speed in speeds.values()) == 88
+    assert speeds[make_task("x4", 4, 4)] == pytest.approx(6.8159, abs=1e-3)
+    for cell, fastest in found.beyond:
+        assert fastest is None or -(cell.target_speed_mps or 0.0) > fastest
+
+
+def test_one_horizon_control_finds_known_speeds() -> None:
+    assert OneHorizonRun(make_task("x4", 4, 4)).run() == pytest.approx(6.5151, abs=0.08)
+    assert OneHorizonRun(make_task("x1", 4, 4)).run() is None
+
+
+def test_a_lost_cell_fails_and_is_named(found: Reproduction) -> None:
+    evidence = {each: found.evidence[each] for each in needed(("3.1",), found.settings, quick=True)}
+    for cell in collision_cells("3.1")[:4]:
+        run = GridRun(found.settings, "3.1", cell.task)
+        reachable = not cell.feasible
+        evidence[run] = replace(evidence[run], reachable=reachable, speed_mps=-2.0 if reachable else None)
+    changed = Reproduction(("3.1",), Evidence(evidence), found.settings)
+    assert not changed.passed
+    assert any("FAILED: 3.1." in paragraph for paragraph in changed.closing())
+
+
+def test_closing_says_what_is_not_reproducible(found: Reproduction) -> None:
+    text = " ".join(found.closing())
+    for words in (
+        "Not reproducible: the individual speeds",
+        "Not reproducible: the constants",
+        "fitted per table",
+        "Not reproducible: the comparison with continuous injections",
+        "75 of 133",
+        "order of magnitude reproduced, not confirmed",
+        "Not reproducible: the collision of vehicles 9 and 10",
+        "--quick left out",
+    ):
+        assert words in text
+
+
+def test_no_table_is_called_reproduced(found: Reproduction) -> None:
+    cells = [value for block in found.blocks() for row in block.rows for value in row]
+    assert "reproduced" not in cells
+    assert not any("reproduced" in block.title for block in found.blocks())
+
+
+def test_document_is_strict_json(found: Reproduction) -> None:
+    document = json.loads(to_json(found.document()))
+    assert list(document["parts"]) == ["3.1", "fig", "audit"]
+    assert len(document["parts"]["3.1"]) == 16
+    assert document["parts"]["3.1"][0]["back_end"] == "highs"
+    assert len(document["parts"]["audit"]["contradictions"]) == 75
+    assert len(document["parts"]["audit"]["beyond_relaxation"]) == 27
+    assert len(document["parts"]["fig"]) == 12
+    assert document["counts"][0]["goals"]["feasibility"] == 16
+    assert document["settings"] == {"parameters": "A", "back_end": "highs", "time_limit_s": 2.0, "acceptance": 0.45}
+
+
+def test_blocks_are_rectangular(found: Reproduction) -> None:
+    for block in found.blocks():
+        assert {len(row) for row in block.rows} == {len(block.columns)}, block.title
+
+
+def test_parts_are_ordered_and_checked() -> None:
+    assert chosen([]) == PARTS
+    assert chosen([], quick=True) == QUICK
+    assert chosen(["audit", "3.7", "3.7"], quick=True) == ("3.7", "audit")
+    with pytest.raises(ConfigurationError, match=r"no part '3\.8'.*Known"):
+        chosen(["3.8"])
+
+
+def test_what_the_parts_need() -> None:
+    everything: list[Any] = needed(PARTS, Settings(), quick=False)
+    assert sum(isinstance(each, GridRun) for each in everything) == 170
+    assert {each.task for each in everything if isinstance(each, OneHorizonRun)} == {
+        cell.task for cell in four_vehicle_cells()
+    }
+    assert not any(isinstance(each, OneHorizonRun) for each in needed(PARTS, Settings(), quick=True))
+    assert all(each.cost > 0 and each.label for each in everything)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "remedy"),
+    [
+        ({"parameters": "C"}, "Known: A, B"),
+        ({"back_end": "higs"}, "Did you mean 'highs'"),
+        ({"time_limit_s": 0.0}, "above 0"),
+        ({"acceptance": -1.0}, "above 0"),
+    ],
+)
+def test_wrong_settings_name_the_remedy(wrong: dict[str, Any], remedy: str) -> None:
+    with pytest.raises(ConfigurationError, match=remedy):
+        Settings(**wrong)
+
+
+def test_goals_hold_for_the_solver_that_they_were_stated_for() -> None:
+    assert Settings().has_goals
+    assert Settings("B", time_limit_s=4.0).has_goals
+    others = [Settings(back_end=name) for name in BACK_ENDS[1:]]
+    for other in (*others, Settings(time_limit_s=1.0), Settings(acceptance=0.25)):
+        assert not other.has_goals
+        assert Reproduction((), Evidence({}), other).passed
+
+
+def test_what_was_left_out_is_not_made_up() -> None:
+    with pytest.raises(NotRunError):
+        table_cells(Evidence({}), Settings(), "3.1")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("parameters", ["A", "B"])
+def test_counts_of_all_tables_reach_their_goals(parameters: str) -> None:
+    full = reproduce_chapter(TABLES, Settings(parameters), quick=True)
+    assert full.passed, full.closing()[-1]
+    feasible = {each.table: each.counts.feasibility for each in full.counts}
+    rule = {each.table: each.target_attacked for each in full.controls}
+    assert feasible[ALL_FOUR] > rule[ALL_FOUR]
+    assert feasible["3.7"] < rule["3.7"]
+
+
+@pytest.mark.slow
+def test_control_with_one_horizon() -> None:
+    cells = four_vehicle_cells()
+    speeds = {cell.task: OneHorizonRun(cell.task).run() for cell in cells}
+    found = sum((speeds[cell.task] is not None) == cell.feasible for cell in cells)
+    fast = sum(((speeds[cell.task] or 0.0) >= 1.75) == cell.feasible for cell in cells)
+    assert found == pytest.approx(100, abs=6)
+    assert fast == pytest.approx(104, abs=6)
