@@ -8,10 +8,11 @@ from itertools import cycle
 from typing import Any
 
 import gymnasium
+import numpy as np
 
 from cps_envs.core.parallel_env import DuelEnv
 from cps_envs.core.problem import Problem
-from cps_envs.core.types import ROLES
+from cps_envs.core.types import AGENTS, ROLES
 
 CARTPOLE = "CartPole-v1"
 LANES = (1, 64, 1024)
@@ -57,12 +58,18 @@ def work_per_game_step(problem: Problem, config: Any) -> float:
     return 0.0 if problem.work is None else problem.work.per_game_step(config)
 
 
+def moves(space: Any, neutral: Any) -> Iterator[Any]:
+    """Random actions; only the neutral one of a role that has illegal ones, which could end an episode."""
+    space.seed(0)
+    return cycle([space.sample() if neutral is None else neutral for _ in range(ACTIONS)])
+
+
 def single(env_id: str) -> Callable[[], object]:
-    """A step of `gymnasium.make(id)` under random actions, with a reset where an episode has ended."""
+    """A step of `gymnasium.make(id)`, with a reset where an episode has ended."""
     env = gymnasium.make(env_id)
-    env.action_space.seed(0)
-    actions = cycle([env.action_space.sample() for _ in range(ACTIONS)])
-    env.reset(seed=0)
+    _, info = env.reset(seed=0)
+    game, role = getattr(env.unwrapped, "game", None), getattr(env.unwrapped, "role", None)
+    actions = moves(env.action_space, game.neutral_action[role] if game and "action_mask" in info else None)
 
     def step() -> None:
         _, _, terminated, truncated, _ = env.step(next(actions))
@@ -73,23 +80,22 @@ def single(env_id: str) -> Callable[[], object]:
 
 
 def vector(env_id: str, lanes: int) -> Callable[[], object]:
-    """A step of the native vector form under random actions."""
-    envs = gymnasium.make_vec(env_id, num_envs=lanes, vectorization_mode="vector_entry_point")
-    envs.action_space.seed(0)
-    actions = cycle([envs.action_space.sample() for _ in range(ACTIONS)])
-    envs.reset(seed=0)
+    """A step of the native vector form."""
+    envs: Any = gymnasium.make_vec(env_id, num_envs=lanes, vectorization_mode="vector_entry_point")
+    _, info = envs.reset(seed=0)
+    masked = "action_mask" in info
+    actions = moves(envs.action_space, np.stack([envs.game.neutral_action[envs.role]] * lanes) if masked else None)
     return lambda: envs.step(next(actions))
 
 
 def parallel(problem: Problem) -> Callable[[], object]:
-    """A step of the PettingZoo form under random actions of both roles."""
+    """A step of the PettingZoo form."""
     env = DuelEnv(problem)
-    draws: dict[str, Iterator[Any]] = {}
-    for agent in env.possible_agents:
-        space = env.action_space(agent)
-        space.seed(0)
-        draws[agent] = cycle([space.sample() for _ in range(ACTIONS)])
-    env.reset(seed=0)
+    _, infos = env.reset(seed=0)
+    draws = {}
+    for role, agent in AGENTS.items():
+        neutral = env.game.neutral_action[role] if "action_mask" in infos[agent] else None
+        draws[agent] = moves(env.action_space(agent), neutral)
 
     def step() -> None:
         env.step({agent: next(draw) for agent, draw in draws.items()})

@@ -10,12 +10,12 @@ import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
-from agents.bench.faces import ACTIONS, work_per_game_step
+from agents.bench.faces import work_per_game_step
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Role
 
 WARM_SHARE = 0.1  # of an episode that the preset's opponents play before the clock starts
-CHUNK = 50  # decisions between two looks at the clock
+CHUNK = 50  # decisions between two looks at the clock, if an episode has so many
 
 
 def physics_per_s(problem: Problem, lanes: int, seconds: float) -> float:
@@ -41,26 +41,25 @@ def face_overhead_us(problem: Problem, role: Role, seconds: float) -> tuple[floa
     """Microseconds per decision of the single environment: outside the game's own advance and observe, and in them.
 
     The game's two methods are timed inside the environment's step, so that both figures come from the same calls; the
-    median over chunks of decisions counts.
+    median over the beginnings of many episodes, of neutral decisions, counts.
     """
     env: Any = gymnasium.make(problem.env_id(role), opponent="none").unwrapped
     inside = Stopwatch()
     own = 2 * inside.cost_ns()  # two methods are timed in each decision
     env.game.advance, env.game.observe = inside.timed(env.game.advance), inside.timed(env.game.observe)
-    env.action_space.seed(0)
-    actions = [env.action_space.sample() for _ in range(ACTIONS)]
+    neutral = env.game.neutral_action[role]
+    decisions = min(CHUNK, env.game.horizon // env.game.decision_interval[role])
     added: list[float] = []
     work: list[float] = []
     start = time.process_time()
     while time.process_time() - start < seconds or len(added) < 3:
         env.reset(seed=0)
-        for _ in range(env.game.horizon // env.game.decision_interval[role] // CHUNK):
-            inside.total_ns, begin = 0, time.perf_counter_ns()
-            for decision in range(CHUNK):
-                env.step(actions[decision % ACTIONS])
-            whole = time.perf_counter_ns() - begin
-            added.append((whole - inside.total_ns) / CHUNK - own)
-            work.append(inside.total_ns / CHUNK)
+        inside.total_ns, begin = 0, time.perf_counter_ns()
+        for _ in range(decisions):
+            env.step(neutral)
+        whole = time.perf_counter_ns() - begin
+        added.append((whole - inside.total_ns) / decisions - own)
+        work.append(inside.total_ns / decisions)
     return float(np.median(added)) / 1e3, float(np.median(work)) / 1e3
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from agents.bench.clock import calls_per_s
-from agents.bench.faces import CARTPOLE, Face, cartpole, faces
+from agents.bench.faces import CARTPOLE, LANES, Face, cartpole, faces
 from agents.bench.kernel import face_overhead_us, physics_per_s
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES
@@ -57,7 +57,7 @@ def measure_all(problems: Sequence[Problem], seconds: float, report: Report) -> 
         report(done := done + len(KERNEL_LANES), total, f"{problem.name}: what the face adds")
         added += _added(problem, seconds)
         report(done := done + len(ROLES), total, "")
-    return {"speeds": speeds, "physics": physics, "added": added, "targets": _targets(problems, physics, added)}
+    return {"speeds": speeds, "physics": physics, "added": added, "targets": _targets(problems, speeds, physics, added)}
 
 
 def _unit(problem: Problem) -> str:
@@ -94,15 +94,27 @@ def _added(problem: Problem, seconds: float) -> list[dict[str, Any]]:
 
 
 def _targets(
-    problems: Sequence[Problem], physics: Sequence[dict[str, Any]], added: Sequence[dict[str, Any]]
+    problems: Sequence[Problem],
+    speeds: Sequence[Speed],
+    physics: Sequence[dict[str, Any]],
+    added: Sequence[dict[str, Any]],
 ) -> list[Target]:
     wanted = {problem.name: problem.work.target_per_s for problem in problems if problem.work}
     targets = []
     for row in physics:
-        least = wanted[row["problem"]]
         what = f"{row['problem']}, physics alone, {row['lanes']} lanes: {row['unit']} per CPU second"
-        targets.append(Target(what, row["work_per_s"], f"at least {least:,.0f}", row["work_per_s"] >= least))
+        targets += _at_least(what, row["work_per_s"], wanted[row["problem"]])
+    # The attacker's: its opponent is `none`, so that no policy is timed with it.
+    vector = {problem.env_id(role): problem.work for problem in problems if problem.work for role in ROLES[:1]}
+    for speed in speeds:
+        if speed.env in vector and speed.lanes == max(LANES):
+            what = f"{speed.env}, vector, {speed.lanes} lanes: {speed.unit} per CPU second"
+            targets += _at_least(what, speed.work_per_s, vector[speed.env].vector_target_per_s)
     for row in added:
         what = f"{row['env']}, single: microseconds that the face adds to a decision"
         targets.append(Target(what, row["added_us"], f"below {FACE_TARGET_US:g}", row["added_us"] < FACE_TARGET_US))
     return targets
+
+
+def _at_least(what: str, measured: float, least: float) -> list[Target]:
+    return [Target(what, measured, f"at least {least:,.0f}", measured >= least)] if least > 0 else []

@@ -38,7 +38,8 @@ def batch_info(game: Game, role: Role, lanes: BoolArray) -> dict[str, Any]:
 
     `action_mask` is an int8 array (B, k), flattened for MultiDiscrete.
     """
-    arrays = {name: np.where(lanes, values, np.zeros_like(values)) for name, values in game.metrics().items()}
+    every = bool(lanes.all())
+    arrays = {name: values.copy() if every else np.where(lanes, values, 0) for name, values in game.metrics().items()}
     mask = game.action_mask(role)
     if mask is not None:
         arrays["action_mask"] = mask.astype(np.int8)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.compiled import inlined
-from cps_envs.core.types import FloatArray
+from cps_envs.core.types import Array, FloatArray
 from cps_envs.fdi.config import FdiConfig
 
 STEP, TASK, INJECTED_STEPS, REPLACED_STEPS, FALSE_STEPS = range(5)  # columns of the counts (B, NUM_COUNTS)
@@ -183,3 +183,17 @@ def update_law(m: Memory, matrices: Matrices) -> None:
     """Fill `law` of the present error."""
     m.law[:] = 0.0
     add_product(matrices.law, 0, m.error, m.law)
+
+
+@inlined
+def load(whole: Array, b: int, part: Array) -> None:
+    """Copy row b of an array (B, k) to another (k,)."""
+    for j in range(part.size):
+        part[j] = whole[b, j]
+
+
+@inlined
+def store(part: Array, whole: Array, b: int) -> None:
+    """Copy an array (k,) to row b of another (B, k)."""
+    for j in range(part.size):
+        whole[b, j] = part[j]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cps_envs.core.compiled import kernel
 from cps_envs.core.types import FloatArray, IntArray
-from cps_envs.fdi.lane import STEP, TASK, constants_of, memory_of
+from cps_envs.fdi.lane import BLOCKS_PER_VEHICLE, STEP, TASK, constants_of, load, memory_of, store
 
 
 @kernel
@@ -18,10 +20,12 @@ def observe_attacker(
     values: FloatArray,
 ) -> None:
     """Fill (B, size) with `fields.attacker_fields`; the other arguments as for `turn.take_turn`."""
-    c, slots = constants_of(packed), tasks.shape[1] - 1
+    c, slots, n = constants_of(packed), tasks.shape[1] - 1, memories.shape[1] // BLOCKS_PER_VEHICLE
+    cell, row, sensors = np.empty((1, memories.shape[1])), np.empty(values.shape[1]), np.empty(slots + 1, np.int64)
+    memory = memory_of(cell, 0)
     for b in range(values.shape[0]):
-        memory, row, sensors = memory_of(memories, b), values[b], tasks[counts[b, TASK]]
-        n = memory.law.size
+        load(memories, b, cell[0])
+        load(tasks, counts[b, TASK], sensors)
         row[: 2 * n] = memory.error
         row[2 * n : 3 * n] = memory.law
         at = 3 * n
@@ -39,6 +43,7 @@ def observe_attacker(
                 row[at + 1 + j] = 1.0 if sensors[j] >= 0 else 0.0
             for i in range(n):
                 row[at + 1 + 2 * n + i] = 1.0 if sensors[slots] == i else 0.0
+        store(row, values, b)
 
 
 @kernel
@@ -46,10 +51,11 @@ def observe_defender(
     memories: FloatArray, counts: IntArray, horizon: int, packed: FloatArray, values: FloatArray
 ) -> None:
     """Fill (B, size) with `fields.defender_fields`; the other arguments as for `turn.take_turn`."""
-    c = constants_of(packed)
+    c, n = constants_of(packed), memories.shape[1] // BLOCKS_PER_VEHICLE
+    cell, row = np.empty((1, memories.shape[1])), np.empty(values.shape[1])
+    memory = memory_of(cell, 0)
     for b in range(values.shape[0]):
-        memory, row = memory_of(memories, b), values[b]
-        n = memory.law.size
+        load(memories, b, cell[0])
         for j in range(2 * n):
             row[j] = memory.reading[j]
             row[2 * n + j] = memory.reading[j] - memory.prediction[j]
@@ -66,3 +72,4 @@ def observe_defender(
         for j in range(2 * n):
             row[at + j] = memory.trust[j]
         row[at + 2 * n] = horizon - counts[b, STEP]
+        store(row, values, b)

@@ -27,5 +27,5 @@ FDI = Problem(
     fields={"attacker": attacker_fields, "defender": defender_fields},
     opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
     viewer="cps_envs.fdi.viewer:Viewer",
-    work=Work(unit="decisions", per_game_step=decisions, target_per_s=2e6),
+    work=Work(unit="decisions", per_game_step=decisions, vector_target_per_s=2e6),
 )

@@ -11,14 +11,17 @@ from cps_envs.fdi.dynamics import command, correct, move, predict, sense, within
 from cps_envs.fdi.lane import (
     FALSE_STEPS,
     INJECTED_STEPS,
+    NUM_COUNTS,
     REPLACED_STEPS,
     STEP,
     TASK,
     Constants,
     Memory,
     constants_of,
+    load,
     matrices_of,
     memory_of,
+    store,
     update_law,
 )
 from cps_envs.fdi.legality import SLACK, legal_levels, resolution
@@ -76,19 +79,31 @@ def take_turn(
     n, slots = stacked.shape[1] // 2, tasks.shape[1] - 1
     trust, correction, offset, scratch = np.ones(2 * n), np.zeros(n), np.empty(2 * n), np.empty(2 * n)
     level, coefficients, calm = np.empty(slots, np.int64), np.empty(slots), np.empty(0)
-    defended = defense.shape[1] > 0
+    # A lane is worked on in these copies: views made for each lane would cost more than its step.
+    cell, row, count = np.empty((1, memories.shape[1])), np.empty(table.shape[1]), np.empty(NUM_COUNTS, np.int64)
+    action, answer, interval = (
+        np.empty(slots, np.int64),
+        np.empty(defense.shape[1], np.int64),
+        np.empty((slots, 2), np.int64),
+    )
+    task, memory = np.empty(slots + 1, np.int64), memory_of(cell, 0)
+    sensors, defended = task[:slots], defense.shape[1] > 0
     for b in range(lanes.size):
         table[b, PAYOFF] = 0.0
-        for _ in range(num_steps if lanes[b] else 0):
-            if over[b]:
-                break
-            memory, row = memory_of(memories, b), table[b]
-            sensors, target = tasks[counts[b, TASK], :slots], tasks[counts[b, TASK], slots]
-            step = counts[b, STEP]
+        if not lanes[b] or over[b]:
+            continue
+        load(memories, b, cell[0])
+        load(table, b, row)
+        load(counts, b, count)
+        load(attack, b, action)
+        load(defense, b, answer)
+        load(tasks, count[TASK], task)
+        for _ in range(num_steps):
+            step = count[STEP]
             if defended:  # before this step's commands take the place of the last ones
-                read_defense(defense[b], c, trust, correction)
+                read_defense(answer, c, trust, correction)
                 predict(memory, c, m, trust, step == 0, scratch)
-            choose_levels(attack[b], memory, c, m, sensors, legal[b], level, coefficients)
+            choose_levels(action, memory, c, m, sensors, interval, level, coefficients)
             inject(memory.injection, c, sensors, level)
             command(memory, m, memory.injection)
             if c.clip == 0 and not within_limits(memory, c):
@@ -101,14 +116,21 @@ def take_turn(
             correct(memory, c, correction)
             move(memory, c, m, offset, disturbances[b, step] if disturbances.shape[1] > 0 else calm, scratch)
             update_law(memory, m)
-            counts[b, STEP] = step + 1
+            count[STEP] = step + 1
             row[TIME] = (step + 1) * c.dt_s
             paid = row[IMPACT] + row[ALARM_COST] + row[CORRECTION_COST]
-            charge(memory, c, correction, counts[b], row)
-            over[b] = collide(memory.error, c, target, row)
+            charge(memory, c, correction, count, row)
+            over[b] = collide(memory.error, c, task[slots], row)
             row[PAYOFF] += row[IMPACT] + row[ALARM_COST] + row[CORRECTION_COST] - paid
-            if c.by_share == 0:
-                legal_levels(memory, c, m, sensors, level, 0, legal[b], coefficients)
+            if over[b]:
+                break
+        if c.by_share == 0 and row[ILLEGAL] == 0:
+            legal_levels(memory, c, m, sensors, level, 0, interval, coefficients)
+            for s in range(slots):
+                legal[b, s, 0], legal[b, s, 1] = interval[s, 0], interval[s, 1]
+        store(cell[0], memories, b)
+        store(row, table, b)
+        store(count, counts, b)
 
 
 @inlined
