@@ -33,7 +33,8 @@ class Outcome:
 
 def find_benchmarks(names: Sequence[str]) -> list[Benchmark]:
     """The benchmarks that the problems declare, in `baselines.<problem>.benchmark`."""
-    modules = [f"baselines.{name}.benchmark" for name in names or PROBLEMS]
+    packages = [f"baselines.{name}" for name in names or PROBLEMS]
+    modules = [f"{package}.benchmark" for package in packages if find_spec(package) is not None]
     return [import_module(module).BENCHMARK for module in modules if find_spec(module) is not None]
 
 
