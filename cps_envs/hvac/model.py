@@ -1,0 +1,79 @@
+"""Everything that is constant under a configuration, built once and shared by all games that have it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.hvac.building import discretise, outdoor, weather
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.controller import feedforward, gains
+from cps_envs.hvac.observer import powers, set_gains, warn_if_blind
+from cps_envs.hvac.sensors import membership, sensor_sets, zones_of_sensors
+
+PLAIN = ("step_s", "reference_c", "max_heating_w", "noise_std_c", "sensor_low_c", "sensor_high_c")
+AHEAD_H = (0.0, 2.0, 4.0, 6.0)  # at which the defender sees the outside temperature
+
+
+class Model(NamedTuple):
+    """n zones with a heater each, S sensors, `sets` sets of sensors, K states, a window of N_e samples."""
+
+    A: FloatArray  # (n, n) nominal
+    B: FloatArray  # (n,) C/W per step
+    G: FloatArray  # (n,)
+    weather: FloatArray  # (K, n) C
+    outdoor: FloatArray  # (K + 6 h,) C
+    error_gain: FloatArray  # (n, n) W/C, K_e
+    difference_gain: FloatArray  # (n, n) W/C, K_d
+    feedforward: FloatArray  # (K, n) W, K_w dW(k)
+    window: FloatArray  # (N_e, S, n) row e_zone(s)' A^t
+    set_gain: FloatArray  # (sets, n, n) A^N_e (O_a' O_a)^-1
+    member: BoolArray  # (sets, S)
+    zone: IntArray  # (S,) from 0
+    ahead: IntArray  # (len(AHEAD_H),) steps
+    step_s: float
+    reference_c: float
+    max_heating_w: float
+    level_w: float
+    noise_std_c: float
+    sensor_low_c: float
+    sensor_high_c: float
+    threshold_c2: float
+    any_base: bool  # the attacker's action ends with what its readings are based on
+    white_box: bool  # the attacker sees everything
+
+
+@lru_cache(maxsize=64)
+def build_model(config: HvacConfig) -> Model:
+    """The constants of a configuration; the arrays are shared, nobody may write to them.
+
+    Warns:
+        ObservabilityWarning: some set of sensors hardly observes the building.
+    """
+    building, zone, member = discretise(config), zones_of_sensors(config), membership(config)
+    ahead = np.round(np.array(AHEAD_H) * 3600.0 / config.step_s).astype(np.int64)
+    w = weather(config, config.num_steps + config.prediction_steps)
+    control = gains(building, config.prediction_steps, config.move_weight)
+    set_gain, condition = set_gains(building.A, config.window_steps, member, zone)
+    warn_if_blind(condition, sensor_sets(config))
+    return Model(
+        *building,
+        weather=w[: config.num_steps].copy(),
+        outdoor=outdoor(config, config.num_steps + int(ahead[-1])),
+        error_gain=control.K_e,
+        difference_gain=control.K_d,
+        feedforward=feedforward(control.K_w, w, config.num_steps),
+        window=np.ascontiguousarray(powers(building.A, config.window_steps - 1)[:, zone]),
+        set_gain=set_gain,
+        member=member,
+        zone=zone,
+        ahead=ahead,
+        level_w=config.max_heating_w / config.num_levels,
+        threshold_c2=config.threshold_c2,
+        any_base=config.attack_action == "any",
+        white_box=config.attacker_view == "white",
+        **{name: getattr(config, name) for name in PLAIN},
+    )

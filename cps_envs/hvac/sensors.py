@@ -1,0 +1,62 @@
+"""Sensors, the sets that feed the observer (4.31), and the order in which sensors fall to the attacker."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cps_envs.core.types import BoolArray, IntArray
+
+if TYPE_CHECKING:
+    from cps_envs.hvac.config import HvacConfig
+
+SensorSet = tuple[int, ...]  # sensor numbers, from 1, ascending
+
+
+def sensor_sets(config: HvacConfig) -> tuple[SensorSet, ...]:
+    """The sets that the defender chooses from, in the paper's order.
+
+    One sensor per zone: every subset but the empty and the full one, counted in binary with sensor 1 as the most
+    significant bit; 14 with four sensors. Two per zone: each zone uses none, its first or its second sensor, without
+    the sets that cover no zone or all zones; 64 with eight sensors, zone 1 varying slowest.
+    """
+    if config.sensor_sets:
+        return _separated(config.sensor_sets)
+    zones = config.num_zones
+    options = [[0, *range(zone, config.num_sensors + 1, zones)] for zone in range(1, zones + 1)]
+    used = (tuple(sorted(sensor for sensor in choice if sensor)) for choice in product(*options))
+    return tuple(sensors for sensors in used if 0 < len(sensors) < zones)
+
+
+def _separated(flat: tuple[int, ...]) -> tuple[SensorSet, ...]:
+    """The sets of a list in which they are separated by zeros; an empty one stays empty."""
+    sets: list[list[int]] = [[]]
+    for sensor in flat:
+        if sensor == 0:
+            sets.append([])
+        else:
+            sets[-1].append(sensor)
+    return tuple(tuple(sorted(sensors)) for sensors in sets)
+
+
+def attack_order(config: HvacConfig) -> tuple[int, ...]:
+    """Sensors in the order in which they fall: 2, 1, 4, 3, 6, 5, 8, 7 unless the configuration has another."""
+    last = config.num_sensors
+    swapped = (sensor + 1 if sensor % 2 else sensor - 1 for sensor in range(1, last + 1))
+    return config.attack_order or tuple(min(sensor, last) for sensor in swapped)
+
+
+def zones_of_sensors(config: HvacConfig) -> IntArray:
+    """The zone (S,) of each sensor, counted from 0."""
+    return np.arange(config.num_sensors) % config.num_zones
+
+
+def membership(config: HvacConfig) -> BoolArray:
+    """Which sensors each set uses, (sets, S)."""
+    sets = sensor_sets(config)
+    member = np.zeros((len(sets), config.num_sensors), np.bool_)
+    for row, sensors in zip(member, sets, strict=True):
+        row[np.array(sensors) - 1] = True
+    return member
