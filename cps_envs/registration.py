@@ -10,8 +10,9 @@ from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.fdi.problem import FDI
+from cps_envs.hvac.problem import HVAC
 
-PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI)}
+PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI, HVAC)}
 
 
 def find_problem(name: str) -> Problem:

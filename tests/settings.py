@@ -25,6 +25,35 @@ class ProblemTests(NamedTuple):
     golden: Mapping[str, Golden]
 
 
+SHORT_DAY = {"num_steps": 130, "window_steps": 100, "onset_step": 90}
+PLAYED_DAY = {"preset": "learning", "num_steps": 300, "onset_step": (50, 150)}
+HVAC_TESTS = ProblemTests(
+    short=SHORT_DAY,
+    variants={
+        "attacker": [{**PLAYED_DAY, "opponent": "tests.hvac.players:RandomChoice"}],
+        "defender": [{**PLAYED_DAY, "num_compromised": 4, "opponent": "tests.hvac.players:Constant"}],
+    },
+    golden={
+        "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
+        "paper defence": Golden("defender", {"preset": "paper", "opponent": "none"}, seed=1),
+        "constant attack": Golden("defender", {"opponent": "tests.hvac.players:Constant"}, seed=2, boldness=1.0),
+        "eight sensors": Golden("defender", {"num_sensors": 8, "opponent": "tests.hvac.players:Constant"}, seed=3),
+        "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=4),
+        "learning defence": Golden(
+            "defender", {"preset": "learning", "opponent": "tests.hvac.players:Constant"}, seed=5, boldness=1.0
+        ),
+        "grey box": Golden(
+            "attacker",
+            {
+                "attacker_view": "grey",
+                "attack_action": "bias",
+                "num_sensors": 8,
+                "opponent": "tests.hvac.players:MovingTarget",
+            },
+            seed=6,
+        ),
+    },
+)
 LONG_LEARNING = {"preset": "learning", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "disbanding": ProblemTests(
@@ -64,6 +93,7 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             ),
         },
     ),
+    "hvac": HVAC_TESTS,
 }
 
 

@@ -1,0 +1,71 @@
+"""Forged readings: what an attacker's action means, and how to write one in units."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array, FloatArray
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.kernel import inner
+from cps_envs.hvac.model import Model
+from cps_envs.hvac.state import State
+
+NOISE_FREE, OWN, ABSOLUTE = -1.0, 0.0, 1.0  # what forged readings are based on, as the last entry of an action
+EDGE = 1.0 / 3.0  # beyond which an entry between them counts as the outer one
+
+
+@inner
+def sense(model: Model, lane: State, action: FloatArray) -> None:
+    """Read the sensors of k = step, and forge the readings of compromised ones from the onset on.
+
+    `action` is (S + 1,), or (S,) where only biases are possible; an entry of 1 is half the sensor range.
+    """
+    k = lane.step[0]
+    middle = 0.5 * (model.sensor_high_c + model.sensor_low_c)
+    reach = 0.5 * (model.sensor_high_c - model.sensor_low_c)
+    base = action[-1] if model.any_base else 0.0
+    for s in range(len(model.zone)):
+        true = lane.temperature[model.zone[s]]
+        lane.measured[s] = true + model.noise_std_c * lane.noise[k, s]
+        lane.reading[s] = lane.measured[s]
+        own = -EDGE <= base <= EDGE
+        if lane.compromised[s] and k >= lane.onset[0] and not (own and action[s] == 0.0):
+            start = lane.measured[s] if own else (true if base < 0.0 else middle)
+            lane.reading[s] = min(max(start + reach * action[s], model.sensor_low_c), model.sensor_high_c)
+
+
+def absolute_action(config: HvacConfig, reading_c: Array) -> FloatArray:
+    """The action (B, S + 1) that makes compromised sensors show `reading_c` (B, S), C, without any noise.
+
+    Raises:
+        ConfigurationError: a reading outside the sensor range, or a configuration whose attacker only adds biases.
+    """
+    low, high = config.sensor_low_c, config.sensor_high_c
+    if np.any(reading_c < low) or np.any(reading_c > high):
+        raise ConfigurationError(
+            f"a forged reading lies outside the sensor range [{low}, {high}] C: clip it, or widen sensor_low_c and "
+            "sensor_high_c."
+        )
+    return _based(config, (reading_c - 0.5 * (high + low)) / (0.5 * (high - low)), ABSOLUTE)
+
+
+def bias_action(config: HvacConfig, bias_c: Array, *, keep_noise: bool = False) -> FloatArray:
+    """The action (B, S + 1) that makes compromised sensors read `bias_c` (B, S), C, too cold.
+
+    It is (B, S) where `attack_action="bias"`. The bias is taken from the sensor's own reading (`keep_noise`), or from
+    the true temperature of its zone.
+
+    Raises:
+        ConfigurationError: a bias without noise where the configuration's attacker only adds to its own readings.
+    """
+    shares = np.clip(-bias_c / (0.5 * (config.sensor_high_c - config.sensor_low_c)), -1.0, 1.0)
+    return _based(config, shares, OWN if keep_noise else NOISE_FREE)
+
+
+def _based(config: HvacConfig, shares: FloatArray, base: float) -> FloatArray:
+    if config.attack_action == "any":
+        return np.concatenate([shares, np.full((len(shares), 1), base)], axis=1)
+    if base != OWN:
+        raise ConfigurationError('this attack replaces readings; it needs attack_action="any".')
+    return shares

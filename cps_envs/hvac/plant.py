@@ -1,0 +1,47 @@
+"""The building and its controller: heating by the gains of (4.18), and one step of (4.5)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.types import FloatArray
+from cps_envs.hvac.kernel import inner
+from cps_envs.hvac.model import Model
+from cps_envs.hvac.state import State
+
+
+@inner
+def heat(model: Model, lane: State, estimate: FloatArray, change: FloatArray) -> None:
+    """Set the heating of this step from xh(k) and dxh(k), both (n,) C.
+
+    The integrator u_c is continuous and clamped to [0, E]; only what is applied is rounded to a level (4.18).
+    """
+    ahead = model.feedforward[lane.step[0]]
+    for i in range(len(ahead)):
+        du = -ahead[i]
+        for j in range(len(ahead)):
+            du += model.error_gain[i, j] * (model.reference_c - estimate[j])
+            du -= model.difference_gain[i, j] * change[j]
+        lane.integrator[i] = min(max(lane.integrator[i] + du, 0.0), model.max_heating_w)
+        lane.heating[i] = min(model.level_w * np.rint(lane.integrator[i] / model.level_w), model.max_heating_w)
+
+
+@inner
+def drift(A: FloatArray, B: FloatArray, G: FloatArray, x: FloatArray, u: FloatArray, w: FloatArray) -> FloatArray:
+    """A x + B u + G w, (n,), with diagonal B and G."""
+    reached = B * u + G * w
+    for i in range(len(x)):
+        for j in range(len(x)):
+            reached[i] += A[i, j] * x[j]
+    return reached
+
+
+@inner
+def move(model: Model, lane: State) -> None:
+    """Go from k to k + 1: the plant (4.5) with what the model does not know, and the forced response."""
+    w = model.weather[lane.step[0]]
+    lane.temperature[:] = drift(lane.plant, model.B, model.G, lane.temperature, lane.heating + lane.heat, w)
+    lane.forced[:] = drift(model.A, model.B, model.G, lane.forced, lane.heating, w)
+    for i in range(len(w)):
+        lane.energy_j[0] += lane.heating[i] * model.step_s
+    lane.step[0] += 1

@@ -1,0 +1,29 @@
+"""The HVAC problem as the faces see it."""
+
+from __future__ import annotations
+
+from cps_envs.core.problem import Problem, Work
+from cps_envs.hvac.config import PRESETS, HvacConfig
+from cps_envs.hvac.fields import attacker_fields, defender_fields
+from cps_envs.hvac.game import HvacGame
+
+
+def sensor_steps(config: HvacConfig) -> float:
+    """Closed-loop steps of a lane in a game step, times its sensors; a function of its own so that problems pickle."""
+    return config.num_sensors
+
+
+HVAC = Problem(
+    name="hvac",
+    version=0,
+    summary="An attacker forges temperature sensors of a heated building; a defender chooses which ones to believe.",
+    presets=PRESETS,
+    game=HvacGame,
+    fields={"attacker": attacker_fields, "defender": defender_fields},
+    opponents={
+        "paper": {"attacker": "none", "defender": "none"},
+        "learning": {"attacker": "none", "defender": "none"},
+    },
+    viewer="cps_envs.hvac.viewer:Viewer",
+    work=Work(unit="sensor-steps", per_game_step=sensor_steps, target_per_s=4 / 30e-6),
+)

@@ -1,0 +1,28 @@
+"""Games of the HVAC problem that have begun, and how the tests move them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.problem import HVAC
+
+SHORT = {"num_steps": 90, "window_steps": 40, "onset_step": 45}
+QUIET = {"noise_std_c": 0.0}
+
+
+def started(seeds=(0,), preset="paper", **overrides):
+    game = HvacGame(HVAC.config(preset, overrides), len(seeds))
+    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
+    return game
+
+
+def go(game, choice=0, attack=None, num_steps=1):
+    actions = {"defender": np.full(game.num_lanes, choice)}
+    if attack is not None:
+        actions["attacker"] = np.broadcast_to(attack, (game.num_lanes, game.action_space["attacker"].shape[0])).copy()
+    return game.advance(actions, np.ones(game.num_lanes, bool), num_steps)
+
+
+def seen(game, role):
+    return game.fields[role].decode(game.observe(role))

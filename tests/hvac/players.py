@@ -1,0 +1,69 @@
+"""Small policies that the tests of the HVAC problem play with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.policy import AnalyticPolicy
+from cps_envs.hvac.attack import absolute_action
+
+
+class Seeded(AnalyticPolicy):
+    """Base of policies that draw: the state is one generator's key and a counter per lane."""
+
+    def begin(self, generators, knowledge):
+        return (np.array([generator.integers(2**62) for generator in generators]), np.zeros(len(generators), np.int64))
+
+    def draw(self, state, options):
+        """One of the marked options (B, k) for each lane, and the next state."""
+        keys, count = state
+        chosen = [
+            np.random.default_rng([key, n]).choice(np.flatnonzero(row))
+            for key, n, row in zip(keys.tolist(), count.tolist(), options, strict=True)
+        ]
+        return np.array(chosen), (keys, count + 1)
+
+
+class RandomChoice(Seeded):
+    """Any legal choice."""
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False, *, action_masks):
+        return self.draw(state, action_masks)
+
+
+class MovingTarget(Seeded):
+    """A set at random among those that the field `mark` marks; the least mean residual where there is none."""
+
+    def __init__(self, spec, mark="passes"):
+        super().__init__(spec)
+        self._mark = mark
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        seen = self.spec.fields.decode(observation)
+        marked = seen[self._mark] > 0.5
+        least = seen["mean_residual"] == seen["mean_residual"].min(axis=1, keepdims=True)
+        chosen, state = self.draw(state, np.where(marked.any(axis=1, keepdims=True), marked, least))
+        return np.where(seen["ready"] > 0.5, chosen + 1, self.spec.action_space.n - 1), state
+
+
+class Always(AnalyticPolicy):
+    """The same choice at every step."""
+
+    def __init__(self, spec, choice=0):
+        super().__init__(spec)
+        self._choice = choice
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        return np.full(len(observation), self._choice), state
+
+
+class Constant(AnalyticPolicy):
+    """Compromised sensors show `reading_c`."""
+
+    def __init__(self, spec, reading_c=22.0):
+        super().__init__(spec)
+        self._reading_c = reading_c
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        config = self.spec.config
+        return absolute_action(config, np.full((len(observation), config.num_sensors), self._reading_c)), state

@@ -1,0 +1,327 @@
+"""The game on the kernels: golden values, moves and their timing, payoff, draws, and what the roles observe."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
+from cps_envs.hvac.attack import absolute_action, bias_action
+from cps_envs.hvac.problem import HVAC
+from cps_envs.hvac.sensors import sensor_sets
+from tests.hvac.games import QUIET, SHORT, go, seen, started
+
+pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.observer.ObservabilityWarning")  # short windows
+MODEL = 15  # the last choice with four sensors
+READS_22 = np.array([-0.2, -0.2, -0.2, -0.2, 1.0])
+
+
+def test_noise_free_without_attack_is_as_printed_in_the_specification():
+    game = started(**QUIET)
+    visited = {0: game.state.temperature[0].copy()}
+    for k in range(1, 720):
+        go(game)
+        visited[k] = game.state.temperature[0].copy()
+        if k == 3:
+            assert game.state.heating[0].tolist() == [10, 0, 10, 0]  # u(2)
+    assert visited[1] == pytest.approx([23.999725, 23.999189, 23.997143, 23.998545], abs=0.5e-6)
+    assert visited[200] == pytest.approx([25.433427, 25.215844, 25.953721, 25.737094], abs=0.5e-6)
+    assert visited[719] == pytest.approx([25.027763, 24.981872, 25.132074, 25.138498], abs=0.51e-6)
+    assert game.metrics()["a_impact"][0] == pytest.approx(1.133219, abs=0.5e-6)
+
+
+def test_noise_free_with_sensor_1_at_22_is_as_printed_in_the_specification():
+    game = started(**QUIET, attack_order=(1,), num_compromised=1)
+    strongest = 0.0
+    for _ in range(719):
+        go(game, attack=READS_22)
+        strongest = max(strongest, game.state.heating[0, 0])
+    assert game.metrics()["a_impact"][0] == pytest.approx(134.8255, abs=0.5e-4)
+    assert game.state.temperature[0] == pytest.approx([36.2275, 32.5967, 33.9670, 31.3154], abs=0.5e-4)
+    assert strongest == pytest.approx(590)
+
+
+@pytest.mark.parametrize(
+    ("sensors", "defender", "expected", "tolerance"),
+    [
+        (4, "always", [173, 842, 2675, 8641], 0.02),
+        (4, "better_half", [2.1, 34, 308, 2395], 0.2),
+        (4, "passes", [1.2, 1.2, 1.2, 1432], 0.05),
+        (8, "always", [9.8, 18, 31, 45, 432, 1821, 4062, 8425], 0.05),
+    ],
+)
+def test_the_constant_attack_hurts_as_in_the_specification(sensors, defender, expected, tolerance):
+    name = "Always" if defender == "always" else f"MovingTarget?mark={defender}"
+    players = {"attacker": "tests.hvac.players:Constant", "defender": f"tests.hvac.players:{name}"}
+    for size, impact in enumerate(expected, 1):
+        config = HVAC.config("paper", {"num_compromised": size, "num_sensors": sensors})
+        outcome = play_episodes(HVAC, config, players, range(10))
+        assert outcome["a_impact"].mean() == pytest.approx(impact, rel=tolerance), size
+        if defender == "passes" and size < sensors:
+            assert outcome["flawed_steps"].mean() < 0.02 * 520
+
+
+def test_eight_sensors_resist_with_one_intact():
+    config = HVAC.config("paper", {"num_compromised": 7, "num_sensors": 8})
+    players = {"attacker": "tests.hvac.players:Constant", "defender": "tests.hvac.players:MovingTarget"}
+    assert play_episodes(HVAC, config, players, range(4))["a_impact"].mean() == pytest.approx(1.2, rel=0.05)
+
+
+@pytest.mark.parametrize(("choice", "sensors", "expected"), [(0, 4, 9.5), (0, 8, 5.0), (15, 4, 1.17)])
+def test_without_attack_noise_alone_costs_what_the_specification_says(choice, sensors, expected):
+    config = HVAC.config("paper", {"num_sensors": sensors})
+    outcome = play_episodes(HVAC, config, {"defender": f"tests.hvac.players:Always?choice={choice}"}, range(10))
+    assert outcome["a_impact"].mean() == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.parametrize("sensors", [4, 8])
+def test_every_set_finds_the_state_without_noise(sensors):
+    game = started(**QUIET, num_sensors=sensors)
+    go(game, num_steps=250)
+    assert np.abs(game.state.estimate - game.state.temperature[:, np.newaxis]).max() < 1e-8
+    assert game.state.residual.max() < 1e-16
+
+
+def test_estimates_are_those_of_a_kalman_filter_without_process_noise():
+    """Started N_e samples back with P0 = 1e10: the same least squares without matrices of a window."""
+    game = started([3], num_steps=260)
+    log = []
+    for _ in range(250):
+        log.append((game.state.reading[0].copy(), game.state.forced[0].copy()))
+        go(game, MODEL)
+    A, window = game.constants.A, game.config.window_steps
+    for a, sensors in enumerate(sensor_sets(game.config), 1):
+        z, P = 25.0 - log[250 - window][1], 1e10 * np.eye(4)
+        for reading, forced in log[250 - window :]:
+            for s in sensors:
+                gain = P[:, s - 1] / (P[s - 1, s - 1] + 1)
+                z, P = z + gain * (reading[s - 1] - forced[s - 1] - z[s - 1]), P - np.outer(gain, P[s - 1])
+            z, P = A @ z, A @ P @ A.T
+        assert game.state.estimate[0, a] - game.state.forced[0] == pytest.approx(z, abs=1e-4)
+
+
+def test_actions_forge_the_next_readings_and_only_from_the_onset_on():
+    game = started(**SHORT, num_compromised=2)
+    for k in range(60):
+        forged = game.state.reading[0] != game.state.measured[0]
+        assert forged.tolist() == ([True, True, False, False] if k >= 45 else [False] * 4)
+        if k >= 45:
+            assert game.state.reading[0, :2] == pytest.approx([22, 22])
+        go(game, attack=READS_22)
+
+
+def test_readings_of_the_start_are_never_forged():
+    game = started(**SHORT | {"onset_step": 0})
+    assert (game.state.reading == game.state.measured).all()
+
+
+def test_the_three_bases_of_forged_readings():
+    game = started(**SHORT | {"onset_step": 0}, num_compromised=4)
+    shares = np.array([0.1, -0.1, 0.0, 1.0])
+    bases = {-1.0: "temperature", -0.4: "temperature", 0.0: "measured", 0.3: "measured", 0.4: None}
+    for base, start in bases.items():
+        go(game, attack=[*shares, base])
+        origin = np.full(4, 25.0) if start is None else getattr(game.state, start)[0]
+        assert game.state.reading[0] == pytest.approx(np.minimum(origin + 15 * shares, 40))
+
+
+def test_actions_in_units():
+    game = started(**SHORT | {"onset_step": 0}, num_compromised=4)
+    wanted = np.array([[12.0, 18.0, 25.0, 40.0]])
+    go(game, attack=absolute_action(game.config, wanted))
+    assert game.state.reading == pytest.approx(wanted)
+    go(game, attack=bias_action(game.config, wanted / 10))
+    assert game.state.reading == pytest.approx(game.state.temperature - wanted / 10)
+    go(game, attack=bias_action(game.config, wanted / 10, keep_noise=True))
+    assert game.state.reading == pytest.approx(game.state.measured - wanted / 10)
+    with pytest.raises(ConfigurationError, match="sensor_low_c"):
+        absolute_action(game.config, wanted - 3)
+
+
+def test_the_simple_form_of_the_attack_adds_to_own_readings():
+    game = started(**SHORT | {"onset_step": 0}, num_compromised=4, attack_action="bias")
+    assert game.action_space["attacker"].shape == (4,)
+    go(game, attack=bias_action(game.config, np.full((1, 4), 3.0), keep_noise=True))
+    assert game.state.reading == pytest.approx(game.state.measured - 3)
+    with pytest.raises(ConfigurationError, match='attack_action="any"'):
+        bias_action(game.config, np.full((1, 4), 3.0))
+
+
+def test_choices_before_the_window_is_full_are_recursive_least_squares():
+    first, second = started(**SHORT), started(**SHORT)
+    for _ in range(40):
+        assert np.flatnonzero(first.action_mask("defender")[0]).tolist() == [0, MODEL]
+        assert np.array_equal(first.lane_mask("defender", 0), first.action_mask("defender")[0])
+        go(first, MODEL)
+        go(second, 5)
+        assert (first.state.fed == second.state.fed).all()
+    assert first.action_mask("defender").all()
+    assert first.lane_mask("defender", 0).all()
+    assert first.action_mask("attacker") is first.lane_mask("attacker", 0) is None
+
+
+def test_a_change_of_the_chosen_set_is_no_kick():
+    game = started(**SHORT)
+    go(game, MODEL, num_steps=50)
+    before = game.state.estimate[0, 3].copy()
+    go(game, 7)
+    now, integrator = game.state.estimate[0, 3].copy(), game.state.integrator[0].copy()
+    k, gains = game.state.step[0], game.constants
+    go(game, 3)
+    du = gains.error_gain @ (25 - now) - gains.difference_gain @ (now - before) - gains.feedforward[k]
+    assert game.state.integrator[0] == pytest.approx(np.clip(integrator + du, 0, 1000))
+
+
+def test_heating_is_rounded_but_not_its_integrator():
+    game = started(**SHORT)
+    fractions = []
+    for _ in range(89):
+        go(game, MODEL)
+        assert game.state.heating[0] / 10 == pytest.approx(np.round(game.state.heating[0] / 10), abs=1e-12)
+        assert np.abs(game.state.heating - game.state.integrator).max() <= 5 + 1e-9
+        fractions.append(game.state.integrator[0] % 10)
+    assert np.std(fractions) > 1
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    onset=st.integers(0, 89),
+    eight=st.booleans(),
+    base=st.sampled_from([-1.0, 0.0, 1.0]),
+)
+@settings(max_examples=40)
+def test_whatever_happens_the_return_is_the_impact_and_the_building_stays_physical(seed, onset, eight, base):
+    game = started(
+        [seed, seed + 1], "learning", **SHORT | {"onset_step": onset}, num_sensors=8 if eight else 4, model_error=0.05
+    )
+    generator = np.random.default_rng(seed)
+    entries, choices = game.action_space["attacker"].shape[0], int(game.action_space["defender"].n)
+    states, paid = [game.state.temperature.copy()], [np.zeros(2)]
+    while game.elapsed[0] < game.horizon:
+        attack = generator.uniform(-1, 1, (2, entries))
+        attack[:, -1] = base
+        actions = {"attacker": attack, "defender": generator.integers(choices, size=2)}
+        paid.append(game.advance(actions, np.ones(2, bool), 1))
+        states.append(game.state.temperature.copy())
+        assert ((game.state.heating >= 0) & (game.state.heating <= 1000)).all()
+        assert np.isfinite(game.state.estimate).all()
+        for role in ("attacker", "defender"):
+            assert np.abs(game.observe(role)).max() <= 1
+    impact = ((np.array(states)[onset:] - 25) ** 2).sum(axis=2).mean(axis=0)
+    assert game.metrics()["a_impact"] == pytest.approx(impact, rel=1e-9)
+    for lane in range(2):
+        assert math.fsum(payoff[lane] for payoff in paid) == pytest.approx(impact[lane], rel=1e-9)
+
+
+def test_steps_taken_at_once_are_steps_taken_one_by_one():
+    one, many = started(**SHORT), started(**SHORT)
+    total = sum(go(one, 3, READS_22) for _ in range(89))
+    assert go(many, 3, READS_22, num_steps=89) == pytest.approx(total, rel=1e-12)
+    for mine, theirs in zip(one.state, many.state, strict=True):
+        assert (mine == theirs).all()
+
+
+def test_noise_does_not_depend_on_what_anybody_does_or_on_the_attack():
+    one, other = started([5]), started([5], num_compromised=4, onset_step=(10, 500), model_error=0.02)
+    assert (one.state.noise == other.state.noise).all()
+    assert np.abs(one.state.noise.std() - 1) < 0.05
+
+
+def test_learning_draws_within_its_ranges():
+    game = started(range(400), "learning")
+    assert game.state.onset.min() >= 100
+    assert game.state.onset.max() <= 400
+    assert np.ptp(game.state.onset) > 250
+    sizes = game.state.compromised.sum(axis=1)
+    assert set(sizes) == {1, 2, 3}
+    assert game.state.compromised.mean(axis=0) == pytest.approx(np.full(4, 0.5), abs=0.1)
+
+
+def test_the_paper_s_group_is_a_prefix_of_the_order():
+    for size, group in ((1, [2]), (2, [1, 2]), (3, [1, 2, 4]), (4, [1, 2, 3, 4])):
+        assert (np.flatnonzero(started(num_compromised=size).state.compromised[0]) + 1).tolist() == group
+
+
+def test_defender_sees_what_moving_targets_need():
+    game = started([1, 2], num_compromised=1)
+    go(game, MODEL, num_steps=199)
+    view = seen(game, "defender")
+    assert (view["ready"] == 0).all()
+    assert (view["samples"] == 0).all()
+    assert (view["passes"] + view["better_half"] + view["residual"] + view["mean_residual"] == 0).all()
+    assert view["estimate"][:, 1:] == pytest.approx(np.repeat(view["estimate"][:, -1:], 15, axis=1))
+    go(game, MODEL, READS_22, num_steps=80)
+    view, eps = seen(game, "defender"), game.config.threshold_c2
+    assert (view["ready"] == 1).all()
+    assert view["samples"] == pytest.approx([80, 80], abs=1e-4)
+    assert np.expm1(view["residual"]) * eps == pytest.approx(game.state.residual, rel=1e-4, abs=1e-5)
+    assert np.expm1(view["mean_residual"]) * eps == pytest.approx(game.state.residual_sum / 80, rel=1e-4, abs=1e-5)
+    assert game.mean_residuals() == pytest.approx(game.state.residual_sum / 80)
+    assert ((view["passes"] == 1) == (game.mean_residuals() <= eps)).all()
+    assert view["better_half"].sum(axis=1).tolist() == [7, 7]
+    for lane in range(2):
+        best = np.argsort(game.state.residual[lane], kind="stable")[:7]
+        assert set(np.flatnonzero(view["better_half"][lane])) == set(best)
+    assert view["estimate"] == pytest.approx(np.clip(game.state.estimate, 15, 35), abs=1e-5)
+    assert view["reading"] == pytest.approx(game.state.reading, abs=1e-5)
+    assert view["heating"] == pytest.approx(game.state.heating, abs=1e-3)
+    assert view["last_estimate"] == pytest.approx(game.state.fed, abs=1e-5)
+    assert np.argmax(view["last_choice"], axis=1).tolist() == [MODEL, MODEL]
+    assert view["outdoor_c"][0] == pytest.approx([game.constants.outdoor[279 + 30 * h] for h in (0, 2, 4, 6)], abs=1e-5)
+    assert view["elapsed_h"] == pytest.approx([279 / 30] * 2, abs=1e-5)
+
+
+def test_attacker_sees_everything_or_its_own_sensors():
+    game, grey = started(num_compromised=2), started(num_compromised=2, attacker_view="grey")
+    for each in (game, grey):
+        go(each, MODEL, READS_22, num_steps=220)
+    view, own = seen(game, "attacker"), seen(grey, "attacker")
+    assert list(own) == ["measured", "compromised", "active", "attack_h", "elapsed_h", "time_of_day"]
+    for name, values in own.items():
+        assert (values == view[name]).all(), name
+    assert view["measured"][0] == pytest.approx([*game.state.measured[0, :2], 25, 25], abs=1e-5)
+    assert view["compromised"][0].tolist() == [1, 1, 0, 0]
+    assert view["temperature"][0] == pytest.approx(np.clip(game.state.temperature[0], 15, 35), abs=1e-5)
+    assert view["attack_h"][0] == pytest.approx(21 / 30, abs=1e-5)
+    assert view["time_of_day"][0] == pytest.approx([np.sin(220 * np.pi / 360), np.cos(220 * np.pi / 360)], abs=1e-6)
+
+
+def test_the_attack_is_active_when_the_next_reading_counts():
+    game = started(**SHORT)
+    for k in range(60):
+        view = seen(game, "attacker")
+        assert view["active"][0] == (k + 1 >= 45)
+        assert view["attack_h"][0] == pytest.approx(max(k + 1 - 45, 0) / 30, abs=1e-5)
+        go(game)
+
+
+def test_counters():
+    game = started(**SHORT, num_compromised=1)
+    for _ in range(89):
+        go(game, 4, READS_22)  # {s2}, the flawed one; from k = 40 on
+    measured = {name: values[0] for name, values in game.metrics().items()}
+    assert measured["distinct_sets"] == 1
+    assert measured["flawed_steps"] == 89 - 45
+    assert measured["model_steps"] == 0
+    assert measured["onset_step"] == 45
+    assert measured["num_compromised"] == 1
+    game = started(**SHORT)
+    go(game, MODEL, num_steps=89)
+    assert game.metrics()["model_steps"][0] == 49
+    assert game.metrics()["energy_kwh"][0] == pytest.approx(game.state.energy_j[0] / 3.6e6)
+
+
+def test_scene_is_a_copy_of_the_lane():
+    game = started([0, 1], **SHORT)
+    go(game, 3, READS_22, num_steps=60)
+    scene = game.scene(1)
+    assert (scene.step, scene.onset, scene.choice, scene.ready) == (60, 45, 3, True)
+    assert scene.mean_residual == pytest.approx(game.state.residual_sum[1] / 21)
+    kept = scene.temperature.copy()
+    go(game)
+    assert (scene.temperature == kept).all()
