@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from baselines.hvac.seen import Clock
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
@@ -18,18 +16,35 @@ from cps_envs.hvac.sensors import sensor_sets
 FALLBACKS = ("least_mean", "model")
 
 
+class Draw(NamedTuple):
+    """How to read choices off an encoded observation; the first three are places in it."""
+
+    mark: int  # of the entries that decide, one per set
+    mean: int  # of the mean residuals, one per set
+    ready: int
+    sets: int
+    above: float  # a set is drawn from where its mark lies above this
+    limit: float  # and not beyond this
+    to_model: bool  # where there is no such set take the model, not the smallest mean
+
+
 class MovingTarget(AnalyticPolicy):
     """Base: each eligible set with the same probability; until the window is full, the least squares of all sensors."""
 
-    def __init__(self, spec: RoleSpec) -> None:
+    def __init__(
+        self, spec: RoleSpec, mark: str, *, above: float = 0.0, limit: float = np.inf, fallback: str = "least_mean"
+    ) -> None:
         super().__init__(spec)
-        self._sets = len(sensor_sets(spec.config))
-        self._ready = spec.fields.slices["ready"].start
-        self._clock = Clock(spec)
+        if fallback not in FALLBACKS:
+            raise ConfigurationError(f"fallback = {fallback!r}: choose one of {', '.join(FALLBACKS)}")
+        first, mean, ready = (spec.fields.slices[name].start for name in (mark, "mean_residual", "ready"))
+        sets = len(sensor_sets(spec.config))
+        self._draw = Draw(first, mean, ready, sets, above, limit, to_model=fallback == "model")
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Uniform numbers (B, K), one for each step."""
-        return (np.stack([generator.random(self.spec.config.num_steps) for generator in generators]),)
+        """Uniform numbers (B, K), one for each step, and how many are used up (B,)."""
+        uniform = np.stack([generator.random(self.spec.config.num_steps) for generator in generators])
+        return uniform, np.zeros(len(uniform), np.int64)
 
     def predict(
         self,
@@ -42,30 +57,15 @@ class MovingTarget(AnalyticPolicy):
         if state is None:
             state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
         assert state is not None
-        drawn, fallback = np.empty(len(observation), np.int64), self.fallback(observation)
-        draw_marked(self.eligible(observation), state[0], self._clock(observation), fallback, drawn)
-        return np.where(observation[:, self._ready] > 0, drawn + 1, self._sets + 1), state
-
-    @abstractmethod
-    def eligible(self, observation: Array) -> BoolArray:
-        """The sets to draw from, (B, sets)."""
-
-    def fallback(self, observation: Array) -> IntArray:
-        """What to take where no set is eligible, (B,), counted from 0; the number of sets means the model."""
-        return np.full(len(observation), self._sets)
+        uniform, used = state
+        return draw_choices(observation, uniform, used, self._draw), (uniform, used + 1)
 
 
 class Mtd1(MovingTarget):
     """MTD1, Algorithm 3: ranks the sets by their newest residual J_a (4.32) and draws from the better half."""
 
     def __init__(self, spec: RoleSpec) -> None:
-        super().__init__(spec)
-        self._better = spec.fields.slices["better_half"]
-
-    def eligible(self, observation: Array) -> BoolArray:
-        """The better half."""
-        half: BoolArray = observation[:, self._better] > 0
-        return half
+        super().__init__(spec, "better_half")
 
 
 class Mtd2(MovingTarget):
@@ -83,45 +83,40 @@ class Mtd2(MovingTarget):
     """
 
     def __init__(self, spec: RoleSpec, *, fallback: str = "least_mean", threshold_c2: float | None = None) -> None:
-        super().__init__(spec)
-        if fallback not in FALLBACKS:
-            raise ConfigurationError(f"fallback = {fallback!r}: choose one of {', '.join(FALLBACKS)}")
-        if threshold_c2 is not None and not threshold_c2 > 0:
+        self.threshold_c2: float = spec.config.threshold_c2 if threshold_c2 is None else threshold_c2
+        if not self.threshold_c2 > 0:
             raise ConfigurationError(f"threshold_c2 = {threshold_c2} must be positive")
-        self.uses_model, self.threshold_c2 = fallback == "model", threshold_c2
-        self._passes, self._mean = spec.fields.slices["passes"], spec.fields.slices["mean_residual"]
-        if threshold_c2 is not None:
-            scale = next(field for field in spec.fields if field.name == "mean_residual")
-            level = np.log1p(threshold_c2 / spec.config.threshold_c2)
-            self._limit = 2.0 * (level - scale.low) / (scale.high - scale.low) - 1.0
+        if threshold_c2 is None:
+            super().__init__(spec, "passes", fallback=fallback)
+        else:
+            limit = encoded_mean(spec, threshold_c2)
+            super().__init__(spec, "mean_residual", above=-np.inf, limit=limit, fallback=fallback)
 
-    def eligible(self, observation: Array) -> BoolArray:
-        """The sets that pass."""
-        if self.threshold_c2 is None:
-            passes: BoolArray = observation[:, self._passes] > 0
-            return passes
-        below: BoolArray = observation[:, self._mean] <= self._limit
-        return below
 
-    def fallback(self, observation: Array) -> IntArray:
-        """The set with the smallest mean residual, or the model."""
-        if self.uses_model:
-            return super().fallback(observation)
-        return np.argmin(observation[:, self._mean], axis=1)
+def encoded_mean(spec: RoleSpec, mean_c2: float) -> float:
+    """A mean residual, C2, as the defender observes it."""
+    field = next(field for field in spec.fields if field.name == "mean_residual")
+    level = float(np.log1p(mean_c2 / spec.config.threshold_c2))
+    return (2.0 * level - field.low - field.high) / (field.high - field.low)
 
 
 @kernel
-def draw_marked(marked: BoolArray, uniform: FloatArray, step: IntArray, fallback: IntArray, out: IntArray) -> None:
-    """Fill `out` (B,) with one of the marked options (B, sets) each, or the fallback (B,) where none is marked.
+def draw_choices(observation: Array, uniform: FloatArray, used: IntArray, draw: Draw) -> IntArray:
+    """Choices (B,): 1..sets for a set, sets + 1 for the model, which before `ready` means the least squares.
 
-    `uniform` (B, K) holds a number in [0, 1) for each step; the one of `step` (B,) decides.
+    `uniform` (B, K) holds numbers in [0, 1); the one after the `used` (B,) first decides.
     """
-    for b in range(len(marked)):
-        left = int(uniform[b, step[b]] * marked[b].sum())
-        out[b] = fallback[b]
-        for a in range(marked.shape[1]):
-            if marked[b, a]:
-                if left == 0:
-                    out[b] = a
-                    break
-                left -= 1
+    choices = np.full(len(observation), draw.sets + 1)
+    for b in range(len(observation)):
+        if observation[b, draw.ready] <= 0.0:
+            continue
+        marks = observation[b, draw.mark : draw.mark + draw.sets]
+        marked = (marks > draw.above) & (marks <= draw.limit)
+        count = marked.sum()
+        if count == 0:
+            if not draw.to_model:
+                choices[b] = 1 + np.argmin(observation[b, draw.mean : draw.mean + draw.sets])
+            continue
+        left = int(uniform[b, used[b] % uniform.shape[1]] * count)
+        choices[b] = 1 + np.flatnonzero(marked)[left]
+    return choices

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from baselines.hvac.seen import Clock
+from baselines.hvac.clock import Clock
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.config import HvacConfig
 
@@ -27,8 +27,9 @@ class Replacing(AnalyticPolicy):
     def __init__(self, spec: RoleSpec, low_c: float, high_c: float) -> None:
         super().__init__(spec)
         self.config: HvacConfig = spec.config
-        absolute_action(self.config, np.array([[low_c, high_c]]))
-        self._age = Clock(spec, "attack_h")
+        for reading_c in (low_c, high_c):
+            absolute_action(self.config, np.array([[reading_c]]))
+        self.age = Clock(spec, "attack_h")
 
     def predict(
         self,
@@ -38,17 +39,11 @@ class Replacing(AnalyticPolicy):
         deterministic: bool = False,
     ) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
-        readings = np.broadcast_to(self.readings(self._age(observation), state), self._shape(observation))
-        return absolute_action(self.config, readings), state
+        return absolute_action(self.config, self.readings(observation, state)), state
 
     @abstractmethod
-    def readings(self, age: IntArray, state: State) -> FloatArray:
-        """Readings (B, S) or (B, 1), C, at `age` (B,) steps after the onset."""
-
-    def _shape(self, observation: Array) -> tuple[int, int]:
-        return len(observation), self.config.num_sensors
+    def readings(self, observation: Array, state: State) -> FloatArray:
+        """Readings (B, S) or (B, 1), C."""
 
 
 class Constant(Replacing):
@@ -58,9 +53,9 @@ class Constant(Replacing):
         super().__init__(spec, reading_c, reading_c)
         self.reading_c = reading_c
 
-    def readings(self, age: IntArray, state: State) -> FloatArray:
-        """The same at every age."""
-        return np.full((len(age), 1), self.reading_c)
+    def readings(self, observation: Array, state: State) -> FloatArray:
+        """The same at all times."""
+        return np.full((len(observation), 1), self.reading_c)
 
 
 class Sine(Replacing):
@@ -74,9 +69,9 @@ class Sine(Replacing):
             raise ConfigurationError(f"period_s = {period_s}: a sine needs a positive period")
         self.mean_c, self.amplitude_c, self.period_s = mean_c, amplitude_c, period_s
 
-    def readings(self, age: IntArray, state: State) -> FloatArray:
+    def readings(self, observation: Array, state: State) -> FloatArray:
         """The same for all sensors of a lane."""
-        angle = 2.0 * np.pi * age * self.config.step_s / self.period_s
+        angle = 2.0 * np.pi * self.age(observation) * self.config.step_s / self.period_s
         readings: FloatArray = (self.mean_c + self.amplitude_c * np.sin(angle))[:, np.newaxis]
         return readings
 
@@ -99,8 +94,20 @@ class RandomReadings(Replacing):
         shape = (self.config.num_steps, self.config.num_sensors)
         return (np.stack([generator.uniform(self.low_c, self.high_c, shape) for generator in generators]),)
 
-    def readings(self, age: IntArray, state: State) -> FloatArray:
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        """Actions (B, S + 1), from fresh draws where the episode was not begun."""
+        if state is None:
+            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
+        return super().predict(observation, state, episode_start, deterministic)
+
+    def readings(self, observation: Array, state: State) -> FloatArray:
         """What was drawn for each sensor."""
         assert state is not None
-        drawn: FloatArray = state[0][np.arange(len(age)), age]
+        drawn: FloatArray = state[0][np.arange(len(observation)), self.age(observation)]
         return drawn

@@ -1,4 +1,4 @@
-"""Attacks beyond the paper that grow slowly enough for the observer to follow: a ramp, and the mimicry of a heat loss."""
+"""Attacks beyond the paper that grow slowly enough for the observer to follow: ramps, and mimicry of a heat loss."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.hvac.seen import Clock, read_field
-from cps_envs.core.config import bounds
+from baselines.hvac.clock import Clock
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
@@ -18,7 +17,9 @@ from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.sensors import zones_of_sensors
 
-SOME_C_PER_H, ALL_C_PER_H = 0.7, 2.0  # the strongest ramps that MTD2 follows: intact sensors left, none left
+# The strongest ramps that MTD2 follows.
+NOISELESS_C_PER_H, NOISY_C_PER_H = 0.7, 0.5  # without the sensor's own noise, and with it
+EVERYWHERE_C_PER_H = 2.0  # where no sensor is intact
 ROOT_C_PER_H = 2.0  # against MTD1, with the exponent 0.5
 UNIT_H = 10.0  # age at which a ramp of any exponent has risen by `rate` times this
 MAX_BIAS_C = 15.0
@@ -51,22 +52,19 @@ class Stealthy(AnalyticPolicy):
         deterministic: bool = False,
     ) -> tuple[Array, State]:
         """Actions (B, S + 1), or (B, S) with `attack_action="bias"`."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
-        bias_c = np.clip(self.bias_c(observation, self._age(observation), state), 0.0, MAX_BIAS_C)
-        shape = (len(observation), self.config.num_sensors)
-        return bias_action(self.config, np.broadcast_to(bias_c, shape), keep_noise=self.keep_noise), state
+        bias_c = np.minimum(self.bias_c(observation, self._age(observation), state), MAX_BIAS_C)
+        return bias_action(self.config, bias_c, keep_noise=self.keep_noise), state
 
     @abstractmethod
     def bias_c(self, observation: Array, age: IntArray, state: State) -> FloatArray:
-        """Biases (B, S) or (B, 1), C, at `age` (B,) steps after the onset."""
+        """Biases (B, S) or (B, 1), C, none negative, at `age` (B,) steps after the onset."""
 
 
 class Ramp(Stealthy):
     """b = 10 r (tau / 10 h)^p with the rate r in C/h: a straight ramp r tau where p = 1.
 
-    Without a rate it is the strongest that MTD2 follows: 0.7 C/h, and 2 C/h where all sensors are compromised. A rate
-    given as a pair (low, high) is drawn uniformly for each episode.
+    Without a rate it is the strongest that MTD2 follows: 0.7 C/h, with `keep_noise` 0.5 C/h, and 2 C/h where all
+    sensors are compromised. A rate given as a pair (low, high) is drawn uniformly for each episode.
 
     Raises:
         ConfigurationError: a rate or an exponent that is not positive, besides what all stealthy attacks refuse.
@@ -82,29 +80,47 @@ class Ramp(Stealthy):
     ) -> None:
         super().__init__(spec, keep_noise=keep_noise)
         self.rate_c_per_h, self.exponent = rate_c_per_h, exponent
-        low, high = (1.0, 1.0) if rate_c_per_h is None else bounds(rate_c_per_h)
-        if not (0 < low <= high and exponent > 0):
+        self._low, self._high = _ends(rate_c_per_h)
+        if not (0 < self._low <= self._high and exponent > 0):
             raise ConfigurationError(
                 f"a ramp needs a positive rate in C/h, or a pair (low, high), and a positive exponent; got "
                 f"{rate_c_per_h} and {exponent}"
             )
-        self._low, self._high = low, high
-        self._compromised = read_field(spec.fields, "compromised")
+        self._compromised = spec.fields.slices["compromised"]
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """The rate (B,) of each lane, C/h; without one, 1."""
         return (np.array([generator.uniform(self._low, self._high) for generator in generators]),)
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        """Actions (B, S + 1), from fresh draws where the episode was not begun."""
+        if state is None:
+            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
+        return super().predict(observation, state, episode_start, deterministic)
 
     def bias_c(self, observation: Array, age: IntArray, state: State) -> FloatArray:
         """The same for all sensors of a lane."""
         assert state is not None
         rate = state[0]
         if self.rate_c_per_h is None:
-            everything = self._compromised(observation).min(axis=1) > 0.5
-            rate = np.where(everything, ALL_C_PER_H, SOME_C_PER_H)
+            everything = observation[:, self._compromised].min(axis=1) > 0
+            rate = np.where(everything, EVERYWHERE_C_PER_H, NOISY_C_PER_H if self.keep_noise else NOISELESS_C_PER_H)
         tau_h = age * self.config.step_s / 3600.0
         bias: FloatArray = (rate * UNIT_H * (tau_h / UNIT_H) ** self.exponent)[:, np.newaxis]
         return bias
+
+
+def _ends(rate: float | Sequence[float] | None) -> tuple[float, float]:
+    """The interval of a rate; without one, of the factor 1."""
+    if isinstance(rate, Sequence):
+        return (float(rate[0]), float(rate[1])) if len(rate) == 2 else (0.0, 0.0)
+    return (1.0, 1.0) if rate is None else (rate, rate)
 
 
 def root_ramp(spec: RoleSpec, rate_c_per_h: float = ROOT_C_PER_H, *, keep_noise: bool = False) -> Ramp:
@@ -113,7 +129,7 @@ def root_ramp(spec: RoleSpec, rate_c_per_h: float = ROOT_C_PER_H, *, keep_noise:
 
 
 class HeatLossMimic(Stealthy):
-    """Readings as if every zone lost `loss_w` from the onset on, by the nominal model: b' = A b + B loss, b = 0 at first.
+    """Readings as if every zone lost `loss_w` from the onset on, by the nominal model: b(k + 1) = A b(k) + B loss.
 
     Raises:
         ConfigurationError: a negative loss, besides what all stealthy attacks refuse.

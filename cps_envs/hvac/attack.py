@@ -36,13 +36,13 @@ def sense(model: Model, lane: State, action: FloatArray) -> None:
 
 
 def absolute_action(config: HvacConfig, reading_c: Array) -> FloatArray:
-    """The action (B, S + 1) that makes compromised sensors show `reading_c` (B, S), C, without any noise.
+    """The action (B, S + 1) that makes compromised sensors show `reading_c` (B, S) or (B, 1), C, without any noise.
 
     Raises:
         ConfigurationError: a reading outside the sensor range, or a configuration whose attacker only adds biases.
     """
     low, high = config.sensor_low_c, config.sensor_high_c
-    if np.any(reading_c < low) or np.any(reading_c > high):
+    if not ((reading_c >= low) & (reading_c <= high)).all():
         raise ConfigurationError(
             f"a forged reading lies outside the sensor range [{low}, {high}] C: clip it, or widen sensor_low_c and "
             "sensor_high_c."
@@ -51,7 +51,7 @@ def absolute_action(config: HvacConfig, reading_c: Array) -> FloatArray:
 
 
 def bias_action(config: HvacConfig, bias_c: Array, *, keep_noise: bool = False) -> FloatArray:
-    """The action (B, S + 1) that makes compromised sensors read `bias_c` (B, S), C, too cold.
+    """The action (B, S + 1) that makes compromised sensors read `bias_c` (B, S) or (B, 1), C, too cold.
 
     It is (B, S) where `attack_action="bias"`. The bias is taken from the sensor's own reading (`keep_noise`), or from
     the true temperature of its zone.
@@ -64,8 +64,9 @@ def bias_action(config: HvacConfig, bias_c: Array, *, keep_noise: bool = False) 
 
 
 def _based(config: HvacConfig, shares: FloatArray, base: float) -> FloatArray:
-    if config.attack_action == "any":
-        return np.concatenate([shares, np.full((len(shares), 1), base)], axis=1)
-    if base != OWN:
+    replaces = config.attack_action == "any"
+    if base != OWN and not replaces:
         raise ConfigurationError('this attack replaces readings; it needs attack_action="any".')
-    return shares
+    action = np.full((len(shares), config.num_sensors + replaces), base)
+    action[:, : config.num_sensors] = shares
+    return action
