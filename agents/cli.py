@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from agents.commands.bench import bench
 from agents.commands.benchmark import benchmark
+from agents.commands.calibrate_mtd2 import calibrate_mtd2
 from agents.commands.list import list_everything
 from agents.commands.oracle import oracle
 from agents.commands.play import play
@@ -83,6 +84,7 @@ app.command("benchmark")(benchmark)
 app.command("bench")(bench)
 app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)
+app.command("calibrate-mtd2")(calibrate_mtd2)
 
 
 def main() -> None:
