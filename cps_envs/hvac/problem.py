@@ -13,6 +13,12 @@ def sensor_steps(config: HvacConfig) -> float:
     return config.num_sensors
 
 
+# 15 % of the days without attack, 30 % with scripted attacks, 55 % with stealthy ones.
+LEARNING_ATTACKERS = (
+    'mixture?policies=["none","constant","sine","random","ramp?rate_c_per_h=[0.3,1.0]","root_ramp","mimic"]'
+    "&weights=[3,2,2,2,5,3,3]"
+)
+
 HVAC = Problem(
     name="hvac",
     version=0,
@@ -21,8 +27,8 @@ HVAC = Problem(
     game=HvacGame,
     fields={"attacker": attacker_fields, "defender": defender_fields},
     opponents={
-        "paper": {"attacker": "none", "defender": "none"},
-        "learning": {"attacker": "none", "defender": "none"},
+        "paper": {"attacker": "constant", "defender": "mtd2"},
+        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "mtd2"},
     },
     viewer="cps_envs.hvac.viewer:Viewer",
     work=Work(unit="sensor-steps", per_game_step=sensor_steps, target_per_s=4 / 30e-6),

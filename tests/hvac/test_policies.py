@@ -1,0 +1,418 @@
+"""Attackers and defenders of chapter 4 as policies: what they do, how they draw, and what it costs the building."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baselines.hvac.moving_target import Mtd1, Mtd2, encoded_mean
+from baselines.hvac.replacing import RandomReadings
+from baselines.hvac.stealthy import loss_response
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import policy_names, resolve_policy
+from cps_envs.core.play import play_episodes
+from cps_envs.hvac.building import discretise
+from cps_envs.hvac.problem import HVAC
+from cps_envs.hvac.sensors import sensor_sets
+from tests.hvac.games import SHORT
+
+pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.observer.ObservabilityWarning")  # short windows
+MODEL = 15  # the last choice with four sensors
+TEN_DAYS = range(10)
+
+
+def play(attacker, defender, seeds=TEN_DAYS, preset="paper", on_step=None, **overrides):
+    players = {"attacker": attacker, "defender": defender}
+    return play_episodes(HVAC, HVAC.config(preset, overrides), players, seeds, on_step=on_step)
+
+
+def impacts(attacker, defender, **overrides):
+    """Mean A_impact over ten days with 1, 2, 3 and 4 of the four sensors compromised."""
+    return [play(attacker, defender, num_compromised=size, **overrides)["a_impact"].mean() for size in (1, 2, 3, 4)]
+
+
+def spec_of(role, preset="paper", **overrides):
+    return HVAC.game(HVAC.config(preset, overrides), 1).spec(role)
+
+
+def fresh(policy, lanes):
+    return policy.begin([np.random.default_rng(lane) for lane in range(lanes)], [{}] * lanes)
+
+
+def defender_sees(spec, lanes, *, ready=True, passes=(), better=(), means=None):
+    """Observations that are neutral but for what a moving target reads."""
+    observation = np.zeros((lanes, spec.fields.size), np.float32)
+    slices, sets = spec.fields.slices, len(sensor_sets(spec.config))
+    observation[:, slices["ready"]] = 1 if ready else -1
+    for name, marked in (("passes", passes), ("better_half", better)):
+        observation[:, slices[name]] = np.where(np.isin(np.arange(1, sets + 1), marked), 1, -1)
+    if means is not None:
+        observation[:, slices["mean_residual"]] = [encoded_mean(spec, mean) for mean in means]
+    return observation
+
+
+# What attacks cost under the paper's defences. The standard error of ten days under MTD1 is 7 to 10 percent.
+
+
+@pytest.mark.parametrize(
+    ("attack", "expected"),
+    [
+        ("constant", [2.1, 34, 308, 2395]),
+        ("sine", [1.3, 22, 288, 2297]),
+        ("random", [1.3, 11, 240, 2075]),
+    ],
+)
+def test_mtd1_stands_one_attacked_sensor_but_not_two(attack, expected):
+    assert impacts(attack, "mtd1") == pytest.approx(expected, rel=0.25)
+
+
+@pytest.mark.parametrize(("attack", "all_four"), [("constant", 1432), ("sine", 1511), ("random", 1511)])
+def test_mtd2_fails_only_when_all_sensors_are_attacked(attack, all_four):
+    *some, everything = impacts(attack, "mtd2")
+    assert some == pytest.approx([1.2] * 3, rel=0.05)
+    assert everything == pytest.approx(all_four, rel=0.15)
+
+
+@pytest.mark.parametrize("attack", ["constant", "sine", "random"])
+def test_mtd2_that_falls_back_to_the_model_does_not_fail_at_all(attack):
+    outcome = play(attack, "mtd2?fallback=model", num_compromised=4)
+    assert outcome["a_impact"].mean() == pytest.approx(1.17, rel=0.05)
+    assert (outcome["model_steps"] == outcome["rejecting_steps"]).all()
+    assert outcome["model_steps"].mean() > 500
+
+
+@pytest.mark.parametrize(
+    ("attack", "expected"),
+    [
+        ("sine", [164, 798, 2163, 6242]),
+        ("random", [190, 837, 2250, 6318]),
+    ],
+)
+def test_scripted_attacks_without_defence(attack, expected):
+    assert impacts(attack, "none") == pytest.approx(expected, rel=0.03)
+
+
+def test_mtd2_uses_fewer_sets_the_more_sensors_are_attacked():
+    used = [play("random", "mtd2", num_compromised=size)["distinct_sets"].mean() for size in (1, 2, 3, 4)]
+    assert used == pytest.approx([7.0, 3.1, 1.3, 3.2], abs=0.5)
+    everything = play("random", "mtd1", num_compromised=2)["distinct_sets"].mean()
+    assert 13 <= everything <= 14
+
+
+# Stealthy attacks are what MTD2 does not stand.
+
+
+@pytest.mark.parametrize(
+    ("attack", "defender", "expected"),
+    [
+        ("root_ramp", "mtd1", [8.8, 176, 501, 736]),
+        ("ramp", "mtd2", [6.3, 43, 125, 773]),
+        ("ramp?rate_c_per_h=0.5&keep_noise=true", "mtd2", [3.6, 19, 55, 104]),
+    ],
+)
+def test_ramps_gain_what_the_specification_says(attack, defender, expected):
+    assert impacts(attack, defender) == pytest.approx(expected, rel=0.3)
+
+
+@pytest.mark.parametrize("defender", ["mtd1", "mtd2"])
+def test_the_mimic_gains_what_the_specification_says(defender):
+    _, two, three, _ = impacts("mimic", defender)
+    assert 20 < two < 26
+    assert 57 < three < 70
+
+
+@pytest.mark.parametrize(
+    ("attack", "stealthy"),
+    [("ramp?rate_c_per_h=0.5", True), ("mimic", True), ("ramp?rate_c_per_h=1.5", False), ("constant", False)],
+)
+def test_stealthy_attacks_keep_the_sets_of_single_forged_sensors_below_eps(attack, stealthy):
+    """Mean over ten days of Jm_a. Forged sensors together are not consistent: each tells of another building."""
+    config = HVAC.config("paper", {"num_compromised": 3})
+    singles = [sensor_sets(config).index((sensor,)) for sensor in (1, 2, 4)]
+    highest = np.zeros(3)
+
+    def note(game):
+        if game.elapsed[0] >= 220:
+            np.maximum(highest, game.mean_residuals()[:, singles].mean(axis=0), out=highest)
+
+    play(attack, "mtd2", num_compromised=3, on_step=note)
+    assert (highest < config.threshold_c2).all() == stealthy
+
+
+def test_slower_and_faster_ramps_gain_less():
+    """The optimum is an edge: beyond it the mean residuals cross eps."""
+    gained = [
+        play(f"ramp?rate_c_per_h={rate}", "mtd2", num_compromised=3)["a_impact"].mean() for rate in (0.3, 0.5, 0.7, 1.0)
+    ]
+    assert gained[0] < gained[1] < gained[2]
+    assert gained[3] < 3
+
+
+# What the attackers do.
+
+
+def forged_readings(attack, age=0, preset="paper", **overrides):
+    """Readings of a noisy game in which all sensors are compromised, `age` steps after the onset, and the game."""
+    config = HVAC.config(preset, SHORT | {"num_compromised": 4} | overrides)
+    match = HVAC.match(config, 2, {"attacker": attack, "defender": "none"})
+    match.reset(np.ones(2, bool), [np.random.default_rng(seed) for seed in (0, 1)])
+    for _ in range(int(config.onset_step) + age):
+        match.step({}, np.ones(2, bool), 1)
+    return match.game.state.reading, match.game
+
+
+@pytest.mark.parametrize("age", [0, 1, 17, 40])
+def test_signals_that_replace_readings(age):
+    assert forged_readings("constant", age)[0] == pytest.approx(np.full((2, 4), 22.0))
+    assert forged_readings("constant?reading_c=30", age)[0] == pytest.approx(np.full((2, 4), 30.0))
+    sine = 22 + 3 * np.sin(2 * np.pi * age / 60)
+    assert forged_readings("sine", age)[0] == pytest.approx(np.full((2, 4), sine))
+
+
+@pytest.mark.parametrize("age", [0, 1, 17, 40])
+@pytest.mark.parametrize(
+    ("attack", "bias"),
+    [
+        ("ramp", lambda h: 2 * h),
+        ("ramp?rate_c_per_h=0.7", lambda h: 0.7 * h),
+        ("ramp?rate_c_per_h=100", lambda h: min(100 * h, 15)),
+        ("root_ramp", lambda h: 20 * (h / 10) ** 0.5),
+    ],
+)
+def test_ramps_make_readings_too_cold(age, attack, bias):
+    reading, game = forged_readings(attack, age)
+    true = game.state.temperature
+    assert reading == pytest.approx(np.maximum(true - bias(age / 30), 10))
+    noisy, game = forged_readings(attack + ("&" if "?" in attack else "?") + "keep_noise=true", age)
+    assert noisy == pytest.approx(np.maximum(game.state.measured - bias(age / 30), 10))
+
+
+def test_the_default_rate_depends_on_whether_a_sensor_is_left():
+    reading, game = forged_readings("ramp", 30, num_compromised=3)
+    assert (game.state.temperature - reading)[:, [0, 1, 3]] == pytest.approx(np.full((2, 3), 0.7))
+
+
+def test_rates_are_drawn_per_lane_and_kept():
+    biases = []
+    for age in (15, 30):
+        reading, game = forged_readings("ramp?rate_c_per_h=[0.3,1.0]", age)
+        biases.append((game.state.temperature - reading)[:, 0])
+    assert biases[1] == pytest.approx(2 * biases[0])
+    assert biases[1][0] != pytest.approx(biases[1][1])
+    assert all(0.3 <= bias <= 1.0 for bias in biases[1])
+
+
+def test_the_mimic_shows_a_loss_of_heat():
+    """x = (I - A)^-1 (I - A^k) B d solves x(k + 1) = A x(k) + B d from x(0) = 0."""
+    config = HVAC.config("paper", SHORT)
+    building = discretise(config)
+    eye = np.eye(4)
+    for k in (0, 1, 2, 40):
+        steady = np.linalg.solve(eye - building.A, building.B * 100)
+        expected = (eye - np.linalg.matrix_power(building.A, k)) @ steady
+        assert loss_response(config, 100.0)[k] == pytest.approx(expected, abs=1e-10)
+        reading, game = forged_readings("mimic", k)
+        assert game.state.temperature - reading == pytest.approx(np.stack([expected] * 2), abs=1e-9)
+
+
+def test_random_readings_are_fresh_for_each_step_and_sensor():
+    policy = RandomReadings(spec_of("attacker"))
+    (drawn,) = fresh(policy, 3)
+    assert drawn.shape == (3, 720, 4)
+    assert 18 <= drawn.min() < 18.1
+    assert 25.9 < drawn.max() <= 26
+    assert drawn.std() == pytest.approx(8 / np.sqrt(12), rel=0.03)
+    flat = drawn.transpose(0, 2, 1).reshape(12, 720)
+    correlation = np.corrcoef(np.vstack([flat[:, 1:], flat[:, :-1]]))
+    assert np.abs(correlation - np.eye(24)).max() < 0.15
+    shown = {forged_readings("random", age)[0].tobytes() for age in range(5)}
+    assert len(shown) == 5
+
+
+@pytest.mark.parametrize("attack", ["random", "ramp?rate_c_per_h=[0.3,1.0]"])
+def test_attackers_that_draw_play_without_being_begun(attack):
+    policy = resolve_policy(attack, spec_of("attacker"))
+    actions, state = policy.predict(np.zeros((3, policy.spec.fields.size), np.float32))
+    assert actions.shape == (3, 5)
+    assert state is not None
+
+
+# How the defenders choose.
+
+
+@pytest.mark.parametrize("policy", ["mtd1", "mtd2", "fixed", "model_only", "mtd2?threshold_c2=1.0"])
+def test_least_squares_until_the_window_is_full(policy):
+    spec = spec_of("defender")
+    found = resolve_policy(policy, spec)
+    observation = defender_sees(spec, 4, ready=False, passes=[3], better=[3])
+    assert found.predict(observation, fresh(found, 4))[0].tolist() == [MODEL] * 4
+
+
+def algorithm_4(passes, generator):
+    """As the paper prints it: candidates without replacement until two pass, then either."""
+    order = generator.permutation(14) + 1
+    found = [candidate for candidate in order if candidate in passes][:2]
+    return found[generator.integers(len(found))]
+
+
+@pytest.mark.parametrize("marked", [[1, 2, 3, 8, 9, 10, 11], [4, 14], [5]])
+def test_draws_are_those_of_algorithm_4_and_uniform(marked):
+    spec, lanes = spec_of("defender"), 21_000
+    for policy, seen in ((Mtd2(spec), {"passes": marked}), (Mtd1(spec), {"better": marked})):
+        state = (np.random.default_rng(0).random((lanes, 1)), np.zeros(lanes, np.int64))
+        choices, _ = policy.predict(defender_sees(spec, lanes, **seen), state)
+        assert set(choices) == set(marked)
+        counts = np.array([(choices == each).sum() for each in marked])
+        assert counts == pytest.approx(np.full(len(marked), lanes / len(marked)), rel=0.07)
+    generator = np.random.default_rng(1)
+    literal = [algorithm_4(marked, generator) for _ in range(lanes)]
+    assert [literal.count(each) for each in marked] == pytest.approx(counts, rel=0.07)
+
+
+def test_draws_are_independent_between_steps_and_lanes():
+    spec = spec_of("defender")
+    policy = Mtd2(spec)
+    observation, state, rounds = defender_sees(spec, 4, passes=range(1, 15)), fresh(policy, 4), []
+    for _ in range(700):
+        choices, state = policy.predict(observation, state)
+        rounds.append(choices)
+    table = np.array(rounds)
+    pairs = np.corrcoef(np.vstack([table[1:].T, table[:-1].T]))
+    assert np.abs(pairs - np.eye(8)).max() < 0.15
+    again, _ = policy.predict(observation, fresh(policy, 4))
+    assert (again == rounds[0]).all()
+
+
+def test_predicting_leaves_the_given_state_alone():
+    spec = spec_of("defender")
+    policy, observation = Mtd2(spec), defender_sees(spec, 2, passes=range(1, 15))
+    state = fresh(policy, 2)
+    first, _ = policy.predict(observation, state)
+    assert (policy.predict(observation, state)[0] == first).all()
+    beyond = (state[0], state[1] + 100_000)  # a caller that never begins episodes
+    assert set(policy.predict(observation, beyond)[0]) <= set(range(1, 15))
+
+
+def test_fallbacks_where_no_set_passes():
+    spec = spec_of("defender")
+    means = np.full(14, 3.0)
+    means[8] = 2.0
+    observation = defender_sees(spec, 2, means=means)
+    assert Mtd2(spec).predict(observation)[0].tolist() == [9, 9]
+    assert Mtd2(spec, fallback="model").predict(observation)[0].tolist() == [MODEL] * 2
+    assert Mtd2(spec, threshold_c2=2.1).predict(observation)[0].tolist() == [9, 9]
+    assert Mtd2(spec, fallback="model", threshold_c2=1.9).predict(observation)[0].tolist() == [MODEL] * 2
+
+
+def test_own_threshold_takes_the_place_of_the_configuration_s():
+    plain = play("constant", "mtd2", seeds=range(3))
+    same = play("constant", "mtd2?threshold_c2=0.418", seeds=range(3))
+    assert (plain["a_impact"] == same["a_impact"]).all()
+    configured = play("constant", "mtd2", seeds=range(3), thresholds_c2=(1.0, 1.0))["a_impact"]
+    assert play("constant", "mtd2?threshold_c2=1.0", seeds=range(3))["a_impact"] == pytest.approx(configured, rel=1e-9)
+    assert (configured != plain["a_impact"]).any()
+
+
+def test_fixed_set():
+    spec = spec_of("defender")
+    assert [resolve_policy(name, spec).choice for name in ("fixed", "fixed?sensors=[2]", "fixed?sensors=[3,1]")] == [
+        14,
+        4,
+        10,
+    ]
+    chosen = play("none", "fixed?sensors=[2]", seeds=range(2))
+    assert chosen["distinct_sets"].tolist() == [1, 1]
+    assert chosen["model_steps"].tolist() == [0, 0]
+
+
+def test_model_only_cannot_be_reached_after_the_window_is_full():
+    free = play("none", "model_only")["a_impact"]
+    assert free.mean() == pytest.approx(1.17, rel=0.05)
+    for attack in ("constant", "ramp", "random"):
+        assert (play(attack, "model_only", num_compromised=4)["a_impact"] == free).all()
+
+
+# Everybody.
+
+
+@pytest.mark.parametrize(
+    ("attacker", "defender"), [("random", "mtd2"), ("ramp?rate_c_per_h=[0.3,1.0]", "mtd1"), ("mixture", "mixture")]
+)
+def test_a_lane_plays_as_the_same_episode_alone(attacker, defender):
+    if attacker == "mixture":
+        attacker = HVAC.opponents["learning"]["attacker"]
+        defender = 'mixture?policies=["mtd1","mtd2","model_only"]'
+    together = play(attacker, defender, seeds=(4, 5, 6), preset="learning")
+    for lane, seed in enumerate((4, 5, 6)):
+        alone = play(attacker, defender, seeds=(seed,), preset="learning")
+        assert {name: values[lane] for name, values in together.items()} == {
+            name: values[0] for name, values in alone.items()
+        }
+
+
+@pytest.mark.parametrize("sensors", [4, 8])
+@pytest.mark.parametrize("role", ["attacker", "defender"])
+def test_every_registered_policy_plays(role, sensors):
+    for name in policy_names("hvac", role):
+        reference = 'mixture?policies=["none"]' if name == "mixture" else name
+        players = {"attacker": "constant", "defender": "mtd2"} | {role: reference}
+        outcome = play(**players, seeds=range(2), num_steps=230, num_sensors=sensors)
+        assert np.isfinite(outcome["return"]).all(), name
+
+
+@pytest.mark.parametrize("preset", ["paper", "learning"])
+def test_presets_name_opponents_that_exist(preset):
+    for role, reference in HVAC.opponents[preset].items():
+        resolve_policy(reference, spec_of(role, preset))
+
+
+def test_a_learning_defender_meets_days_without_attack_scripted_and_stealthy_ones():
+    mixture = resolve_policy(HVAC.opponents["learning"]["attacker"], spec_of("attacker", "learning"))
+    shares = mixture.probabilities
+    assert shares[0] == pytest.approx(0.15)
+    assert shares[1:4].sum() == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("reference", "remedy"),
+    [
+        ("constant?reading_c=50", "sensor_high_c"),
+        ("sine?amplitude_c=20", "sensor_low_c"),
+        ("sine?period_s=0", "positive period"),
+        ("random?low_c=30&high_c=20", "exchange"),
+        ("ramp?rate_c_per_h=0", "positive"),
+        ("ramp?rate_c_per_h=[0.5]", "pair"),
+        ("ramp?rate_c_per_h=[1.0,0.5]", "pair"),
+        ("ramp?exponent=-1", "exponent"),
+        ("mimic?loss_w=-1", "negative"),
+    ],
+)
+def test_attackers_refuse_what_cannot_be(reference, remedy):
+    with pytest.raises(ConfigurationError, match=remedy):
+        resolve_policy(reference, spec_of("attacker"))
+
+
+@pytest.mark.parametrize("reference", ["constant", "sine", "random", "ramp", "root_ramp", "mimic"])
+def test_attackers_that_replace_readings_need_the_full_action(reference):
+    with pytest.raises(ConfigurationError, match=r"attack_action|keep_noise=true"):
+        resolve_policy(reference, spec_of("attacker", attack_action="bias"))
+
+
+@pytest.mark.parametrize("reference", ["ramp?keep_noise=true", "mimic?keep_noise=true"])
+def test_attackers_that_keep_the_noise_do_not(reference):
+    outcome = play(reference, "mtd2", attack_action="bias")
+    assert outcome["a_impact"].mean() > 10
+
+
+@pytest.mark.parametrize(
+    ("reference", "remedy"),
+    [
+        ("mtd2?fallback=luck", "least_mean, model"),
+        ("mtd2?threshold_c2=0", "positive"),
+        ("fixed?sensors=[1,2,3,4]", "sensor_sets"),
+        ("fixed?sensors=[9]", "choose one of"),
+    ],
+)
+def test_defenders_refuse_what_cannot_be(reference, remedy):
+    with pytest.raises(ConfigurationError, match=remedy):
+        resolve_policy(reference, spec_of("defender"))
