@@ -59,7 +59,8 @@ class Setting:
     episodes: int = 1
     more_episodes: Mapping[str, int] = field(default_factory=dict)  # of some attackers
     reference: str = ""  # a metric that the number is compared with
-    form: str = "{value:.2f}"  # of a cell; `value`, `share` of the reference, every metric, as means over the episodes
+    # Of a cell: `value`, its quartiles `lower`, `median`, `upper`, its `share` of the reference, means of all metrics.
+    form: str = "{value:.2f}"
     legend: str = ""  # how to read a cell
     table: Table | None = None  # that this setting shares with others, which have the same attackers
 

@@ -116,8 +116,9 @@ def _entry(outcome: Outcome, setting: Setting, attacker: Entrant, defender: Entr
     result = outcome.cells[meeting]
     means = {name: float(np.mean(values)) for name, values in result["metrics"].items()}
     metric = attacker.metric or setting.metric
-    reference = means[setting.reference] if setting.reference else 0.0
+    share = means[metric] / ((means[setting.reference] if setting.reference else 0.0) or np.nan)
     shown = result["metrics"][metric]
+    spread = dict(zip(("lower", "median", "upper"), np.quantile(shown, (0.25, 0.5, 0.75)).tolist(), strict=True))
     printed = [cell for cell in outcome.benchmark.paper if (cell.setting, cell.attacker, cell.defender) == meeting]
     crashes = outcome.benchmark.crash_metric
     return Entry(
@@ -127,7 +128,7 @@ def _entry(outcome: Outcome, setting: Setting, attacker: Entrant, defender: Entr
         value=means[metric],
         deviation=float(np.std(shown)),
         means=means,
-        text=setting.form.format(value=means[metric], share=means[metric] / (reference or np.nan), **means),
+        text=setting.form.format(value=means[metric], share=share, **spread, **means),
         paper=printed[0] if printed else None,
         crash=means[crashes] > 0 if crashes else None,
         cpu_s=result["cpu_s"],
