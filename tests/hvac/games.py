@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.play import play_episodes
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 
@@ -26,3 +27,8 @@ def go(game, choice=0, attack=None, num_steps=1):
 
 def seen(game, role):
     return game.fields[role].decode(game.observe(role))
+
+
+def play(attacker, defender, seeds=range(10), preset="paper", on_step=None, **overrides):
+    players = {"attacker": attacker, "defender": defender}
+    return play_episodes(HVAC, HVAC.config(preset, overrides), players, seeds, on_step=on_step)
