@@ -41,6 +41,11 @@ def bounds(value: Range) -> tuple[float, float]:
     return value if isinstance(value, tuple) else (value, value)
 
 
+def is_multiple(whole: float, part: float) -> bool:
+    """Whether `part` divides `whole` up to rounding."""
+    return whole >= part - 1e-9 and abs(whole / part - round(whole / part)) < 1e-6
+
+
 def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
     """`base` with some fields replaced and everything checked.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from cps_envs.core.config import IntRange, Range, bounds, quantity, validate
+from cps_envs.core.config import IntRange, Range, bounds, is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.disbanding.interpretation import INTERPRETATIONS, Interpretation
 
@@ -109,11 +109,6 @@ class DisbandingConfig:
     def horizon_steps(self) -> int:
         """Integration steps in an episode, K_s of (2.8)."""
         return round(self.duration_s / self.dynamics.dt_s)
-
-
-def is_multiple(whole: float, part: float) -> bool:
-    """Whether `part` divides `whole` up to rounding."""
-    return whole >= part - 1e-9 and abs(whole / part - round(whole / part)) < 1e-6
 
 
 PAPER = DisbandingConfig()

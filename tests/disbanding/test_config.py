@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.disbanding.config import LEARNING, PAPER, DisbandingConfig, is_multiple
+from cps_envs.disbanding.config import LEARNING, PAPER, DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
 
 FIELDS = {field.name: field for field in dataclasses.fields(DisbandingConfig)}
