@@ -4,7 +4,8 @@
     for outcome in check_environment("my_package:me/TanksAttack-v0", preset="paper", duration_s=10.0):
         print(outcome)
 
-Each `check_*` function takes a `Subject` and raises AssertionError with a sentence about what is wrong.
+Each `check_*` function in `CHECKS` takes a `Subject` and raises AssertionError with a sentence about what is wrong.
+`check_refinement` is about policies: it tells whether what they achieve depends on the integration step.
 """
 
 from cps_envs.core.conformance.aliasing import check_actions_untouched, check_aliasing
@@ -17,6 +18,7 @@ from cps_envs.core.conformance.legality import check_action_masks, check_bad_act
 from cps_envs.core.conformance.observations import check_live_observations, check_live_swarm, check_observations
 from cps_envs.core.conformance.payoff import check_metrics, check_return, check_zero_sum
 from cps_envs.core.conformance.pictures import check_rendering
+from cps_envs.core.conformance.refinement import Refinement, check_refinement, refine
 from cps_envs.core.conformance.replay import Replay
 from cps_envs.core.conformance.subject import NotApplicableError, Subject, find_subject
 from cps_envs.core.conformance.suite import (
@@ -34,6 +36,7 @@ __all__ = [
     "Check",
     "NotApplicableError",
     "Outcome",
+    "Refinement",
     "Replay",
     "Subject",
     "check_action_masks",
@@ -57,6 +60,7 @@ __all__ = [
     "check_pickled_generator",
     "check_pickling",
     "check_problem",
+    "check_refinement",
     "check_rendering",
     "check_reset_mask",
     "check_reset_needed",
@@ -69,5 +73,6 @@ __all__ = [
     "check_time_limit",
     "check_zero_sum",
     "find_subject",
+    "refine",
     "run_check",
 ]
