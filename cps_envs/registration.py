@@ -11,8 +11,9 @@ from cps_envs.core.types import ROLES, Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.fdi.problem import FDI
 from cps_envs.hvac.problem import HVAC
+from cps_envs.rogue.problem import ROGUE
 
-PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI, HVAC)}
+PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI, HVAC, ROGUE)}
 
 
 def find_problem(name: str) -> Problem:

@@ -54,6 +54,9 @@ HVAC_TESTS = ProblemTests(
         ),
     },
 )
+ROGUE_DRAWN = {"preset": "learning", "duration_s": 30.0, "attacker_index": [1, 4]}
+ROGUE_LONG = {"preset": "learning", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
+SQUARE = "tests.rogue.policies:Square?frequency_hz=0.12"
 LONG_LEARNING = {"preset": "learning", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "disbanding": ProblemTests(
@@ -94,6 +97,28 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
         },
     ),
     "hvac": HVAC_TESTS,
+    "rogue": ProblemTests(
+        short={"duration_s": 4.0},
+        variants={"attacker": [ROGUE_DRAWN], "defender": [ROGUE_DRAWN]},
+        golden={
+            "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
+            "paper attack on detection": Golden(
+                "attacker", {"opponent": "sliding_detection", "power_ratio": 1.3}, seed=1
+            ),
+            "paper defence": Golden("defender", {"preset": "paper", "opponent": SQUARE}, boldness=0.0),
+            "paper defence, random laws": Golden("defender", {"preset": "paper", "opponent": SQUARE}, seed=2),
+            "paper defence, commands": Golden(
+                "defender", {"opponent": SQUARE, "defense_action": "command", "duration_s": 60.0}, seed=3
+            ),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "sliding"}, seed=4),
+            "learning defence": Golden("defender", {"preset": "learning", "opponent": SQUARE}, seed=5),
+            "long platoon": Golden(
+                "attacker",
+                {"preset": "learning", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},
+                seed=6,
+            ),
+        },
+    ),
 }
 
 

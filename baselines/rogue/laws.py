@@ -1,0 +1,52 @@
+"""The defenders of chapter 5 that never change their mind: every intact vehicle keeps one law."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.types import Array, BoolArray
+from cps_envs.rogue.actions import PLAIN
+from cps_envs.rogue.laws import LAWS
+
+
+class HeldLaw(AnalyticPolicy):
+    """Every intact vehicle drives by one law, named in `cps_envs.rogue.laws.LAWS`, and keeps its separation.
+
+    Raises:
+        ConfigurationError: the environment takes accelerations, not laws; or there is no such law.
+    """
+
+    def __init__(self, spec: RoleSpec, law: str = "linear") -> None:
+        super().__init__(spec)
+        if spec.config.defense_action != "mode":
+            raise ConfigurationError(f'{type(self).__name__} selects laws; it needs defense_action="mode"')
+        if law not in LAWS:
+            raise ConfigurationError(f"law = {law!r} is not one of {', '.join(LAWS)}")
+        self.action = np.tile([LAWS.index(law), PLAIN], spec.config.num_intact)
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        """The same action for every lane."""
+        return np.stack([self.action] * len(observation)), state
+
+
+def pd(spec: RoleSpec) -> HeldLaw:
+    """The linear bidirectional controller (5.15) of Fig. 5.6."""
+    return HeldLaw(spec, "linear")
+
+
+def sliding(spec: RoleSpec) -> HeldLaw:
+    """The sliding mode (5.9) to (5.11) without detection of Fig. 5.7."""
+    return HeldLaw(spec, "sliding")
+
+
+def sliding_detection(spec: RoleSpec) -> HeldLaw:
+    """The sliding mode with detection of Fig. 5.8: whoever detects the attacker follows it."""
+    return HeldLaw(spec, "detecting")

@@ -1,0 +1,146 @@
+"""The configuration of the rogue-vehicle problem and its presets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from cps_envs.core.config import IntRange, Range, bounds, is_multiple, quantity, validate
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.rogue.stability import longest_stable_step_s
+
+TABLE = "Table 5.1"
+GAINS = "chosen within 0 < n_3 < n_2 < n_1 < 1"
+DRIVER = "Table 2.1, for (2.5)"
+NOISE = "chosen: standard deviation of what is observed"
+
+
+@dataclass(frozen=True)
+class RogueConfig:
+    """A platoon of n vehicles, numbered 1 (rear) to n (leader), one of them driven by an attacker.
+
+    A field marked as ranged takes a number, or a pair (low, high) from which every reset draws uniformly.
+
+    Raises:
+        ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
+    """
+
+    num_vehicles: int = quantity(5, low=3, high=30, source="paper: n")
+    attacker_index: IntRange = quantity(3, low=1, high=29, source="paper: 3; 1 = rear", ranged=True)
+    power_ratio: Range = quantity(1.0, low=1, high=3, source="paper: alpha_att / alpha; maps 1 to 1.4", ranged=True)
+    drive_mps2: Range = quantity(5.0, unit="m/s2", low=1, high=20, source=f"{TABLE}: alpha", ranged=True)
+    drag_per_s: Range = quantity(0.1, unit="1/s", low=0.01, high=1, source=f"{TABLE}: beta", ranged=True)
+    min_effort: float = quantity(-1.0, low=-5, high=0, source="reconstructed: F-, missing in Table 5.1")
+    max_effort: float = quantity(1.0, low=0.1, high=5, source=f"{TABLE}: F+")
+    separation_m: float = quantity(9.0, unit="m", low=2, high=100, source="paper: sigma_ref, between centres")
+    reference_speed_mps: Range = quantity(25.0, unit="m/s", low=1, high=60, source="paper: v_ref", ranged=True)
+    vehicle_length_m: float = quantity(4.5, unit="m", low=1, high=30, source="paper: l")
+    proportional_gain: float = quantity(1.0, unit="1/s2", low=0, high=100, source="(5.15): k_p")
+    derivative_gain: float = quantity(3.0, unit="1/s", low=0, high=100, source="(5.15): k_d")
+    surface_slope_per_s: float = quantity(0.1, unit="1/s", low=0, high=10, source=f"{TABLE}: k_1")
+    boundary_layer_mps: float = quantity(0.025, unit="m/s", low=1e-3, high=10, source=f"{TABLE}: epsilon")
+    max_speed_mps: float = quantity(50.0, unit="m/s", low=1, high=200, source="reconstructed: alpha F+ / beta")
+    max_acceleration_mps2: float = quantity(5.0, unit="m/s2", low=0.1, high=50, source="reconstructed: alpha")
+    alarm_threshold: float = quantity(200.0, unit="m2/s3", low=1, high=1e4, source=f"{TABLE}: l_1; l_2 is not used")
+    detector_cutoff_hz: float = quantity(0.01, unit="Hz", low=1e-3, high=10, source=f"{TABLE}: f_cutoff")
+    outer_share: float = quantity(0.75, low=0.01, high=1, source=f"n_1, {GAINS}")
+    middle_share: float = quantity(0.5, low=0.01, high=1, source=f"n_2, {GAINS}")
+    inner_share: float = quantity(0.1, low=0.01, high=1, source=f"n_3, {GAINS}")
+    growth_step_m: float = quantity(0.5, unit="m", low=0.01, high=5, source="paper: growth of the separation")
+    growth_interval_s: float = quantity(0.1, unit="s", low=1e-3, high=10, source="chosen: t_inc")
+    max_growth_m: float = quantity(10.0, unit="m", low=1, high=100, source="chosen; the paper's thresholds are 2, 4, 7")
+    driver_acceleration_mps2: float = quantity(1.0, unit="m/s2", low=0.1, high=10, source=DRIVER)
+    driver_braking_mps2: float = quantity(5.0, unit="m/s2", low=0.1, high=20, source=DRIVER)
+    driver_headway_s: float = quantity(1.5, unit="s", low=0.1, high=10, source=DRIVER)
+    driver_gap_m: float = quantity(1.0, unit="m", low=0, high=20, source=f"{DRIVER}: r_0")
+    human_returns: bool = quantity(False, source="chosen: a human leader drives back to the reference")
+    contact: str = quantity("pass", choices=("pass", "solid"), source="paper (5.8): vehicles pass; solid is physical")
+    duration_s: float = quantity(100.0, unit="s", low=1, high=3600, source="chosen: T")
+    dt_s: float = quantity(0.001, unit="s", low=1e-5, high=0.1, source="chosen: integration step")
+    control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
+    attack_hold_s: float = quantity(0.1, unit="s", low=0.1, high=10, source="chosen: the attacker's decision")
+    onset_s: Range = quantity(0.0, unit="s", low=0, high=60, source="chosen: drives as `sliding` before", ranged=True)
+    defense_action: str = quantity("mode", choices=("mode", "command"), source="chosen: laws, or accelerations")
+    formation_weight_mps2: float = quantity(0.0, unit="m/s2", low=0, high=10, source="chosen: w, price of scattering")
+    spacing_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial separations +- this")
+    speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial speeds +- this")
+    range_noise_m: float = quantity(0.0, unit="m", low=0, high=5, source=NOISE)
+    range_rate_noise_mps: float = quantity(0.0, unit="m/s", low=0, high=5, source=NOISE)
+    acceleration_noise_mps2: float = quantity(0.0, unit="m/s2", low=0, high=5, source=NOISE)
+
+    def __post_init__(self) -> None:
+        validate(self)
+        self._check_times()
+        self._check_sizes()
+        stable_s = longest_stable_step_s(self)
+        if self.dt_s >= stable_s:
+            raise ConfigurationError(
+                f"dt_s = {self.dt_s}: with these vehicles the sliding mode is stable only below {stable_s:.3g} s. "
+                "Choose a smaller dt_s, for example 0.0005, or a wider boundary_layer_mps."
+            )
+
+    def _check_times(self) -> None:
+        for name, whole, part in (
+            ("control_period_s", self.control_period_s, "dt_s"),
+            ("growth_interval_s", self.growth_interval_s, "dt_s"),
+            ("attack_hold_s", self.attack_hold_s, "control_period_s"),
+            ("duration_s", self.duration_s, "attack_hold_s"),
+        ):
+            if not is_multiple(whole, getattr(self, part)):
+                raise ConfigurationError(
+                    f"{name} = {whole} has to be a multiple of {part} = {getattr(self, part)}. Choose for example "
+                    "dt_s=0.001, control_period_s=0.1, attack_hold_s=0.1, growth_interval_s=0.1 and whole seconds."
+                )
+
+    def _check_sizes(self) -> None:
+        if bounds(self.attacker_index)[1] >= self.num_vehicles:
+            raise ConfigurationError(
+                f"attacker_index = {self.attacker_index} has to be below num_vehicles = {self.num_vehicles}: the "
+                "leader, who holds the reference, is intact."
+            )
+        if self.separation_m <= self.vehicle_length_m + 2 * self.spacing_spread_m:
+            raise ConfigurationError(
+                f"separation_m = {self.separation_m} leaves vehicles of vehicle_length_m = {self.vehicle_length_m} in "
+                "contact at the start; choose a larger separation."
+            )
+        if not self.inner_share < self.middle_share < self.outer_share:
+            raise ConfigurationError(
+                f"inner_share = {self.inner_share} < middle_share = {self.middle_share} < outer_share = "
+                f"{self.outer_share} is required."
+            )
+        top_speed = bounds(self.drive_mps2)[0] * self.max_effort / bounds(self.drag_per_s)[1]
+        if bounds(self.reference_speed_mps)[1] >= top_speed:
+            raise ConfigurationError(
+                f"reference_speed_mps = {self.reference_speed_mps} is out of reach: drive and drag allow "
+                f"{top_speed:g} m/s."
+            )
+
+    @property
+    def steps_per_period(self) -> int:
+        """Integration steps in a game step."""
+        return round(self.control_period_s / self.dt_s)
+
+    @property
+    def num_intact(self) -> int:
+        """Vehicles that the defender drives."""
+        return self.num_vehicles - 1
+
+
+PAPER = RogueConfig()
+LEARNING = replace(
+    PAPER,
+    contact="solid",
+    duration_s=60.0,
+    dt_s=0.0005,
+    power_ratio=(1.0, 1.6),
+    drive_mps2=(4.75, 5.25),
+    drag_per_s=(0.095, 0.105),
+    reference_speed_mps=(20.0, 30.0),
+    onset_s=(0.0, 10.0),
+    spacing_spread_m=0.5,
+    speed_spread_mps=0.2,
+    range_noise_m=0.05,
+    range_rate_noise_mps=0.02,
+    acceleration_noise_mps2=0.5,
+    formation_weight_mps2=0.5,
+)
+PRESETS = {"paper": PAPER, "learning": LEARNING}

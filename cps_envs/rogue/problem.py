@@ -1,0 +1,29 @@
+"""The rogue-vehicle problem as the faces see it."""
+
+from __future__ import annotations
+
+from cps_envs.core.problem import Problem, Work
+from cps_envs.rogue.config import PRESETS, RogueConfig
+from cps_envs.rogue.fields import attacker_fields, defender_fields
+from cps_envs.rogue.game import RogueGame
+
+
+def platoon_steps(config: RogueConfig) -> float:
+    """Integration steps of the platoon in a game step of a lane; a function of its own so that problems pickle."""
+    return config.steps_per_period
+
+
+ROGUE = Problem(
+    name="rogue",
+    version=0,
+    summary="An attacker drives one vehicle of a platoon to cause collisions; the intact vehicles avoid or outlast it.",
+    presets=PRESETS,
+    game=RogueGame,
+    fields={"attacker": attacker_fields, "defender": defender_fields},
+    opponents={
+        "paper": {"attacker": "none", "defender": "none"},
+        "learning": {"attacker": "none", "defender": "none"},
+    },
+    viewer="cps_envs.rogue.viewer:Viewer",
+    work=Work(unit="platoon-steps", per_game_step=platoon_steps, target_per_s=10e6),
+)

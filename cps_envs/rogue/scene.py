@@ -1,0 +1,36 @@
+"""What a picture of the platoon shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One lane at one time; n vehicles from the rear to the leader, pair i being vehicle i and the one ahead."""
+
+    time_s: float
+    duration_s: float
+    attacker: int  # index of the seized vehicle, 0 = rear
+    onset_s: float  # from when on the attacker drives
+    effort: float  # of the seized vehicle
+    effort_limits: tuple[float, float]
+    power_ratio: float
+    position: FloatArray  # (n,) m, of the centres
+    speed: FloatArray  # (n,) m/s
+    acceleration: FloatArray  # (n,) m/s2
+    reference_m: float  # where the leader ought to be
+    reference_speed_mps: float
+    separation_m: float  # sigma
+    vehicle_length_m: float
+    growth: FloatArray  # (n,) m, separation set-points minus sigma
+    law: tuple[str, ...]  # (n,) that each vehicle drives by; "attacker" for the seized one
+    alarm: IntArray  # (n,) 1: front neighbour detected, -1: rear one, 0: none
+    detector: FloatArray  # (n, 2) m2/s3, z of the front and the rear side
+    alarm_threshold: float  # m2/s3
+    contact: str  # "pass" or "solid"
+    touching: BoolArray  # (n - 1,) pairs that are in contact or in the wrong order
+    damage: FloatArray  # (n - 1,) so far, of each pair
+    metrics: dict[str, float]

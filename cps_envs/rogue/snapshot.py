@@ -1,0 +1,45 @@
+"""Reading the scene of a lane off the state."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.rogue.config import RogueConfig
+from cps_envs.rogue.laws import COMMANDED, DRIVEN
+from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.state import State
+
+
+def scene_of(state: State, lane: int, config: RogueConfig, metrics: dict[str, float]) -> Scene:
+    """Copies of what a picture shows of a lane."""
+    episode, log = state.episode[lane], state.log[lane]
+    vehicles, pairs = state.vehicles[lane].copy(), state.pairs[lane].copy()
+    position = vehicles["position"]
+    seized = int(episode["attacker"])
+    names = ["commanded" if law == COMMANDED else DRIVEN[law] for law in vehicles["law"].tolist()]
+    names[seized] = "attacker"
+    return Scene(
+        time_s=float(log["step"] * config.dt_s),
+        duration_s=config.duration_s,
+        attacker=seized,
+        onset_s=float(episode["onset_step"] * config.dt_s),
+        effort=float(log["effort"]),
+        effort_limits=(config.min_effort, config.max_effort),
+        power_ratio=float(episode["attacker_drive_mps2"] / episode["drive_mps2"]),
+        position=position,
+        speed=vehicles["speed"],
+        acceleration=vehicles["acceleration"],
+        reference_m=float(position[-1]) + metrics["reference_error_m"],
+        reference_speed_mps=float(episode["reference_speed_mps"]),
+        separation_m=config.separation_m,
+        vehicle_length_m=config.vehicle_length_m,
+        growth=vehicles["growth"],
+        law=tuple(names),
+        alarm=vehicles["alarm"],
+        detector=np.stack([vehicles["front_detector"], vehicles["rear_detector"]], axis=1),
+        alarm_threshold=config.alarm_threshold,
+        contact=config.contact,
+        touching=position[1:] - position[:-1] < config.vehicle_length_m,
+        damage=pairs["damage"],
+        metrics=metrics,
+    )

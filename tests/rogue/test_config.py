@@ -1,0 +1,102 @@
+"""The configuration: presets, bounds, the stable step, and errors that name the remedy."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.rogue.config import LEARNING, PAPER, RogueConfig
+from cps_envs.rogue.problem import ROGUE
+from cps_envs.rogue.stability import coupling_matrix, longest_stable_step_s
+
+FIELDS = {field.name: field for field in dataclasses.fields(RogueConfig)}
+NUMBERS = [name for name, field in FIELDS.items() if not field.metadata["choices"] and name != "human_returns"]
+CHOICES = [name for name, field in FIELDS.items() if field.metadata["choices"]]
+junk = st.sampled_from([None, "fast", math.nan, math.inf, True, (1, 2, 3), (2.0, 1.0), {}])
+
+
+def make(**overrides):
+    return ROGUE.config("paper", overrides)
+
+
+def test_paper_is_table_5_1_and_deterministic():
+    assert (PAPER.num_vehicles, PAPER.attacker_index) == (5, 3)
+    assert (PAPER.drive_mps2, PAPER.drag_per_s, PAPER.max_effort, PAPER.min_effort) == (5.0, 0.1, 1.0, -1.0)
+    assert (PAPER.surface_slope_per_s, PAPER.boundary_layer_mps) == (0.1, 0.025)
+    assert (PAPER.alarm_threshold, PAPER.detector_cutoff_hz) == (200.0, 0.01)
+    assert PAPER.contact == "pass"
+    assert not any(isinstance(value, tuple) for value in vars(PAPER).values())
+
+
+def test_learning_is_solid_finely_integrated_and_priced():
+    assert LEARNING.contact == "solid"
+    assert LEARNING.dt_s <= 0.001
+    assert LEARNING.power_ratio == (1.0, 1.6)
+    assert LEARNING.formation_weight_mps2 == 0.5
+
+
+@pytest.mark.parametrize(
+    ("overrides", "bound_s"),
+    [({}, 1.11e-3), ({"onset_s": 5.0, "dt_s": 0.0005}, 0.90e-3), ({"num_vehicles": 30, "dt_s": 0.0005}, 0.83e-3)],
+)
+def test_stable_steps_of_the_specification(overrides, bound_s):
+    assert longest_stable_step_s(make(**overrides)) == pytest.approx(bound_s, rel=0.01)
+
+
+def test_the_largest_couplings_of_the_specification():
+    assert np.linalg.eigvalsh(coupling_matrix(5))[-1] == pytest.approx(3.68, abs=0.005)
+    assert np.linalg.eigvalsh(coupling_matrix(5)[3:, 3:])[-1] == pytest.approx(3.0)
+
+
+@given(name=st.sampled_from(NUMBERS), value=junk)
+def test_junk_is_refused_by_name(name, value):
+    with pytest.raises(ConfigurationError, match=name):
+        make(**{name: value})
+
+
+@given(name=st.sampled_from(CHOICES), value=st.text(max_size=8))
+def test_unknown_choices_are_refused_with_the_known_ones(name, value):
+    choices = FIELDS[name].metadata["choices"]
+    if value not in choices:
+        with pytest.raises(ConfigurationError, match=choices[0]):
+            make(**{name: value})
+
+
+@given(name=st.sampled_from(NUMBERS), data=st.data())
+def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
+    rule = FIELDS[name].metadata
+    with pytest.raises(ConfigurationError, match=name):
+        make(**{name: data.draw(st.sampled_from([rule["low"] - 1, rule["high"] + 1]))})
+
+
+@pytest.mark.parametrize(
+    ("overrides", "remedy"),
+    [
+        ({"ratio": 1.2}, "'power_ratio'"),
+        ({"dt_s": 0.002}, r"0\.0005"),
+        ({"onset_s": 5.0}, r"0\.0005"),
+        ({"attacker_index": (2, 4)}, r"0\.0005"),
+        ({"dt_s": 0.0003}, "control_period_s"),
+        ({"control_period_s": 0.3}, "attack_hold_s"),
+        ({"attack_hold_s": 0.05}, r"\[0\.1, 10\]"),
+        ({"duration_s": 10.05}, "whole seconds"),
+        ({"growth_interval_s": 0.0015}, "dt_s"),
+        ({"attacker_index": 5}, "leader"),
+        ({"separation_m": 4.0}, "contact at the start"),
+        ({"inner_share": 0.6}, "middle_share"),
+        ({"reference_speed_mps": 55.0}, "50 m/s"),
+    ],
+)
+def test_combinations_that_cannot_be_right(overrides, remedy):
+    with pytest.raises(ConfigurationError, match=remedy):
+        make(**overrides)
+
+
+def test_lists_from_json_are_ranges():
+    assert make(power_ratio=[1.0, 1.4]).power_ratio == (1.0, 1.4)
