@@ -136,9 +136,11 @@ class Canvas:
 
     def pixels(self) -> Array:
         """The picture as uint8 (H, W, 3)."""
-        width, height = self._surface.get_size()
-        data = self._pygame.image.tobytes(self._surface, "RGB")
-        return np.frombuffer(data, np.uint8).reshape(height, width, 3).copy()
+        mapped = self._pygame.surfarray.pixels2d(self._surface).T
+        picture = np.empty((*mapped.shape, 3), np.uint8)
+        for channel, shift in enumerate(self._surface.get_shifts()[:3]):
+            picture[:, :, channel] = mapped >> shift
+        return picture
 
 
 def legible(period: float) -> float:

@@ -27,3 +27,9 @@ def color_scale(anchors: Sequence[Color], stops: Sequence[float], levels: int) -
 def darker(color: Color, share: float = 0.6) -> Color:
     """A colour with its channels multiplied by `share`."""
     return (int(color[0] * share), int(color[1] * share), int(color[2] * share))
+
+
+def tint(color: Color, share: float, ground: Color = WHITE) -> Color:
+    """A colour laid over a ground so thinly that `share` of it remains."""
+    red, green, blue = (round(share * top + (1 - share) * below) for top, below in zip(color, ground, strict=True))
+    return red, green, blue

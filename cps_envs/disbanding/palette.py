@@ -7,9 +7,6 @@ import numpy as np
 from cps_envs.core.palette import Color, color_scale
 from cps_envs.core.types import Array, FloatArray
 
-ASPHALT: Color = (58, 64, 74)
-SHOULDER: Color = (84, 91, 102)
-MARKING: Color = (176, 183, 193)
 INTACT: Color = (84, 97, 117)
 DISBANDED: Color = (201, 84, 16)
 

@@ -7,8 +7,9 @@ import numpy as np
 from cps_envs.core.canvas import OVERSAMPLING, Box, Canvas, Point, legible
 from cps_envs.core.palette import BORDER, GRID, MUTED, PANEL, Color
 from cps_envs.core.types import FloatArray
+from cps_envs.core.vehicle import ASPHALT, MARKING
 from cps_envs.disbanding.convoy import Convoy
-from cps_envs.disbanding.palette import ASPHALT, DISBANDED, INTACT, MARKING, SPEED_SCALE
+from cps_envs.disbanding.palette import DISBANDED, INTACT, SPEED_SCALE
 
 AXIS = 40  # pixels at the right for the speed axis
 STRIP, NUMBERS = 13, 15  # pixels for the strip of road and for the platoon numbers below it

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.canvas import OVERSAMPLING, Box, Canvas, Point, legible
-from cps_envs.core.palette import INK, MUTED, PAGE, WHITE, Color, darker
+from cps_envs.core.palette import INK, MUTED, PAGE, WHITE, Color
 from cps_envs.core.types import FloatArray
+from cps_envs.core.vehicle import ASPHALT, MARKING, SHOULDER, draw_car
 from cps_envs.disbanding.convoy import VEHICLE_M, Convoy
-from cps_envs.disbanding.palette import ASPHALT, DISBANDED, INTACT, MARKING, SHOULDER, SPEED_SCALE
+from cps_envs.disbanding.palette import DISBANDED, INTACT, SPEED_SCALE
 
 DASH_PERIOD_M, DASH_M = 12.0, 4.0
 CAR_WIDTH_M = 2.1
@@ -16,6 +17,7 @@ WIDEST_LANE = 22  # pixels
 GUTTER = 40  # pixels at the right for the distance from the end of the road
 BRACKET = 11  # pixels above a lane for the platoon's bracket and label
 LABEL_SIZE = 15
+HUMAN_RIM = WHITE
 CROSS = 9  # pixels of the mark of a vehicle that was in a collision
 
 
@@ -84,28 +86,11 @@ def draw_vehicles(canvas: Canvas, convoy: Convoy, x: FloatArray, scale: float, l
     for q in seen:
         if large or not collided[q]:
             at = (float(x[q]) - size[0], middle - size[1] / 2)
-            draw_car(canvas, at, size, int(convoy.level[q]), bool(convoy.human[q]))
+            draw_car(canvas, at, size, SPEED_SCALE[int(convoy.level[q])], HUMAN_RIM if convoy.human[q] else None)
     for q in seen:
         if collided[q]:
             color = WHITE if large else SPEED_SCALE[int(convoy.level[q])]
             draw_cross(canvas, (float(x[q]) - size[0] / 2, middle), color)
-
-
-def draw_car(canvas: Canvas, at: Point, size: tuple[int, int], level: int, human: bool) -> None:
-    """A vehicle heading right, coloured by speed; one with a human driver has a white outline."""
-
-    def paint(large: Canvas) -> None:
-        width, height = OVERSAMPLING * size[0], OVERSAMPLING * size[1]
-        color, radius = SPEED_SCALE[level], int(0.3 * height)
-        large.box((0, 0, width, height), WHITE if human else darker(color), radius=radius)
-        rim = OVERSAMPLING
-        large.box((rim, rim, width - 2 * rim, height - 2 * rim), color, radius=radius - rim // 2)
-        if size[0] >= 10:
-            glass = darker(color, 0.35)
-            large.box((0.60 * width, 0.16 * height, 0.13 * width, 0.68 * height), glass, radius=3)
-            large.box((0.14 * width, 0.2 * height, 0.08 * width, 0.6 * height), glass, radius=3)
-
-    canvas.sprite(("car", size, level, human), size, at, paint)
 
 
 def draw_cross(canvas: Canvas, centre: Point, color: Color) -> None:
@@ -121,13 +106,13 @@ def draw_cross(canvas: Canvas, centre: Point, color: Color) -> None:
 
 def draw_legend(canvas: Canvas, right: float, y: float) -> None:
     """What the vehicles' outlines and marks mean, ending at `right`."""
-    cruise, car = round(0.86 * (len(SPEED_SCALE) - 1)), (20, 9)
+    cruise, car = SPEED_SCALE[round(0.86 * (len(SPEED_SCALE) - 1))], (20, 9)
     for label in ("in a collision", "human driver", "intact"):
         right -= canvas.text_width(label, INK, LABEL_SIZE)
         canvas.text(label, (right, y), INK, LABEL_SIZE)
         right -= 30
         canvas.box((right - 2, y - 7, 26, 14), ASPHALT, radius=2)
-        draw_car(canvas, (right + 1, y - 4.5), car, cruise, label == "human driver")
+        draw_car(canvas, (right + 1, y - 4.5), car, cruise, HUMAN_RIM if label == "human driver" else None)
         if label == "in a collision":
             draw_cross(canvas, (right + 11, y), WHITE)
         right -= 16

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, PANEL
+from cps_envs.core.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
+from cps_envs.core.palette import MUTED, PAGE
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.convoy import VEHICLE_M, lay_out
@@ -14,8 +15,7 @@ from cps_envs.disbanding.profile import draw_profile
 from cps_envs.disbanding.road import draw_legend, draw_road
 from cps_envs.disbanding.scene import Scene
 
-WIDTH, HEIGHT, MARGIN = 960, 540, 16
-INNER = WIDTH - 2 * MARGIN
+PITCH = 150.0  # pixels from card to card
 ROAD_HEIGHT, TALLEST_ROW = 270, 42
 CAPTION = f"The same road in rows, with metres from its end; vehicles are drawn {VEHICLE_M} m long, gaps to scale"
 CARDS = (
@@ -42,8 +42,8 @@ class Viewer:
         canvas, convoy = self._canvas, lay_out(scene, self._config)
         road = min(ROAD_HEIGHT, TALLEST_ROW * convoy.rows)
         canvas.fill(PAGE)
-        draw_header(canvas, scene)
-        draw_cards(canvas, scene, (MARGIN, 52, INNER, 38))
+        draw_progress(canvas, scene)
+        draw_metrics(canvas, scene, (MARGIN, 52, INNER, 38))
         top = HEIGHT - MARGIN / 2 - road
         draw_profile(canvas, convoy, (MARGIN, 98, INNER, top - 24 - 98), self._config.desired_speed_mps)
         canvas.text(CAPTION, (MARGIN, top - 10), MUTED, 16)
@@ -52,37 +52,23 @@ class Viewer:
         return canvas.pixels()
 
 
-def draw_header(canvas: Canvas, scene: Scene) -> None:
-    """What is shown, the time, and a bar of the episode's progress on which the attacks are marked."""
-    platoons, size = len(scene.disbanding_s), scene.vehicles_per_platoon
-    end = MARGIN + canvas.text("Platoon disbanding", (MARGIN, 22), INK, 28)
-    canvas.text(f"{platoons} platoons of {size} vehicles", (end + 14, 24), MUTED, 18)
-    width = canvas.text(f" / {scene.duration_s:.0f} s", (WIDTH - MARGIN, 24), MUTED, 18, align=1)
-    canvas.text(f"{scene.time_s:.1f} s", (WIDTH - MARGIN - width, 22), INK, 28, align=1)
-    bar = (MARGIN, 38, INNER, 5)
-    canvas.box(bar, BORDER, radius=2)
-    share = min(scene.time_s / scene.duration_s, 1.0)
-    if share > 0:
-        canvas.box((MARGIN, 38, INNER * share, 5), MUTED, radius=2)
+def draw_progress(canvas: Canvas, scene: Scene) -> None:
+    """What is shown, the time, and the attacks on the bar of the episode's progress."""
+    subtitle = f"{len(scene.disbanding_s)} platoons of {scene.vehicles_per_platoon} vehicles"
+    draw_header(canvas, "Platoon disbanding", subtitle, scene.time_s, scene.duration_s)
     for time_s in scene.disbanding_s[np.isfinite(scene.disbanding_s)]:
-        x = MARGIN + INNER * min(float(time_s) / scene.duration_s, 1.0)
-        canvas.box((x - 1, 36, 3, 9), DISBANDED, radius=1)
+        draw_event(canvas, float(time_s) / scene.duration_s, DISBANDED)
 
 
-def draw_cards(canvas: Canvas, scene: Scene, box: Box) -> None:
+def draw_metrics(canvas: Canvas, scene: Scene, box: Box) -> None:
     """The metrics so far, and the colour scale."""
     left, top, width, height = box
-    pitch = 150.0
     mean = float(scene.speed.mean())
     values = [("Mean speed", f"{mean:.1f} m/s")]
     values += [(label, form.format(scene.metrics[name], vehicles=len(scene.speed))) for label, name, form in CARDS]
-    for k, (label, value) in enumerate(values):
-        card = (left + k * pitch, top, pitch - 8, height)
-        canvas.box(card, PANEL, radius=4)
-        canvas.box(card, BORDER, radius=4, border=1)
-        canvas.text(label, (card[0] + 9, top + 11), MUTED, 16)
-        canvas.text(value, (card[0] + 9, top + 27), INK, 22)
-    draw_scale(canvas, scene.max_speed_mps, (left + 5 * pitch + 8, top, width - 5 * pitch - 8, height))
+    draw_cards(canvas, values, box, PITCH)
+    scale = len(values) * PITCH + 8
+    draw_scale(canvas, scene.max_speed_mps, (left + scale, top, width - scale, height))
 
 
 def draw_scale(canvas: Canvas, max_speed_mps: float, box: Box) -> None:
