@@ -64,22 +64,25 @@ class Film:
         stride = max(self.speed / fps / game.step_s, 1.0)
         return [*np.unique(np.arange(0, game.horizon, stride).round().astype(int)).tolist(), game.horizon]
 
-    def camera(self, problem: Problem, game: Game) -> AbstractContextManager[Callable[[], None]]:
+    def camera(self, renderer: Renderer) -> AbstractContextManager[Callable[[], None]]:
         """A function that takes a frame of the first lane, as long as the context is open."""
-        return _screen(problem, game) if self.target == SCREEN else _recorder(self, problem, game)
+        return _screen(renderer) if self.target == SCREEN else _recorder(self, renderer)
 
 
 def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int, int], None]) -> FloatArray:
     """Play a match that has been reset to its end, showing its first lane; returns the payoff (B,)."""
     game, stops = match.game, film.stops(match.game)
-    payoff, now, running = np.zeros(game.num_lanes), 0, True
+    payoff, now, running, renderer = np.zeros(game.num_lanes), 0, True, Renderer(problem, game)
     with ExitStack() as stack:
-        shoot = stack.enter_context(film.camera(problem, game))
+        shoot = stack.enter_context(film.camera(renderer))
         for place, stop in enumerate([*stops, game.horizon]):
-            active = ~game.terminated
-            if stop > now and active.any():
-                payoff += match.step({}, active, stop - now)
-                now = stop
+            watched = place < len(stops) and renderer.remembers
+            while stop > now and not game.terminated.all():
+                if watched:
+                    renderer.watch()
+                stride = 1 if watched else stop - now
+                payoff += match.step({}, ~game.terminated, stride)
+                now += stride
             if running and place < len(stops):
                 shoot()
                 running = film.suffix == ".png" or not game.terminated[0]
@@ -88,9 +91,7 @@ def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int
 
 
 @contextmanager
-def _screen(problem: Problem, game: Game) -> Iterator[Callable[[], None]]:
-    renderer = Renderer(problem, game)
-
+def _screen(renderer: Renderer) -> Iterator[Callable[[], None]]:
     def shoot() -> None:
         try:
             renderer.show()
@@ -104,8 +105,7 @@ def _screen(problem: Problem, game: Game) -> Iterator[Callable[[], None]]:
 
 
 @contextmanager
-def _recorder(film: Film, problem: Problem, game: Game) -> Iterator[Callable[[], None]]:
-    renderer = Renderer(problem, game)
+def _recorder(film: Film, renderer: Renderer) -> Iterator[Callable[[], None]]:
     with replacing(Path(film.target)) as draft, _writer(draft, film) as write:
         yield lambda: write(renderer.frame())
 

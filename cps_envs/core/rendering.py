@@ -29,11 +29,25 @@ class Renderer:
         self._viewer: Any = None
         self._window: Window | None = None
 
-    def frame(self, lane: int = 0) -> Array:
-        """The picture of a lane as uint8 (H, W, 3)."""
+    @property
+    def viewer(self) -> Any:
+        """The problem's viewer."""
         if self._viewer is None:
             self._viewer = self._problem.make_viewer(self._game.config)
-        frame: Array = self._viewer.frame(self._game.scene(lane))
+        return self._viewer
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the viewer draws the course of the episode, and so should `watch` every game step."""
+        return hasattr(self.viewer, "watch")
+
+    def watch(self, lane: int = 0) -> None:
+        """Show a moment to a viewer that remembers, without drawing it."""
+        self.viewer.watch(self._game.scene(lane))
+
+    def frame(self, lane: int = 0) -> Array:
+        """The picture of a lane as uint8 (H, W, 3)."""
+        frame: Array = self.viewer.frame(self._game.scene(lane))
         return frame
 
     def show(self, lane: int = 0) -> None:

@@ -71,3 +71,22 @@ def test_a_window_without_pygame_names_the_command(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(importlib, "import_module", without)
     with pytest.raises(MissingExtraError, match=r"pip install \"cps-envs\[render\]\""):
         env.reset(seed=0)
+
+
+class Witness:
+    """A viewer that remembers, as those do that draw the course of an episode."""
+
+    def __init__(self, config: ToyConfig) -> None:
+        self.seen: list[Any] = []
+
+    def watch(self, scene: Any) -> None:
+        self.seen.append(scene)
+
+
+def test_only_a_viewer_that_remembers_watches() -> None:
+    game = ToyGame(ToyConfig(), 2)
+    assert not Renderer(TOY, game).remembers
+    renderer = Renderer(replace(TOY, viewer=f"{__name__}:Witness"), game)
+    assert renderer.remembers
+    renderer.watch(1)
+    assert len(renderer.viewer.seen) == 1
