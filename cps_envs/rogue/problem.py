@@ -7,6 +7,12 @@ from cps_envs.rogue.config import PRESETS, RogueConfig
 from cps_envs.rogue.fields import attacker_fields, defender_fields
 from cps_envs.rogue.game import RogueGame
 
+LEARNING_ATTACKERS = (
+    'mixture?policies=["square?frequency_hz=0.05","square","duty_square?frequency_hz=0.05","duty_square","random",'
+    '"switching"]'
+)
+LEARNING_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
+
 
 def platoon_steps(config: RogueConfig) -> float:
     """Integration steps of the platoon in a game step of a lane; a function of its own so that problems pickle."""
@@ -21,8 +27,8 @@ ROGUE = Problem(
     game=RogueGame,
     fields={"attacker": attacker_fields, "defender": defender_fields},
     opponents={
-        "paper": {"attacker": "none", "defender": "none"},
-        "learning": {"attacker": "none", "defender": "none"},
+        "paper": {"attacker": "square", "defender": "none"},
+        "learning": {"attacker": LEARNING_ATTACKERS, "defender": LEARNING_DEFENDERS},
     },
     viewer="cps_envs.rogue.viewer:Viewer",
     work=Work(unit="platoon-steps", per_game_step=platoon_steps, target_per_s=10e6),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 
 
@@ -11,6 +13,7 @@ from cps_envs.core.types import BoolArray, FloatArray, IntArray
 class Scene:
     """One lane at one time; n vehicles from the rear to the leader, pair i being vehicle i and the one ahead."""
 
+    episode: int  # differs between the episodes of a game
     time_s: float
     duration_s: float
     attacker: int  # index of the seized vehicle, 0 = rear
@@ -31,6 +34,16 @@ class Scene:
     detector: FloatArray  # (n, 2) m2/s3, z of the front and the rear side
     alarm_threshold: float  # m2/s3
     contact: str  # "pass" or "solid"
-    touching: BoolArray  # (n - 1,) pairs that are in contact or in the wrong order
+    touching: BoolArray  # (n - 1,) pairs in contact or in the wrong order, until they are apart again
     damage: FloatArray  # (n - 1,) so far, of each pair
     metrics: dict[str, float]
+
+    @property
+    def gap(self) -> FloatArray:
+        """Distances (n - 1,) in m between the bumpers of each pair; below zero they overlap or are in wrong order."""
+        return np.diff(self.position) - self.vehicle_length_m
+
+    @property
+    def desired_gap_m(self) -> float:
+        """The gap that belongs to the separation sigma, m."""
+        return self.separation_m - self.vehicle_length_m

@@ -19,6 +19,7 @@ def scene_of(state: State, lane: int, config: RogueConfig, metrics: dict[str, fl
     names = ["commanded" if law == COMMANDED else DRIVEN[law] for law in vehicles["law"].tolist()]
     names[seized] = "attacker"
     return Scene(
+        episode=int(episode["noise_seed"]),
         time_s=float(log["step"] * config.dt_s),
         duration_s=config.duration_s,
         attacker=seized,
@@ -39,7 +40,7 @@ def scene_of(state: State, lane: int, config: RogueConfig, metrics: dict[str, fl
         detector=np.stack([vehicles["front_detector"], vehicles["rear_detector"]], axis=1),
         alarm_threshold=config.alarm_threshold,
         contact=config.contact,
-        touching=position[1:] - position[:-1] < config.vehicle_length_m,
+        touching=~pairs["armed"],
         damage=pairs["damage"],
         metrics=metrics,
     )

@@ -1,0 +1,179 @@
+"""The picture of a platoon with a seized vehicle: the road, what each vehicle does, and the course of the episode."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.canvas import Box, Canvas
+from cps_envs.core.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
+from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, WHITE, Color
+from cps_envs.core.plot import AXIS, Plot, draw_times, rounded_up
+from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.vehicle import ASPHALT
+from cps_envs.rogue.columns import draw_damage, draw_detectors, draw_gaps, draw_numbers
+from cps_envs.rogue.config import RogueConfig
+from cps_envs.rogue.curves import draw_damage_curve, draw_gap_curves, draw_speed_curves, events
+from cps_envs.rogue.history import Course, History
+from cps_envs.rogue.laws import DRIVEN
+from cps_envs.rogue.overview import draw_overview
+from cps_envs.rogue.palette import ALARM, ATTACKER, BRAKING, DAMAGE, LAW_COLORS
+from cps_envs.rogue.road import draw_road
+from cps_envs.rogue.scene import Scene
+
+CARD = 112.0  # pixels from card to card
+ROAD_TOP, ROAD_HEIGHT = 118, 74
+OVERVIEW_TOP, OVERVIEW_HEIGHT = 198, 12
+PLOTS_TOP, PLOT_HEIGHT, PITCH = 236, 74, 93
+GUTTER = 16  # pixels between the columns of plots
+HEADROOM = 1.15  # of the axes over the largest values
+STRUCK_S = 0.6  # how long a collision is marked
+UNITS = {"pass": "m", "solid": "m/s"}
+CONTACTS = {"pass": "vehicles pass through one another", "solid": "vehicles are solid"}
+CAPTION = "Gaps to scale; lines show whom a vehicle follows"
+
+
+class Viewer:
+    """Draws scenes of one configuration; curves hold the moments of the same episode that it has seen before.
+
+    Raises:
+        MissingExtraError: pygame is not installed.
+    """
+
+    def __init__(self, config: RogueConfig) -> None:
+        self._config = config
+        self._canvas = Canvas(WIDTH, HEIGHT)
+        self._history = History()
+
+    def watch(self, scene: Scene) -> None:
+        """Take a moment in without drawing it, so that later curves hold it."""
+        self._history.add(scene)
+
+    def frame(self, scene: Scene) -> Array:
+        """The picture of a scene, uint8 (H, W, 3)."""
+        self.watch(scene)
+        canvas = self._canvas
+        struck = scene.touching | self._history.damaged_since(scene.time_s - STRUCK_S)
+        canvas.fill(PAGE)
+        draw_progress(canvas, scene)
+        draw_metrics(canvas, scene, (MARGIN, 52, INNER, 38), self._config.formation_weight_mps2 > 0)
+        draw_status(canvas, scene, struck)
+        draw_legend(canvas, self._config.defense_action == "mode")
+        draw_road(canvas, scene, struck, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
+        draw_overview(canvas, scene, (MARGIN, OVERVIEW_TOP, INNER, OVERVIEW_HEIGHT))
+        draw_plots(canvas, scene, self._history.course())
+        return canvas.pixels()
+
+
+def draw_plots(canvas: Canvas, scene: Scene, course: Course) -> None:
+    """Columns of vehicles on the left, their course on the right."""
+    unit = UNITS[scene.contact]
+    (gap, gaps), (detector, speeds), (damage, damages) = plots(scene, course)
+    draw_gaps(canvas, scene, gap)
+    draw_detectors(canvas, scene, detector)
+    draw_damage(canvas, scene, damage, unit)
+    draw_numbers(canvas, scene, damage)
+    draw_gap_curves(canvas, scene, gaps, course)
+    draw_speed_curves(canvas, scene, speeds, course)
+    draw_damage_curve(canvas, scene, damages, course, unit)
+    draw_times(canvas, damages, scene.duration_s)
+
+
+def plots(scene: Scene, course: Course) -> list[tuple[Plot, Plot]]:
+    """Left and right plot of each row."""
+    desired, m = scene.desired_gap_m, scene.attacker
+    beside = course.gap[:, max(m - 1, 0) : m + 1]
+    lowest, highest = float(beside.min()), float(beside.max())
+    shown = (-rounded_up(max(desired / 2, -HEADROOM * lowest)), rounded_up(max(3 * desired, HEADROOM * highest)))
+    speed = rounded_up(max(1.5 * scene.reference_speed_mps, float(course.speed.max())))
+    worst, total = float(scene.damage.max()), float(scene.damage.sum())
+    ranges = (
+        ((-desired, 4 * desired), shown),
+        ((0.0, 1.6), (0.0, speed)),
+        ((0.0, rounded_up(max(1.0, HEADROOM * worst))), (0.0, rounded_up(max(1.0, HEADROOM * total)))),
+    )
+    width = (INNER - GUTTER) / 2
+    pairs = []
+    for row, (left, right) in enumerate(ranges):
+        top = PLOTS_TOP + row * PITCH
+        boxes = [(MARGIN + side * (width + GUTTER), top, width - AXIS, PLOT_HEIGHT) for side in (0, 1)]
+        pairs.append((Plot(boxes[0], *left), Plot(boxes[1], *right)))
+    return pairs
+
+
+def draw_progress(canvas: Canvas, scene: Scene) -> None:
+    """What is shown, the time, and the events on the bar of the episode's progress."""
+    power = "" if scene.power_ratio == 1 else f", {scene.power_ratio:.3g} times as strong as the others"
+    subtitle = (
+        f"{len(scene.position)} vehicles, the attacker drives {scene.attacker + 1}{power}; {CONTACTS[scene.contact]}"
+    )
+    draw_header(canvas, "Rogue vehicle", subtitle, scene.time_s, scene.duration_s)
+    for time_s, color in events(scene):
+        draw_event(canvas, time_s / scene.duration_s, color)
+
+
+def draw_metrics(canvas: Canvas, scene: Scene, box: Box, charged: bool) -> None:
+    """The metrics so far, and the attacker's effort."""
+    left, top, width, height = box
+    metrics, unit, intact = scene.metrics, UNITS[scene.contact], len(scene.position) - 1
+    charge, humans = f"{metrics['formation_charge']:.1f} {unit}", f"{metrics['humans']:.0f} of {intact}"
+    values = [
+        ("Attacker's speed", f"{scene.speed[scene.attacker]:.1f} m/s"),
+        ("Damage", f"{metrics['damage']:.1f} {unit}"),
+        ("Contacts", f"{metrics['collisions']:.0f}"),
+        ("Alarms", f"{metrics['alarms']:.0f} of {intact}"),
+        ("Human drivers", humans),
+        ("Leader's lag", f"{round(metrics['reference_error_m'], 1) + 0.0:.1f} m"),
+    ]
+    if charged:
+        values.insert(2, ("Scattering", charge))
+    draw_cards(canvas, values, box, CARD)
+    begin = len(values) * CARD + 8
+    draw_gauge(canvas, scene, (left + begin, top, width - begin, height))
+
+
+def draw_gauge(canvas: Canvas, scene: Scene, box: Box) -> None:
+    """The attacker's effort between full braking and full driving."""
+    left, top, width, _ = box
+    low, high = scene.effort_limits
+    zero = left + width * -low / (high - low)
+    color = ATTACKER if scene.effort > 0 else BRAKING
+    canvas.text("Attacker's effort", (left, top + 5), MUTED, 16)
+    canvas.text(f"{round(scene.effort, 2) + 0.0:+.2f}", (left + width, top + 5), color, 18, align=1)
+    canvas.box((left, top + 13, width, 9), BORDER, radius=2)
+    end = left + width * (min(max(scene.effort, low), high) - low) / (high - low)
+    if abs(end - zero) >= 1:
+        canvas.box((min(zero, end), top + 13, abs(end - zero), 9), color, radius=2)
+    canvas.box((zero - 1, top + 11, 2, 13), INK)
+    canvas.text(f"brake {low:g}", (left, top + 31), MUTED, 16)
+    canvas.text(f"drive {high:g}", (left + width, top + 31), MUTED, 16, align=1)
+
+
+def draw_status(canvas: Canvas, scene: Scene, struck: BoolArray) -> None:
+    """Who collides, when the attack begins, or how the road is drawn."""
+    y = 104.0
+    pairs = np.flatnonzero(struck).tolist()
+    if not pairs:
+        waiting = f"The attack begins at {scene.onset_s:.1f} s"
+        canvas.text(waiting if scene.time_s < scene.onset_s else CAPTION, (MARGIN, y), MUTED, 16)
+        return
+    more = f" and {len(pairs) - 3} more pairs" if len(pairs) > 3 else ""
+    note = "Contact: " + ", ".join(f"{pair + 1} and {pair + 2}" for pair in pairs[:3]) + more
+    canvas.box((MARGIN, y - 9, canvas.text_width(note, WHITE, 17) + 16, 18), DAMAGE, radius=4)
+    canvas.text(note, (MARGIN + 8, y), WHITE, 17)
+
+
+def draw_legend(canvas: Canvas, modes: bool) -> None:
+    """What the colours of the vehicles mean."""
+    y, right = 104.0, float(WIDTH - MARGIN)
+    laws = DRIVEN if modes else ("commanded",)
+    entries: list[tuple[str, Color]] = [(law, LAW_COLORS[law]) for law in laws]
+    for label, color in reversed([("attacker", ATTACKER), *entries, ("alarm", ALARM)]):
+        right -= canvas.text_width(label, INK, 15)
+        canvas.text(label, (right, y), INK, 15)
+        right -= 19
+        if label == "alarm":
+            canvas.polygon([(right + 12, y), (right + 3, y - 5), (right + 3, y + 5)], color)
+        else:
+            canvas.box((right, y - 7, 15, 14), ASPHALT, radius=3)
+            canvas.box((right + 2, y - 5, 11, 10), color, radius=2)
+        right -= 12
