@@ -8,7 +8,7 @@ from cps_envs.core.bars import draw_bar, draw_value
 from cps_envs.core.canvas import Box, Canvas
 from cps_envs.core.palette import INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.core.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
-from cps_envs.rogue.palette import AHEAD, ALARM, ATTACKER, BEHIND, DAMAGE, LAW_COLORS, OTHER
+from cps_envs.rogue.palette import AHEAD, ALARM, ATTACKER, BEHIND, DAMAGE, LAW_COLORS, OTHER, WANTED
 from cps_envs.rogue.scene import Scene
 
 NARROWEST_NUMBERED = 36  # pixels of a column, below which values are not written
@@ -22,16 +22,18 @@ def pair_color(scene: Scene, pair: int) -> Color:
 
 
 def draw_gaps(canvas: Canvas, scene: Scene, plot: Plot) -> None:
-    """The gap of each pair, and a line where its follower wants it to be."""
+    """The gap of each pair, and ticks beside it where a separation has grown and the gap is to follow."""
     draw_panel(canvas, plot, bands(scene, plot))
     draw_level(canvas, plot, scene.desired_gap_m, MUTED)
-    draw_title(canvas, plot, "Gap of each pair (m)")
-    reach = bar_width(scene, plot) / 2 + 3
+    end, half = draw_title(canvas, plot, "Gap of each pair (m)"), bar_width(scene, plot) / 2
     for pair, gap in enumerate(scene.gap.tolist()):
         draw_pair(canvas, scene, plot, pair, gap, pair_color(scene, pair) if gap >= 0 else DAMAGE)
         if (growth := wanted_growth(scene, pair)) > 0:
-            y = plot.y(scene.desired_gap_m + growth)
-            canvas.box((pair_x(scene, plot, pair) - reach, round(y) - 1, 2 * reach, 3), darker(LAW_COLORS["front"]))
+            x, y, length = pair_x(scene, plot, pair), plot.y(scene.desired_gap_m + growth), 0.7 * half
+            for left in (x - half - length, x + half):
+                canvas.box((left, round(y) - 1, length, 3), WANTED)
+    if scene.growth.any():
+        canvas.text("wanted after growth", (end + 9, plot.box[1] - 7), WANTED, SMALL)
     draw_edge(canvas, plot)
 
 

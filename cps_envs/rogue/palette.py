@@ -10,6 +10,7 @@ BEHIND: Color = (128, 70, 180)
 OTHER: Color = (150, 164, 184)
 DAMAGE: Color = (204, 28, 46)
 ALARM: Color = (255, 196, 0)
+WANTED: Color = (40, 126, 66)  # gaps of grown separations
 BRAKING: Color = (84, 97, 117)  # effort below zero
 BRAKE_LIGHT: Color = (255, 60, 60)
 LAW_COLORS: dict[str, Color] = {

@@ -178,7 +178,11 @@ def draw_labels(canvas: Canvas, road: Road) -> None:
         canvas.text(label, (x, y), WHITE if seized else INK, 17, align=0.5)
         ends[i], free = (x - reach, x + reach), x + reach
     for i, gap in enumerate(scene.gap.tolist()):
-        label, (_, begin), (end, _) = f"{gap:.1f}", ends.get(i, (0.0, np.inf)), ends.get(i + 1, (0.0, 0.0))
+        label, (_, begin), (end, _) = (
+            f"{round(gap, 1) + 0.0:.1f}",
+            ends.get(i, (0.0, np.inf)),
+            ends.get(i + 1, (0.0, 0.0)),
+        )
         label += " m" if end - begin > canvas.text_width(label + " m", MUTED, SMALL) + 6 else ""
         if end - begin > canvas.text_width(label, MUTED, SMALL) + 4:
             canvas.text(label, ((begin + end) / 2, y), MUTED, SMALL, align=0.5)
