@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from baselines.disbanding.heuristic import travelled_distance_command
+from baselines.disbanding.heuristic import FORESIGHT, travelled_distance_command
 from baselines.disbanding.mpc import Mpc, MpcStack, mpc_of, predictive_command
 from cps_envs.disbanding.commands import has_begun
 from cps_envs.disbanding.dynamics import account, command_by_law, final_command, first_mitigable, has_ended, integrate
@@ -53,7 +53,7 @@ def sweep_with_heuristic(
             law = u[q]
             if fresh:
                 if closes_in(gap[q], lane.previous_gap[q], release):
-                    u[q] = travelled_distance_command(law, u[ahead], gap[q], speed[q], speed[ahead], c)
+                    u[q] = travelled_distance_command(law, u[ahead], gap[q], speed[q], speed[ahead], c, FORESIGHT)
                 held[q] = u[q] - law
             else:
                 u[q] = law + held[q]

@@ -49,6 +49,39 @@ def test_heuristic_at_every_step_agrees_with_the_reference():
     assert np.all(np.abs(np.subtract(errors_of("heuristic", control_period_s=0.01), expected)) <= 0.5)
 
 
+def test_a_longer_horizon_of_the_heuristic_is_another_policy():
+    usual, longer = (errors_of(f"heuristic?horizon_s={horizon_s}")[0] for horizon_s in (0.5, 1))
+    assert usual == errors_of("heuristic")[0]
+    assert longer == pytest.approx(usual, abs=4.0)  # spec: 0.5 to 2 s give similar errors
+    assert longer != usual
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [("horizon_s=0.25", "multiple of sample_s"), ("sample_s=0", "sample_s = 0"), ("decrement_mps2=0", "above 0")],
+)
+def test_impossible_foresight_is_refused(options, message):
+    with pytest.raises(ConfigurationError, match=message):
+        resolve_policy(f"heuristic?{options}", spec_of("defender"))
+
+
+def test_the_heuristic_can_know_that_collision_avoidance_is_off():
+    spec = spec_of("defender", num_platoons=2, vehicles_per_platoon=2)
+    seen = {  # vehicle 2 is nearer than r_0 without closing in, and vehicle 3 closes in on it
+        "speed": np.array([[30.0, 30.0, 30.0, 30.1]]),
+        "gap": np.array([[5.0, 0.5, 5.0]]),
+        "relative_speed": np.array([[0.0, 0.0, -0.1]]),
+        "law_command": np.array([[0.0, 0.0, 1.0, 1.0]]),
+        "mitigable": np.array([[1.0, 1.0]]),
+    }
+    with_avoidance, without = (
+        resolve_policy(f"heuristic?avoidance={word}", spec).corrections(seen)[0, 3] for word in ("true", "false")
+    )
+    # In 0.5 s a vehicle that brakes fully falls back by 0.5 m, one that accelerates by the law gains 0.1 m (2.13).
+    assert with_avoidance == pytest.approx((-0.5 - 0.05) / 0.125 - 1.0)
+    assert without == pytest.approx((0.1 - 0.05) / 0.125 - 1.0)
+
+
 def test_printed_feedback_gives_the_printed_errors():
     for tau_s, expected in zip(TAUS_S, (18.37, 18.86, 19.69), strict=True):
         feedback = LinearFeedback(spec_of("defender", tau_s=tau_s), PRINTED_FEEDBACK)
