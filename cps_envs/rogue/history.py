@@ -9,7 +9,7 @@ import numpy as np
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.rogue.scene import Scene
 
-MOST_POINTS = 400  # of a curve
+MOST_POINTS = 300  # of a curve
 
 
 class Course(NamedTuple):
