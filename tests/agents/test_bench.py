@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from agents.bench import faces, suite
 from agents.bench.clock import calls_per_s
-from agents.bench.suite import FACE_TARGET_US, measure_all
+from agents.bench.suite import measure_all
 from agents.cli import app
 from cps_envs import find_problem
 
