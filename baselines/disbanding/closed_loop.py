@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from baselines.disbanding.heuristic import FORESIGHT, travelled_distance_command
 from baselines.disbanding.mpc import Mpc, MpcStack, mpc_of, predictive_command
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import has_begun
 from cps_envs.disbanding.dynamics import account, command_by_law, final_command, first_mitigable, has_ended, integrate
-from cps_envs.disbanding.lane import Constants, constants_of, kernel, lane_of
+from cps_envs.disbanding.lane import Constants, constants_of, lane_of
 from cps_envs.disbanding.state import State
 
 # A gap that shrinks by less than this counts as constant. It is the reference's tolerance, identified from golden value

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.lane import Constants, kernel
+from cps_envs.disbanding.lane import Constants
 
 
 class Foresight(NamedTuple):

@@ -6,6 +6,7 @@ import numpy as np
 
 from baselines.disbanding.corrections import Corrections, Seen
 from baselines.disbanding.heuristic import FORESIGHT, Foresight, travelled_distance_command
+from cps_envs.core.compiled import kernel
 from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec
@@ -13,7 +14,7 @@ from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.commands import clip
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.episode import nominal_constants
-from cps_envs.disbanding.lane import Constants, kernel
+from cps_envs.disbanding.lane import Constants
 
 
 class HeuristicMitigation(Corrections):

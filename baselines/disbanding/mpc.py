@@ -18,8 +18,9 @@ from baselines.disbanding.quadratic_program import (
     quadratic_program,
     slacks,
 )
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.lane import Constants, kernel
+from cps_envs.disbanding.lane import Constants
 
 Vector = NDArray[np.float64]
 

@@ -20,13 +20,14 @@ from baselines.disbanding.mpc import (
     stack_mpc,
 )
 from baselines.disbanding.quadratic_program import Solver
+from cps_envs.core.compiled import kernel
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, near
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.commands import clip
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.episode import nominal_constants
-from cps_envs.disbanding.lane import Constants, kernel
+from cps_envs.disbanding.lane import Constants
 
 SolverName = Literal["hildreth", "osqp"]
 SOLVERS = ("hildreth", "osqp")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import has_begun
-from cps_envs.disbanding.lane import kernel
 from cps_envs.disbanding.state import State
 
 EARLIEST_S = 1.0  # constraint of (2.9): t_d >= 1

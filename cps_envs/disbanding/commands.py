@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from cps_envs.disbanding.lane import Constants, kernel
+from cps_envs.core.compiled import kernel
+from cps_envs.disbanding.lane import Constants
 from cps_envs.disbanding.state import State
 
 DEAD_BAND = 0.05  # m/s2, corrections smaller than this leave the plain law alone

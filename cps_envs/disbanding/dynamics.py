@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import (
     avoidance_margin,
     clip,
@@ -20,7 +21,7 @@ from cps_envs.disbanding.commands import (
     look_ahead,
     most_forward_disbanded,
 )
-from cps_envs.disbanding.lane import Constants, constants_of, kernel, lane_of
+from cps_envs.disbanding.lane import Constants, constants_of, lane_of
 from cps_envs.disbanding.state import State
 
 STOP_MPS = 0.01  # a vehicle stops when it gets slower than this

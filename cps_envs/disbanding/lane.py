@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.state import State
-
-# No zero-division checks: their branches keep the compiler from vectorising the loops that follow.
-kernel = njit(cache=True, nogil=True, error_model="numpy")
 
 
 class Constants(NamedTuple):

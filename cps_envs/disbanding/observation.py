@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import avoidance_margin, clip, has_begun
 from cps_envs.disbanding.dynamics import STOP_MPS, command_by_law, final_command, first_mitigable
 from cps_envs.disbanding.fields import MAX_DISTANCE_M, MAX_GAP_M
-from cps_envs.disbanding.lane import Constants, constants_of, kernel, lane_of
+from cps_envs.disbanding.lane import Constants, constants_of, lane_of
 from cps_envs.disbanding.metrics import METRICS
 from cps_envs.disbanding.state import State
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.compiled import inner
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.kernel import inner
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.state import State
 

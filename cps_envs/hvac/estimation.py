@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.compiled import inner
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.kernel import inner
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.plant import drift
 from cps_envs.hvac.state import State

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from cps_envs.core.compiled import inner
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.estimation import is_ready
-from cps_envs.hvac.kernel import inner
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.state import State
 

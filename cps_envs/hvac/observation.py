@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.compiled import inner
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.building import DAY_S
 from cps_envs.hvac.estimation import is_ready
-from cps_envs.hvac.kernel import inner
 from cps_envs.hvac.metrics import mean_residual, passes
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.state import State

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.compiled import inner
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
-from cps_envs.hvac.kernel import inner
 from cps_envs.hvac.model import Model
 
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.compiled import inner, kernel
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.estimation import choose, estimate
-from cps_envs.hvac.kernel import inner, kernel
 from cps_envs.hvac.metrics import attacked_states, count_choice, count_errors, measure
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.observation import observe_attacker, observe_defender
