@@ -1,0 +1,1 @@
+"""Section 2.5 reproduced: the three experiments on the simulated test bed."""

@@ -1,0 +1,106 @@
+"""One control period of a lane: decide, order by radio, then drive, look and filter at every plant step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cps_envs.disbanding.dynamics import account
+from cps_envs.disbanding.lane import Constants, constants_of, kernel, lane_of
+from cps_envs.disbanding.state import State
+from cps_envs.disbanding.testbed.kalman import correct, predict
+from cps_envs.disbanding.testbed.platoons import decide, mark_touching
+from cps_envs.disbanding.testbed.robot import advanced_arc, drive
+from cps_envs.disbanding.testbed.rules import Rules
+from cps_envs.disbanding.testbed.state import Floats, Robots
+from cps_envs.disbanding.testbed.steering import order_speed, pursue
+
+
+@kernel
+def send_orders(robots: Robots, b: int, command: Floats, rules: Rules) -> None:
+    """New orders from the commands (M,) in m/s2 of road; those sent before move one period towards acting."""
+    orders = robots.orders[b]
+    for age in range(orders.shape[0] - 1, 0, -1):
+        orders[age] = orders[age - 1]
+    for q in range(command.shape[0]):
+        estimate = robots.estimate[b, q]
+        orders[0, q, 0] = order_speed(estimate[3], command[q] / rules.scale, robots.integral[b], q, rules)
+        orders[0, q, 1] = pursue(estimate, rules)
+
+
+@kernel
+def step_robots(robots: Robots, b: int, step: int, rules: Rules) -> None:
+    """One plant step of every robot of a lane, a camera picture, and what the filters make of it."""
+    decided, acting = robots.orders[b, 0], robots.orders[b, -1]
+    for q in range(robots.speed.shape[1]):
+        pose, draw, estimate, covariance = (
+            robots.pose[b, q],
+            robots.noise[b, step, q],
+            robots.estimate[b, q],
+            robots.covariance[b, q],
+        )
+        robots.speed[b, q] = drive(
+            pose, robots.wheels[b, q], robots.gains[b, q], acting[q, 0], acting[q, 1], draw[0], rules
+        )
+        robots.arc[b, q] = advanced_arc(robots.arc[b, q], pose[0], pose[1], rules.radius_m)
+        predict(estimate, covariance, decided[q, 1], rules)
+        seen_x, seen_y = pose[0] + rules.camera_noise_m * draw[1], pose[1] + rules.camera_noise_m * draw[2]
+        correct(estimate, covariance, seen_x, seen_y, rules)
+
+
+@kernel
+def look(robots: Robots, b: int, lane: State, rules: Rules) -> None:
+    """Fill the lane's positions (m), speeds (m/s) and accelerations (m/s2) of road from the filters.
+
+    Robots have no accelerometer: the command of the last period stands for the acceleration.
+    """
+    scale = rules.scale
+    for q in range(robots.speed.shape[1]):
+        estimate = robots.estimate[b, q]
+        arc = advanced_arc(lane.position[q] / scale, estimate[0], estimate[1], rules.radius_m)
+        lane.position[q], lane.speed[q], lane.acceleration[q] = scale * arc, scale * estimate[3], lane.command[q]
+
+
+@kernel
+def record(robots: Robots, b: int, period: int, rules: Rules) -> None:
+    """Keep the true speeds and places at the end of a period, and add up the errors of (2.8) in its window."""
+    for q in range(robots.speed.shape[1]):
+        speed = robots.speed[b, q]
+        robots.speeds[b, period, q] = speed
+        robots.arcs[b, period, q] = robots.arc[b, q]
+        if rules.window_first < period <= rules.window_last:
+            robots.error[b, q] += abs(speed - rules.desired_speed_mps)
+
+
+@kernel
+def run_lane(
+    robots: Robots, b: int, lane: State, c: Constants, correction: Floats, num_periods: int, rules: Rules
+) -> None:
+    """Advance a lane by control periods, holding the corrections (M,) in m/s2 of road."""
+    gap, closing = np.empty(c.num_vehicles), np.empty(c.num_vehicles)
+    for _ in range(num_periods):
+        decide(lane, c, rules, correction, gap, closing)
+        send_orders(robots, b, lane.command, rules)
+        first = lane.step[0] * rules.steps_per_period
+        for step in range(first, first + rules.steps_per_period):
+            step_robots(robots, b, step, rules)
+        look(robots, b, lane, rules)
+        mark_touching(lane, c, rules)
+        account(lane, c)
+        record(robots, b, lane.step[0], rules)
+
+
+@kernel
+def run(
+    robots: Robots,
+    string: State,
+    parameters: NDArray[np.void],
+    correction: Floats,
+    lanes: NDArray[np.bool_],
+    num_periods: int,
+    rules: Rules,
+) -> None:
+    """Advance the marked lanes (B,) by control periods under corrections (B, M) in m/s2 of road."""
+    for b in range(lanes.shape[0]):
+        if lanes[b]:
+            run_lane(robots, b, lane_of(string, b), constants_of(parameters, b), correction[b], num_periods, rules)

@@ -1,0 +1,169 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baselines.disbanding.corrections import CopyDisbanded
+from baselines.disbanding.testbed.mitigation import mitigation
+from cps_envs.core.game import Game
+from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec
+from cps_envs.disbanding.testbed.config import BASELINE, MITIGATED, RobotConfig
+from cps_envs.disbanding.testbed.game import RobotGame
+from cps_envs.disbanding.testbed.problem import ATTACK, TESTBED
+from cps_envs.disbanding.testbed.scene import desired_arcs
+
+ONE = np.ones(1, np.bool_)
+SHORT = replace(BASELINE, duration_s=24.0, measured_from_s=10.0, measured_for_s=10.0)
+EARLY = "plan?events=[[3, 10]]"
+
+
+def play(
+    defender: Any = "none", config: RobotConfig = BASELINE, seeds: Sequence[int] = (0,), attacker: str = ATTACK
+) -> tuple[dict[str, Any], RobotGame]:
+    games: list[Any] = []
+    players = {"attacker": attacker, "defender": defender}
+    outcome = play_episodes(TESTBED, config, players, seeds, on_step=games.append)  # type: ignore[arg-type]
+    return outcome, games[-1]
+
+
+@pytest.fixture(scope="module")
+def quiet() -> RobotGame:
+    return play(attacker="none", seeds=range(6))[1]
+
+
+def test_without_disbanding_speeds_gaps_and_tracks_are_kept(quiet: RobotGame) -> None:
+    robots = quiet.robots
+    error = 100 * np.abs(robots.speeds[:, 401:1001, 3:] - 0.25).mean(axis=(1, 2)) / 0.25
+    assert error.max() < 6.5
+    assert error.mean() == pytest.approx(3.2, abs=1.0)  # the specification's mean over ten seeds
+    for lane in range(6):
+        for period in range(0, 400, 20):
+            speeds, arcs = robots.speeds[lane, period], robots.arcs[lane, period]
+            wanted = desired_arcs(arcs, speeds, quiet.string.disbanding_s[lane], BASELINE)
+            assert np.nanmax(np.abs(arcs - wanted)) < 0.15
+    assert np.abs(np.hypot(robots.pose[..., 0], robots.pose[..., 1]) - 1.5).max() < 0.03
+    assert not quiet.string.collided.any()
+
+
+def test_estimates_are_near_the_truth_and_shown_ten_times_as_large(quiet: RobotGame) -> None:
+    robots = quiet.robots
+    assert np.abs(robots.estimate[..., :2] - robots.pose[..., :2]).max() < 0.002
+    assert np.sqrt(np.mean((robots.estimate[..., 3] - robots.speed) ** 2)) < 0.01
+    seen = quiet.fields["defender"].decode(quiet.observe("defender"))
+    np.testing.assert_allclose(seen["speed"], 10 * robots.estimate[..., 3], atol=1e-5)
+    np.testing.assert_allclose(seen["gap"], 10 * -np.diff(robots.arc), atol=0.03)
+    np.testing.assert_allclose(seen["acceleration"], quiet.string.command, atol=1e-5)
+    np.testing.assert_allclose(seen["time_s"], 60.0, atol=1e-4)
+
+
+def test_the_attacker_sees_the_string_too(quiet: RobotGame) -> None:
+    seen = quiet.fields["attacker"].decode(quiet.observe("attacker"))
+    np.testing.assert_allclose(seen["mean_speed"], quiet.string.speed.reshape(6, 3, 3).mean(axis=2)[:, ::-1], atol=1e-5)
+    assert quiet.action_mask("attacker")[0].tolist() == [True] * 4
+
+
+def test_lanes_are_the_single_episodes_and_seeds_differ() -> None:
+    batch, _ = play("heuristic", SHORT, (3, 4, 5), EARLY)
+    for lane, seed in enumerate((3, 4, 5)):
+        alone, _ = play("heuristic", SHORT, (seed,), EARLY)
+        for name, values in alone.items():
+            assert values[0] == batch[name][lane], name
+    assert len(set(batch["velocity_error"])) == 3
+
+
+def test_the_return_is_the_velocity_error_of_the_true_speeds() -> None:
+    outcome, game = play("none", SHORT, (1,), EARLY)
+    error = 100 * np.abs(game.robots.speeds[0, 201:401, 3:] - 0.25).mean() / 0.25
+    assert outcome["return"][0] == pytest.approx(error)
+    assert outcome["velocity_error"][0] == pytest.approx(error)
+
+
+def test_a_game_can_be_reset() -> None:
+    game = TESTBED.game(SHORT, 2)
+    both = np.ones(2, np.bool_)
+    game.reset(both, [np.random.default_rng(seed) for seed in (0, 1)])
+    start = game.observe("defender")
+    game.advance({"attacker": np.array([0, 0])}, both, 100)
+    went = game.robots.arcs[1].copy()
+    game.reset(np.array([True, False]), [np.random.default_rng(seed) for seed in (0, 1)])
+    np.testing.assert_array_equal(game.observe("defender")[0], start[0])
+    np.testing.assert_array_equal(game.robots.arcs[1], went)
+
+
+def test_orders_act_after_the_delay_of_the_radio() -> None:
+    for delay_periods in (0, 1, 2):
+        config = replace(SHORT, radio_delay_s=0.05 * delay_periods, speed_noise_mps=0.0, camera_noise_m=0.0)
+        plain, braked = (TESTBED.game(config, 1) for _ in range(2))
+        for game, correction in ((plain, 0.0), (braked, -1.0)):
+            game.reset(ONE, [np.random.default_rng(0)])
+            game.advance({"attacker": np.array([0])}, ONE, 20)
+            game.advance({"attacker": np.array([3]), "defender": np.full((1, 9), correction)}, ONE, 10)
+        changed = (plain.robots.speeds != braked.robots.speeds)[0, :, 3:].all(axis=1)
+        assert int(np.argmax(changed)) == 21 + delay_periods
+
+
+@pytest.mark.parametrize("defender", ["none", "heuristic", "heuristic?horizon_s=1", "copy", "feedback", "mpc"])
+def test_any_disbanding_defender_plays_by_name(defender: str) -> None:
+    pytest.importorskip("osqp")
+    outcome, _ = play(defender, SHORT, (0, 1), EARLY)
+    assert np.all((outcome["velocity_error"] > 1.0) & (outcome["velocity_error"] < 60.0))
+    assert outcome["collided"].tolist() == [0, 0]
+
+
+class Learned:
+    """What a stable-baselines3 model looks like; it remembers the shapes that it was asked with."""
+
+    shape: tuple[int, ...] = ()
+
+    def predict(
+        self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = False
+    ) -> Any:
+        assert observation.dtype == np.float32
+        assert np.abs(observation).max() <= 1.0
+        self.shape = observation.shape
+        return np.full((len(observation), 9), -0.05, np.float32), state
+
+
+def test_models_and_attributes_play_too() -> None:
+    model = Learned()
+    learned, game = play(model, SHORT, (0,), EARLY)
+    assert model.shape == (1, game.fields["defender"].size)
+    assert learned["velocity_error"] != play("none", SHORT, (0,), EARLY)[0]["velocity_error"]
+    named, _ = play("baselines.disbanding.corrections:CopyDisbanded", SHORT, (0,), EARLY)
+    assert named["velocity_error"] == play("copy", SHORT, (0,), EARLY)[0]["velocity_error"]
+
+
+def test_policies_are_told_the_road() -> None:
+    spec: RoleSpec = TESTBED.game(BASELINE, 1).spec("defender")
+    assert spec.problem == "disbanding"
+    assert spec.config == BASELINE.road
+    assert CopyDisbanded(spec).limit_mps2 == pytest.approx(6.0)
+
+
+def test_the_mitigation_wins_against_the_baseline_under_the_same_seed() -> None:
+    base, short, long = (
+        play(mitigation(t_s, config) if t_s else "none", config, range(3))[0]
+        for t_s, config in ((None, BASELINE), (0.5, MITIGATED), (1.0, MITIGATED))
+    )
+    assert np.all(base["velocity_error"] > short["velocity_error"])
+    assert np.all(short["velocity_error"] > long["velocity_error"])
+    assert np.all(short["smallest_gap_m"] > long["smallest_gap_m"])
+    assert np.all(short["rms_acceleration_mps2"] < 0.85 * base["rms_acceleration_mps2"])
+    assert not np.any(short["stopped"] + long["stopped"])
+
+
+def test_looking_changes_nothing() -> None:
+    def look(game: Game) -> None:
+        game.observe("defender")
+        game.observe("attacker")
+        game.metrics()
+        game.scene(0)
+
+    players = {"attacker": EARLY, "defender": "none"}
+    looked_at = play_episodes(TESTBED, SHORT, players, (0,), on_step=look)  # type: ignore[arg-type]
+    assert looked_at["velocity_error"] == play("none", SHORT, (0,), EARLY)[0]["velocity_error"]

@@ -1,0 +1,110 @@
+"""Commands of the robots against section 4 of the specification, written down again in the robots' own metres."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cps_envs.disbanding.initial import place
+from cps_envs.disbanding.lane import constants_of, lane_of
+from cps_envs.disbanding.state import State, allocate
+from cps_envs.disbanding.testbed.config import BASELINE, MITIGATED, RobotConfig
+from cps_envs.disbanding.testbed.platoons import decide, mark_touching
+from cps_envs.disbanding.testbed.rules import rules_of
+from cps_envs.disbanding.testbed.start import string_parameters
+
+U_MIN, U_MAX, V_D = -0.5, 0.1, 0.25
+ONE = np.ones(1, np.bool_)
+
+
+def string(s: np.ndarray, v: np.ndarray, time_s: float, disbanding_s: float = np.inf) -> State:
+    """A State of robots at `s` (m) with speeds `v` (m/s), front to rear; the front platoon may be disbanded."""
+    state = allocate(1, 3, 3)
+    place(state, np.stack([string_parameters(BASELINE)]), ONE, driver_headways_s=np.full((1, 9), 1.3))
+    state.step[0] = round(time_s / 0.05)
+    state.position[0], state.speed[0] = 10.0 * s, 10.0 * v
+    state.disbanding_s[0, 0] = disbanding_s
+    return state
+
+
+def ours(state: State, config: RobotConfig, correction: np.ndarray | None = None) -> np.ndarray:
+    """Final commands (9,) in the robots' m/s2; `correction` in those of the road."""
+    parameters = np.stack([string_parameters(config)])
+    held = np.zeros(9) if correction is None else correction
+    decide(lane_of(state, 0), constants_of(parameters, 0), rules_of(config), held, np.empty(9), np.empty(9))
+    return state.command[0] / 10.0
+
+
+def law(i: int, s: np.ndarray, v: np.ndarray) -> float:
+    """Robot i = 1 (rear) ... 9 (front), automated."""
+    at, speed = s[::-1][i - 1], v[::-1][i - 1]
+    if i == 9:
+        return 3.0 * (V_D - speed)
+    gap, closing = s[::-1][i] - at, v[::-1][i] - speed
+    if i in (3, 6):
+        return gap - 1.0 * speed + 3.0 * closing
+    command = (gap - 0.35) + 3.0 * closing
+    if i in (2, 5, 8):
+        rear_gap, rear_closing = at - s[::-1][i - 2], speed - v[::-1][i - 2]
+        command -= (rear_gap - 0.35) + 3.0 * rear_closing
+    return command
+
+
+def human(i: int, s: np.ndarray, v: np.ndarray) -> float:
+    """IDM (2.5) with h = 1.3 s; robot 9 has 1000 m of free road."""
+    speed = v[::-1][i - 1]
+    gap, ahead = (1000.0, V_D) if i == 9 else (max(s[::-1][i] - s[::-1][i - 1], 0.02), v[::-1][i])
+    wanted = 0.24 + max(0.0, 1.3 * speed + speed * (speed - ahead) / (2 * np.sqrt(0.5 * 0.1)))
+    return U_MAX * (1.0 - (speed / V_D) ** 4 - (wanted / gap) ** 2)
+
+
+def limited(i: int, u: float, s: np.ndarray, v: np.ndarray, avoids: bool) -> float:
+    u = min(max(u, U_MIN), U_MAX)
+    if avoids and i < 9:
+        gap, speed, ahead = s[::-1][i] - s[::-1][i - 1], v[::-1][i - 1], v[::-1][i]
+        if gap <= 0.24 + (speed**2 - ahead**2) / (2 * abs(U_MIN)):
+            return U_MIN
+    return u
+
+
+@pytest.mark.parametrize("config", [BASELINE, MITIGATED])
+@pytest.mark.parametrize("since_s", [None, 0.0, 0.35, 0.45, 5.0])
+def test_commands(config: RobotConfig, since_s: float | None) -> None:
+    generator, seen = np.random.default_rng(7), set()
+    for _ in range(200):
+        s, v = -np.cumsum(generator.uniform(0.15, 0.5, 9)), generator.uniform(0.0, 0.35, 9)
+        state = string(s, v, 20.0 + (since_s or 0.0), np.inf if since_s is None else 20.0)
+        found = ours(state, config)[::-1]
+        for i in range(1, 10):
+            driven = since_s is not None and i >= 7
+            u = law(i, s, v)
+            if driven:
+                u = -0.5 if since_s < 0.4 else human(i, s, v)
+            avoids = config is BASELINE or since_s is None or driven
+            assert found[i - 1] == pytest.approx(limited(i, u, s, v, avoids), abs=1e-6), i
+            seen.add((driven, avoids, bool(found[i - 1] == U_MIN)))
+    assert (False, config is BASELINE or since_s is None, True) in seen
+
+
+def test_corrections_reach_mitigable_robots_in_metres_of_the_road() -> None:
+    s, v = -0.35 * np.arange(9.0), np.full(9, V_D)
+    correction = np.full(9, -2.0)
+    plain = ours(string(s, v, 21.0, 20.0), MITIGATED)
+    changed = ours(string(s, v, 21.0, 20.0), MITIGATED, correction) - plain
+    np.testing.assert_allclose(changed, [0, 0, 0] + 6 * [-0.2], atol=1e-12)
+    intact = ours(string(s, v, 21.0), MITIGATED, correction) - ours(string(s, v, 21.0), MITIGATED)
+    np.testing.assert_array_equal(intact, np.zeros(9))
+    assert ours(string(s, v, 21.0, 20.0), MITIGATED, -60 * np.ones(9))[3:].tolist() == 6 * [U_MIN]
+
+
+def test_robots_touch_at_the_length_of_a_body() -> None:
+    s = -0.35 * np.arange(9.0)
+    s[4:] += 0.2495  # robot 5 (q = 4) is 0.1005 m behind robot 6
+    state = string(s, np.full(9, V_D), 5.0)
+    parameters = np.stack([string_parameters(BASELINE)])
+    mark_touching(lane_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
+    assert not state.collided.any()
+    state.position[0, 4:] += 0.01
+    mark_touching(lane_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
+    assert np.flatnonzero(state.collided[0]).tolist() == [3, 4]
+    assert np.flatnonzero(state.rear_collided[0]).tolist() == [4]
