@@ -17,6 +17,7 @@ from agents.commands.play import play
 from agents.commands.reproduce.app import app as reproduce
 from agents.commands.search_feedback import search_feedback
 from agents.commands.string_stability import string_stability
+from agents.commands.testbed import drive_robots
 from agents.console import err
 from agents.errors import explain
 
@@ -80,6 +81,7 @@ app.command("list")(list_everything)
 app.command("play")(play)
 app.add_typer(reproduce, name="reproduce")
 app.command("string-stability")(string_stability)
+app.command("testbed")(drive_robots)
 app.command("benchmark")(benchmark)
 app.command("bench")(bench)
 app.command("oracle")(oracle)

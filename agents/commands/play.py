@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from agents.console import assignments, err, make_table, out, print_json
-from agents.errors import built_by_user
+from agents.console import assignments
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
-    from agents.film import Film
-    from cps_envs.core.problem import Problem
-    from cps_envs.core.types import Array, Role
+    from cps_envs.core.types import Role
 
 POLICY = "A name from `cps-envs list`, name?option=value, or module:attribute; the preset's own if left out."
 RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png (one picture)."
@@ -38,6 +32,7 @@ def play(
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
     """Play episodes between an attacker and a defender and print their metrics."""
+    from agents.episodes import show_episodes
     from agents.film import Film
     from cps_envs import find_problem
 
@@ -49,73 +44,4 @@ def play(
         "attacker": attacker or usual["attacker"],
         "defender": defender or usual["defender"],
     }
-    outcome, paid = _play(found, config, players, range(seed, seed + episodes), film)
-    heading = {"problem": problem, "preset": preset, "config": config} | dict(players)
-    if as_json:
-        print_json(_document(heading, seed, outcome))
-    else:
-        _print(out(), heading, seed, outcome, paid)
-
-
-def _play(
-    problem: Problem, config: Any, players: Mapping[Role, str], seeds: range, film: Film | None
-) -> tuple[dict[str, Array], tuple[str, ...]]:
-    """Metrics by name, each (episodes,), and which of them add up to the return."""
-    import numpy as np
-    from gymnasium.utils import seeding
-
-    from agents.film import play_shown
-    from agents.progress import Progress
-    from cps_envs.core.play import finish
-
-    with built_by_user():
-        match = problem.match(config, len(seeds), players)
-        match.reset(np.ones(len(seeds), np.bool_), [seeding.np_random(seed)[0] for seed in seeds])
-        if film is None:
-            with err().status("playing; the first time, the physics is compiled, too"):
-                payoff = finish(match)
-        else:
-            total = len(film.stops(match.game))
-            with Progress("frames", total) as progress:
-                payoff = play_shown(match, film, problem, lambda done, _: progress.update(done))
-            err().print(f"showed seed {seeds[0]} of {len(seeds)} episodes: {film.target}", soft_wrap=True)
-    metrics = {name: np.array(values) for name, values in match.game.metrics().items()}
-    return {"return": payoff, **metrics}, match.game.payoff_parts
-
-
-def _document(heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array]) -> dict[str, Any]:
-    from dataclasses import asdict
-
-    count = len(outcome["return"])
-    episodes = [
-        {"seed": seed + lane, **{name: values[lane].item() for name, values in outcome.items()}}
-        for lane in range(count)
-    ]
-    mean = {name: float(values.mean()) for name, values in outcome.items()}
-    return {**heading, "config": asdict(heading["config"]), "episodes": episodes, "mean": mean}
-
-
-def _print(
-    console: Console, heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array], paid: tuple[str, ...]
-) -> None:
-    console.print(
-        f"[bold]{heading['problem']}[/] (preset {heading['preset']}): "
-        f"attacker [bold]{heading['attacker']}[/] against defender [bold]{heading['defender']}[/]"
-    )
-    count = len(outcome["return"])
-    width = max((console.width - 32) // 11, 1)  # episodes beside each other
-    for first in range(0, count, width):
-        lanes = range(first, min(first + width, count))
-        rows = [(name, *(_number(values[lane]) for lane in lanes)) for name, values in outcome.items()]
-        console.print(make_table("", ("Metric", *(f"seed {seed + lane}" for lane in lanes)), rows))
-    if count > 1:
-        rows = [
-            (name, *map(_number, (values.mean(), values.std(), values.min(), values.max())))
-            for name, values in outcome.items()
-        ]
-        console.print(make_table(f"{count} episodes", ("Metric", "mean", "deviation", "min", "max"), rows))
-    console.print(f"The return is what the attacker is paid: {' + '.join(paid)}.")
-
-
-def _number(value: float) -> str:
-    return f"{value:.0f}" if float(value).is_integer() else f"{value:.3f}"
+    show_episodes(found, preset, config, players, range(seed, seed + episodes), film=film, as_json=as_json)

@@ -6,6 +6,7 @@ import typer
 
 from agents.commands.reproduce.chapter_2 import chapter_2
 from agents.commands.reproduce.chapter_3 import chapter_3
+from agents.commands.reproduce.testbed import section_2_5
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -17,3 +18,4 @@ def reproduce() -> None:
 
 app.command("ch2")(chapter_2)
 app.command("ch3")(chapter_3)
+app.command("testbed")(section_2_5)

@@ -1,0 +1,186 @@
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.console import to_json
+from baselines.disbanding.testbed import chapter
+from baselines.disbanding.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Runs
+from baselines.disbanding.testbed.chapter import Reproduction, reproduce_section
+from baselines.disbanding.testbed.claims import CLAIMS
+from baselines.disbanding.testbed.mitigation import mitigation
+from baselines.disbanding.testbed.reference import Reference, check, references
+from baselines.disbanding.testbed.results import Results, needed
+from baselines.reproduction.verdicts import VERDICTS
+from cps_envs.disbanding.testbed.config import MITIGATED
+
+PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"
+MET = {"lowest_speed_mps": 0.06, "stopped": 0.0, "smallest_gap_m": 0.2, "collided": 0.0, "rms_acceleration_mps2": 0.06}
+
+
+@pytest.fixture(scope="module")
+def quick() -> Reproduction:
+    return reproduce_section(3, quick=True)
+
+
+@pytest.fixture(scope="module")
+def full() -> Reproduction:
+    return reproduce_section(10)
+
+
+def test_the_specification_s_numbers_over_ten_seeds(full: Reproduction) -> None:
+    assert full.passed
+    assert full.results.ordered.sum() >= 9
+    for case, expected, tolerance in ((BASE, 0.089, 0.006), (SHORT, 0.063, 0.006), (LONG, 0.061, 0.006)):
+        assert full.results.of(case).metrics["rms_acceleration_mps2"].mean() == pytest.approx(expected, abs=tolerance)
+    gaps = [full.results.of(case).metrics["smallest_gap_m"].mean() for case in CASES]
+    assert gaps == pytest.approx([0.235, 0.200, 0.168], abs=0.01)
+    assert full.results.of(BASE).metrics["stopped"].mean() == pytest.approx(1.2, abs=0.6)
+
+
+def test_the_specification_s_verdicts_over_ten_seeds(full: Reproduction) -> None:
+    verdicts = {claim.id: finding.verdict for claim, finding in full.findings}
+    holds = ("T04", "T05", "T06", "T07", "T08", "T09", "T10", "T11", "T13")
+    assert {verdicts[name] for name in holds} == {"reproduced"}
+    assert {verdicts[name] for name in ("T01", "T02", "T03", "T12")} == {"not reproduced"}
+
+
+def test_the_document_s_table_is_what_the_command_prints(full: Reproduction) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (?:baseline|t_s = [^|]*) \| (.*) \|$", text, re.MULTILINE)
+    for case, row in zip(CASES, rows, strict=True):
+        printed = [float(number) for number in re.findall(r"[\d.]+", row)]
+        errors, metrics, reference = full.results.errors(case), full.results.of(case).metrics, references()[case.figure]
+        assert printed[1:3] == pytest.approx([errors.mean(), errors.std(ddof=1)], abs=0.15)
+        assert printed[3:5] == [reference.mean, reference.deviation]
+        means = [metrics[name].mean() for name in ("stopped", "smallest_gap_m", "rms_acceleration_mps2")]
+        assert printed[5:] == pytest.approx(means, abs=0.003)
+    assert "(here 9 and 10 %)" in text
+    assert full.results.gains() == pytest.approx((9, 10), abs=0.6)
+
+
+def test_the_document_s_snippet_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    (snippet,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    exec(compile(snippet, "testbed.md", "exec"), {})
+    assert 20.0 < float(capsys.readouterr().out.split()[0]) < 30.0
+
+
+def test_every_printed_claim_is_judged_once(quick: Reproduction) -> None:
+    assert [claim.id for claim, _ in quick.findings] == [f"T{n:02d}" for n in range(1, 14)] == sorted(CLAIMS.judged)
+    assert all(finding.verdict in VERDICTS for _, finding in quick.findings)
+
+
+def test_quick_leaves_recovery_open(quick: Reproduction) -> None:
+    (finding,) = (finding for claim, finding in quick.findings if claim.id == "T13")
+    assert finding.verdict == "not evaluated"
+    assert "--quick" in quick.closing()[-1]
+    assert len(needed(3, quick=True)) == 3
+    assert Runs(LONG, 10, LONG_S) in needed(10, quick=False)
+
+
+def test_the_document_is_plain_data(quick: Reproduction) -> None:
+    document = json.loads(to_json(quick.document()))
+    assert document["passed"] is True
+    assert [case["velocity_error_percent"]["paper"] for case in document["cases"]] == [30.02, 21.82, 19.73]
+    assert all(len(case["metrics"]["velocity_error"]) == 3 for case in document["cases"])
+    assert "horizon_s=0.5" in document["cases"][1]["defender"]
+
+
+def test_blocks_show_the_paper_beside_ours(quick: Reproduction) -> None:
+    cases, seeds, claims = quick.blocks()
+    assert [row[1] for row in cases.rows] == ["30.02", "21.82", "19.73"]
+    assert len(seeds.rows) == 3
+    assert len(claims.rows) == 13
+
+
+def test_leaving_the_reference_or_the_order_fails(quick: Reproduction) -> None:
+    shifted = shift(quick, {BASE: 3.0, SHORT: 3.0, LONG: 3.0})
+    assert not shifted.passed
+    assert "FAILED" in shifted.closing()[2]
+    assert shift(quick, {SHORT: 0.3, LONG: 0.3}).passed
+    swapped = shift(quick, {SHORT: -0.6})
+    assert all(each.passed for each in swapped.checks)
+    assert not swapped.passed
+
+
+def shift(found: Reproduction, points: dict[Any, float]) -> Reproduction:
+    """The same reproduction with the E_v of some cases moved."""
+    results = {}
+    for case in CASES:
+        outcome = found.results.of(case)
+        errors = outcome.metrics["velocity_error"] + points.get(case, 0.0)
+        results[Runs(case, 3)] = replace(outcome, metrics={**outcome.metrics, "velocity_error": errors})
+    return Reproduction(Results(results, 3), found.quick)
+
+
+def test_fewer_seeds_are_allowed_more() -> None:
+    reference = Reference(25.0, 1.0, 10)
+    assert reference.allowance(10) == reference.allowance(100) == 1.0
+    assert reference.allowance(2) == pytest.approx(np.sqrt((1 / 2 + 1 / 10) / (1 / 10 + 1 / 10)))
+    assert set(references()) == {case.figure for case in CASES}
+    assert check("2.5a", np.full(10, 27.5)).passed
+    assert not check("2.5a", np.full(10, 27.7)).passed
+
+
+def made(errors: dict[Any, list[float]], **metrics: dict[Any, list[float]]) -> Results:
+    """Results of two seeds with nothing remarkable but what is given."""
+    results: dict[Any, Any] = {}
+    for case in CASES:
+        own = {name: np.full(2, value) for name, value in MET.items()}
+        own |= {name: np.array(values[case]) for name, values in metrics.items() if case in values}
+        own["velocity_error"] = np.array(errors[case])
+        for duration_s in (60.0, LONG_S):
+            results[Runs(case, 2, duration_s)] = Outcome(
+                own, np.full(2, 0.24), np.full(2, 0.01), np.zeros((2, 9)), 0.05
+            )
+    return Results(results, 2)
+
+
+USUAL = {BASE: [29.0, 31.5], SHORT: [21.5, 22.5], LONG: [19.0, 20.0]}
+
+
+def verdict(results: Results, name: str) -> str:
+    ((_, finding),) = CLAIMS.evaluate(results, (name,))
+    return finding.verdict
+
+
+def test_verdicts_follow_their_rules() -> None:
+    usual = made(USUAL)
+    assert [verdict(usual, name) for name in ("T01", "T02", "T03", "T10", "T12", "T13")] == ["reproduced"] * 6
+    assert verdict(usual, "T04") == "not reproduced"
+    assert verdict(made(USUAL, stopped={BASE: [2, 0]}), "T04") == "partly"
+    assert verdict(made(USUAL, stopped={BASE: [2, 1]}), "T04") == "reproduced"
+    assert verdict(made(USUAL, stopped={SHORT: [2, 0]}), "T05") == "partly"
+    assert verdict(made(USUAL, collided={LONG: [2, 1], SHORT: [1, 1]}), "T08") == "not reproduced"
+    assert verdict(usual, "T09") == "not reproduced"
+    assert verdict(made(USUAL, smallest_gap_m={LONG: [0.15, 0.16]}), "T09") == "reproduced"
+    assert verdict(usual, "T11") == "not reproduced"
+    assert verdict(made(USUAL, rms_acceleration_mps2={BASE: [0.09, 0.08]}), "T11") == "reproduced"
+    assert verdict(made({**USUAL, LONG: [19.0, 23.0]}), "T10") == "partly"
+    assert verdict(made({**USUAL, BASE: [33.0, 34.0]}), "T01") == "not reproduced"
+
+
+def test_the_mitigation_is_the_heuristic_with_the_robots_fineness() -> None:
+    name, _, options = mitigation(1.0, MITIGATED).partition("?")
+    assert name == "heuristic"
+    assert set(options.split("&")) == {
+        "horizon_s=1.0",
+        "sample_s=0.05",
+        "decrement_mps2=0.2",
+        "clearance_m=1.0",
+        "avoidance=false",
+    }
+
+
+def test_the_figure_has_four_panels(quick: Reproduction) -> None:
+    pytest.importorskip("matplotlib")
+    ((name, figure),) = quick.figures()
+    assert name == "figure_2_5"
+    assert len(figure.axes) == 4
+    assert chapter.STAND_IN in quick.closing()
