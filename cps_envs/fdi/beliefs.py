@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from cps_envs.core.canvas import Box, Canvas
 from cps_envs.core.palette import PAGE, Color
-from cps_envs.fdi.car import draw_ghost
+from cps_envs.core.vehicle import draw_ghost
 from cps_envs.fdi.palette import FALSE, REPLACED
 from cps_envs.fdi.scene import Scene
 

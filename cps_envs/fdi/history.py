@@ -1,4 +1,4 @@
-"""What the viewer has seen of an episode: the target pair and the injections, frame by frame."""
+"""What the viewer has seen of an episode: the target pair and the injections, moment by moment."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NO_PEAKS = Peaks(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class History:
-    """Rows of an episode up to the present frame; another episode, or time that goes back, begins a new one."""
+    """Rows of an episode up to the present moment; another episode, or time that goes back, begins a new one."""
 
     def __init__(self) -> None:
         self._episode = -1
@@ -35,7 +35,7 @@ class History:
         self.peaks = NO_PEAKS
 
     def add(self, scene: Scene, step_s: float) -> None:
-        """Take a frame in; the same moment again replaces what was known of it."""
+        """Take a moment in; the same moment again replaces what was known of it."""
         time_s = scene.time_s
         if scene.episode != self._episode or (self._rows and time_s < self._rows[-1][TIME]):
             self._episode, self._rows, self.peaks = scene.episode, [], NO_PEAKS
@@ -46,14 +46,14 @@ class History:
         self.peaks = Peaks(*map(max, self.peaks, peaks_of(scene)))
 
     def rows(self) -> FloatArray:
-        """The frames (k, INJECTIONS + q), columns as named above, q attacked sensors; thinned in long episodes."""
+        """The moments (k, INJECTIONS + q), columns as named above, q attacked sensors; thinned in long episodes."""
         stride = 1 + len(self._rows) // MOST_POINTS
         kept = self._rows[::stride]
         return np.array(kept if kept[-1] is self._rows[-1] else [*kept, self._rows[-1]])
 
 
 def row_of(scene: Scene, step_s: float) -> list[float]:
-    """What a frame adds; sensors were read a step before, unless their injection was illegal and stopped everything."""
+    """What a moment adds; sensors were read a step before, unless an illegal injection stopped everything."""
     pair, n = scene.target - 1, len(scene.gap)
     sensed_s = scene.time_s if scene.metrics["illegal"] else scene.time_s - step_s
     row = [scene.time_s, scene.gap[pair], scene.closing_speed[pair], max(sensed_s, 0.0)]
@@ -64,7 +64,7 @@ def row_of(scene: Scene, step_s: float) -> list[float]:
 
 
 def peaks_of(scene: Scene) -> Peaks:
-    """The peaks of one frame."""
+    """The peaks of one moment."""
     closing = scene.closing_speed
     values = (scene.gap, closing, -closing, np.abs(scene.command), np.abs(scene.injection))
     return Peaks(*(max(float(value.max()), 0.0) for value in values))

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.palette import WHITE, Color
-
-ASPHALT: Color = (58, 64, 74)
-SHOULDER: Color = (84, 91, 102)
-MARKING: Color = (176, 183, 193)
+from cps_envs.core.palette import Color
 
 TRUE: Color = (48, 112, 190)
 FALSE: Color = (214, 102, 16)  # reported by an attacked sensor
@@ -15,9 +11,3 @@ TARGET: Color = (118, 62, 176)
 DAMAGE: Color = (204, 28, 46)  # collisions and limits
 VEHICLE: Color = (150, 172, 200)
 FALSES = (FALSE, (120, 56, 12), (228, 170, 28), (190, 48, 116))  # sensors that are attacked together
-
-
-def tint(color: Color, share: float, ground: Color = WHITE) -> Color:
-    """A colour laid over a ground so thinly that `share` of it remains."""
-    red, green, blue = (round(share * top + (1 - share) * below) for top, below in zip(color, ground, strict=True))
-    return red, green, blue

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.canvas import Canvas, Point
-from cps_envs.core.palette import INK, MUTED, Color
+from cps_envs.core.palette import INK, MUTED
+from cps_envs.core.plot import SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.history import (
     CLOSING,
@@ -19,10 +20,7 @@ from cps_envs.fdi.history import (
     USED_GAP,
 )
 from cps_envs.fdi.palette import DAMAGE, FALSE, FALSES, REPLACED, TRUE
-from cps_envs.fdi.plot import ROOM, SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.fdi.scene import Scene
-
-TIME_MARKS = 5
 
 
 def draw_target_gap(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray) -> None:
@@ -50,17 +48,17 @@ def draw_target(
     canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray, columns: tuple[int, int, int], sensor: int
 ) -> None:
     """A curve of the truth, one of what an attacked sensor reported, and marks where the defender replaced that."""
-    true, reported, used = columns
+    (true, reported, used), duration_s = columns, scene.duration_s
     read = rows[rows[:, TIME] > 0]
     replaced = read[~np.isnan(read[:, used])]
-    points = plot.points(times(scene, plot, rows[:, TIME]), rows[:, true])
+    points = plot.points(plot.along(rows[:, TIME] / duration_s), rows[:, true])
     if scene.attacked[sensor]:
-        curve = plot.points(times(scene, plot, read[:, SENSED]), read[:, reported])
+        curve = plot.points(plot.along(read[:, SENSED] / duration_s), read[:, reported])
         draw_curve(canvas, curve, FALSE)
         if curve and not plot.shows(read[-1, reported]):
             draw_outside(canvas, plot, curve[-1], float(read[-1, reported]))
     draw_curve(canvas, points, TRUE)
-    for x, y in plot.points(times(scene, plot, replaced[:, SENSED]), replaced[:, used]):
+    for x, y in plot.points(plot.along(replaced[:, SENSED] / duration_s), replaced[:, used]):
         canvas.box((x - 1, y - 1, 3, 3), REPLACED)
     collided = bool(scene.metrics["collided_target"])
     canvas.circle(points[-1], 5.0 if collided else 3.5, DAMAGE if collided else TRUE)
@@ -79,38 +77,17 @@ def draw_injections(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray, 
     draw_panel(canvas, plot)
     end, limit = draw_title(canvas, plot, "Injected"), plot.box[0] + plot.box[2]
     read, n = rows[rows[:, TIME] > 0], len(scene.gap)
-    begin, finish = times(scene, plot, read[:, SENSED]), times(scene, plot, read[:, SENSED] + step_s)
+    held_s = np.stack([read[:, SENSED], read[:, SENSED] + step_s], 1).ravel()
+    x = plot.along(held_s / scene.duration_s)
     for k, sensor in enumerate(np.flatnonzero(scene.attacked).tolist()):
         color, unit = FALSES[k % len(FALSES)], "m" if sensor < n else "m/s"
         name = ("x" if sensor < n else "v") + str(sensor % n + 1)
         values = read[:, INJECTIONS + k]
-        draw_curve(canvas, plot.points(np.stack([begin, finish], 1).ravel(), np.repeat(values, 2)), color)
+        draw_curve(canvas, plot.points(x, np.repeat(values, 2)), color)
         label = f"{name} {scene.injection[sensor]:+.4g} {unit}"
         if end + canvas.text_width(label, color, SMALL) < limit:
             end += 10 + canvas.text(label, (end + 10, plot.box[1] - 7), color, SMALL)
     draw_edge(canvas, plot)
-
-
-def draw_times(canvas: Canvas, scene: Scene, plot: Plot) -> None:
-    """Seconds below a panel."""
-    _, top, _, height = plot.box
-    for second in np.linspace(0.0, scene.duration_s, TIME_MARKS).tolist():
-        align = second / scene.duration_s
-        x = float(times(scene, plot, np.array(second)))
-        canvas.text(f"{second:g} s", (x, top + height + 9), MUTED, SMALL, align=align)
-
-
-def draw_curve(canvas: Canvas, points: list[Point], color: Color) -> None:
-    """A line two pixels thick."""
-    if len(points) > 1:
-        canvas.path(points, color)
-        canvas.path([(x, y + 1) for x, y in points], color)
-
-
-def times(scene: Scene, plot: Plot, time_s: FloatArray) -> FloatArray:
-    """Pixels of times."""
-    left, _, width, _ = plot.box
-    return np.asarray(left + ROOM + np.minimum(time_s / scene.duration_s, 1.0) * (width - 2 * ROOM))
 
 
 def pair_of(scene: Scene) -> str:

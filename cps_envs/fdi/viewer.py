@@ -7,21 +7,20 @@ import math
 import numpy as np
 
 from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE
+from cps_envs.core.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_header
+from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, WHITE, tint
+from cps_envs.core.plot import AXIS, Plot, draw_times, rounded_up
 from cps_envs.core.types import Array
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.history import History, Peaks
 from cps_envs.fdi.outcome import certificate_of, outcome_of, task_of
-from cps_envs.fdi.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE, tint
-from cps_envs.fdi.plot import AXIS, Plot, rounded_up
+from cps_envs.fdi.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
 from cps_envs.fdi.profile import draw_closing_speeds, draw_commands, draw_gaps, draw_numbers
 from cps_envs.fdi.road import draw_road
 from cps_envs.fdi.scene import Scene
-from cps_envs.fdi.traces import draw_injections, draw_target_closing_speed, draw_target_gap, draw_times
+from cps_envs.fdi.traces import draw_injections, draw_target_closing_speed, draw_target_gap
 
-WIDTH, HEIGHT, MARGIN = 960, 540, 16
-INNER = WIDTH - 2 * MARGIN
-CLOCK = 130  # pixels
+CARD = 138.0  # pixels from card to card
 ROAD_TOP, ROAD_HEIGHT = 116, 118
 PLOTS_TOP, PLOT_HEIGHT, PITCH = 256, 74, 90
 BELOW_ZERO = 0.4  # desired gaps shown below zero, for collisions
@@ -37,7 +36,7 @@ CARDS = (
 
 
 class Viewer:
-    """Draws scenes of one configuration; curves hold the frames of the same episode that it has drawn before.
+    """Draws scenes of one configuration; curves hold the moments of the same episode that it has seen before.
 
     Raises:
         MissingExtraError: pygame is not installed.
@@ -48,15 +47,18 @@ class Viewer:
         self._canvas = Canvas(WIDTH, HEIGHT)
         self._history = History()
 
+    def watch(self, scene: Scene) -> None:
+        """Take a moment in without drawing it, so that later curves hold it."""
+        self._history.add(with_illegal_readings(scene), self._config.dt_s)
+
     def frame(self, scene: Scene) -> Array:
         """The picture of a scene, uint8 (H, W, 3)."""
-        canvas, config = self._canvas, self._config
-        shown = with_illegal_readings(scene)
-        self._history.add(shown, config.dt_s)
+        self.watch(scene)
+        canvas, shown = self._canvas, with_illegal_readings(scene)
         canvas.fill(PAGE)
-        draw_header(canvas, shown)
-        draw_cards(canvas, shown, (MARGIN, 52, INNER, 38))
-        draw_caption(canvas, shown, config)
+        draw_header(canvas, "False data injection", task_of(shown), shown.time_s, shown.duration_s, decimals=2)
+        draw_metrics(canvas, shown, (MARGIN, 52, INNER, 38))
+        draw_caption(canvas, shown, self._config)
         draw_road(canvas, shown, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
         self._draw_plots(shown)
         return canvas.pixels()
@@ -71,7 +73,7 @@ class Viewer:
         draw_target_gap(canvas, scene, gaps, rows)
         draw_target_closing_speed(canvas, scene, speeds, rows)
         draw_injections(canvas, scene, injection, rows, config.dt_s)
-        draw_times(canvas, scene, injection)
+        draw_times(canvas, injection, scene.duration_s)
 
 
 def with_illegal_readings(scene: Scene) -> Scene:
@@ -108,33 +110,16 @@ def plots(scene: Scene, config: FdiConfig, peaks: Peaks) -> list[tuple[Plot, Plo
     return pairs
 
 
-def draw_header(canvas: Canvas, scene: Scene) -> None:
-    """What is shown, the task, the time, and a bar of the episode's progress."""
-    end = MARGIN + canvas.text("False data injection", (MARGIN, 22), INK, 28)
-    with canvas.within((0, 0, WIDTH - MARGIN - CLOCK, HEIGHT)):
-        canvas.text(task_of(scene), (end + 14, 24), MUTED, 18)
-    width = canvas.text(f" / {scene.duration_s:g} s", (WIDTH - MARGIN, 24), MUTED, 18, align=1)
-    canvas.text(f"{scene.time_s:.2f} s", (WIDTH - MARGIN - width, 22), INK, 28, align=1)
-    canvas.box((MARGIN, 38, INNER, 5), BORDER, radius=2)
-    share = min(scene.time_s / scene.duration_s, 1.0)
-    if share > 0:
-        canvas.box((MARGIN, 38, INNER * share, 5), MUTED, radius=2)
-
-
-def draw_cards(canvas: Canvas, scene: Scene, box: Box) -> None:
+def draw_metrics(canvas: Canvas, scene: Scene, box: Box) -> None:
     """The target and the metrics so far, and the impact speed on its scale."""
     left, top, width, height = box
-    pitch, i = 138.0, scene.target - 1
+    i = scene.target - 1
     closing = float(scene.closing_speed[i]) + 0.0  # no minus before zero
     values = [("Target gap", f"{scene.gap[i]:.2f} m"), ("Target closing at", f"{closing:.2f} m/s")]
     values += [(label, form.format(scale * scene.metrics[name])) for label, name, scale, form in CARDS]
-    for k, (label, value) in enumerate(values):
-        card = (left + k * pitch, top, pitch - 8, height)
-        canvas.box(card, PANEL, radius=4)
-        canvas.box(card, BORDER, radius=4, border=1)
-        canvas.text(label, (card[0] + 9, top + 11), MUTED, 16)
-        canvas.text(value, (card[0] + 9, top + 27), INK, 22)
-    draw_gauge(canvas, scene, (left + 5 * pitch + 8, top, width - 5 * pitch - 8, height))
+    draw_cards(canvas, values, box, CARD)
+    begin = len(values) * CARD + 8
+    draw_gauge(canvas, scene, (left + begin, top, width - begin, height))
 
 
 def draw_gauge(canvas: Canvas, scene: Scene, box: Box) -> None:

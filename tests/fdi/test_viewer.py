@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import MissingExtraError
+from cps_envs.core.plot import Plot, marks_of, rounded_up
 from cps_envs.core.types import Array
 from cps_envs.fdi.beliefs import belief_color, beliefs_of, free_rows
 from cps_envs.fdi.config import CLIP, FIG_3_2, PRESETS, FdiConfig
@@ -18,7 +19,6 @@ from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, History
 from cps_envs.fdi.outcome import certificate_of, outcome_of, task_of
 from cps_envs.fdi.palette import FALSE, REPLACED
-from cps_envs.fdi.plot import Plot, marks_of, rounded_up
 from cps_envs.fdi.road import VEHICLE_M, lay_out
 from cps_envs.fdi.scene import Scene
 from cps_envs.fdi.viewer import Viewer, plots, with_illegal_readings
@@ -88,6 +88,14 @@ def test_the_same_frames_give_the_same_pixels() -> None:
     first, second = Viewer(CONFIG), Viewer(CONFIG)
     for scene in (START, UNDER_WAY, COLLISION, COLLISION):
         assert np.array_equal(first.frame(scene), second.frame(scene))
+
+
+def test_curves_hold_what_was_only_watched() -> None:
+    drawn, watching = Viewer(CONFIG), Viewer(CONFIG)
+    drawn.frame(START)
+    watching.watch(START)
+    assert np.array_equal(drawn.frame(UNDER_WAY), watching.frame(UNDER_WAY))
+    assert not np.array_equal(watching.frame(UNDER_WAY), frame(UNDER_WAY))
 
 
 def bumped(values: Array, place: int, amount: float) -> Array:
