@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.dynamics import account
-from cps_envs.disbanding.lane import Constants, constants_of, kernel, lane_of
+from cps_envs.disbanding.lane import Constants, constants_of, lane_of
 from cps_envs.disbanding.state import State
 from cps_envs.disbanding.testbed.kalman import correct, predict
 from cps_envs.disbanding.testbed.platoons import decide, mark_touching

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_envs.core.compiled import kernel
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.disbanding.lane import kernel
 from cps_envs.disbanding.testbed.config import RobotConfig
 from cps_envs.disbanding.testbed.rules import Rules
 from cps_envs.disbanding.testbed.state import Robots

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cps_envs.disbanding.lane import constants_of, kernel, lane_of
+from cps_envs.core.compiled import kernel
+from cps_envs.disbanding.lane import constants_of, lane_of
 from cps_envs.disbanding.observation import fill_broadcast, fill_road, fill_vehicles
 from cps_envs.disbanding.state import State
 from cps_envs.disbanding.testbed.platoons import law_commands

@@ -5,9 +5,10 @@ A `State` holds what the filters say, in metres of road; its step is a control p
 
 from __future__ import annotations
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import clip, has_begun
 from cps_envs.disbanding.dynamics import command_by_law, correct_commands, final_command, first_mitigable, involve
-from cps_envs.disbanding.lane import Constants, kernel
+from cps_envs.disbanding.lane import Constants
 from cps_envs.disbanding.state import State
 from cps_envs.disbanding.testbed.rules import Rules
 from cps_envs.disbanding.testbed.state import Floats

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.lane import kernel
 from cps_envs.disbanding.testbed.rules import Rules
 from cps_envs.disbanding.testbed.state import Floats
 
