@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.episode import draw_episode, start
 from cps_envs.hvac.fields import attacker_fields, defender_fields
@@ -57,12 +57,14 @@ class HvacGame(Game):
             attacker=np.zeros((num_lanes, self.fields["attacker"].size)),
             defender=np.zeros((num_lanes, self.fields["defender"].size)),
         )
+        self._episodes: IntArray = np.arange(num_lanes)
         self._quiet = np.zeros((num_lanes, entries))
         self._raw = np.full(num_lanes, READINGS)
         self._legal = np.ones((2, choices), np.int8)  # choices before the window is full, and from then on
         self._legal[0, 1:-1] = 0
 
     def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        self._episodes[lanes] += self.num_lanes
         for lane in np.flatnonzero(lanes).tolist():
             start(self.state, lane, draw_episode(self.config, generators[lane]), self.config)
         begin(self.constants, self.state, lanes, self._account)
@@ -107,6 +109,7 @@ class HvacGame(Game):
         """What the viewer draws of a lane."""
         state, k = self.state, int(self.state.step[lane])
         return Scene(
+            episode=int(self._episodes[lane]),
             step=k,
             onset=int(state.onset[lane]),
             temperature=state.temperature[lane].copy(),

@@ -11,6 +11,7 @@ from cps_envs.core.types import BoolArray, FloatArray
 class Scene:
     """One lane at one step; n zones, S sensors, sets of sensors."""
 
+    episode: int  # differs between the episodes of a game
     step: int  # k
     onset: int  # t_0
     temperature: FloatArray  # (n,) C, true

@@ -1,0 +1,54 @@
+"""What the controller was given in the last step, in words and by sensor."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cps_envs.core.types import BoolArray
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.scene import Scene
+
+
+class Belief(NamedTuple):
+    """Where the estimate came from."""
+
+    source: str
+    believed: BoolArray  # (S,) sensors behind it
+    flawed: bool  # one of them is compromised, and the attack has begun
+
+
+def belief_of(scene: Scene, config: HvacConfig, member: BoolArray) -> Belief:
+    """The choice of one step ago; `member` (sets, S) as by `sensors.membership`."""
+    decided = scene.step - 1
+    everything, nothing = np.ones(config.num_sensors, np.bool_), np.zeros(config.num_sensors, np.bool_)
+    if decided < 0:
+        return Belief("Nothing decided yet", nothing, False)
+    if 0 < scene.choice <= len(member):
+        believed = member[scene.choice - 1]
+        source = f"Controller follows set {scene.choice}: {in_words(believed)}"
+    elif scene.choice == 0:
+        believed, source = everything, "Controller follows the raw readings"
+    elif decided < config.window_steps:
+        believed, source = everything, "Controller follows the least squares of all sensors"
+    else:
+        believed, source = nothing, "Controller follows the model alone"
+    return Belief(source, believed, bool((believed & scene.compromised).any()) and decided >= scene.onset)
+
+
+def flawed_sets(member: BoolArray, compromised: BoolArray) -> BoolArray:
+    """Which sets (sets,), given by their sensors (sets, S), have a compromised one."""
+    return np.asarray((member & compromised).any(axis=1))
+
+
+def in_words(sensors: BoolArray) -> str:
+    """The numbers of the marked sensors (S,)."""
+    numbers = [str(sensor + 1) for sensor in np.flatnonzero(sensors)]
+    return f"sensor {numbers[0]}" if len(numbers) == 1 else f"sensors {', '.join(numbers[:-1])} and {numbers[-1]}"
+
+
+def clock(step: float, config: HvacConfig) -> str:
+    """Time of a step since midnight of the first day, such as 6:40."""
+    minutes = round(step * config.step_s / 60.0)
+    return f"{minutes // 60}:{minutes % 60:02d}"

@@ -1,0 +1,30 @@
+"""What the colours of the building's picture stand for."""
+
+from __future__ import annotations
+
+from cps_envs.core.palette import WHITE, Color, color_scale
+
+TRUE: Color = (48, 112, 190)
+FALSE: Color = (214, 102, 16)  # compromised sensors, and sets with one
+ESTIMATE: Color = (0, 140, 108)  # what the controller believes
+DAMAGE: Color = (204, 28, 46)
+HEAT: Color = (178, 34, 52)
+HONEST: Color = (70, 82, 102)  # sensors that nobody forges
+WALL: Color = (196, 203, 213)
+
+LEVELS = 101
+REACH_C = 10.0  # of the scale on both sides of the reference
+_ANCHORS = ((92, 148, 214), (148, 190, 230), (226, 237, 240), (246, 240, 222), (246, 186, 108), (228, 98, 74))
+TEMPERATURE_SCALE = color_scale(_ANCHORS, (0.0, 0.25, 0.47, 0.53, 0.75, 1.0), LEVELS)
+
+
+def temperature_color(temperature_c: float, reference_c: float) -> Color:
+    """Blue 10 C or more below the reference, pale at it, red 10 C or more above."""
+    share = (temperature_c - reference_c + REACH_C) / (2 * REACH_C)
+    return TEMPERATURE_SCALE[round(min(max(share, 0.0), 1.0) * (LEVELS - 1))]
+
+
+def tint(color: Color, share: float, ground: Color = WHITE) -> Color:
+    """A colour laid over a ground so thinly that `share` of it remains."""
+    red, green, blue = (round(share * top + (1 - share) * below) for top, below in zip(color, ground, strict=True))
+    return red, green, blue
