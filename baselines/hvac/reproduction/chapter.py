@@ -1,0 +1,110 @@
+"""Reproducing chapter 4, or parts of it: simulate, compare, and hand over as tables, words or plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from baselines.hvac.reproduction import blocks, document, figures
+from baselines.hvac.reproduction.cells import Row, table_rows
+from baselines.hvac.reproduction.evaluation import evaluate
+from baselines.hvac.reproduction.measures import measures
+from baselines.hvac.reproduction.reference import Check, check
+from baselines.hvac.reproduction.rules import RULES
+from baselines.hvac.reproduction.selection import CLAIMS, EARLY, FIGURES, TABLES, needed
+from baselines.hvac.reproduction.summary import closing
+from baselines.reproduction.block import Block
+from baselines.reproduction.claims import Claim, Finding
+from baselines.reproduction.evidence import Evidence, Report, compute
+from baselines.reproduction.findings import findings_block, findings_document
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Parts of the chapter, simulated."""
+
+    parts: Sequence[str]
+    evidence: Evidence
+    quick: bool = False
+
+    @cached_property
+    def tables(self) -> dict[str, list[Row]]:
+        """The tables asked for."""
+        return {part: table_rows(self.evidence, part) for part in self.parts if part in TABLES}
+
+    @cached_property
+    def findings(self) -> list[tuple[Claim, Finding]]:
+        """All claims, if asked for."""
+        return evaluate(self.evidence) if CLAIMS in self.parts else []
+
+    @cached_property
+    def checks(self) -> list[Check]:
+        """The numbers of this run that have a reference."""
+        return check(measures(self.evidence))
+
+    @property
+    def passed(self) -> bool:
+        """Whether our numbers are those of the reference, or where they never were, what they were."""
+        return all(each.passed for each in self.checks)
+
+    def blocks(self) -> list[Block]:
+        """Tables for readers."""
+        evidence = self.evidence
+        makers: dict[str, Callable[[], list[Block]]] = {
+            "4.1": lambda: [blocks.table_block(evidence, "4.1")],
+            "4.2": lambda: [blocks.table_block(evidence, "4.2")],
+            "4.2fig": lambda: [blocks.clear_day_block(evidence)],
+            "4.3fig": lambda: [blocks.energies_block(evidence)],
+            "4.4fig": lambda: blocks.undefended_blocks(evidence),
+            "4.5fig": lambda: [blocks.observers_block(evidence)],
+            "4.6fig": lambda: [blocks.sets_block(evidence)],
+            "4.7fig": lambda: blocks.bars_blocks(evidence, 4),
+            "4.8fig": lambda: blocks.bars_blocks(evidence, 8),
+            EARLY: lambda: [blocks.early_block(evidence)],
+            CLAIMS: lambda: [findings_block(self.findings, RULES)],
+        }
+        return [block for part in self.parts for block in makers[part]()]
+
+    def closing(self) -> list[str]:
+        """Paragraphs that say what is not reproduced, and why."""
+        return closing(self.parts, self.tables, self.findings, self.checks, quick=self.quick)
+
+    def document(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        return {
+            "chapter": 4,
+            "quick": self.quick,
+            "parts": {part: self._part_document(part) for part in self.parts},
+            "regression": document.checks_document(self.checks),
+            "closing": self.closing(),
+        }
+
+    def figures(self) -> Iterator[tuple[str, Any]]:
+        """File names and matplotlib figures of the parts that are figures.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        for part in self.parts:
+            if part in FIGURES:
+                yield f"figure_{part.removesuffix('fig').replace('.', '_')}", figures.draw(self.evidence, part)
+
+    def _part_document(self, part: str) -> Any:
+        if part in TABLES:
+            return document.table_document(self.tables[part])
+        if part in FIGURES:
+            return document.figure_document(self.evidence, part)
+        return document.early_document(self.evidence) if part == EARLY else findings_document(self.findings)
+
+
+def reproduce_chapter(
+    parts: Sequence[str], *, jobs: int = 1, quick: bool = False, report: Report | None = None
+) -> Reproduction:
+    """Simulate what the parts (of `selection.PARTS`) need.
+
+    `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
+    of the work done. `quick` leaves Table 4.2 and eight sensors out of the claims.
+    """
+    return Reproduction(tuple(parts), Evidence(compute(needed(parts, quick=quick), jobs, report)), quick)

@@ -1,0 +1,113 @@
+"""Days under the same settings, one per seed, simulated side by side, and what became of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+
+import numpy as np
+
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.problem import HVAC
+from cps_envs.hvac.sensors import sensor_sets
+
+Settings = tuple[tuple[str, Hashable], ...]  # fields of the configuration that differ from the preset "paper"
+Watch = Callable[[HvacGame], None]
+CALL_S, LANE_S, SET_S = 150e-6, 9e-6, 0.2e-6  # roughly what a step costs: anyway, per day, per day and sensor set
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What B days of K steps in a building of n zones ended with."""
+
+    squared_error: FloatArray  # (K, B) C2, |x(k) - x_r|^2 summed over zones
+    mean_abs_error_c: FloatArray  # (B, n) over the whole day
+    onset_step: int
+    distinct_sets: IntArray  # (B,) sensor sets chosen at some time
+    intact_sets: IntArray  # (B,) of these, those without an attacked sensor
+    model_steps: IntArray  # (B,) in which the model's prediction was chosen
+    rejecting_steps: IntArray  # (B,) in which no set passed the threshold of MTD2
+    full_window_steps: int  # in which a set could be chosen
+
+    @property
+    def a_impact(self) -> FloatArray:
+        """A_impact (4.19) of each day, (B,) C2, from the onset on."""
+        return self.impact_from(self.onset_step)
+
+    def impact_from(self, step: int) -> FloatArray:
+        """The mean of the squared error over the states from `step` on, (B,) C2."""
+        impact: FloatArray = self.squared_error[step:].mean(axis=0)
+        return impact
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """B days that differ by their seed only; an experiment of the chapter."""
+
+    attacker: str = "none"  # names of policies
+    defender: str = "none"
+    days: int = 1  # B; seeds 0..B-1
+    settings: Settings = ()
+
+    @property
+    def config(self) -> HvacConfig:
+        """The configuration that it shares with the environments."""
+        config: HvacConfig = HVAC.config("paper", dict(self.settings))
+        return config
+
+    @property
+    def cost(self) -> float:
+        """How long it takes, in seconds."""
+        config = self.config
+        lane_s = LANE_S + (0.0 if self.defender == "none" else SET_S * len(sensor_sets(config)))
+        return config.num_steps * (CALL_S + lane_s * self.days)
+
+    @property
+    def label(self) -> str:
+        """A few words for a progress bar."""
+        config = self.config
+        attacked = "" if self.attacker == "none" else f" on {config.max_compromised} of {config.num_sensors}"
+        return f"{self.attacker}{attacked}, {self.defender}"
+
+    def play(self, watch: Watch) -> HvacGame:
+        """Simulate all days; `watch` is called with the game at k = 0 and after every step."""
+        lanes = np.ones(self.days, np.bool_)
+        match = HVAC.match(self.config, self.days, {"attacker": self.attacker, "defender": self.defender})
+        game = match.game
+        assert isinstance(game, HvacGame)
+        match.reset(lanes, [np.random.default_rng(seed) for seed in range(self.days)])
+        watch(game)
+        for _ in range(game.horizon):
+            match.step({}, lanes, 1)
+            watch(game)
+        return game
+
+    def run(self) -> Outcome:
+        """Simulate them to the end."""
+        squares: list[FloatArray] = []
+        game = self.play(lambda game: squares.append(squared_error(game)))
+        metrics = {name: values.astype(np.int64) for name, values in game.metrics().items()}
+        return Outcome(
+            squared_error=np.array(squares),
+            mean_abs_error_c=game.state.absolute_error / game.config.num_steps,
+            onset_step=int(game.state.onset[0]),
+            distinct_sets=metrics["distinct_sets"],
+            intact_sets=(game.state.used & ~self._flawed(game)).sum(axis=1),
+            model_steps=metrics["model_steps"],
+            rejecting_steps=metrics["rejecting_steps"],
+            full_window_steps=game.horizon - game.config.window_steps,
+        )
+
+    def _flawed(self, game: HvacGame) -> BoolArray:
+        """Which sets use a sensor that is attacked, (B, sets)."""
+        attacked = game.state.compromised & (self.attacker != "none")
+        marked: BoolArray = np.any(game.constants.member & attacked[:, np.newaxis], axis=2)
+        return marked
+
+
+def squared_error(game: HvacGame) -> FloatArray:
+    """|x(k) - x_r|^2 (B,), C2, at the state that the game is in."""
+    error: FloatArray = ((game.state.temperature - game.config.reference_c) ** 2).sum(axis=1)
+    return error

@@ -1,0 +1,376 @@
+"""`reproduce ch4` as a library: days, courses, verdicts, the reference, and the whole chapter."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from agents.console import to_json
+from baselines.hvac.reproduction import experiments, figures, impacts, reference, rules
+from baselines.hvac.reproduction.cells import agreement
+from baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
+from baselines.hvac.reproduction.claims import CLAIMS
+from baselines.hvac.reproduction.evaluation import evaluate
+from baselines.hvac.reproduction.measures import Measure, measures
+from baselines.hvac.reproduction.recording import Recorded
+from baselines.hvac.reproduction.scenario import Outcome, Scenario
+from baselines.hvac.reproduction.selection import FIGURES, PARTS, QUICK, chosen, needed
+from baselines.paper.tables import read_table
+from baselines.reproduction.claims import Claim
+from baselines.reproduction.evidence import Evidence, NotRunError
+from baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.hvac.building import discretise, weather
+from cps_envs.hvac.sensors import sensor_sets
+
+SHORT = (("num_steps", 190), ("onset_step", 120), ("window_steps", 100))
+FAST = ("4.2fig", "4.3fig", "4.5fig", "4.6fig", "claims")
+FAST_VERDICTS = {
+    **dict.fromkeys(("C01", "C02", "C05", "C09", "C10", "C15", "C16", "C17", "C18", "C19"), REPRODUCED),
+    **dict.fromkeys(("C21", "C22", "C31", "C37"), REPRODUCED),
+    **dict.fromkeys(("C20", "C23", "C29", "C30"), NEAR),
+    "C03": PARTLY,
+    **dict.fromkeys(("C04", "C06", "C07", "C08"), NOT),
+}
+LONG_VERDICTS = {
+    **dict.fromkeys(("C11", "C12", "C13", "C32", "C33", "C34"), REPRODUCED),
+    **dict.fromkeys(("C26", "C36", "C42"), NEAR),
+    **dict.fromkeys(("C14", "C24", "C25", "C35", "C38", "C39", "C40"), PARTLY),
+    **dict.fromkeys(("C27", "C28", "C41"), NOT),
+}
+OUTSIDE = {
+    "Table 4.2: 0 sensors, 10 %",
+    "Table 4.2: 0 sensors, 30 %",
+    "mtd2, onset 0: constant 1",
+    "mtd2, onset 0: random 1",
+    "mtd2, onset 0: random 2",
+    "mtd2, onset 0: random 3",
+    "mtd2, onset 100: constant 1",
+}
+
+
+@pytest.fixture(scope="module")
+def found() -> Reproduction:
+    todo = [each for part in FAST for each in needed((part,), quick=True) if part != "claims"]
+    return Reproduction(FAST, Evidence({each: each.run() for each in dict.fromkeys(todo)}))
+
+
+@pytest.fixture(scope="module")
+def whole() -> Reproduction:
+    return reproduce_chapter(PARTS)
+
+
+# Days
+
+
+def test_a_day_is_that_of_the_environment_with_the_same_seed() -> None:
+    days = Scenario("random", "none", 3, SHORT).run().a_impact
+    for seed, expected in enumerate(days.tolist()):
+        env: Any = gymnasium.make("cps_envs:cps_envs/HvacDefense-v0", opponent="random", **dict(SHORT))
+        env.reset(seed=seed)
+        total, done = 0.0, False
+        while not done:
+            _, reward, _, done, info = env.step(0)
+            total -= reward
+        assert info["a_impact"] == pytest.approx(expected, rel=1e-12)
+        assert total == pytest.approx(expected, rel=1e-9)
+
+
+def test_impact_is_the_mean_over_the_states_since_a_step() -> None:
+    course = Recorded(Scenario("constant", "none", 2, SHORT)).run()
+    outcome = Scenario("constant", "none", 2, SHORT).run()
+    square = ((course.temperature_c - 25.0) ** 2).sum(axis=2)
+    np.testing.assert_allclose(outcome.squared_error, square, rtol=1e-13)
+    np.testing.assert_allclose(outcome.a_impact, square[120:].mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(outcome.impact_from(150), square[150:].mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(outcome.mean_abs_error_c, np.abs(course.temperature_c - 25.0).mean(axis=0), rtol=1e-12)
+
+
+def test_intact_sets_are_those_without_an_attacked_sensor() -> None:
+    attacked = Recorded(Scenario("constant", "mtd1", 2, (*SHORT, ("num_compromised", 1))))
+    outcome, course = attacked.scenario.run(), attacked.run()
+    sets = sensor_sets(course.config)
+    for day in range(2):
+        used = {int(choice) for choice in course.choice[100:, day]}
+        assert outcome.distinct_sets[day] == len(used)
+        assert outcome.intact_sets[day] == sum(2 not in sets[choice - 1] for choice in used)
+    free = Scenario("none", "mtd1", 2, SHORT).run()
+    np.testing.assert_array_equal(free.intact_sets, free.distinct_sets)
+
+
+def test_a_course_obeys_the_building_and_the_controller_gets_the_readings() -> None:
+    course = Recorded(Scenario("none", "none", 2, SHORT)).run()
+    A, B, G = discretise(course.config)
+    x, u = course.temperature_c, course.heating_w
+    w = weather(course.config, len(x))[:-1, np.newaxis]
+    np.testing.assert_allclose(x[1:], x[:-1] @ A.T + B * u + G * w, atol=1e-10)
+    np.testing.assert_allclose(course.estimate_c, course.reading_c[:-1], atol=1e-12)
+    np.testing.assert_allclose(course.estimation_error_c, np.abs(course.reading_c - x)[:-1], atol=1e-12)
+    assert course.level_percent.max() == pytest.approx(u.max() / 10.0)
+    assert (course.between(1.0, 2.0), course.onset_step) == (slice(30, 60), 120)
+
+
+# Parts
+
+
+def test_parts_are_chosen_in_their_order() -> None:
+    assert chosen([]) == PARTS
+    assert chosen([], quick=True) == QUICK
+    assert chosen(["claims", "4.1"], quick=True) == ("4.1", "claims")
+    assert chosen(["4.8fig"], quick=True) == ("4.8fig",)
+    with pytest.raises(ConfigurationError, match=r"4\.7fig"):
+        chosen(["4.7"])
+
+
+def test_quick_claims_need_neither_eight_sensors_nor_table_4_2() -> None:
+    quick = {scenario_of(each) for each in needed(("claims",), quick=True)}
+    full = {scenario_of(each) for each in needed(PARTS, quick=False)}
+    assert quick < full
+    assert not any(("num_sensors", 8) in each.settings for each in quick)
+    assert not any("model_error" in dict(each.settings) for each in quick)
+    assert len(full) > 150
+
+
+def scenario_of(experiment: Any) -> Scenario:
+    scenario: Scenario = getattr(experiment, "scenario", experiment)
+    return scenario
+
+
+def test_table_rows_use_the_sensors_that_they_name() -> None:
+    for used, sensors in enumerate(experiments.TABLE_SENSORS, 1):
+        cell = experiments.table_cell("4.1", 20, used)
+        assert sensor_sets(cell.config)[used - 1] == sensors
+        assert cell.defender == f"fixed?sensors=[{','.join(map(str, sensors))}]"
+        assert cell.config.noise_std_c**2 == pytest.approx(0.2)
+    assert experiments.table_cell("4.2", 5, 0).config.model_error == 0.05
+    assert experiments.table_cell("4.2", 5, 0).config.noise_std_c == 0.0
+
+
+# Rules
+
+
+@pytest.mark.parametrize(
+    ("ours", "paper", "verdict"),
+    [
+        (3.333, "3", REPRODUCED),
+        (6.667, "6.6", REPRODUCED),
+        (2.0, "1", NOT),
+        (1.09, "1.00", NEAR),
+        (1.4, "1", REPRODUCED),
+    ],
+)
+def test_printed_numbers(ours: float, paper: str, verdict: str) -> None:
+    assert rules.of_printed(ours, Claim("C00", "", "", paper, "h")) == verdict
+
+
+@pytest.mark.parametrize(("paper", "verdict"), [(2.0, REPRODUCED), (0.95, NEAR), (3.2, NEAR), (0.8, NOT), (3.4, NOT)])
+def test_ranges(paper: float, verdict: str) -> None:
+    assert rules.of_range(np.array([1.0, 3.0, 2.0]), paper) == verdict
+
+
+@pytest.mark.parametrize(
+    ("ours", "paper", "verdict"), [(0.39, 0.3, "match"), (0.45, 0.3, "near"), (0.51, 0.3, "miss"), (2.1, 2.0, "match")]
+)
+def test_cells(ours: float, paper: float, verdict: str) -> None:
+    assert agreement(ours, paper) == verdict
+
+
+def test_where_a_defence_fails() -> None:
+    values = np.array([1.0, 1.5, 4.0, 20.0, 300.0])
+    assert impacts.first_failing(values, 9.5) == 3
+    assert impacts.first_failing(values, 1000.0) is None
+    assert impacts.first_failing(np.array([50.0, 1.0]), 9.5) is None
+    low, high = impacts.lines_giving(values, 3)
+    assert (low, high) == (4.0, 20.0)
+    assert impacts.first_failing(values, low) == impacts.first_failing(values, high - 1e-9) == 3
+
+
+def test_up_to_where_an_impact_equals_the_attack_free_one() -> None:
+    assert impacts.equal_up_to([made(each) for each in (1.0, 1.9, 2.1, 1.0)]) == 1
+    assert impacts.equal_up_to([made(each) for each in (1.0, 1.0, 1.0)]) == 2
+
+
+# Verdicts on made-up days: what the paper claims, and its opposite
+
+
+def made(impact: float, sets: int = 3) -> Outcome:
+    numbers = np.full(2, sets)
+    return Outcome(np.full((720, 2), impact), np.zeros((2, 4)), 200, numbers, numbers, 0 * numbers, 0 * numbers, 519)
+
+
+def bars(num_sensors: int, mtd1: dict[str, int], mtd2: int | None) -> dict[Any, Outcome]:
+    """Days on which MTD1 fails at these counts by attack, and MTD2 at another under either fallback."""
+    days: dict[Any, Outcome] = {}
+    for attacker in experiments.ATTACKS:
+        for count in range(num_sensors + 1):
+            sets = num_sensors - count
+            days[experiments.compared(num_sensors, attacker, "none", count)] = made(10.0 + 100.0 * count)
+            failed = 0 < mtd1[attacker] <= count
+            days[experiments.compared(num_sensors, attacker, "mtd1", count)] = made(200.0 if failed else 1.0)
+            failed = mtd2 is not None and mtd2 <= count
+            for name in ("mtd2", experiments.MODEL_FALLBACK):
+                days[experiments.compared(num_sensors, attacker, name, count)] = made(200.0 if failed else 1.0, sets)
+    return days
+
+
+def verdicts(days: dict[Any, Any], only: tuple[str, ...]) -> dict[str, str]:
+    return {claim.id: finding.verdict for claim, finding in evaluate(Evidence(days), only)}
+
+
+def test_claims_about_defences_follow_the_days() -> None:
+    four, eight = ("C32", "C33", "C34", "C35", "C36"), ("C38", "C39", "C40", "C41", "C42")
+    as_printed = bars(4, dict.fromkeys(experiments.ATTACKS, 2), 4)
+    assert set(verdicts(as_printed, four).values()) == {REPRODUCED}
+    weak = bars(4, dict.fromkeys(experiments.ATTACKS, 1), 3)
+    assert verdicts(weak, four) == {**dict.fromkeys(four, NOT), "C36": REPRODUCED}
+    as_printed = bars(8, {"constant": 6, "sine": 7, "random": 5}, 8)
+    assert set(verdicts(as_printed, eight).values()) == {REPRODUCED}
+    stands = verdicts(bars(8, dict.fromkeys(experiments.ATTACKS, 0), None), eight)
+    assert (stands["C38"], stands["C39"]) == (NOT, NOT)
+
+
+def test_claims_about_undefended_attacks_follow_the_days() -> None:
+    days = {experiments.undefended(a, count): made(10.0 * count) for a in experiments.ATTACKS for count in range(5)}
+    assert verdicts(days, ("C11", "C12")) == {"C11": REPRODUCED, "C12": NOT}
+    days = {each: made(149.253) for each in days}
+    assert verdicts(days, ("C11", "C12")) == {"C11": NOT, "C12": REPRODUCED}
+
+
+def test_a_claim_whose_days_were_left_out_stays_open() -> None:
+    assert verdicts({}, ("C11", "C37")) == {"C11": UNKNOWN, "C37": REPRODUCED}
+
+
+def test_every_claim_of_the_paper_has_one_evaluation() -> None:
+    assert sorted(CLAIMS.judged) == [row["id"] for row in read_table("claims_ch4")]
+
+
+# The reference
+
+
+def test_reference_has_a_reason_for_every_number_outside() -> None:
+    known = reference.references()
+    assert len(known) == 176
+    assert {f"{group}: {case}" for (group, case), each in known.items() if each.recorded is not None} == OUTSIDE
+    for each in known.values():
+        assert (each.recorded is None) == (each.reason == "")
+        assert each.kind in (reference.ABSOLUTE, reference.SHARE, reference.FACTOR)
+        assert each.recorded is None or not each.admits(each.recorded, each.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "tolerance", "inside", "outside"),
+    [("absolute", 0.5, 2.5, 2.6), ("share", 0.1, 1.8, 1.7), ("factor", 2, 4, 4.1)],
+)
+def test_tolerances(kind: str, tolerance: float, inside: float, outside: float) -> None:
+    stated = reference.Reference(2.0, kind, tolerance)
+    assert stated.admits(inside, stated.value)
+    assert not stated.admits(outside, stated.value)
+
+
+def test_a_number_recorded_as_outside_has_to_stay_what_it_was() -> None:
+    stated = reference.Reference(1.0, "share", 0.2, recorded=3.0, reason="few days")
+    for value, passed in ((1.1, True), (3.2, True), (2.0, False), (4.0, False)):
+        assert reference.Check(Measure("group", "case", value), stated).passed == passed
+
+
+def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction) -> None:
+    assert found.passed
+    energy_w = experiments.ENERGIES_W[0]
+    course = found.evidence[experiments.noise_free(energy_w)]
+    warmer = course._replace(temperature_c=course.temperature_c + 0.1)
+    changed = Reproduction(("4.2fig",), Evidence({experiments.noise_free(energy_w): warmer}))
+    assert not changed.passed
+    assert any("FAILED: clear day: zone 1 before noon 0.95" in paragraph for paragraph in changed.closing())
+
+
+# What runs in seconds
+
+
+def test_fast_verdicts(found: Reproduction) -> None:
+    assert {
+        claim.id: finding.verdict for claim, finding in found.findings if finding.verdict != UNKNOWN
+    } == FAST_VERDICTS
+
+
+def test_fast_values(found: Reproduction) -> None:
+    values = {claim.id: finding.value for claim, finding in found.findings}
+    expected = {"C01": 1.18, "C10": 0.86, "C15": 0.444, "C16": 0.436, "C17": 0.143, "C19": 7.66, "C20": 7.11}
+    for name, value in expected.items():
+        assert values[name] == pytest.approx(value, rel=0.005), name
+    assert [values[name] for name in ("C06", "C07", "C08")] == [2.0, 5.0, 25.0]
+    assert values["C30"] == (1.0, 2.0, 3.0, 4.0, 8.0, 9.0, 10.0, 11.0)
+
+
+def test_fast_document_is_strict_json(found: Reproduction) -> None:
+    document = json.loads(to_json(found.document()))
+    assert list(document["parts"]) == list(FAST)
+    assert document["regression"]["passed"]
+    assert [row["zone"] for row in document["parts"]["4.2fig"]] == [1, 2, 3, 4]
+    assert len(document["parts"]["4.6fig"]) == 14
+
+
+def test_closing_speaks_of_what_was_computed(found: Reproduction) -> None:
+    text = " ".join(found.closing())
+    for words in ("settles at 1 %", "consistent with itself", "not evaluated: C11", "are one calibrated set"):
+        assert words in text
+    assert "what MTD2 does when no set passes" not in text
+    with_claim = Reproduction(("claims",), Evidence(bars(4, dict.fromkeys(experiments.ATTACKS, 2), None)))
+    assert "what MTD2 does when no set passes" in " ".join(with_claim.closing())
+
+
+@pytest.mark.parametrize("part", [part for part in FAST if part in FIGURES])
+def test_fast_figures_are_drawn(found: Reproduction, part: str) -> None:
+    pytest.importorskip("matplotlib")
+    figure = figures.draw(found.evidence, part)
+    assert all(panel.lines for panel in figure.axes)
+
+
+def test_figures_need_their_days() -> None:
+    with pytest.raises(NotRunError):
+        figures.draw(Evidence({}), "4.7fig")
+
+
+@pytest.mark.parametrize("num_sensors", [4, 8])
+def test_bars_are_drawn_and_listed(num_sensors: int) -> None:
+    pytest.importorskip("matplotlib")
+    part = {4: "4.7fig", 8: "4.8fig"}[num_sensors]
+    made_up = Reproduction((part,), Evidence(bars(num_sensors, dict.fromkeys(experiments.ATTACKS, 2), num_sensors)))
+    ((name, figure),) = made_up.figures()
+    assert name == f"figure_4_{part[2]}"
+    assert len(figure.axes) == 4
+    block, sets = made_up.blocks()
+    assert len(block.rows) == 9
+    assert block.rows[0][:4] == ("constant", "none", "10.0 ± 0.0", "110 ± 0")
+    assert len(sets.rows) == 4
+    document = made_up.document()["parts"][part]
+    assert document["bars"]["sine"]["mtd1"][2]["a_impact"]["mean"] == pytest.approx(200.0)
+    assert document["failing_line_c2"] == pytest.approx(10.0)
+
+
+# The whole chapter
+
+
+@pytest.mark.slow
+def test_whole_chapter_is_within_the_reference(whole: Reproduction) -> None:
+    assert len(whole.checks) == len(reference.references())
+    assert {check.name for check in whole.checks if not check.inside} == OUTSIDE
+    assert whole.passed
+
+
+@pytest.mark.slow
+def test_whole_verdicts(whole: Reproduction) -> None:
+    assert {claim.id: finding.verdict for claim, finding in whole.findings} == FAST_VERDICTS | LONG_VERDICTS
+
+
+@pytest.mark.slow
+def test_whole_output(whole: Reproduction) -> None:
+    pytest.importorskip("matplotlib")
+    assert [name for name, _ in whole.figures()] == [f"figure_4_{number}" for number in range(2, 9)]
+    assert len(whole.blocks()) == 14
+    assert list(json.loads(to_json(whole.document()))["parts"]) == list(PARTS)
+    assert "169 of 176 numbers" in " ".join(whole.closing())
+    assert len({(each.group, each.case) for each in measures(whole.evidence)}) == len(measures(whole.evidence))
