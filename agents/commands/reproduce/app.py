@@ -6,8 +6,8 @@ import typer
 
 from agents.commands.reproduce.chapter_2 import chapter_2
 from agents.commands.reproduce.chapter_3 import chapter_3
-from agents.commands.reproduce.testbed import section_2_5
 from agents.commands.reproduce.chapter_4 import chapter_4
+from agents.commands.reproduce.testbed import section_2_5
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -19,5 +19,5 @@ def reproduce() -> None:
 
 app.command("ch2")(chapter_2)
 app.command("ch3")(chapter_3)
-app.command("testbed")(section_2_5)
 app.command("ch4")(chapter_4)
+app.command("testbed")(section_2_5)
