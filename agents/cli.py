@@ -16,6 +16,7 @@ from agents.commands.oracle import oracle
 from agents.commands.play import play
 from agents.commands.reproduce.app import app as reproduce
 from agents.commands.search_feedback import search_feedback
+from agents.commands.search_switching import search_switching
 from agents.commands.string_stability import string_stability
 from agents.commands.testbed import drive_robots
 from agents.console import err
@@ -87,6 +88,7 @@ app.command("bench")(bench)
 app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)
 app.command("calibrate-mtd2")(calibrate_mtd2)
+app.command("search-switching")(search_switching)
 
 
 def main() -> None:

@@ -56,7 +56,7 @@ HVAC_TESTS = ProblemTests(
 )
 ROGUE_DRAWN = {"preset": "learning", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "learning", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
-SQUARE = "tests.rogue.policies:Square?frequency_hz=0.12"
+SQUARE = "square?frequency_hz=0.12"
 LONG_LEARNING = {"preset": "learning", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "disbanding": ProblemTests(

@@ -20,8 +20,7 @@ class HeldLaw(AnalyticPolicy):
 
     def __init__(self, spec: RoleSpec, law: str = "linear") -> None:
         super().__init__(spec)
-        if spec.config.defense_action != "mode":
-            raise ConfigurationError(f'{type(self).__name__} selects laws; it needs defense_action="mode"')
+        require_laws(spec, self)
         if law not in LAWS:
             raise ConfigurationError(f"law = {law!r} is not one of {', '.join(LAWS)}")
         self.action = np.tile([LAWS.index(law), PLAIN], spec.config.num_intact)
@@ -35,6 +34,16 @@ class HeldLaw(AnalyticPolicy):
     ) -> tuple[Array, State]:
         """The same action for every lane."""
         return np.stack([self.action] * len(observation)), state
+
+
+def require_laws(spec: RoleSpec, policy: AnalyticPolicy) -> None:
+    """Refuse environments whose defender commands accelerations.
+
+    Raises:
+        ConfigurationError: this is one.
+    """
+    if spec.config.defense_action != "mode":
+        raise ConfigurationError(f'{type(policy).__name__} selects laws; it needs defense_action="mode"')
 
 
 def pd(spec: RoleSpec) -> HeldLaw:

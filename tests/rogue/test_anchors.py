@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from baselines.rogue.disband import Disband
 from baselines.rogue.laws import HeldLaw
+from baselines.rogue.square import SquareWave
+from baselines.rogue.switching import Switching
 from cps_envs.core.conformance import check_refinement
 from cps_envs.core.match import Match
 from cps_envs.core.play import finish, play_episodes
 from cps_envs.core.policy import Policy
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
-from tests.rogue.policies import Disband, Square, Switching
 
 FREQUENCIES_HZ = np.round(np.linspace(0.02, 0.5, 17), 3)
 RATIOS = (1.0, 1.1, 1.2, 1.3, 1.4)
@@ -40,7 +42,7 @@ def damages(kind: str | float, frequencies_hz: np.ndarray | float, **overrides: 
     """Damage per frequency under a law or under disbanding with a threshold in m."""
     frequencies = np.atleast_1d(frequencies_hz)
     game = RogueGame(ROGUE.config("paper", overrides), len(frequencies))
-    players = {"attacker": Square(game.spec("attacker"), frequencies), "defender": defender(game, kind)}
+    players = {"attacker": SquareWave(game.spec("attacker"), frequencies), "defender": defender(game, kind)}
     match = Match(game, players)
     match.reset(np.ones(len(frequencies), bool), [np.random.default_rng(0)] * len(frequencies))
     finish(match)
@@ -115,7 +117,7 @@ def test_maps(kind: str | float, column: int, contact: str) -> None:
 
 @pytest.mark.parametrize("law", ["pd", "sliding", "sliding_detection"])
 def test_half_the_step_changes_little(law: str) -> None:
-    players = {"attacker": "tests.rogue.policies:Square", "defender": law}
+    players = {"attacker": "square", "defender": law}
     for contact in ("pass", "solid"):
         found = check_refinement(
             ROGUE, players, {"dt_s": 0.0005}, metric="damage", tolerance=0.0005, power_ratio=1.2, contact=contact

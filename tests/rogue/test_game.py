@@ -74,7 +74,7 @@ def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed():
 
 def test_the_payoff_is_damage_plus_the_price_of_scattering():
     config = ROGUE.config("learning", {"duration_s": 20.0})
-    players = {"attacker": "tests.rogue.policies:Square", "defender": "sliding"}
+    players = {"attacker": "square", "defender": "sliding"}
     outcome = play_episodes(ROGUE, config, players, range(4))
     assert outcome["return"] == pytest.approx(outcome["damage"] + outcome["formation_charge"])
     assert outcome["formation_charge"] == pytest.approx(0.5 * outcome["formation_cost_s"])
@@ -208,7 +208,7 @@ def test_a_scene_is_a_copy():
     assert "sliding" in later.law
 
 
-@pytest.mark.parametrize("name", policy_names("rogue", "defender"))
+@pytest.mark.parametrize("name", sorted({*policy_names("rogue", "defender")} - {"mixture"}))
 def test_registered_defenders_play(name):
     config = ROGUE.config("learning", {"duration_s": 2.0})
     assert np.isfinite(play_episodes(ROGUE, config, {"attacker": "none", "defender": name}, [0])["return"]).all()

@@ -7,6 +7,7 @@ import typer
 from agents.commands.reproduce.chapter_2 import chapter_2
 from agents.commands.reproduce.chapter_3 import chapter_3
 from agents.commands.reproduce.chapter_4 import chapter_4
+from agents.commands.reproduce.chapter_5 import chapter_5
 from agents.commands.reproduce.testbed import section_2_5
 
 app = typer.Typer(no_args_is_help=True)
@@ -20,4 +21,5 @@ def reproduce() -> None:
 app.command("ch2")(chapter_2)
 app.command("ch3")(chapter_3)
 app.command("ch4")(chapter_4)
+app.command("ch5")(chapter_5)
 app.command("testbed")(section_2_5)

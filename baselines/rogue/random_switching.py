@@ -1,0 +1,63 @@
+"""An attacker that knows nothing: full driving and full braking effort for random times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.types import Array, BoolArray, FloatArray
+
+
+class RandomSwitching(AnalyticPolicy):
+    """F+ for `driving_s` in the mean, then F- for `braking_s` in the mean, with geometrically distributed times.
+
+    Raises:
+        ConfigurationError: a mean time below the attacker's decision interval.
+    """
+
+    def __init__(self, spec: RoleSpec, driving_s: float = 4.0, braking_s: float = 1.0) -> None:
+        super().__init__(spec)
+        if min(driving_s, braking_s) < spec.decision_interval_s:
+            raise ConfigurationError(
+                f"driving_s = {driving_s} and braking_s = {braking_s} have to be at least attack_hold_s = "
+                f"{spec.decision_interval_s:g}"
+            )
+        self.leave_driving = spec.decision_interval_s / driving_s
+        self.leave_braking = spec.decision_interval_s / braking_s
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """The signs (B, decisions) of the whole episode."""
+        return (np.stack([self._draw(generator) for generator in generators]),)
+
+    def _draw(self, generator: np.random.Generator) -> FloatArray:
+        draws = generator.random(round(self.spec.config.duration_s / self.spec.decision_interval_s))
+        signs, sign = np.empty(len(draws)), 1.0
+        for k, draw in enumerate(draws.tolist()):
+            if draw < (self.leave_driving if sign > 0 else self.leave_braking):
+                sign = -sign
+            signs[k] = sign
+        return signs
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        """The actions (B, 1), each -1 or 1.
+
+        Raises:
+            TypeError: `begin` was not called.
+        """
+        if state is None:
+            raise TypeError("the signs are drawn at the start of an episode: call begin() before predict()")
+        (signs,) = state
+        left_s = self.spec.fields.decode(observation)["time_left_s"]
+        decision = signs.shape[1] - np.round(left_s / self.spec.decision_interval_s).astype(np.int64)
+        now = np.clip(decision, 0, signs.shape[1] - 1)
+        return signs[np.arange(len(signs)), now][:, np.newaxis], state

@@ -1,0 +1,122 @@
+"""Reproducing chapter 5, or parts of it: simulate, compare, and hand over as tables, words or plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from baselines.reproduction.block import Block
+from baselines.reproduction.evidence import Report, compute
+from baselines.rogue.reproduction import blocks, document, plot_courses, plot_maps
+from baselines.rogue.reproduction.evaluation import FindingsByContact, evaluate
+from baselines.rogue.reproduction.evidence import Evidence
+from baselines.rogue.reproduction.fit import FURTHER, OWN, Maps, Variant, fits
+from baselines.rogue.reproduction.headroom import GENERAL_RIDE, HeadRoom, head_rooms
+from baselines.rogue.reproduction.parts import COURSES, needed
+from baselines.rogue.reproduction.reference import Check, check
+from baselines.rogue.reproduction.settings import CONTACTS, MAPS
+from baselines.rogue.reproduction.summary import closing
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Parts of the chapter."""
+
+    parts: Sequence[str]
+    evidence: Evidence
+    quick: bool = False
+
+    @cached_property
+    def findings(self) -> FindingsByContact:
+        """All claims by contact, if asked for."""
+        return evaluate(self.evidence) if "claims" in self.parts else {}
+
+    @cached_property
+    def fits(self) -> list[tuple[Variant, Maps, list[bool]]]:
+        """Which orderings survive which changes, if asked for."""
+        return list(fits(self.evidence, (*OWN, *FURTHER))) if "fit" in self.parts else []
+
+    @cached_property
+    def head_rooms(self) -> list[HeadRoom]:
+        """Kinds of attackers, if asked for."""
+        return head_rooms(self.evidence) if "headroom" in self.parts else []
+
+    @cached_property
+    def checks(self) -> list[Check]:
+        """What has a reference."""
+        return check(self.evidence, maps=self._has_maps)
+
+    @property
+    def passed(self) -> bool:
+        """Whether our damages are those of the reference; claims that do not hold do not count."""
+        return all(each.passed for each in self.checks)
+
+    def blocks(self) -> list[Block]:
+        """Tables for readers."""
+        makers: dict[str, Callable[[], list[Block]]] = {
+            **{
+                number: lambda number=number: [blocks.courses_block(self.evidence, number, COURSES[number])]  # type: ignore[misc]
+                for number in COURSES
+            },
+            "maps": lambda: [blocks.maps_block(self.evidence), blocks.line_block()],
+            "claims": lambda: [blocks.claims_block(self.findings)],
+            "fit": lambda: [blocks.fit_block(self.fits)],
+            "headroom": lambda: [blocks.head_room_block(self.head_rooms)],
+        }
+        return [block for part in self.parts for block in makers[part]()]
+
+    def closing(self) -> list[str]:
+        """Paragraphs that say what is not reproduced, and why."""
+        peaks = {self.evidence.map(defender).peak for defender in MAPS.values()} if self._has_maps else set()
+        fooled = self.evidence[GENERAL_RIDE] if self.head_rooms else None
+        return closing(self.findings, self.fits, self.head_rooms, fooled, peaks, self.checks, quick=self.quick)
+
+    def document(self) -> dict[str, Any]:
+        """Plain data for JSON."""
+        makers: dict[str, Callable[[], Any]] = {
+            **{
+                number: lambda number=number: document.courses_document(self.evidence, COURSES[number])  # type: ignore[misc]
+                for number in COURSES
+            },
+            "maps": lambda: document.maps_document(self.evidence),
+            "claims": lambda: document.claims_document(self.findings),
+            "fit": lambda: document.fit_document(self.fits),
+            "headroom": lambda: document.head_room_document(self.head_rooms),
+        }
+        return {
+            "chapter": 5,
+            "quick": self.quick,
+            "parts": {part: makers[part]() for part in self.parts},
+            "regression": document.checks_document(self.checks),
+            "closing": self.closing(),
+        }
+
+    def figures(self) -> Iterator[tuple[str, Any]]:
+        """File names and matplotlib figures of the parts that are figures.
+
+        Raises:
+            MissingExtraError: matplotlib is not installed.
+        """
+        for number, defenders in COURSES.items():
+            if number in self.parts:
+                yield f"figure_{number.replace('.', '_')}", plot_courses.draw(self.evidence, number, defenders)
+        if "maps" in self.parts:
+            for contact in CONTACTS:
+                yield f"figures_5_6_to_5_11_{contact}", plot_maps.draw(self.evidence.under(contact))
+
+    @property
+    def _has_maps(self) -> bool:
+        return bool({"maps", "claims", "fit"} & set(self.parts))
+
+
+def reproduce_chapter(
+    parts: Sequence[str], *, jobs: int = 1, quick: bool = False, report: Report | None = None
+) -> Reproduction:
+    """Simulate what the parts (keys of `parts.PARTS`) need.
+
+    `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
+    of the work done.
+    """
+    return Reproduction(tuple(parts), Evidence(compute(needed(parts), jobs, report)), quick)

@@ -1,0 +1,99 @@
+"""The reproduction as plain data, ready for JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from baselines.reproduction.findings import findings_document
+from baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
+from baselines.rogue.reproduction.evaluation import FindingsByContact
+from baselines.rogue.reproduction.evidence import Evidence
+from baselines.rogue.reproduction.fit import ORDERINGS, Maps, Variant
+from baselines.rogue.reproduction.headroom import HeadRoom
+from baselines.rogue.reproduction.reference import Check
+from baselines.rogue.reproduction.settings import CONTACTS, COURSE_FREQUENCIES_HZ, MAPS, RATIOS
+from cps_envs.rogue.config import PAPER
+
+
+def courses_document(evidence: Evidence, defenders: Sequence[str]) -> list[dict[str, Any]]:
+    """Damage and the leader's distance behind its reference, second by second."""
+    rows = []
+    for defender in defenders:
+        for frequency_hz in COURSE_FREQUENCIES_HZ:
+            course = evidence.course(defender, frequency_hz)
+            moments = [course.at(second) for second in range(int(course.config.duration_s) + 1)]
+            rows.append(
+                {
+                    "defender": defender,
+                    "frequency_hz": frequency_hz,
+                    "damage": course.damage[moments].tolist(),
+                    "leader_behind_m": course.behind_m[moments, -1].tolist(),
+                    "disbanded_s": course.disbanded_s,
+                }
+            )
+    return rows
+
+
+def maps_document(evidence: Evidence) -> dict[str, Any]:
+    """Every cell, and the collision line for both gaps."""
+    maps = [
+        {
+            "figure": figure,
+            "defender": defender,
+            "contact": contact,
+            "unit": unit,
+            "maximum": heat_map.highest,
+            "mean": heat_map.mean,
+            "peak": heat_map.peak,
+            "ratios": list(heat_map.ratios),
+            "frequencies_hz": list(heat_map.frequencies_hz),
+            "damage": heat_map.damage.tolist(),
+        }
+        for contact, unit in CONTACTS.items()
+        for figure, defender in MAPS.items()
+        for heat_map in [evidence.under(contact).map(defender)]
+    ]
+    gaps = {"bumpers": bumper_gap_m(), "centres": PAPER.separation_m}
+    line = {name: [collision_frequency_hz(ratio, gap_m) for ratio in RATIOS] for name, gap_m in gaps.items()}
+    return {"maps": maps, "collision_line_hz": {"ratios": list(RATIOS), **line}}
+
+
+def claims_document(findings: FindingsByContact) -> dict[str, Any]:
+    """Every claim with our finding, by contact."""
+    return {contact: findings_document(found) for contact, found in findings.items()}
+
+
+def fit_document(found: Iterable[tuple[Variant, Maps, list[bool]]]) -> dict[str, Any]:
+    """Which orderings survive."""
+    variants = [
+        {
+            "variant": variant.name,
+            "contact": variant.contact,
+            "hold": hold,
+            "maxima": {defender: heat_map.highest for defender, heat_map in maps.items()},
+            "means": {defender: heat_map.mean for defender, heat_map in maps.items()},
+        }
+        for variant, maps, hold in found
+    ]
+    return {"orderings": list(ORDERINGS), "variants": variants}
+
+
+def head_room_document(found: Sequence[HeadRoom]) -> list[dict[str, Any]]:
+    """The table with the other implementation's."""
+    return [{**asdict(each), "other": each.other} for each in found]
+
+
+def checks_document(checks: Sequence[Check]) -> list[dict[str, Any]]:
+    """The regression check."""
+    return [
+        {
+            "what": check.reference.label,
+            "ours": check.ours,
+            "reference": check.reference.damage,
+            "tolerance": check.reference.tolerance,
+            "passed": check.passed,
+        }
+        for check in checks
+    ]

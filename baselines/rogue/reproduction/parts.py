@@ -1,0 +1,75 @@
+"""The parts of the chapter that can be asked for, and what each needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from baselines.reproduction.evidence import Experiment
+from baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
+from baselines.rogue.reproduction.evidence import map_rows, searched_ride, square_ride, steady_waves
+from baselines.rogue.reproduction.fit import FURTHER
+from baselines.rogue.reproduction.headroom import head_room_experiments
+from baselines.rogue.reproduction.reference import references
+from baselines.rogue.reproduction.settings import (
+    CONTACTS,
+    COURSE_FREQUENCIES_HZ,
+    DISBANDING,
+    FREQUENCIES_HZ,
+    MAPS,
+    PASS,
+)
+from cps_envs.core.errors import ConfigurationError, near
+
+PARTS = {
+    "5.3": "Fig. 5.3: the sliding mode without and with detection, at equal power",
+    "5.5": "Fig. 5.5: disbanding at +2 m, at equal power",
+    "maps": "Figs. 5.6 to 5.11: damage over frequency and power",
+    "claims": "everything that the text claims, one by one",
+    "fit": "how selected the configuration is",
+    "headroom": "what square waves and searched attackers can do in the learning problem",
+}
+LONG = ("fit", "headroom")  # left out by --quick
+COURSES = {"5.3": ("sliding", "sliding_detection"), "5.5": ("disband_2",)}
+
+
+def chosen(parts: Iterable[str], *, quick: bool = False) -> tuple[str, ...]:
+    """The parts asked for in their usual order; if none is named all of them, with `quick` without the long ones.
+
+    Raises:
+        ConfigurationError: a part that does not exist.
+    """
+    wanted = list(parts)
+    for part in wanted:
+        if part not in PARTS:
+            raise ConfigurationError(f"chapter 5 has no part {part!r}. {near(part, PARTS)} Known: {', '.join(PARTS)}.")
+    default = [part for part in PARTS if not (quick and part in LONG)]
+    return tuple(part for part in PARTS if part in (wanted or default))
+
+
+def needed(parts: Sequence[str]) -> list[Experiment[Any]]:
+    """The experiments behind these parts, some twice, and those behind the regression check."""
+    todo: list[Experiment[Any]] = [each.experiment for each in references() if each.experiment is not None]
+    for part, defenders in COURSES.items():
+        if part in parts:
+            todo += [square_ride(name, each, PASS) for name in defenders for each in COURSE_FREQUENCIES_HZ]
+    if {"maps", "claims", "fit"} & set(parts):
+        todo += [row for contact in CONTACTS for name in MAPS.values() for row in map_rows(name, contact)]
+    if "claims" in parts:
+        todo += [each for contact in CONTACTS for each in _claimed(contact)]
+    if "fit" in parts:
+        todo += [each for variant in FURTHER for each in variant.experiments()]
+    if "headroom" in parts:
+        todo += head_room_experiments()
+    return todo
+
+
+def _claimed(contact: str) -> list[Experiment[Any]]:
+    """What the claims need beyond the maps."""
+    todo: list[Experiment[Any]] = [
+        square_ride(name, each, contact) for name in MAPS.values() for each in COURSE_FREQUENCIES_HZ
+    ]
+    todo += [square_ride("disband_2", each, contact, human_returns=True) for each in COURSE_FREQUENCIES_HZ]
+    todo += [square_ride(name, FREQUENCIES_HZ[0], contact, ratio) for name in EARLY_DISBANDING for ratio in ENDS]
+    todo += [searched_ride(name, contact) for name in DISBANDING]
+    return todo + [steady_waves(name, contact) for name in ("pd", "sliding", "sliding_detection")]

@@ -1,0 +1,244 @@
+"""The reproduction of chapter 5: its parts alone, and all of it against the specification's verdicts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from baselines.rogue.reproduction import evaluation, parts, reference, summary
+from baselines.rogue.reproduction.chapter import Reproduction, reproduce_chapter
+from baselines.rogue.reproduction.claims import CLAIMS
+from baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
+from baselines.rogue.reproduction.course import Course
+from baselines.rogue.reproduction.evidence import Evidence, map_rows, square_ride
+from baselines.rogue.reproduction.experiments import FULL_THROTTLE, Ride, Waves, square_waves
+from baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, orderings
+from baselines.rogue.reproduction.headroom import head_room_experiments
+from baselines.rogue.reproduction.heat_map import HeatMap
+from baselines.rogue.reproduction.plot_maps import edges_of
+from baselines.rogue.reproduction.settings import FREQUENCIES_HZ, MAPS, RATIOS
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.rogue.config import PAPER
+
+LINE = {  # specification 2, by gap in m
+    4.5: (0.110, 0.158, 0.196, 0.227, 0.280, 0.325, 0.364),
+    9.0: (0.075, 0.110, 0.136, 0.158, 0.196, 0.227, 0.255),
+}
+LINE_RATIOS = (1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0)
+
+
+@pytest.mark.parametrize("gap_m", LINE)
+def test_the_collision_line_is_the_specification_s(gap_m):
+    found = [collision_frequency_hz(ratio, gap_m) for ratio in LINE_RATIOS]
+    assert found == pytest.approx(LINE[gap_m], abs=6e-4)
+    assert collision_frequency_hz(1.0, gap_m) == 0.0
+    assert bumper_gap_m() == 4.5
+
+
+def test_the_collision_line_is_where_integrated_vehicles_meet():
+    ratio = 1.3
+
+    def slope(_, state):
+        _x, v, _y, w = state
+        return v, ratio * 5 - 0.1 * v, w, 5 - 0.1 * w
+
+    def contact(_, state):
+        return state[2] - state[0] - 4.5
+
+    contact.terminal = True
+    met = solve_ivp(slope, (0, 60), [0.0, 25.0, 9.0, 25.0], events=contact, rtol=1e-9, atol=1e-9)
+    assert collision_frequency_hz(ratio, 4.5) == pytest.approx(1 / (2 * met.t_events[0][0]), rel=1e-6)
+
+
+def heat_map(damage, frequencies_hz=(0.02, 0.05, 0.08, 0.11, 0.14), ratios=(1.0, 1.4)):
+    return HeatMap(ratios, frequencies_hz, np.asarray(damage, float))
+
+
+def test_a_heat_map_knows_its_peak_halves_and_windows():
+    found = heat_map([[4, 2, 9, 1, 0], [8, 6, 9, 20, 0]])
+    assert (found.highest, found.mean, found.peak) == (20, 5.9, (0.11, 1.4))
+    assert found.low.tolist() == [3, 7]
+    assert found.high.tolist() == [0.5, 10]
+    assert found.last_harmful_hz == [0.11, 0.11]
+    assert found.row(1.4).tolist() == [8, 6, 9, 20, 0]
+    part = found.window(0.05, 1.0)
+    assert (part.ratios, part.frequencies_hz) == ([1.0], [0.05, 0.08, 0.11, 0.14])
+    assert part.damage.tolist() == [[2, 9, 1, 0]]
+    assert edges_of((1.0, 1.1, 1.2)) == pytest.approx([0.95, 1.05, 1.15, 1.25])
+
+
+def maps_with(**peaks):
+    """Maps in which all eight orderings hold, with some maxima changed."""
+    highest = {"pd": 100, "sliding": 90, "sliding_detection": 60, "disband_2": 80, "disband_4": 85, "disband_7": 62}
+    rows = {name: [[30, 1, 1, 0, 0], [value, 1, 1, 0, 0]] for name, value in (highest | peaks).items()}
+    rows["sliding_detection"][0] = [10, 0, 0, 0, 0]
+    return {name: heat_map(row) for name, row in rows.items()}
+
+
+@pytest.mark.parametrize(
+    ("peaks", "broken"),
+    [
+        ({}, []),
+        ({"pd": 59}, [3]),
+        ({"sliding": 55}, [4]),
+        ({"sliding_detection": 81}, [5]),
+        ({"sliding_detection": 84}, [5, 6]),
+        ({"disband_7": 82}, [6, 7]),
+        ({"disband_7": 40}, [6]),
+        ({"disband_4": 59}, [5, 7]),
+    ],
+)
+def test_each_ordering_can_break(peaks, broken):
+    hold = orderings(maps_with(**peaks))
+    assert [k for k, each in enumerate(hold) if not each] == broken
+    assert len(hold) == len(ORDERINGS)
+
+
+def test_orderings_of_sums_and_of_halves_can_break():
+    maps = maps_with()
+    even = heat_map(np.ones((2, 5)))
+    assert orderings({**maps, "pd": replace(even, damage=100 * even.damage)})[1] is False
+    assert orderings({**maps, "sliding": replace(even, damage=100 * even.damage)})[2] is False
+    assert orderings({**maps, "sliding_detection": heat_map([[20, 0, 0, 0, 0], [60, 0, 0, 0, 0]])})[0] is False
+
+
+def test_variants_differ_and_use_the_paper_s_maps_where_they_can():
+    own = {each for name in MAPS.values() for contact in ("pass", "solid") for each in map_rows(name, contact)}
+    assert all(set(variant.experiments()) <= own for variant in OWN)
+    assert not any(set(variant.experiments()) <= own for variant in FURTHER)
+    assert len({variant.name for variant in (*OWN, *FURTHER)}) == len((*OWN, *FURTHER))
+
+
+def make_course(damage, human_from=None):
+    count = len(damage)
+    pairs = np.zeros((count, 4))
+    pairs[:, 2] = damage
+    x = np.tile(9.0 * np.arange(5), (count, 1))
+    humans = np.zeros((count, 5), bool)
+    if human_from is not None:
+        humans[human_from:] = True
+    return Course(
+        config=PAPER,
+        attacker=2,
+        time_s=np.arange(count, dtype=float),
+        position_m=x,
+        speed_mps=np.zeros((count, 5)),
+        acceleration_mps2=np.zeros((count, 5)),
+        reference_m=36.0 + 25.0 * np.arange(count),
+        alarm=np.zeros((count, 5), int),
+        human=humans,
+        pair_damage=pairs,
+    )
+
+
+def test_a_course_knows_growth_disbanding_and_distance_to_the_reference():
+    steady = make_course([0, 1, 2, 3, 4, 5, 6, 7, 8], human_from=5)
+    assert steady.grows_throughout(4, 0.01)
+    assert not make_course([0, 1, 2, 3, 4, 4, 4, 4, 4]).grows_throughout(4, 0.01)
+    assert not make_course([0] * 9).grows_throughout(4, 0.01)
+    assert (steady.disbanded_s, make_course([0, 1]).disbanded_s) == (5.0, None)
+    assert steady.behind_m[2].tolist() == [50.0] * 5
+    assert steady.intact == [0, 1, 3, 4]
+    assert steady.final_damage == 8
+
+
+def test_a_ride_is_the_same_episode_as_a_wave():
+    ride = Ride("square?frequency_hz=0.1", "sliding", 1.3, duration_s=20.0).run()
+    together = Waves("sliding", 1.3, (*square_waves((0.05, 0.1)), FULL_THROTTLE), duration_s=20.0).run()
+    assert ride.final_damage == together[1] > 0
+    assert ride.time_s[-1] == pytest.approx(20.0)
+    assert together[2] > together[1]
+
+
+def test_every_claim_has_a_check():
+    assert evaluation.SOURCES
+    assert set(CLAIMS.judged) == {claim.id for claim in CLAIMS.printed()} == {f"R{k:02d}" for k in range(1, 22)}
+
+
+def test_claims_that_were_not_simulated_stay_open():
+    findings = evaluation.evaluate(Evidence({}))
+    assert {finding.verdict for _, finding in (*findings["pass"], *findings["solid"])} == {UNKNOWN}
+
+
+def test_parts_have_their_order_and_quick_leaves_out_the_long_ones():
+    assert parts.chosen(["claims", "5.3"]) == ("5.3", "claims")
+    assert parts.chosen([]) == tuple(parts.PARTS)
+    assert set(parts.PARTS) - set(parts.chosen([], quick=True)) == set(parts.LONG)
+    assert parts.chosen(["fit"], quick=True) == ("fit",)
+    with pytest.raises(ConfigurationError, match="headroom"):
+        parts.chosen(["headrom"])
+    assert square_ride("disband_2", 0.05, "pass") in parts.needed(["5.5"])
+    assert len(head_room_experiments()) == 49
+
+
+def test_references_have_tolerances_and_a_change_fails():
+    every = reference.references()
+    assert len(every) == 24
+    assert {each.defender for each in every if each.what == reference.MAXIMUM} == set(MAPS.values())
+    cell = next(each for each in every if each.damage == 106.528)
+    assert cell.tolerance == pytest.approx(1.07, abs=0.01)
+    assert reference.Check(cell, 107.5).passed
+    assert not reference.Check(cell, 107.7).passed
+    failed = summary.closing({}, [], [], None, set(), [reference.Check(cell, 120.0)], quick=False)
+    assert "0 of 1" in failed[-1]
+    assert "FAILED: linear bidirectional, pass, ratio 1.2, 0.1 Hz: 120 for 106.528" in failed[-1]
+
+
+def test_maps_that_are_too_low_fail_the_reproduction():
+    results = {}
+    for contact in ("pass", "solid"):
+        for name in MAPS.values():
+            results |= {row: np.ones(len(FREQUENCIES_HZ)) for row in map_rows(name, contact)}
+    results |= {each.experiment: np.array([each.damage]) for each in reference.references() if each.experiment}
+    found = Reproduction(["maps"], Evidence(results))
+    assert not found.passed
+    assert sum(not each.passed for each in found.checks) == 12
+    assert Reproduction(["5.3"], Evidence(results)).passed
+
+
+# Specification 7, where R18 "holds for ratios >= 1.2", R21 is "pass: no", and R17 speaks of both contacts.
+VERDICTS = {
+    REPRODUCED: {3, 4, 5, 8, 9, 10, 11, 13, 14, 15, 16, 19},
+    PARTLY: {2, 7, 12, 17, 18, 20, 21},
+    NOT: {6},
+    UNKNOWN: {1},
+}
+
+
+@pytest.mark.slow
+def test_verdicts_are_the_specification_s():
+    found = reproduce_chapter(["maps", "claims"])
+    assert found.passed
+    verdicts = {claim.id: finding.verdict for claim, finding in found.findings["pass"]}
+    expected = {f"R{number:02d}": verdict for verdict, numbers in VERDICTS.items() for number in numbers}
+    assert verdicts == expected
+    solid = {claim.id: finding.verdict for claim, finding in found.findings["solid"]}
+    assert {solid[name] for name in ("R10", "R11", "R13", "R14")} == {NOT}  # "'solid' reverses" them
+    assert solid["R12"] == REPRODUCED
+    assert solid["R21"] in (NEAR, PARTLY)
+    assert found.evidence.map("pd").peak == (FREQUENCIES_HZ[0], RATIOS[-1])
+    text = " ".join(found.closing())
+    for words in ("818 combinations", "27 of 1152", "not a robust property", "one corner cell", "24 of 24"):
+        assert words in text
+
+
+@pytest.mark.slow
+def test_the_configuration_is_as_selected_as_the_specification_says():
+    found = reproduce_chapter(["fit"])
+    hold = {variant.name: held for variant, _, held in found.fits}
+    highest = {variant.name: {name: each.highest for name, each in maps.items()} for variant, maps, _ in found.fits}
+    assert all(hold["as configured"])
+    assert all(hold["F- = -0.5"])
+    assert all(hold["n_3 = 0.25, ratios to 2"])
+    for name in ("f from 0.05 Hz", "f from 0.11 Hz", "solid", "F- = 0", "n_3 = 0.25", "ratios to 2"):
+        assert not all(hold[name]), name
+    expected = {"F- = -0.5": (2061, 1705, 1315, 1930, 1755, 1349), "F- = 0": (1968, 1459, 1477, 1850, 1474, 1477)}
+    for name, values in expected.items():
+        assert list(highest[name].values()) == pytest.approx(values, rel=0.02), name
+    assert highest["n_3 = 0.25"]["disband_7"] == pytest.approx(2449, rel=0.02)
+    assert highest["ratios to 2"]["disband_4"] == pytest.approx(3080, rel=0.02)
+    assert highest["ratios to 2"]["sliding_detection"] == pytest.approx(3087, rel=0.02)
