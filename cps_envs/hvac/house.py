@@ -31,33 +31,35 @@ class House:
         below = GROUND + GAP if config.ground_zones else 0
         self._inner: Box = (left, top + SKY + GAP, width, height - SKY - GAP - below)
         self._layout: Layout = arrange(config, width / self._inner[3])
+        self._adjacent = self._layout.adjacent()
 
     @cached_property
     def rooms(self) -> list[Box]:
         """The box of each zone."""
         left, top, width, height = self._inner
-        wide = (width + GAP) / self._layout.columns
-        high = (height + GAP) / self._layout.rows
-        cells = self._layout.cells.tolist()
-        return [(left + column * wide, top + row * high, wide - GAP, high - GAP) for row, column in cells]
+        wide, high = width + GAP, (height + GAP) / self._layout.rows
+        places = zip(*(values.tolist() for values in self._layout), strict=True)
+        return [
+            (left + begin * wide, top + row * high, (end - begin) * wide - GAP, high - GAP)
+            for row, begin, end in places
+        ]
 
     @cached_property
     def doors(self) -> list[Box]:
         """A box across the wall between linked neighbours, the wider the better they conduct."""
-        config, boxes = self._config, []
-        conductance = 1.0 / np.array(config.link_resistance_k_per_w)
-        for (zone, other), share in zip(self._links, (conductance / conductance.max(initial=0)).tolist(), strict=True):
-            if self._layout.adjacent(zone, other):
-                one, two = sorted((self.rooms[zone], self.rooms[other]))
-                boxes.append(_between(one, two, NARROWEST + (WIDEST - NARROWEST) * share))
-        return boxes
+        conductance = 1.0 / np.array(self._config.link_resistance_k_per_w)
+        shares = NARROWEST + (WIDEST - NARROWEST) * conductance / conductance.max(initial=0)
+        return [
+            _between(self.rooms[zone], self.rooms[other], share)
+            for (zone, other), share in zip(self._links, shares.tolist(), strict=True)
+            if self._adjacent[zone, other]
+        ]
 
     @cached_property
     def afar(self) -> str:
-        """The links between zones that are not neighbours in the picture, in words."""
-        apart = [link for link in self._links if not self._layout.adjacent(*link)]
-        names = ", ".join(f"{zone + 1}-{other + 1}" for zone, other in apart)
-        return f"also linked: {names}" if apart else ""
+        """The links between zones that share no wall in the picture, in words."""
+        names = [f"{zone + 1}-{other + 1}" for zone, other in self._links if not self._adjacent[zone, other]]
+        return f"also linked: {', '.join(names)}" if names else ""
 
     @property
     def _links(self) -> list[tuple[int, int]]:
@@ -84,8 +86,10 @@ class House:
 
 
 def _between(one: Box, two: Box, share: float) -> Box:
-    """A box that joins the walls of two neighbours, of which the first is left of or above the second."""
-    left, top, width, height = one
-    if two[0] > left + width / 2:
-        return (left + width - 2, top + height * (1 - share) / 2, GAP + 4, height * share)
-    return (left + width * (1 - share) / 2, top + height - 2, width * share, GAP + 4)
+    """A box through the wall that two neighbours share, as long as `share` of it."""
+    begin = [max(one[side], two[side]) for side in (0, 1)]
+    end = [min(one[side] + one[side + 2], two[side] + two[side + 2]) for side in (0, 1)]
+    width, height = end[0] - begin[0], end[1] - begin[1]
+    if width < 0:
+        return (end[0] - 2, begin[1] + height * (1 - share) / 2, GAP + 4, height * share)
+    return (begin[0] + width * (1 - share) / 2, end[1] - 2, width * share, GAP + 4)

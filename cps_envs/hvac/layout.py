@@ -1,93 +1,110 @@
-"""Where the zones of any building are drawn: a grid in which linked zones are neighbours as far as possible."""
+"""Where the zones of any building are drawn: rows of rooms in which linked zones share a wall as far as possible."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.types import Array, IntArray
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.config import HvacConfig
 
 STARTS = 8  # arrangements from which a better one is sought
+MOST_COLUMNS = 4  # with space for two sensors in each room
 ASPECT = 1.5  # width to height of a room that looks best
-EMPTY = 0.4  # how much worse a grid is for every cell without a zone
+LEAST_SHARED = 0.08  # of the width of the building, for a door between two floors
 
 
 class Layout(NamedTuple):
-    """Cells (n, 2), row and column from the upper left, of a grid with so many rows and columns."""
+    """Rooms (n,): each has a row, counted from the top, and a part from `begin` to `end` of the building's width."""
 
-    cells: IntArray
-    rows: int
-    columns: int
+    row: IntArray
+    begin: FloatArray
+    end: FloatArray
 
-    def adjacent(self, zone: int, other: int) -> bool:
-        """Whether two zones, counted from 0, are side by side or one above the other."""
-        return int(np.abs(self.cells[zone] - self.cells[other]).sum()) == 1
+    @property
+    def rows(self) -> int:
+        """How many rows there are."""
+        return int(self.row.max()) + 1
+
+    def of(self, rooms: IntArray) -> Layout:
+        """Some rooms, or all in another order."""
+        return Layout(self.row[rooms], self.begin[rooms], self.end[rooms])
+
+    def shared(self) -> FloatArray:
+        """Which part of the width two rooms (n, n) have in common."""
+        width: FloatArray = np.minimum.outer(self.end, self.end) - np.maximum.outer(self.begin, self.begin)
+        return np.maximum(width, 0.0)
+
+    def adjacent(self) -> BoolArray:
+        """Which rooms (n, n) share a wall that has space for a door."""
+        apart = np.abs(np.subtract.outer(self.row, self.row))
+        touching = np.isclose(np.subtract.outer(self.begin, self.end), 0.0)
+        beside: BoolArray = (apart == 0) & (touching | touching.T)
+        return np.asarray(beside | ((apart == 1) & (self.shared() >= LEAST_SHARED)))
 
 
 def arrange(config: HvacConfig, aspect: float) -> Layout:
-    """Zones on the ground at the bottom, the others above, for a picture of a given width to height."""
-    ground = np.isin(np.arange(1, config.num_zones + 1), config.ground_zones)
-    on_ground, above = int(ground.sum()), int((~ground).sum())
-    columns = min(range(1, config.num_zones + 1), key=lambda count: _ugliness(on_ground, above, count, aspect))
-    upper = math.ceil(above / columns)
-    rows = upper + math.ceil(on_ground / columns)
-    grid = np.array([(row, column) for row in range(rows) for column in range(columns)])
+    """The room of every zone, those on the ground at the bottom, in a picture of a given width to height."""
+    zones = np.arange(config.num_zones)
+    ground = np.isin(zones + 1, config.ground_zones)
+    floors = [zones[~ground], zones[ground]]
+    sizes = [len(floor) for floor in floors]
+    layouts = [_rooms(sizes, columns) for columns in range(1, MOST_COLUMNS + 1)]
+    rooms = min(layouts, key=lambda layout: _ugliness(layout, aspect))
     links = np.array(config.link_zones, int).reshape(-1, 2) - 1
-    places = [np.flatnonzero(grid[:, 0] < upper), np.flatnonzero(grid[:, 0] >= upper)]
-    zones = [np.flatnonzero(~ground), np.flatnonzero(ground)]
-    return Layout(grid[_shortest(grid, places, zones, links)], rows, columns)
+    return rooms.of(_shortest(_distances(rooms), floors, links))
 
 
-def _ugliness(on_ground: int, above: int, columns: int, aspect: float) -> float:
-    rows = math.ceil(on_ground / columns) + math.ceil(above / columns)
-    empty = rows * columns - on_ground - above
-    return abs(math.log(aspect * rows / columns / ASPECT)) + EMPTY * empty
+def _rooms(sizes: Iterable[int], columns: int) -> Layout:
+    """Rooms of floors with so many zones each, in rows of nearly the same length and at most so many columns."""
+    rows = [len(row) for size in sizes if size for row in np.array_split(np.arange(size), math.ceil(size / columns))]
+    places = [(row, place / count, (place + 1) / count) for row, count in enumerate(rows) for place in range(count)]
+    row, begin, end = zip(*places, strict=True)
+    return Layout(np.array(row), np.array(begin), np.array(end))
 
 
-def _shortest(grid: Array, places: list[IntArray], zones: list[IntArray], links: IntArray) -> IntArray:
-    """The cell (n,) of each zone; exchanges from several starts, the first of them in reading order."""
-    generator, count = np.random.default_rng(0), sum(map(len, zones))
-    apart = np.abs(grid[:, np.newaxis] - grid).sum(axis=2)
-    length = np.where(apart > 1, apart, 0)
-    best, least = np.zeros(count, np.int64), math.inf
+def _ugliness(layout: Layout, aspect: float) -> float:
+    return float(np.abs(np.log((layout.end - layout.begin) * layout.rows * aspect / ASPECT)).mean())
+
+
+def _distances(rooms: Layout) -> FloatArray:
+    """How far apart (n, n) rooms are; 0 if they share a wall."""
+    middle = (rooms.begin + rooms.end) / 2
+    apart = np.abs(np.subtract.outer(rooms.row, rooms.row)) + rooms.rows * np.abs(np.subtract.outer(middle, middle))
+    return np.where(rooms.adjacent(), 0.0, apart)
+
+
+def _shortest(distance: FloatArray, floors: list[IntArray], links: IntArray) -> IntArray:
+    """The room (n,) of each zone; exchanges from several starts, the first of them in the order of their numbers."""
+    generator = np.random.default_rng(0)
+    best, least = np.empty(0, np.int64), math.inf
     for start in range(STARTS):
-        occupant = np.full(len(grid), -1)
-        for cells, group in zip(places, zones, strict=True):
-            occupant[cells[: len(group)]] = group if start == 0 else generator.permutation(group)
-        total = _exchange(occupant, places, links, length)
-        if total < least:
-            best, least = _cells(occupant, count), total
+        order = np.concatenate([floor if start == 0 else generator.permutation(floor) for floor in floors])
+        room = np.argsort(order)
+        length = _exchange(room, distance, floors, links)
+        if length < least:
+            best, least = room, length
     return best
 
 
-def _exchange(occupant: IntArray, places: list[IntArray], links: IntArray, length: IntArray) -> float:
-    """Exchange the contents of two cells of one kind as long as that shortens links; returns their length."""
-    pairs = [(one, two) for cells in places for i, one in enumerate(cells) for two in cells[i + 1 :]]
-    count, total, better = int(occupant.max()) + 1, math.inf, True
-    total = _total(occupant, count, links, length)
-    while better and total > 0:
+def _exchange(room: IntArray, distance: FloatArray, floors: list[IntArray], links: IntArray) -> float:
+    """Exchange the rooms of two zones of one kind as long as that shortens the links; returns their length."""
+    pairs = [(one, two) for floor in floors for place, one in enumerate(floor) for two in floor[place + 1 :]]
+    length, better = _length(room, distance, links), True
+    while better:
         better = False
         for one, two in pairs:
-            occupant[[one, two]] = occupant[[two, one]]
-            changed = _total(occupant, count, links, length)
-            if changed < total:
-                total, better = changed, True
+            room[[one, two]] = room[[two, one]]
+            changed = _length(room, distance, links)
+            if changed < length - 1e-9:
+                length, better = changed, True
             else:
-                occupant[[one, two]] = occupant[[two, one]]
-    return total
+                room[[one, two]] = room[[two, one]]
+    return length
 
 
-def _total(occupant: IntArray, count: int, links: IntArray, length: IntArray) -> float:
-    cells = _cells(occupant, count)
-    return float(length[cells[links[:, 0]], cells[links[:, 1]]].sum())
-
-
-def _cells(occupant: IntArray, count: int) -> IntArray:
-    """The cell (count,) of each zone, by the zone in each cell or -1."""
-    cells = np.zeros(count, np.int64)
-    taken = np.flatnonzero(occupant >= 0)
-    cells[occupant[taken]] = taken
-    return cells
+def _length(room: IntArray, distance: FloatArray, links: IntArray) -> float:
+    return float(distance[room[links[:, 0]], room[links[:, 1]]].sum())

@@ -74,7 +74,7 @@ def draw_residuals(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray, c
     """Between which values the mean residuals of intact and of flawed sets lie, that of the chosen set, and eps."""
     left, top, width, _ = plot.box
     draw_panel(canvas, plot, "Mean residuals of intact and flawed sets (C²)")
-    canvas.text(f"threshold {config.threshold_c2:g}", (left + width, top - 7), INK, SMALL, align=1)
+    canvas.text(f"threshold {config.threshold_c2:.3g}", (left + width, top - 7), INK, SMALL, align=1)
     draw_onset(canvas, scene, plot, config)
     x = times(plot, rows[:, STEP], config)
     for low, high, color in ((FLAWED_LOW, FLAWED_HIGH, FALSE), (INTACT_LOW, INTACT_HIGH, TRUE)):

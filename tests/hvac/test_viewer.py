@@ -171,38 +171,52 @@ def test_other_sensors_seasons_and_attacks(changes: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("zones", [2, 3, 5, 7, 11, 16])
-def test_zones_have_a_room_each_and_those_on_the_ground_lie_lowest(zones: int) -> None:
+def test_zones_on_the_ground_lie_lowest(zones: int) -> None:
     config = ring(zones)
     layout = arrange(config, 1.5)
-    assert len(set(map(tuple, layout.cells.tolist()))) == zones
-    assert layout.cells.max(axis=0).tolist() <= [layout.rows - 1, layout.columns - 1]
     ground = np.isin(np.arange(1, zones + 1), config.ground_zones)
-    assert layout.cells[ground, 0].min() > layout.cells[~ground, 0].max()
+    assert layout.row[ground].min() == layout.row[~ground].max() + 1
+    assert sorted(set(layout.row.tolist())) == list(range(layout.rows))
 
 
-def test_rooms_lie_apart_inside_the_picture() -> None:
-    rooms = np.array(House(ring(9), HOUSE).rooms)
+@pytest.mark.parametrize("zones", [2, 3, 5, 7, 11, 16])
+def test_rooms_lie_apart_inside_the_picture(zones: int) -> None:
+    rooms = np.array(House(ring(zones), HOUSE).rooms)
     left, top, right, bottom = rooms[:, 0], rooms[:, 1], rooms[:, 0] + rooms[:, 2], rooms[:, 1] + rooms[:, 3]
     assert left.min() >= HOUSE[0]
     assert top.min() >= HOUSE[1]
     assert right.max() <= HOUSE[0] + HOUSE[2] + 1e-9
     assert bottom.max() <= HOUSE[1] + HOUSE[3] + 1e-9
     clear = (left[:, None] >= right) | (right[:, None] <= left) | (top[:, None] >= bottom) | (bottom[:, None] <= top)
-    assert clear[~np.eye(9, dtype=bool)].all()
+    assert clear[~np.eye(zones, dtype=bool)].all()
+
+
+def test_doors_lie_in_the_walls() -> None:
+    house = House(ring(11), HOUSE)
+    for left, top, width, height in house.doors:
+        ends = [(left, top), (left + width, top + height)]
+        assert len({room for room in house.rooms for x, y in ends if inside(room, x, y)}) == 2
+
+
+def inside(room: tuple[float, float, float, float], x: float, y: float) -> bool:
+    return room[0] <= x <= room[0] + room[2] and room[1] <= y <= room[1] + room[3]
 
 
 def test_the_papers_building_stands_as_in_the_paper() -> None:
     layout = arrange(CONFIG, 1.5)
-    assert layout.cells.tolist() == [[1, 0], [1, 1], [0, 0], [0, 1]]
+    assert layout.row.tolist() == [1, 1, 0, 0]
+    assert layout.begin.tolist() == [0.0, 0.5, 0.0, 0.5]
     house = House(CONFIG, HOUSE)
     assert len(house.doors) == 4
     assert house.afar == ""
 
 
-def test_linked_zones_become_neighbours_and_other_links_are_told() -> None:
+def test_linked_zones_share_a_wall_and_other_links_are_told() -> None:
     links = {"link_zones": (1, 4, 4, 2, 2, 3), "link_resistance_k_per_w": (0.01, 0.01, 0.01), "ground_zones": ()}
-    layout = arrange(replace(CONFIG, **links), 1.5)
-    assert all(layout.adjacent(one - 1, two - 1) for one, two in ((1, 4), (4, 2), (2, 3)))
+    adjacent = arrange(replace(CONFIG, **links), 1.5).adjacent()
+    assert all(adjacent[one - 1, two - 1] for one, two in ((1, 4), (4, 2), (2, 3)))
+    below_two = House(ring(3), HOUSE)
+    assert len(below_two.doors) == 3
     crossed = replace(CONFIG, link_zones=(1, 2, 1, 3, 1, 4, 3, 4))
     assert len(House(crossed, HOUSE).doors) == 3
     assert House(crossed, HOUSE).afar == "also linked: 1-4"
