@@ -67,9 +67,7 @@ def test_the_shipped_file_is_complete_and_says_how_it_was_found():
     default = json.loads(json.dumps(vars(SwitchingSearch(ALL, 1.0))))
     for row in rows:
         assert set(row["search"]) == {field.name for field in fields(SwitchingSearch)}
-        changed = {
-            name for name, value in row["search"].items() if value != json.loads(json.dumps(vars(default)))[name]
-        }
+        changed = {name for name, value in row["search"].items() if value != default[name]}
         assert changed <= {"against", "power_ratio", "start"}
         general = next(each for each in rows if (each["against"], each["power_ratio"]) == (ALL, row["power_ratio"]))
         assert row["search"]["start"] == ([] if row["against"] == ALL else general["weights"])

@@ -78,8 +78,8 @@ def _on_head_room(found: Sequence[HeadRoom], fooled: Course) -> str:
     ahead = fooled.attacker + 1
     if fooled.alarm[-1, ahead] > 0:
         text += (
-            f" The attacker brakes first and makes vehicle {ahead + 1} blame the one ahead of it; it then follows that "
-            "one for good and does not watch the attacker."
+            f" It makes vehicle {ahead + 1} blame the one ahead of it, which vehicle {ahead + 1} then follows "
+            "for good, without watching the attacker behind it."
         )
     handed = [max(equal[name].verified, equal[name].general) for name in DISBANDING]
     stronger = [each for each in found if each.power_ratio > 1.0]
