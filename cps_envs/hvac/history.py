@@ -8,7 +8,7 @@ from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.belief import flawed_sets
 from cps_envs.hvac.scene import Scene
 
-MOST_POINTS = 360  # of a curve
+MOST_POINTS = 240  # of a curve
 STEP, IMPACT, INTACT_LOW, INTACT_HIGH, FLAWED_LOW, FLAWED_HIGH, ZONES = range(7)
 
 

@@ -50,7 +50,7 @@ def draw_values(canvas: Canvas, scene: Scene, plot: Plot, member: BoolArray) -> 
     for (middle, mean), (_, last), has_lie in zip(means, newest, flawed.tolist(), strict=True):
         color = FALSE if has_lie else TRUE
         canvas.box((middle - reach, last, 2 * reach, 1), tint(color, 0.7))
-        canvas.box((middle - dot, mean - 3, 2 * dot, 6), color, radius=3)
+        canvas.box((middle - dot, mean - 3, 2 * dot, 6), color, radius=3 if dot == 3 else 0)
 
 
 def draw_members(canvas: Canvas, scene: Scene, plot: Plot, member: BoolArray, below: float) -> None:

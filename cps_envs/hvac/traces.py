@@ -82,8 +82,8 @@ def draw_residuals(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray, c
         if known.sum() > 1:
             bottom, ceiling = (plot.points(x[known], rows[known, column]) for column in (low, high))
             canvas.polygon([*bottom, *ceiling[::-1]], tint(color, 0.25))
-            draw_curve(canvas, bottom, color)
-            draw_curve(canvas, ceiling, color)
+            canvas.path(bottom, color)
+            canvas.path(ceiling, color)
     draw_level(canvas, plot, config.threshold_c2, INK)
     if scene.ready and 0 < scene.choice <= len(scene.mean_residual):
         canvas.circle(plot.points(x[-1:], scene.mean_residual[scene.choice - 1 : scene.choice])[0], 4.0, ESTIMATE)
