@@ -47,11 +47,15 @@ class Viewer:
         self._history = History(self._member)
         self._house = House(config, HOUSE)
 
+    def watch(self, scene: Scene) -> None:
+        """Take a moment in without drawing it, so that later curves hold it."""
+        self._history.add(scene)
+
     def frame(self, scene: Scene) -> Array:
         """The picture of a scene, uint8 (H, W, 3)."""
+        self.watch(scene)
         canvas, config = self._canvas, self._config
         belief = belief_of(scene, config, self._member)
-        self._history.add(scene)
         canvas.fill(PAGE)
         draw_header(canvas, scene, config)
         draw_cards(canvas, scene, config, (MARGIN, 52, INNER, 38))
