@@ -34,7 +34,7 @@ benchmark: $(LIGHT) ## the main job: attackers against defenders beside the pape
 	$(BIN)/cps-envs benchmark --out results $(ARGS)
 
 test: $(ALL) ## run the tests
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
 
 test-slow: $(ALL) ## run only the tests marked slow
 	$(BIN)/python -m pytest -m slow $(ARGS)
