@@ -243,12 +243,18 @@ def test_the_searched_attacker_does_not_live_on_chatter(defender):
 @pytest.mark.parametrize("attacker", ATTACKERS)
 @pytest.mark.parametrize("defender", DEFENDERS)
 def test_no_attacker_lives_on_chatter(attacker, defender):
-    """Halving the step changes no damage by more than 10 %; means over worlds, since single episodes are chaotic."""
+    """Halving the step changes no damage by more than 10 %; means over worlds, since single episodes are chaotic.
+
+    With contact `pass`, 1 ms is too coarse for disbanding, whose moment depends on the chatter: against `disband_7` the
+    square wave does 8 m or, in a third of the worlds, 108 m at 1 ms and 64 m at 0.5 ms and below.
+    """
     players = {"attacker": attacker, "defender": defender}
-    for contact, worlds in (({"contact": "pass"}, 24), (SOLID, 8)):
+    fine = "disband" in defender
+    for contact, worlds, dt_s in (({"contact": "pass"}, 24, 0.0005 if fine else 0.001), (SOLID, 8, 0.001)):
         for ratio in (1.0, 1.3):
-            varied = {**contact, **WORLDS, "power_ratio": ratio}
-            check_refinement(ROGUE, players, REFINED, metric="damage", seeds=range(worlds), **varied)
+            varied = {**contact, **WORLDS, "power_ratio": ratio, "dt_s": dt_s}
+            refined = {"dt_s": dt_s / 2}
+            check_refinement(ROGUE, players, refined, metric="damage", seeds=range(worlds), **varied)
 
 
 @pytest.mark.slow
