@@ -19,6 +19,7 @@ from agents.commands.search_feedback import search_feedback
 from agents.commands.search_switching import search_switching
 from agents.commands.string_stability import string_stability
 from agents.commands.testbed import drive_robots
+from agents.commands.train import train
 from agents.console import err
 from agents.errors import explain
 
@@ -83,6 +84,7 @@ app.command("play")(play)
 app.add_typer(reproduce, name="reproduce")
 app.command("string-stability")(string_stability)
 app.command("testbed")(drive_robots)
+app.command("train")(train)
 app.command("benchmark")(benchmark)
 app.command("bench")(bench)
 app.command("oracle")(oracle)

@@ -10,7 +10,18 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-PACKAGES = ("cps-envs", "numpy", "numba", "gymnasium", "pettingzoo", "osqp", "pymoo")
+PACKAGES = (
+    "cps-envs",
+    "numpy",
+    "numba",
+    "gymnasium",
+    "pettingzoo",
+    "osqp",
+    "pymoo",
+    "torch",
+    "stable-baselines3",
+    "sb3-contrib",
+)
 
 
 def describe() -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -16,12 +16,13 @@ from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import Role
 
 GROUP = "cps_envs.policies"
+SOURCES = "cps_envs.policy_sources"
 PolicyReference: TypeAlias = str | Policy
 
 
-@lru_cache(maxsize=1)
-def _registered() -> dict[str, EntryPoint]:
-    return {entry.name: entry for entry in entry_points(group=GROUP)}
+@lru_cache(maxsize=2)
+def _registered(group: str = GROUP) -> dict[str, EntryPoint]:
+    return {entry.name: entry for entry in entry_points(group=group)}
 
 
 def policy_names(problem: str, role: Role) -> list[str]:
@@ -33,7 +34,8 @@ def policy_names(problem: str, role: Role) -> list[str]:
 def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -> Policy:
     """The policy that a reference names.
 
-    `reference` is an object with `predict` (used as it is), a registered name such as `"heuristic"`, or
+    `reference` is an object with `predict` (used as it is), a registered name such as `"heuristic"`, a registered
+    source and what it is asked for, such as `"zoo:hvac-attack-ppo"`, called as `source(name, spec, **options)`, or
     `"module:attribute"`, whose attribute is a policy or is called as `attribute(spec, **options)`. Options can be
     appended to a string like a query, `"plan?events=[[10,1]]"`; values are read as JSON where they can be.
 
@@ -67,6 +69,8 @@ def _load(name: str, spec: RoleSpec) -> Any:
                 'Install what the analytic policies need with: pip install "cps-envs[baselines]"'
             ) from error
     module, colon, attribute = name.partition(":")
+    if colon and module in _registered(SOURCES):
+        return partial(_registered(SOURCES)[module].load(), attribute)
     if not colon:
         known = policy_names(spec.problem, spec.role)
         raise UnknownNameError(f"{spec.problem} has no {spec.role} policy {name!r}. {near(name, known)}")

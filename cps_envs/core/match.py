@@ -11,7 +11,7 @@ import numpy as np
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.game import Game
 from cps_envs.core.lanes import put, take
-from cps_envs.core.policy import Idle, Policy, State, takes_masks
+from cps_envs.core.policy import Idle, Policy, State, is_decentralised, takes_masks
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
 
 
@@ -32,6 +32,7 @@ class Match:
         self._held = {role: _repeat(game.neutral_action[role], game.num_lanes) for role in self.players}
         self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
         self._masked = {role for role, player in self.players.items() if takes_masks(player)}
+        self._teams = {role: game.team(role) for role, player in self.players.items() if is_decentralised(player)}
         self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
 
     def reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -85,13 +86,21 @@ class Match:
     ) -> tuple[Array, State]:
         """A player's checked actions in the lanes that are due, and its new state."""
         player = self.players[role]
-        mask = self.game.action_mask(role) if role in self._masked else None
-        extra = {} if mask is None else {"action_masks": mask[due]}
-        actions, state = player.predict(observation, state, start, self._deterministic, **extra)
+        actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, due))
         try:
             return self._readers[role].batch(actions, len(observation)), state
         except ValueError as error:
             raise ValueError(f"the {role}'s policy {type(player).__name__} gave impossible actions: {error}") from error
+
+    def _extras(self, role: Role, due: BoolArray) -> dict[str, Array]:
+        """What a player wants to know beside its observation, in the lanes that are due."""
+        extras: dict[str, Array] = {}
+        mask = self.game.action_mask(role) if role in self._masked else None
+        if mask is not None:
+            extras["action_masks"] = mask[due]
+        if role in self._teams:
+            extras["team_observation"] = self._teams[role].observe()[due]
+        return extras
 
     def _knowledge(self, role: Role, player: Policy, lane: int) -> dict[str, Any]:
         wanted: frozenset[str] = getattr(player, "privileged", frozenset())

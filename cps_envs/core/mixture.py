@@ -9,8 +9,8 @@ import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, takes_masks
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, is_decentralised, takes_masks
+from cps_envs.core.types import Array, BoolArray, Observation
 
 
 class Mixture(AnalyticPolicy):
@@ -38,6 +38,7 @@ class Mixture(AnalyticPolicy):
         self.probabilities = shares / shares.sum()
         wanted: list[frozenset[str]] = [getattr(policy, "privileged", frozenset()) for policy in self.policies]
         self.privileged = frozenset().union(*wanted)
+        self.decentralised = any(map(is_decentralised, self.policies))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Draw a policy for each lane and let it begin; the state holds its index and its own state, by lane."""
@@ -57,6 +58,7 @@ class Mixture(AnalyticPolicy):
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
         action_masks: BoolArray | None = None,
+        team_observation: Observation | None = None,
     ) -> tuple[Array, State]:
         """The actions of each lane's policy."""
         if state is None:
@@ -66,7 +68,11 @@ class Mixture(AnalyticPolicy):
         for index in np.unique(drawn).tolist():
             lanes = np.flatnonzero(drawn == index).tolist()
             policy = self.policies[index]
-            extra = {"action_masks": action_masks[lanes]} if action_masks is not None and takes_masks(policy) else {}
+            extra: dict[str, Array] = {}
+            if action_masks is not None and takes_masks(policy):
+                extra["action_masks"] = action_masks[lanes]
+            if team_observation is not None and is_decentralised(policy):
+                extra["team_observation"] = team_observation[lanes]
             start = None if episode_start is None else episode_start[lanes]
             actions[lanes], part = policy.predict(
                 observation[lanes], _gather(own, lanes), start, deterministic, **extra

@@ -44,7 +44,8 @@ class Policy(Protocol):
 
         `state` is None or a tuple of arrays with a leading lane axis; `episode_start` (B,) marks the lanes whose
         episode begins with this observation. A policy whose `predict` has a parameter `action_masks`, as
-        sb3-contrib's MaskablePPO has, is handed the legal actions (B, k) too.
+        sb3-contrib's MaskablePPO has, is handed the legal actions (B, k) too; one with a true attribute
+        `decentralised` is handed as `team_observation` what each agent of its role's team sees (B, A, m), too.
         """
         ...
 
@@ -52,6 +53,11 @@ class Policy(Protocol):
 def takes_masks(policy: Policy) -> bool:
     """Whether a policy's `predict` wants the legal actions."""
     return "action_masks" in inspect.signature(policy.predict).parameters
+
+
+def is_decentralised(policy: Policy) -> bool:
+    """Whether a policy's `predict` wants what each agent of its role's team sees."""
+    return bool(getattr(policy, "decentralised", False))
 
 
 class AnalyticPolicy:

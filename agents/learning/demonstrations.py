@@ -1,0 +1,128 @@
+"""What a teacher does: observations and actions of episodes that an analytic policy plays or comments on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from agents.learning.recipe import Recipe
+from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, takes_masks
+from cps_envs.core.types import Array, BoolArray, Observation, Role, other
+from cps_envs.registration import find_problem
+
+
+@dataclass(frozen=True)
+class Demonstrations:
+    """N decisions of single agents."""
+
+    observations: Array  # (N, n)
+    actions: Array  # (N, ...)
+    masks: BoolArray | None  # (N, k)
+
+
+def join(first: Demonstrations | None, second: Demonstrations) -> Demonstrations:
+    """Both, one after the other."""
+    if first is None:
+        return second
+    masks = None
+    if first.masks is not None and second.masks is not None:
+        masks = np.concatenate([first.masks, second.masks])
+    return Demonstrations(
+        np.concatenate([first.observations, second.observations]),
+        np.concatenate([first.actions, second.actions]),
+        masks,
+    )
+
+
+def demonstrate(recipe: Recipe, seeds: Sequence[int], student: Policy | None = None) -> Demonstrations:
+    """The teacher's answers in one episode per seed; the student, if there is one, acts in its place."""
+    problem = find_problem(recipe.problem)
+    config = problem.config(recipe.preset, recipe.overrides)
+    game = problem.game(config, 1)
+    spec = game.spec(recipe.role)
+    rival = other(recipe.role)
+    commented = Commented(spec, problem.policy(recipe.teacher, game, recipe.role), student, recipe)
+    opponent = recipe.opponent or problem.opponents[recipe.preset][rival]
+    players: dict[Role, Any] = {recipe.role: commented, rival: opponent}
+    play_episodes(problem, config, players, seeds)
+    return commented.demonstrations()
+
+
+class Commented(AnalyticPolicy):
+    """Writes down what a teacher would do at each observation; the student or else the teacher acts."""
+
+    def __init__(self, spec: RoleSpec, teacher: Policy, student: Policy | None, recipe: Recipe) -> None:
+        super().__init__(spec)
+        self._teacher, self._student, self._hold = teacher, student, recipe.hold
+        self._age = 0  # all lanes start together and are asked together
+        self._held: Array | None = None
+        self._seen: list[tuple[Array, Array, BoolArray | None]] = []
+        self.decentralised = recipe.swarm
+        self.privileged = getattr(teacher, "privileged", frozenset())
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """The states of teacher and student, each as an object per lane."""
+        states = np.empty((len(generators), 2), object)
+        for column, player in enumerate((self._teacher, self._student)):
+            begin = getattr(player, "begin", None)
+            _spread(states, column, begin(generators, knowledge) if begin else None)
+        return (states,)
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+        action_masks: BoolArray | None = None,
+        team_observation: Observation | None = None,
+    ) -> tuple[Array, State]:
+        """See `Policy.predict`."""
+        assert state is not None
+        states = state[0].copy()
+        extra = {"action_masks": action_masks} if takes_masks(self._teacher) else {}
+        actions, own = self._teacher.predict(observation, _joined(states, 0), episode_start, deterministic, **extra)
+        _spread(states, 0, own)
+        due = self._age % self._hold == 0
+        self._age += 1
+        if due:
+            self._note(observation, team_observation, np.asarray(actions), action_masks)
+        if self._student is not None:
+            more: dict[str, Any] = {"action_masks": action_masks, "team_observation": team_observation}
+            actions, own = self._student.predict(
+                observation,
+                _joined(states, 1),
+                episode_start,
+                deterministic,
+                **more,
+            )
+            _spread(states, 1, own)
+        elif not due and self._held is not None:
+            actions = self._held
+        self._held = np.asarray(actions)
+        return self._held, (states,)
+
+    def _note(self, observation: Array, team: Observation | None, actions: Array, masks: BoolArray | None) -> None:
+        if team is not None:
+            observation, actions = team.reshape(-1, team.shape[-1]), actions.reshape(team.shape[0] * team.shape[1], -1)
+        self._seen.append((observation.copy(), actions.copy(), None if masks is None else masks.copy()))
+
+    def demonstrations(self) -> Demonstrations:
+        """All that has been seen."""
+        observations, actions, masks = zip(*self._seen, strict=True)
+        known = None if masks[0] is None else np.concatenate(masks)
+        return Demonstrations(np.concatenate(observations), np.concatenate(actions), known)
+
+
+def _spread(states: Array, column: int, state: State) -> None:
+    for lane in range(len(states)):
+        states[lane, column] = None if state is None else tuple(array[lane : lane + 1] for array in state)
+
+
+def _joined(states: Array, column: int) -> State:
+    rows = states[:, column]
+    return None if rows[0] is None else tuple(np.concatenate(parts) for parts in zip(*rows, strict=True))

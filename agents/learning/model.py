@@ -1,0 +1,133 @@
+"""The learner of a recipe: a model of stable-baselines3 or sb3-contrib."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from gymnasium import spaces
+from sb3_contrib import MaskablePPO, RecurrentPPO
+from stable_baselines3 import DQN, PPO, SAC
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from agents.errors import CommandError
+from agents.learning.lanes import TrainingLanes
+from agents.learning.recipe import Recipe
+from agents.learning.scaling import FixedScaling
+from cps_envs.core.types import Array
+
+CLASSES: dict[str, type[BaseAlgorithm]] = {
+    "ppo": PPO,
+    "maskable-ppo": MaskablePPO,
+    "recurrent-ppo": RecurrentPPO,
+    "sac": SAC,
+    "dqn": DQN,
+}
+ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
+ON_POLICY = ("ppo", "maskable-ppo", "recurrent-ppo")
+TEACHABLE = ("ppo", "maskable-ppo")
+
+
+def check_fit(recipe: Recipe, lanes: TrainingLanes) -> None:
+    """Whether the algorithm can play the actions.
+
+    Raises:
+        CommandError: it cannot; the message names one that can.
+    """
+    box, discrete = isinstance(lanes.action_space, spaces.Box), isinstance(lanes.action_space, spaces.Discrete)
+    if recipe.algorithm == "sac" and not box:
+        raise CommandError(f"sac plays continuous actions, not {lanes.action_space}: use ppo or maskable-ppo")
+    if recipe.algorithm == "dqn" and not discrete:
+        raise CommandError(f"dqn plays Discrete actions, not {lanes.action_space}: use ppo or sac")
+    if recipe.algorithm == "maskable-ppo" and box:
+        raise CommandError(f"maskable-ppo plays discrete actions, not {lanes.action_space}: use ppo or sac")
+    if recipe.teacher and recipe.algorithm not in TEACHABLE:
+        raise CommandError(f"{recipe.algorithm} cannot start from a teacher: use {' or '.join(TEACHABLE)}")
+
+
+def make_model(
+    recipe: Recipe, lanes: TrainingLanes, scaling: dict[str, Array], seed: int, device: str, log: Path
+) -> BaseAlgorithm:
+    """An untrained model, whose inputs are scaled by `scaling` (columns, mean, deviation)."""
+    common: dict[str, Any] = {
+        "learning_rate": Falling(recipe.learning_rate, recipe.final_learning_rate),
+        "gamma": recipe.discount,
+        "batch_size": recipe.batch_size,
+        "seed": seed,
+        "device": device,
+        "tensorboard_log": str(log),
+        "policy_kwargs": {
+            "features_extractor_class": FixedScaling,
+            "features_extractor_kwargs": scaling,
+            "activation_fn": ACTIVATIONS[recipe.activation],
+        },
+    }
+    if recipe.algorithm in ON_POLICY:
+        model = _on_policy(recipe, lanes, common)
+        _favour_neutral(model, lanes, recipe.neutral_bonus)
+        return model
+    common["policy_kwargs"]["net_arch"] = list(recipe.hidden)
+    algorithm: Any = CLASSES[recipe.algorithm]
+    made: BaseAlgorithm = algorithm("MlpPolicy", lanes, **common, **_off_policy_options(recipe, lanes))
+    return made
+
+
+def _on_policy(recipe: Recipe, lanes: TrainingLanes, common: dict[str, Any]) -> BaseAlgorithm:
+    kwargs = common["policy_kwargs"]
+    kwargs["net_arch"] = {"pi": list(recipe.hidden), "vf": list(recipe.hidden)}
+    if isinstance(lanes.action_space, spaces.Box):
+        kwargs["log_std_init"] = float(np.log(recipe.initial_deviation))
+    if recipe.algorithm == "recurrent-ppo":
+        kwargs["lstm_hidden_size"] = recipe.memory_units
+    policy = "MlpLstmPolicy" if recipe.algorithm == "recurrent-ppo" else "MlpPolicy"
+    algorithm: Any = CLASSES[recipe.algorithm]
+    made: BaseAlgorithm = algorithm(
+        policy,
+        lanes,
+        n_steps=recipe.steps_per_update,
+        n_epochs=recipe.epochs,
+        gae_lambda=recipe.gae_lambda,
+        clip_range=recipe.clip_range,
+        ent_coef=recipe.entropy_bonus,
+        vf_coef=recipe.value_weight,
+        target_kl=recipe.target_kl or None,
+        max_grad_norm=recipe.max_grad_norm,
+        **common,
+    )
+    return made
+
+
+def _off_policy_options(recipe: Recipe, lanes: TrainingLanes) -> dict[str, Any]:
+    options: dict[str, Any] = {
+        "buffer_size": recipe.buffer_size,
+        "learning_starts": recipe.learning_starts,
+        "train_freq": 1,
+        "gradient_steps": max(round(recipe.updates_per_step * lanes.num_envs), 1),
+    }
+    return options | ({"exploration_fraction": recipe.exploration_share} if recipe.algorithm == "dqn" else {})
+
+
+class Falling:
+    """A learning rate that falls linearly; a class, so that checkpoints do not depend on pickled code."""
+
+    def __init__(self, first: float, last: float) -> None:
+        self.first, self.last = first, last
+
+    def __call__(self, remaining: float) -> float:
+        """The rate when a share `remaining` of the steps is left."""
+        return self.last + (self.first - self.last) * remaining
+
+
+def _favour_neutral(model: BaseAlgorithm, lanes: TrainingLanes, bonus: float) -> None:
+    """Add to the logits of the neutral action."""
+    if not bonus:
+        return
+    neutral = np.ravel(lanes.env.game.neutral_action[lanes.env.role])
+    counts = np.ravel(getattr(lanes.action_space, "nvec", getattr(lanes.action_space, "n", 0)))
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(int)
+    policy: Any = model.policy
+    bias = policy.action_net.bias
+    with torch.no_grad():
+        bias[torch.as_tensor(starts + neutral[: len(starts)])] += bonus

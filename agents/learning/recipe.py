@@ -1,0 +1,112 @@
+"""Everything that decides how a policy is trained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from agents.errors import CommandError
+from cps_envs.core.errors import near
+from cps_envs.core.types import Role
+
+ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """The knobs of a training run; a recipe of a problem and role gives its own values with its reasons.
+
+    A step is one decision of one agent: `num_lanes` of them, in the swarm form times the agents, are made at once.
+
+    Raises:
+        CommandError: a value that makes no sense.
+    """
+
+    name: str = ""  # of the trained policy
+    problem: str = ""
+    role: Role = "attacker"
+    algorithm: str = "ppo"
+    opponent: str = ""  # a policy's name; the preset's own if empty
+    preset: str = "learning"
+    overrides: Mapping[str, Any] = field(default_factory=dict)  # of the preset's fields
+    swarm: bool = False  # one network for all agents of the role's team, each with its own sensors and reward
+    unseen: tuple[str, ...] = ()  # fields of the observation that the network does not get
+    hold: int = 1  # decisions of the environment that an action is kept for
+    bootstrap: bool = False  # value what would come after the last step; for observations that do not tell the time
+    reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
+
+    total_steps: int = 1_000_000
+    num_lanes: int = 64
+    steps_per_update: int = 128  # of each lane (PPO)
+    batch_size: int = 2048
+    epochs: int = 4  # over the steps of an update (PPO)
+    learning_rate: float = 3e-4
+    final_learning_rate: float = 0.0  # reached linearly
+    discount: float = 0.995
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    entropy_bonus: float = 0.0
+    value_weight: float = 0.5
+    target_kl: float = 0.0  # an update ends early beyond 1.5 times this; 0: never
+    max_grad_norm: float = 0.5
+
+    hidden: tuple[int, ...] = (64, 64)  # units of the layers, of policy and value each
+    memory_units: int = 64  # of the LSTM (recurrent-ppo)
+    activation: str = "tanh"
+    initial_deviation: float = 0.5  # of Gaussian actions
+    neutral_bonus: float = 0.0  # added to the first logits of the neutral action, for roles that should mostly wait
+
+    buffer_size: int = 300_000  # SAC, DQN
+    learning_starts: int = 10_000
+    updates_per_step: float = 0.1  # gradient steps for each step of all lanes together (SAC, DQN)
+    exploration_share: float = 0.3  # of the run in which DQN's random moves fade out
+
+    teacher: str = ""  # an analytic policy that the network imitates first; none if empty
+    teacher_episodes: int = 64  # in a round
+    teacher_rounds: int = 1  # from the second on the network plays and the teacher says what it would have done
+    teacher_epochs: int = 20  # over all demonstrations, in a round
+    value_warm_up: int = 0  # updates of the value alone before the imitated policy may change
+
+    evaluations: int = 10  # in the course of a run, on validation seeds
+    evaluation_episodes: int = 32
+    evaluation_metric: str = "return"  # what chooses the best checkpoint
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ALGORITHMS:
+            raise CommandError(f"there is no algorithm {self.algorithm!r}. {near(self.algorithm, ALGORITHMS)}")
+        counts = ("hold", "total_steps", "num_lanes", "steps_per_update", "batch_size", "epochs", "evaluation_episodes")
+        for name in counts:
+            if getattr(self, name) < 1:
+                raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")
+        if not 0 < self.discount <= 1 or self.learning_rate <= 0 or self.reward_scale <= 0:
+            raise CommandError("discount has to lie in (0, 1], learning_rate and reward_scale above 0")
+        if self.swarm and self.role != "defender":
+            raise CommandError("only defenders have a swarm form")
+
+
+def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
+    """The recipe with some knobs set otherwise.
+
+    Raises:
+        CommandError: no such knob, or a value of another type.
+    """
+    known = {entry.name for entry in fields(recipe)}
+    fitting = {}
+    for name, value in values.items():
+        if name not in known:
+            raise CommandError(f"a recipe has no knob {name!r}. {near(name, known)}")
+        fitting[name] = _fitting(name, value, getattr(recipe, name))
+    return replace(recipe, **fitting)
+
+
+def _fitting(name: str, value: Any, present: Any) -> Any:
+    if isinstance(present, tuple) and isinstance(value, list):
+        return tuple(value)
+    if isinstance(present, float) and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if isinstance(present, Mapping) and isinstance(value, Mapping):
+        return {**present, **value}
+    if type(value) is not type(present):
+        raise CommandError(f"{name} = {value!r} should be like {present!r}")
+    return value

@@ -1,0 +1,92 @@
+"""The folder of one training run: one recipe, one seed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from agents.console import to_json
+from agents.errors import CommandError
+from agents.files import write_json, write_text
+from agents.learning.recipe import Recipe
+
+RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
+
+
+@dataclass(frozen=True)
+class Run:
+    """Where things lie.
+
+    `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `checkpoint.zip` to go on from, `policy.json`
+    and `policy.safetensors` (the best so far by validation), TensorBoard's logs.
+    """
+
+    folder: Path
+    recipe: Recipe
+    seed: int
+    command: str
+
+    @property
+    def checkpoint(self) -> Path:
+        """The model as it is."""
+        return self.folder / "checkpoint.zip"
+
+    @property
+    def card(self) -> Path:
+        """The best policy's card."""
+        return self.folder / "policy.json"
+
+    @property
+    def log(self) -> Path:
+        """For TensorBoard."""
+        return self.folder / "tensorboard"
+
+    def read(self) -> dict[str, Any]:
+        """What `write` has written; empty if nothing.
+
+        Raises:
+            CommandError: the file is damaged.
+        """
+        path = self.folder / "run.json"
+        if not path.is_file():
+            return {}
+        try:
+            found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+            return found
+        except ValueError as error:
+            raise CommandError(f"{path} is damaged ({error}): delete the folder and train again") from error
+
+    def write(self, **progress: Any) -> None:
+        """Update `run.json`: recipe, seed and command with what is given, the rest as it was."""
+        fixed = {"recipe": asdict(self.recipe), "seed": self.seed, "command": self.command}
+        write_json(self.folder / "run.json", {**self.read(), **fixed, **progress})
+
+    def append_evaluation(self, row: dict[str, Any]) -> None:
+        """Add a line to `evaluations.jsonl`."""
+        path = self.folder / "evaluations.jsonl"
+        before = path.read_text(encoding="utf-8") if path.is_file() else ""
+        write_text(path, before + json.dumps(json.loads(to_json(row))) + "\n")
+
+    def evaluations(self) -> Iterator[dict[str, Any]]:
+        """The lines of `evaluations.jsonl`."""
+        path = self.folder / "evaluations.jsonl"
+        if path.is_file():
+            yield from map(json.loads, path.read_text(encoding="utf-8").splitlines())
+
+    def check_same(self) -> None:
+        """Whether what lies there is of this recipe and seed.
+
+        Raises:
+            CommandError: it is of another.
+        """
+        found = self.read()
+        mine = json.loads(to_json(asdict(self.recipe)))
+        if found and (found.get("recipe") != mine or found.get("seed") != self.seed):
+            other = {name for name, value in mine.items() if found.get("recipe", {}).get(name) != value}
+            raise CommandError(
+                f"{self.folder} holds a run of another recipe (other: {', '.join(sorted(other)) or 'seed'}). Choose "
+                "another --out, or delete it."
+            )

@@ -1,0 +1,72 @@
+"""Inputs of a network: chosen columns of the observation, scaled once to what first episodes show."""
+
+from __future__ import annotations
+
+import numpy as np
+import torch
+from gymnasium import spaces
+from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+
+from agents.learning.lanes import TrainingLanes
+from agents.learning.recipe import Recipe
+from agents.zoo.network import CLIP
+from cps_envs.core.errors import near
+from cps_envs.core.types import Array
+
+DECISIONS = 400  # that the statistics are taken of, with actions that change rarely
+LEAST_DEVIATION = 0.01  # of a column; one that hardly varies is not blown up to noise
+RENEWED = 0.1  # share of the actions that are drawn anew at a decision
+
+
+class FixedScaling(BaseFeaturesExtractor):
+    """(value - mean) / deviation of some columns, clipped; the numbers do not change in training."""
+
+    def __init__(self, observation_space: spaces.Box, columns: Array, mean: Array, deviation: Array) -> None:
+        super().__init__(observation_space, features_dim=len(columns))
+        self.columns: torch.Tensor
+        self.mean: torch.Tensor
+        self.deviation: torch.Tensor
+        self.register_buffer("columns", torch.as_tensor(columns, dtype=torch.int64))
+        self.register_buffer("mean", torch.as_tensor(mean, dtype=torch.float32))
+        self.register_buffer("deviation", torch.as_tensor(deviation, dtype=torch.float32))
+
+    def forward(self, observations: torch.Tensor) -> torch.Tensor:
+        """Features (B, columns) of observations (B, n)."""
+        chosen = observations.index_select(1, self.columns)
+        return ((chosen - self.mean) / self.deviation).clamp(-CLIP, CLIP)
+
+
+def seen_columns(lanes: TrainingLanes, recipe: Recipe) -> Array:
+    """The columns of the fields that the recipe leaves the network.
+
+    Raises:
+        ValueError: `unseen` names no field.
+    """
+    fields = lanes.team.fields if lanes.team else lanes.env.game.fields[recipe.role]
+    for name in recipe.unseen:
+        if name not in fields.slices:
+            raise ValueError(f"the observation has no field {name!r}. {near(name, fields.slices)}")
+    hidden = [np.arange(fields.size)[fields.slices[name]] for name in recipe.unseen]
+    return np.setdiff1d(np.arange(fields.size), np.concatenate(hidden) if hidden else [])
+
+
+def wander(lanes: TrainingLanes, seed: int) -> Array:
+    """Observations (N, n) seen while actions are drawn at random now and then."""
+    generator = np.random.default_rng(seed)
+    lanes.reset()
+    lanes.action_space.seed(seed)
+    actions = np.stack([lanes.action_space.sample() for _ in range(lanes.num_envs)])
+    seen = []
+    for _ in range(DECISIONS):
+        for lane in np.flatnonzero(generator.random(lanes.num_envs) < RENEWED):
+            actions[lane] = lanes.action_space.sample()
+        lanes.step_async(actions)
+        observation, *_ = lanes.step_wait()
+        seen.append(observation)
+    return np.concatenate(seen)
+
+
+def spread(observations: Array, columns: Array) -> tuple[Array, Array]:
+    """Mean and deviation of the columns (B, n), the deviation at least `LEAST_DEVIATION`."""
+    values = observations[:, columns]
+    return values.mean(axis=0), np.maximum(values.std(axis=0), LEAST_DEVIATION)

@@ -1,0 +1,124 @@
+"""One training run from start to end, or from where it stopped."""
+
+from __future__ import annotations
+
+import signal
+import time
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from agents.errors import CommandError
+from agents.learning.course import Course, Report
+from agents.learning.demonstrations import Demonstrations, demonstrate, join
+from agents.learning.export import network_of_model
+from agents.learning.imitation import imitate
+from agents.learning.lanes import TrainingLanes, make_lanes
+from agents.learning.model import CLASSES, check_fit, make_model
+from agents.learning.presentation import make_card, policy_of
+from agents.learning.recipe import Recipe
+from agents.learning.run import FINISHED, INTERRUPTED, RUNNING, Run
+from agents.learning.scaling import seen_columns, spread, wander
+from agents.learning.seeds import training_seed
+from agents.learning.values import ValueWarmUp
+from agents.machine import versions
+
+
+@dataclass(frozen=True)
+class Job:
+    """A recipe, a seed, and where its run goes; plain data that any process can do."""
+
+    recipe: Recipe
+    seed: int
+    folder: Path
+    command: str
+    resume: bool = False
+    device: str = "cpu"
+
+    @property
+    def run(self) -> Run:
+        """The run's folder."""
+        return Run(self.folder, self.recipe, self.seed, self.command)
+
+
+def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]:
+    """Train; returns what `run.json` holds. Ctrl-C and SIGTERM save the model before they end the run.
+
+    Raises:
+        CommandError: there is a finished or another run in the folder, or a damaged checkpoint to go on from.
+    """
+    torch.set_num_threads(1)
+    run = job.run
+    before = run.read()
+    run.check_same()
+    if before.get("status") == FINISHED:
+        return before
+    if before and not job.resume:
+        raise CommandError(f"{run.folder} holds a run that is not finished: go on with --resume, or delete it")
+    resumption = int(before.get("resumptions", -1)) + 1
+    lanes = make_lanes(job.recipe, training_seed(job.seed, resumption))
+    check_fit(job.recipe, lanes)
+    run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=before.get("started", time.time()))
+    course = Course(run, lanes, report)
+    model = _load(run, lanes, job.device) if run.checkpoint.is_file() else _begin(job, lanes, report)
+    _learn(model, run, course)
+    lanes.close()
+    return run.read()
+
+
+def _begin(job: Job, lanes: TrainingLanes, report: Report) -> BaseAlgorithm:
+    """An untrained model, or one that imitates the teacher."""
+    recipe, seed = job.recipe, training_seed(job.seed)
+    columns = seen_columns(lanes, recipe)
+    shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.teacher else None
+    mean, deviation = spread(shown.observations if shown else wander(lanes, seed), columns)
+    scaling = {"columns": columns, "mean": mean, "deviation": deviation}
+    model = make_model(recipe, lanes, scaling, job.seed, job.device, job.run.log)
+    if shown is not None:
+        _imitate(model, shown, job, lanes, report)
+    return model
+
+
+def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, lanes: TrainingLanes, report: Report) -> None:
+    """Rounds of imitation; from the second on the student plays and the teacher corrects it."""
+    recipe, seed = job.recipe, training_seed(job.seed)
+    generator = np.random.default_rng(seed)
+    card = make_card(job.run, lanes, {})
+    for number in range(recipe.teacher_rounds):
+        if number > 0:
+            first = seed + number * recipe.teacher_episodes
+            student = policy_of(card, network_of_model(model, recipe.activation))
+            shown = join(shown, demonstrate(recipe, range(first, first + recipe.teacher_episodes), student))
+        loss = imitate(model.policy, shown, recipe, generator)
+        report(0, f"imitation of {recipe.teacher}, round {number + 1}: loss {loss:.3g}")
+
+
+def _load(run: Run, lanes: TrainingLanes, device: str) -> BaseAlgorithm:
+    try:
+        return CLASSES[run.recipe.algorithm].load(run.checkpoint, env=lanes, device=device)
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile, RuntimeError, KeyError) as error:
+        raise CommandError(f"{run.checkpoint} is damaged ({error}): delete the folder and train again") from error
+
+
+def _learn(model: BaseAlgorithm, run: Run, course: Course) -> None:
+    recipe = run.recipe
+    left = recipe.total_steps - model.num_timesteps
+    callbacks = [course, *([ValueWarmUp(recipe.value_warm_up)] if recipe.value_warm_up else [])]
+    previous = signal.getsignal(signal.SIGTERM)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        if left > 0:
+            model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0, tb_log_name="run")
+    except KeyboardInterrupt:
+        if getattr(course, "model", None) is not None:
+            course.save_unfinished()
+        run.write(status=INTERRUPTED)
+        raise
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+    run.write(status=FINISHED)

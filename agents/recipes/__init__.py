@@ -1,0 +1,1 @@
+"""How the shipped policies were trained: one module per problem and role."""

@@ -1,0 +1,27 @@
+"""The recipes by name and by environment."""
+
+from __future__ import annotations
+
+from agents.errors import CommandError
+from agents.learning.recipe import Recipe
+from agents.recipes.fdi_attack import FdiAttack
+from cps_envs.core.errors import near
+from cps_envs.registration import PROBLEMS
+
+RECIPES: dict[str, Recipe] = {recipe.name: recipe for recipe in (FdiAttack(),)}
+
+
+def find_recipe(name: str) -> Recipe:
+    """The recipe of a name, or the first one of an environment id such as `cps_envs/HvacAttack-v0`.
+
+    Raises:
+        CommandError: there is none.
+    """
+    if name in RECIPES:
+        return RECIPES[name]
+    short = name.removeprefix("cps_envs:")
+    for recipe in RECIPES.values():
+        if short in (full := PROBLEMS[recipe.problem].env_id(recipe.role), full.removeprefix("cps_envs/")):
+            return recipe
+    ids = [problem.env_id(role) for problem in PROBLEMS.values() for role in ("attacker", "defender")]
+    raise CommandError(f"there is no recipe and no environment {name!r}. {near(name, [*RECIPES, *ids])}")

@@ -1,0 +1,72 @@
+"""Trained policies on disk: `NAME.safetensors` with the weights and `NAME.json` with the card beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from safetensors import SafetensorError
+from safetensors.numpy import load_file, save_file
+
+from agents.files import replacing, write_json
+from agents.zoo.card import Card, read_card
+from agents.zoo.network import Network, network_of
+from cps_envs.core.errors import UnknownNameError, near
+
+SHIPPED = Path(__file__).with_name("policies")
+
+
+def shipped_names(folder: Path = SHIPPED) -> list[str]:
+    """Names of the policies in a folder, by default those that come with the package."""
+    return sorted(path.stem for path in folder.glob("*.json"))
+
+
+def find(name: str) -> Path:
+    """The card of a shipped policy's name, of a card's path, or of a folder with one card (of a training run).
+
+    Raises:
+        UnknownNameError: there is none.
+    """
+    path = Path(name)
+    if name in shipped_names():
+        return SHIPPED / f"{name}.json"
+    if path.suffix in (".json", ".safetensors") and path.with_suffix(".json").is_file():
+        return path.with_suffix(".json")
+    inside = path / "policy.json"
+    if inside.is_file():
+        return inside
+    raise UnknownNameError(
+        f"there is no trained policy {name!r}: neither shipped, nor a card's file, nor the folder of a training run "
+        f"(with policy.json). {near(name, shipped_names())}"
+    )
+
+
+def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> None:
+    """Write weights and card, each whole or not at all; the card comes last, so that it never lacks its weights."""
+    tensors = {
+        f"{seed}/{name}": array for seed, network in networks.items() for name, array in network.tensors().items()
+    }
+    with replacing(card_path.with_suffix(".safetensors")) as draft:
+        save_file(tensors, draft)
+    write_json(card_path, card.to_json())
+
+
+def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
+    """The card and the network of one training seed, the best if none is given. Runs no code from the files.
+
+    Raises:
+        ValueError: a damaged file, or a seed that is not in it.
+        OSError: a file cannot be read.
+    """
+    card = read_card(card_path)
+    chosen = card.best if seed is None else seed
+    if str(chosen) not in card.seeds:
+        raise ValueError(f"{card.name} has no training seed {chosen}. Known: {', '.join(card.seeds)}.")
+    weights = card_path.with_suffix(".safetensors")
+    try:
+        tensors = load_file(weights)
+        prefix = f"{chosen}/"
+        mine = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
+        return card, network_of(mine, card.activation)
+    except (SafetensorError, ValueError) as error:
+        raise ValueError(f"{weights} is damaged ({error}). Train or download it again.") from error

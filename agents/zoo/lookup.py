@@ -1,0 +1,56 @@
+"""Policies by source: `zoo:NAME`, `zoo:PATH` for trained networks, `sb3:FILE.zip` for stable-baselines3 models."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+from agents.zoo.files import find, load
+from agents.zoo.policy import TrainedPolicy
+from cps_envs.core.errors import UnknownNameError, require
+from cps_envs.core.policy import Policy, RoleSpec
+
+
+def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool = True) -> TrainedPolicy:
+    """A shipped policy by its name, or one of your own by the path of its card or of its training run.
+
+    `seed` chooses a training seed (`zoo:hvac-attack-ppo?seed=3`), the best by validation if left out.
+    """
+    from cps_envs import PROBLEMS
+
+    card, network = load(find(name), seed)
+    version = PROBLEMS[spec.problem].version if spec.problem in PROBLEMS else None
+    return TrainedPolicy(spec, card, network, deterministic=deterministic, version=version)
+
+
+def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO") -> Policy:
+    """A stable-baselines3 model of your own; `algorithm` is the class that saved it, such as MaskablePPO.
+
+    Raises:
+        UnknownNameError: there is no such file or algorithm.
+        MissingExtraError: stable-baselines3 is not installed.
+        ValueError: the file is damaged, or a model of another algorithm.
+    """
+    if not Path(path).is_file():
+        raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
+    found = _algorithm(algorithm)
+    warnings.warn(
+        f"{path} is loaded with pickle, which can run any code: load models only from people you trust",
+        UserWarning,
+        stacklevel=2,
+    )
+    try:
+        loaded: Policy = found.load(path, device="cpu")
+    except Exception as error:  # whatever zipfile, pickle and torch raise
+        raise ValueError(f"{path} is no {algorithm} model, or damaged: {error}") from error
+    return loaded
+
+
+def _algorithm(name: str) -> Any:
+    purpose = "playing a model of stable-baselines3"
+    for package in ("stable_baselines3", "sb3_contrib"):
+        module = require(package, extra="agents", purpose=purpose)
+        if hasattr(module, name):
+            return getattr(module, name)
+    raise UnknownNameError(f"neither stable-baselines3 nor sb3-contrib has an algorithm {name!r}")

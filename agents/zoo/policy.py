@@ -1,0 +1,169 @@
+"""A trained network as a policy that needs nothing but NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from agents.zoo.card import Card
+from agents.zoo.network import Network, Tensor
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.types import Array, BoolArray, Observation
+
+
+class TrainedPolicy(AnalyticPolicy):
+    """Plays a network by its card: the mode of its action distribution, or a draw with `deterministic=False`.
+
+    Raises:
+        ConfigurationError: the network was trained for another problem, role, version or action space.
+    """
+
+    def __init__(
+        self, spec: RoleSpec, card: Card, network: Network, *, deterministic: bool = True, version: int | None = None
+    ) -> None:
+        super().__init__(spec)
+        self.card, self.network, self._mode = card, network, deterministic
+        self.decentralised = card.decentralised
+        self._shape: tuple[int, ...] = spec.action_space.shape or ()
+        self._dtype = np.float64 if isinstance(spec.action_space, spaces.Box) else np.int64
+        self._check(version)
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """Of each lane: its generator, the network's memory, the held action, and the decisions it has been held."""
+        state = self._fresh(len(generators))
+        state[0][:] = generators
+        return state
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+        action_masks: BoolArray | None = None,
+        team_observation: Observation | None = None,
+    ) -> tuple[Array, State]:
+        """See `Policy.predict`; a decentralised policy looks at `team_observation` (B, A, m) instead.
+
+        Raises:
+            ValueError: observations of another size than the network was trained with.
+        """
+        generators, hidden, cell, held, age = state or self._fresh(len(observation))
+        due = age % self.card.hold == 0
+        seen = self._seen(observation, team_observation)
+        if due.all():
+            held, hidden, cell = self._decide(seen, action_masks, generators, hidden, cell, deterministic)
+        elif due.any():
+            mask = None if action_masks is None else action_masks[due]
+            fresh = self._decide(seen[due], mask, generators[due], hidden[due], cell[due], deterministic)
+            held, hidden, cell = held.copy(), hidden.copy(), cell.copy()
+            held[due], hidden[due], cell[due] = fresh
+        return held, (generators, hidden, cell, held, age + 1)
+
+    def _fresh(self, lanes: int) -> tuple[Array, ...]:
+        """The state of lanes that nobody has begun, whose draws come from generators of their own."""
+        own = np.empty(lanes, object)
+        own[:] = [np.random.default_rng() for _ in range(lanes)]
+        hidden, cell = np.zeros((2, lanes, self._num_agents(), self.network.units), np.float32)
+        return own, hidden, cell, np.zeros((lanes, *self._shape), self._dtype), np.zeros(lanes, np.int64)
+
+    def _decide(
+        self,
+        seen: Array,
+        action_masks: BoolArray | None,
+        generators: Array,
+        hidden: Tensor,
+        cell: Tensor,
+        deterministic: bool,
+    ) -> tuple[Array, Tensor, Tensor]:
+        """Actions (B, ...) and the memory's state (B, A, units) for what the agents see (B, A, n)."""
+        lanes, agents = seen.shape[:2]
+        flat = [array.reshape(lanes * agents, -1) for array in (seen, hidden, cell)]
+        outputs, *memory = self.network.forward(*flat)
+        mode = self._mode or deterministic
+        if self.card.head == "discrete":
+            chosen = self._choose(outputs, action_masks, None if mode else generators)
+        else:
+            chosen = self._act(outputs.reshape(lanes, -1), None if mode else generators)
+        actions = chosen.reshape(lanes, *self._shape)
+        return actions, memory[0].reshape(hidden.shape), memory[1].reshape(cell.shape)
+
+    def _choose(self, logits: Tensor, action_masks: BoolArray | None, generators: Array | None) -> Array:
+        """Indices (lanes x agents, entries) of the best or drawn legal choices."""
+        if action_masks is not None:
+            logits = np.where(action_masks.reshape(logits.shape), logits, -np.inf)
+        if generators is not None:
+            shape = (len(logits) // len(generators), logits.shape[1])
+            draws = [generator.gumbel(size=shape) for generator in generators]
+            logits = logits + np.concatenate(draws)
+        ends = np.cumsum(self.card.actions)[:-1]
+        return np.stack([part.argmax(axis=1) for part in np.split(logits, ends, axis=1)], axis=1)
+
+    def _act(self, outputs: Tensor, generators: Array | None) -> Array:
+        """Continuous actions in [-1, 1]."""
+        if generators is not None and self.network.log_deviation is not None:
+            noise = np.stack([generator.standard_normal(outputs.shape[1]) for generator in generators])
+            outputs = outputs + noise * np.exp(np.resize(self.network.log_deviation, outputs.shape[1]))
+        return np.tanh(outputs) if self.card.head == "squashed" else np.clip(outputs, -1.0, 1.0)
+
+    def _seen(self, observation: Array, team_observation: Observation | None) -> Array:
+        """What each agent sees (B, A, n); a centralised policy is one agent."""
+        if self.decentralised and team_observation is None:
+            raise ValueError(f"{self.card.name} plays a team: hand over team_observation, what each agent sees")
+        seen = team_observation if self.decentralised else observation[:, np.newaxis]
+        assert seen is not None
+        if seen.shape[-1] != self.card.observation_size:
+            raise ValueError(
+                f"{self.card.name} was trained with observations of {self.card.observation_size} entries and got "
+                f"{seen.shape[-1]}: play it in the configuration of its card, preset {self.card.preset!r} with "
+                f"{dict(self.card.overrides)}, or train one for this configuration"
+            )
+        return seen
+
+    def _num_agents(self) -> int:
+        if not self.decentralised:
+            return 1
+        space = self.spec.action_space
+        entries = len(self.card.actions) if isinstance(space, spaces.MultiDiscrete) else sum(self.card.actions)
+        return int(np.prod(self._shape)) // entries
+
+    def _check(self, version: int | None) -> None:
+        card, spec = self.card, self.spec
+        if (card.problem, card.role) != (spec.problem, spec.role):
+            raise ConfigurationError(
+                f"{card.name} was trained as {card.role} of {card.problem}, not as {spec.role} of {spec.problem}"
+            )
+        if version is not None and version != card.version:
+            raise ConfigurationError(
+                f"{card.name} was trained for version {card.version} of {card.problem}, now is {version}: train anew"
+            )
+        if (card.head == "discrete") == isinstance(spec.action_space, spaces.Box):
+            raise ConfigurationError(
+                f"{card.name} was trained with another action space than {spec.action_space}: play it with the options "
+                f"of its card, {dict(card.overrides)}"
+            )
+        choices = count_actions(spec.action_space)
+        if not self.decentralised and choices != card.actions:
+            raise ConfigurationError(
+                f"{card.name} has actions {card.actions}, the configuration {choices}: play it with the options of its "
+                f"card, preset {card.preset!r} with {dict(card.overrides)}"
+            )
+
+
+def count_actions(space: spaces.Space[Any]) -> tuple[int, ...]:
+    """Choices of each discrete entry, or (k,) for k continuous ones.
+
+    Raises:
+        TypeError: a space that policies of this package cannot play.
+    """
+    if isinstance(space, spaces.Discrete):
+        return (int(space.n),)
+    if isinstance(space, spaces.MultiDiscrete):
+        return tuple(int(count) for count in np.ravel(space.nvec))
+    if isinstance(space, spaces.Box):
+        return (int(np.prod(space.shape)),)
+    raise TypeError(f"no policy of this package plays {space}")
