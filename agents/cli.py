@@ -20,6 +20,7 @@ from agents.commands.search_switching import search_switching
 from agents.commands.string_stability import string_stability
 from agents.commands.testbed import drive_robots
 from agents.commands.train import train
+from agents.commands.zoo import app as zoo
 from agents.console import err
 from agents.errors import explain
 
@@ -85,6 +86,7 @@ app.add_typer(reproduce, name="reproduce")
 app.command("string-stability")(string_stability)
 app.command("testbed")(drive_robots)
 app.command("train")(train)
+app.add_typer(zoo, name="zoo")
 app.command("benchmark")(benchmark)
 app.command("bench")(bench)
 app.command("oracle")(oracle)

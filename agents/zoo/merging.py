@@ -1,0 +1,61 @@
+"""Several training seeds of one recipe as one trained policy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from agents.errors import CommandError
+from agents.zoo.card import Card
+from agents.zoo.files import load, save
+from agents.zoo.network import Network
+
+LIMIT_BYTES = 1_000_000  # of the weights
+
+
+def merge(cards: Sequence[Path], target: Path) -> Card:
+    """Write one card and one file of weights with the seeds of all; the best by validation plays by default.
+
+    Raises:
+        CommandError: nothing to merge, different recipes, a seed twice, or weights beyond `LIMIT_BYTES`.
+    """
+    if not cards:
+        raise CommandError("there is nothing to add: name folders of training runs, or the folder above them")
+    loaded = [load(path) for path in cards]
+    first = loaded[0][0]
+    networks: dict[int, Network] = {}
+    for path, (card, network) in zip(cards, loaded, strict=True):
+        if card.recipe != first.recipe or card.version != first.version:
+            raise CommandError(f"{path} is of another recipe than {cards[0]}: add each to a policy of its own")
+        if card.best in networks:
+            raise CommandError(f"{path}: training seed {card.best} is there already")
+        networks[card.best] = network
+    size = sum(array.nbytes for network in networks.values() for array in network.tensors().values())
+    if size > LIMIT_BYTES:
+        raise CommandError(f"the weights take {size:,} bytes, at most {LIMIT_BYTES:,} can be shipped: use fewer seeds")
+    seeds = {seed: facts for card, _ in loaded for seed, facts in card.seeds.items()}
+    best = max(networks, key=lambda seed: seeds[str(seed)].get("validation", float("-inf")))
+    merged = replace(
+        first, name=target.stem, best=best, seeds=dict(sorted(seeds.items(), key=lambda entry: int(entry[0])))
+    )
+    save(target, merged, networks)
+    return merged
+
+
+def cards_below(folder: Path) -> list[Path]:
+    """The cards of a run's folder, or of all runs in the folders of a recipe, by seed.
+
+    Raises:
+        CommandError: there is none.
+    """
+    own = folder / "policy.json"
+    found = [own] if own.is_file() else sorted(folder.glob("seed-*/policy.json"), key=_seed)
+    if not found:
+        raise CommandError(f"{folder} has no trained policy: it should be a folder that `cps-envs train` wrote")
+    return found
+
+
+def _seed(path: Path) -> int:
+    digits = path.parent.name.removeprefix("seed-")
+    return int(digits) if digits.isdigit() else -1

@@ -1,0 +1,193 @@
+"""Trained policies as files and as players."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from agents.cli import main
+from agents.errors import CommandError
+from agents.zoo.files import find, load, shipped_names
+from agents.zoo.merging import merge
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.play import play_episodes
+from cps_envs.registration import PROBLEMS, find_problem
+from tests.agents.trained import save_tiny
+
+SHORT: dict[str, dict[str, Any]] = {
+    "disbanding": {"duration_s": 6.0},
+    "fdi": {},
+    "hvac": {"num_steps": 130, "window_steps": 100, "onset_step": 90},
+    "rogue": {"duration_s": 4.0},
+}
+
+
+@pytest.mark.parametrize("role", ["attacker", "defender"])
+@pytest.mark.parametrize("name", sorted(PROBLEMS))
+def test_plays_every_role(name: str, role: Any, tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", name, role, overrides=SHORT[name])
+    config = find_problem(name).config("paper", SHORT[name])
+    outcome = play_episodes(find_problem(name), config, {role: f"zoo:{tmp_path / 'tiny.json'}"}, range(3))
+    assert np.isfinite(outcome["return"]).all()
+
+
+@pytest.mark.parametrize("name", ["disbanding", "rogue"])
+def test_plays_a_team(name: str, tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", name, "defender", overrides=SHORT[name], swarm=True, hold=2)
+    config = find_problem(name).config("paper", SHORT[name])
+    players: Any = {"defender": f"zoo:{tmp_path / 'tiny.json'}"}
+    mixed: Any = {"defender": f'mixture?policies=["zoo:{tmp_path / "tiny.json"}"]'}
+    alone = play_episodes(find_problem(name), config, players, range(2))
+    np.testing.assert_array_equal(alone["return"], play_episodes(find_problem(name), config, mixed, range(2))["return"])
+
+
+@pytest.mark.parametrize("deterministic", [True, False])
+def test_lanes_equal_single_environments(deterministic: bool, tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", "rogue", "defender", preset="learning", hold=3)
+    config = find_problem("rogue").config("learning", {"duration_s": 4.0})
+    reference = f"zoo:{tmp_path / 'tiny.json'}?deterministic={str(deterministic).lower()}"
+    players: Any = {"defender": reference, "attacker": "square"}
+    together = play_episodes(find_problem("rogue"), config, players, range(4))
+    for seed in range(4):
+        alone = play_episodes(find_problem("rogue"), config, players, [seed])
+        assert alone["return"][0] == together["return"][seed]
+
+
+def test_sampling_differs_from_the_mode_and_between_seeds(tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", "rogue", "attacker")
+    config = find_problem("rogue").config("paper", {"duration_s": 4.0})
+    reference = f"zoo:{tmp_path / 'tiny.json'}"
+
+    def returns(name: str) -> list[float]:
+        players: Any = {"attacker": name, "defender": "pd"}
+        values: list[float] = play_episodes(find_problem("rogue"), config, players, [0, 1])["formation_charge"].tolist()
+        return values
+
+    config = find_problem("rogue").config("paper", {"duration_s": 4.0, "formation_weight_mps2": 0.5})
+    mode, drawn, other = (returns(reference + query) for query in ("", "?deterministic=false", "?seed=1"))
+    assert mode[0] == mode[1]
+    assert drawn[0] != drawn[1]
+    assert mode != drawn
+    assert mode != other
+
+
+def test_is_an_opponent_by_name(tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", "hvac", "defender", overrides=SHORT["hvac"])
+    env = gymnasium.make("cps_envs:cps_envs/HvacAttack-v0", opponent=f"zoo:{tmp_path / 'tiny.json'}", **SHORT["hvac"])
+    env.reset(seed=0)
+    assert np.isfinite(env.step(env.action_space.sample())[1])
+
+
+def test_masks_are_obeyed(tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", "disbanding", "attacker", overrides=SHORT["disbanding"])
+    problem = find_problem("disbanding")
+    game = problem.game(problem.config("paper", SHORT["disbanding"]), 5)
+    policy = problem.policy(f"zoo:{tmp_path / 'tiny.json'}?deterministic=false", game, "attacker")
+    mask = np.zeros((5, 11), np.bool_)
+    mask[:, 4] = True
+    observation = np.zeros((5, game.fields["attacker"].size), np.float32)
+    actions, _ = policy.predict(observation, action_masks=mask)  # type: ignore[call-arg]
+    np.testing.assert_array_equal(actions, 4)
+
+
+def test_says_what_does_not_fit(tmp_path: Path) -> None:
+    card = tmp_path / "tiny.json"
+    save_tiny(card, "fdi", "attacker", preset="learning", overrides={"attack_action": "share"})
+    problem = find_problem("fdi")
+    game = problem.game(problem.config("paper", {}), 1)
+    with pytest.raises(ConfigurationError, match="attack_action"):
+        problem.policy(f"zoo:{card}", game, "attacker")
+    with pytest.raises(ConfigurationError, match="not as defender of fdi"):
+        problem.policy(f"zoo:{card}", game, "defender")
+    save_tiny(card, "fdi", "attacker", version=99)
+    with pytest.raises(ConfigurationError, match="version 99"):
+        problem.policy(f"zoo:{card}", game, "attacker")
+    save_tiny(card, "fdi", "attacker", observation_size=3)
+    with pytest.raises(ValueError, match="observations of 3 entries"):
+        problem.policy(f"zoo:{card}", game, "attacker").predict(np.zeros((1, 12), np.float32))
+
+
+@pytest.mark.parametrize("damage", ["card", "weights", "cut", "missing"])
+def test_damaged_files_are_named(damage: str, tmp_path: Path) -> None:
+    card = tmp_path / "tiny.json"
+    save_tiny(card, "fdi", "attacker")
+    weights = card.with_suffix(".safetensors")
+    if damage == "card":
+        card.write_text('{"name": "tiny"}')
+    elif damage == "weights":
+        weights.write_bytes(b"nonsense")
+    elif damage == "cut":
+        weights.write_bytes(weights.read_bytes()[:-100])
+    else:
+        weights.unlink()
+    with pytest.raises((ValueError, OSError), match="tiny"):
+        load(card)
+
+
+def test_unknown_names_and_seeds(tmp_path: Path) -> None:
+    with pytest.raises(UnknownNameError, match="no trained policy"):
+        find("hvac-atack-ppo")
+    save_tiny(tmp_path / "tiny.json", "fdi", "attacker")
+    with pytest.raises(ValueError, match="no training seed 7"):
+        load(tmp_path / "tiny.json", 7)
+
+
+def test_merging_keeps_each_seed(tmp_path: Path) -> None:
+    for seed in (0, 1):
+        save_tiny(
+            tmp_path / f"seed-{seed}" / "policy.json",
+            "fdi",
+            "attacker",
+            seeds=2,
+            best=seed,
+        )
+    cards = [tmp_path / f"seed-{seed}" / "policy.json" for seed in (0, 1)]
+    merged = merge(cards, tmp_path / "both.json")
+    assert merged.name == "both"
+    assert merged.best == 0
+    assert list(merged.seeds) == ["0", "1"]
+    for seed in (0, 1):
+        expected = load(cards[seed], seed)[1].tensors()
+        for name, array in load(tmp_path / "both.json", seed)[1].tensors().items():
+            np.testing.assert_array_equal(array, expected[name])
+    with pytest.raises(CommandError, match="is there already"):
+        merge([cards[0], cards[0]], tmp_path / "both.json")
+    save_tiny(cards[1], "fdi", "attacker", recipe={"other": 1})
+    with pytest.raises(CommandError, match="another recipe"):
+        merge(cards, tmp_path / "both.json")
+
+
+def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    save_tiny(tmp_path / "run" / "policy.json", "fdi", "attacker", seeds=1)
+
+    def run(*arguments: str) -> str:
+        monkeypatch.setattr("sys.argv", ["cps-envs", "zoo", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code == 0
+        return capsys.readouterr().out
+
+    folder = str(tmp_path / "own")
+    assert "attacker of fdi" in run("add", str(tmp_path / "run"), "--to", folder, "--name", "mine")
+    assert [card["name"] for card in json.loads(run("list", "--folder", folder, "--json"))] == ["mine"]
+    assert json.loads(run("show", f"{folder}/mine.json", "--json"))["problem"] == "fdi"
+    assert "mine" in run("list", "--folder", folder)
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_shipped_policies_load(name: str) -> None:
+    card, _ = load(find(name))
+    assert card.name == name
+    assert card.problem in PROBLEMS
+    assert find(name).with_suffix(".safetensors").stat().st_size <= 1_000_000
+    for seed in card.seeds:
+        load(find(name), int(seed))
+    problem = find_problem(card.problem)
+    game = problem.game(problem.config(card.preset, card.overrides), 1)
+    role: Any = card.role
+    problem.policy(f"zoo:{name}", game, role)

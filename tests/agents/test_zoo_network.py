@@ -1,0 +1,101 @@
+"""The forward pass without PyTorch against PyTorch's own, and against itself in batches of other sizes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agents.zoo.network import CLIP, Memory, Network, network_of
+
+torch = pytest.importorskip("torch")
+
+
+def make_network(seed: int, activation: str = "tanh", units: int = 0, inputs: int = 5, outputs: int = 3) -> Network:
+    generator = np.random.default_rng(seed)
+
+    def dense(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+        weight = generator.normal(size=(rows, columns)) / np.sqrt(rows)
+        return weight.astype(np.float32), generator.normal(size=columns).astype(np.float32)
+
+    width = units or inputs
+    return Network(
+        columns=generator.permutation(inputs + 2)[:inputs],
+        mean=generator.normal(size=inputs).astype(np.float32),
+        deviation=generator.uniform(0.1, 2, inputs).astype(np.float32),
+        layers=(dense(width, 16), dense(16, 8), dense(8, outputs)),
+        activation=activation,
+        memory=Memory(dense(inputs, 4 * units), dense(units, 4 * units)) if units else None,
+        log_deviation=generator.normal(size=outputs).astype(np.float32),
+    )
+
+
+def by_torch(network: Network, observation: np.ndarray, hidden: np.ndarray, cell: np.ndarray) -> list[np.ndarray]:
+    values = torch.as_tensor((observation[:, network.columns] - network.mean) / network.deviation).clamp(-CLIP, CLIP)
+    state = [torch.as_tensor(hidden), torch.as_tensor(cell)]
+    if network.memory is not None:
+        lstm = torch.nn.LSTMCell(len(network.columns), network.units)
+        (inward, inward_bias), (recurrent, recurrent_bias) = network.memory.inward, network.memory.recurrent
+        with torch.no_grad():
+            lstm.weight_ih.copy_(torch.as_tensor(inward.T.copy()))
+            lstm.weight_hh.copy_(torch.as_tensor(recurrent.T.copy()))
+            lstm.bias_ih.copy_(torch.as_tensor(inward_bias))
+            lstm.bias_hh.copy_(torch.as_tensor(recurrent_bias))
+            state = list(lstm(values.float(), state))
+        values = state[0]
+    activate = torch.tanh if network.activation == "tanh" else torch.relu
+    for place, (weight, bias) in enumerate(network.layers):
+        values = values @ torch.as_tensor(weight) + torch.as_tensor(bias)
+        values = activate(values) if place < len(network.layers) - 1 else values
+    return [array.detach().numpy() for array in (values, *state)]
+
+
+@pytest.mark.parametrize("activation", ["tanh", "relu"])
+@pytest.mark.parametrize("units", [0, 6])
+def test_equals_torch(activation: str, units: int) -> None:
+    network = make_network(0, activation, units)
+    generator = np.random.default_rng(1)
+    observation = generator.uniform(-1, 1, (9, 7)).astype(np.float32)
+    hidden, cell = generator.normal(size=(2, 9, units)).astype(np.float32)
+    for ours, theirs in zip(
+        network.forward(observation, hidden, cell), by_torch(network, observation, hidden, cell), strict=True
+    ):
+        np.testing.assert_allclose(ours, theirs, atol=1e-5)
+
+
+@given(seed=st.integers(0, 100), lanes=st.integers(1, 9), units=st.sampled_from([0, 4]))
+def test_a_lane_does_not_depend_on_the_others(seed: int, lanes: int, units: int) -> None:
+    network = make_network(seed, units=units)
+    observation = np.random.default_rng(seed).uniform(-1, 1, (lanes, 7)).astype(np.float32)
+    state = np.zeros((lanes, units), np.float32)
+    together, *_ = network.forward(observation, state, state)
+    for lane in range(lanes):
+        part = slice(lane, lane + 1)
+        alone, *_ = network.forward(observation[part], state[part], state[part])
+        np.testing.assert_array_equal(alone, together[part])
+
+
+@pytest.mark.parametrize("units", [0, 4])
+def test_survives_a_round_trip(units: int) -> None:
+    network = make_network(3, "relu", units)
+    again = network_of(network.tensors(), "relu")
+    assert again.activation == network.activation
+    for name, array in network.tensors().items():
+        np.testing.assert_array_equal(array, again.tensors()[name])
+
+
+def test_refuses_arrays_that_do_not_fit() -> None:
+    tensors = make_network(0).tensors()
+    with pytest.raises(ValueError, match="activation"):
+        network_of(tensors, "swish")
+    with pytest.raises(ValueError, match=r"layer\.1\.bias.* is missing"):
+        network_of({name: array for name, array in tensors.items() if name != "layer.1.bias"}, "tanh")
+    with pytest.raises(ValueError, match="a layer over 16 values"):
+        network_of({**tensors, "layer.1.weight": np.zeros((3, 8), np.float32)}, "tanh")
+    with pytest.raises(ValueError, match="not finite"):
+        network_of({**tensors, "mean": np.full(5, np.nan, np.float32)}, "tanh")
+    with pytest.raises(ValueError, match="input scaling"):
+        network_of({**tensors, "mean": np.zeros(4, np.float32)}, "tanh")
+    with pytest.raises(ValueError, match="no layer"):
+        network_of({"columns": tensors["columns"], "mean": tensors["mean"], "deviation": tensors["deviation"]}, "tanh")

@@ -1,0 +1,74 @@
+"""A tiny trained policy for tests that need one, made without PyTorch."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from agents.zoo.card import Card
+from agents.zoo.files import save
+from agents.zoo.network import Network
+from agents.zoo.policy import count_actions
+from cps_envs.core.types import Role
+from cps_envs.registration import find_problem
+
+
+def tiny_network(inputs: int, outputs: int, seed: int = 0) -> Network:
+    generator = np.random.default_rng(seed)
+    return Network(
+        columns=np.arange(inputs),
+        mean=np.zeros(inputs, np.float32),
+        deviation=np.ones(inputs, np.float32),
+        layers=((generator.normal(size=(inputs, outputs)).astype(np.float32), np.zeros(outputs, np.float32)),),
+        activation="tanh",
+        log_deviation=np.full(outputs, -1.0, np.float32),
+    )
+
+
+def save_tiny(
+    path: Path,
+    problem_name: str,
+    role: Role,
+    *,
+    preset: str = "paper",
+    overrides: dict[str, Any] | None = None,
+    swarm: bool = False,
+    hold: int = 1,
+    seeds: int = 2,
+    **changes: Any,
+) -> Card:
+    """Write a policy with random weights to `path` (its card) that fits a role of a configuration."""
+    problem = find_problem(problem_name)
+    game = problem.game(problem.config(preset, overrides or {}), 1)
+    team = game.team(role) if swarm else None
+    space = team.action_space if team else game.action_space[role]
+    actions = count_actions(space)
+    size = team.fields.size if team else game.fields[role].size
+    card = Card(
+        **{
+            "name": path.stem,
+            "problem": problem_name,
+            "version": problem.version,
+            "role": role,
+            "algorithm": "ppo",
+            "opponent": "none",
+            "preset": preset,
+            "overrides": overrides or {},
+            "recipe": {"evaluation_episodes": 2},
+            "activation": "tanh",
+            "head": "gaussian" if type(space).__name__ == "Box" else "discrete",
+            "decentralised": swarm,
+            "hold": hold,
+            "observation_size": size,
+            "actions": actions,
+            "best": 0,
+            "seeds": {str(seed): {"validation": float(-seed), "steps": 1} for seed in range(seeds)},
+            "command": "cps-envs train",
+            "versions": {},
+            **changes,
+        }
+    )
+    save(path, card, {seed: tiny_network(size, sum(actions), seed) for seed in range(seeds)})
+    return card
