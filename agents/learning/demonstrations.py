@@ -10,7 +10,7 @@ import numpy as np
 
 from agents.learning.recipe import Recipe
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, takes_masks
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, wanted
 from cps_envs.core.types import Array, BoolArray, Observation, Role, other
 from cps_envs.registration import find_problem
 
@@ -84,7 +84,7 @@ class Commented(AnalyticPolicy):
         """See `Policy.predict`."""
         assert state is not None
         states = state[0].copy()
-        extra = {"action_masks": action_masks} if takes_masks(self._teacher) else {}
+        extra = wanted(self._teacher, action_masks, team_observation)
         actions, own = self._teacher.predict(observation, _joined(states, 0), episode_start, deterministic, **extra)
         _spread(states, 0, own)
         due = self._age % self._hold == 0
@@ -92,13 +92,13 @@ class Commented(AnalyticPolicy):
         if due:
             self._note(observation, team_observation, np.asarray(actions), action_masks)
         if self._student is not None:
-            more: dict[str, Any] = {"action_masks": action_masks, "team_observation": team_observation}
+            extra = wanted(self._student, action_masks, team_observation)
             actions, own = self._student.predict(
                 observation,
                 _joined(states, 1),
                 episode_start,
                 deterministic,
-                **more,
+                **extra,
             )
             _spread(states, 1, own)
         elif not due and self._held is not None:

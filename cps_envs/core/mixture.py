@@ -9,7 +9,7 @@ import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, is_decentralised, takes_masks
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, is_decentralised, wanted
 from cps_envs.core.types import Array, BoolArray, Observation
 
 
@@ -68,11 +68,11 @@ class Mixture(AnalyticPolicy):
         for index in np.unique(drawn).tolist():
             lanes = np.flatnonzero(drawn == index).tolist()
             policy = self.policies[index]
-            extra: dict[str, Array] = {}
-            if action_masks is not None and takes_masks(policy):
-                extra["action_masks"] = action_masks[lanes]
-            if team_observation is not None and is_decentralised(policy):
-                extra["team_observation"] = team_observation[lanes]
+            extra = wanted(
+                policy,
+                None if action_masks is None else action_masks[lanes],
+                None if team_observation is None else team_observation[lanes],
+            )
             start = None if episode_start is None else episode_start[lanes]
             actions[lanes], part = policy.predict(
                 observation[lanes], _gather(own, lanes), start, deterministic, **extra

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.fields import Fields
-from cps_envs.core.types import Array, BoolArray, Role
+from cps_envs.core.types import Array, BoolArray, Observation, Role
 
 State: TypeAlias = tuple[Array, ...] | None  # arrays with a leading lane axis
 
@@ -58,6 +58,16 @@ def takes_masks(policy: Policy) -> bool:
 def is_decentralised(policy: Policy) -> bool:
     """Whether a policy's `predict` wants what each agent of its role's team sees."""
     return bool(getattr(policy, "decentralised", False))
+
+
+def wanted(policy: Policy, action_masks: BoolArray | None, team_observation: Observation | None) -> dict[str, Array]:
+    """Those of the two that a policy's `predict` wants and that are known."""
+    extras: dict[str, Array] = {}
+    if action_masks is not None and takes_masks(policy):
+        extras["action_masks"] = action_masks
+    if team_observation is not None and is_decentralised(policy):
+        extras["team_observation"] = team_observation
+    return extras
 
 
 class AnalyticPolicy:

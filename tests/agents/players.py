@@ -1,0 +1,25 @@
+"""Policies for tests of training."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.types import Array, BoolArray
+
+
+class Constant(AnalyticPolicy):
+    """The same number in every entry of the action."""
+
+    def __init__(self, spec: RoleSpec, value: float = 0.0) -> None:
+        super().__init__(spec)
+        self._value = value
+
+    def predict(
+        self,
+        observation: Array,
+        state: State = None,
+        episode_start: BoolArray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[Array, State]:
+        return np.full((len(observation), *self.spec.neutral_action.shape), np.float32(self._value)), state
