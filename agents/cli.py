@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 from agents.commands.bench import bench
 from agents.commands.benchmark import benchmark
 from agents.commands.calibrate_mtd2 import calibrate_mtd2
+from agents.commands.evaluate import evaluate
 from agents.commands.list import list_everything
 from agents.commands.oracle import oracle
 from agents.commands.play import play
@@ -87,6 +88,7 @@ app.command("string-stability")(string_stability)
 app.command("testbed")(drive_robots)
 app.command("train")(train)
 app.add_typer(zoo, name="zoo")
+app.command("evaluate")(evaluate)
 app.command("benchmark")(benchmark)
 app.command("bench")(bench)
 app.command("oracle")(oracle)

@@ -7,11 +7,13 @@ import json
 import re
 import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from importlib import import_module
 from typing import Any, ClassVar
 
+from agents.zoo.references import form_of, weights_of
 from baselines.schedule import Entrant, Setting
+from cps_envs.core.problem import Problem
 
 Result = dict[str, Any]
 
@@ -29,7 +31,9 @@ class Cell:
     defender: str
     attacker_policy: str
     defender_policy: str
-    episodes: int  # on seeds 0, 1, ...
+    episodes: int  # on seeds first_seed, first_seed + 1, ...
+    weights: Mapping[str, str] = field(default_factory=dict)  # hashes of the trained policies
+    first_seed: int = 0
 
     @property
     def label(self) -> str:
@@ -37,15 +41,16 @@ class Cell:
         return f"{self.problem} {self.setting} {self.attacker} {self.defender}"
 
     def run(self) -> Result:
-        """`metrics`: each metric's values, one per episode."""
-        from cps_envs import find_problem
+        """`metrics`: each metric's values, one per episode; `simulations`: episodes that an attacker planned on."""
         from cps_envs.core.play import play_episodes
 
-        problem = find_problem(self.problem)
+        problem = problem_of(self.problem)
         config = problem.config(self.preset, self.overrides)
-        players: Any = {"attacker": self.attacker_policy, "defender": self.defender_policy}
-        outcome = play_episodes(problem, config, players, range(self.episodes))
-        return {"metrics": {name: values.tolist() for name, values in outcome.items()}}
+        attacker: Any = problem.policy(self.attacker_policy, problem.game(config, 1), "attacker")
+        players: Any = {"attacker": attacker, "defender": self.defender_policy}
+        outcome = play_episodes(problem, config, players, range(self.first_seed, self.first_seed + self.episodes))
+        metrics = {name: values.tolist() for name, values in outcome.items()}
+        return {"metrics": metrics, "simulations": getattr(attacker, "simulations", 0)}
 
 
 @dataclass(frozen=True)
@@ -60,6 +65,7 @@ class Preparation:
     entrant: str
     function: str  # module:function
     quick: bool
+    opponent: str = ""  # the function's third argument, if it is to know
 
     @property
     def label(self) -> str:
@@ -68,15 +74,22 @@ class Preparation:
 
     def run(self) -> Result:
         """`policy`, the reference to play with, and `note`."""
-        from cps_envs import find_problem
-
         module, _, attribute = self.function.partition(":")
-        config = find_problem(self.problem).config(self.preset, self.overrides)
-        prepared = getattr(import_module(module), attribute)(config, self.quick)
-        return asdict(prepared)
+        config = problem_of(self.problem).config(self.preset, self.overrides)
+        known = (config, self.quick, self.opponent) if self.opponent else (config, self.quick)
+        return asdict(getattr(import_module(module), attribute)(*known))
 
 
 Job = Cell | Preparation
+
+
+def problem_of(name: str) -> Problem:
+    """A registered problem by its name, or another one by `module:attribute`."""
+    from cps_envs import find_problem
+
+    module, colon, attribute = name.partition(":")
+    found: Problem = getattr(import_module(module), attribute) if colon else find_problem(name)
+    return found
 
 
 def run_job(job: Job) -> Result:
@@ -99,15 +112,19 @@ def make_preparation(problem: str, setting: Setting, entrant: Entrant, quick: bo
 
 
 def make_cell(problem: str, setting: Setting, attacker: Entrant, defender: Entrant, episodes: int) -> Cell:
-    """The work of a meeting."""
+    """The work of a meeting, in the observation and action forms that trained policies know."""
+    overrides, config = dict(setting.overrides), problem_of(problem).config(setting.preset, setting.overrides)
+    for entrant in (attacker, defender):
+        overrides |= form_of(entrant.reference, config)
     return Cell(
         problem=problem,
         setting=setting.name,
         preset=setting.preset,
-        overrides=dict(setting.overrides),
+        overrides=overrides,
         attacker=attacker.name,
         defender=defender.name,
         attacker_policy=attacker.reference,
         defender_policy=defender.reference,
         episodes=episodes,
+        weights=weights_of(attacker.reference) | weights_of(defender.reference),
     )

@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell, make_preparation, run_job
 from agents.benchmark.store import Store
 from agents.errors import CommandError, explain
+from agents.zoo.references import is_missing
 from baselines.schedule import Benchmark, Entrant, Setting
 from baselines.workers import Workers
 from cps_envs import PROBLEMS
@@ -35,7 +36,25 @@ def find_benchmarks(names: Sequence[str]) -> list[Benchmark]:
     """The benchmarks that the problems declare, in `baselines.<problem>.benchmark`."""
     packages = [f"baselines.{name}" for name in names or PROBLEMS]
     modules = [f"{package}.benchmark" for package in packages if find_spec(package) is not None]
-    return [import_module(module).BENCHMARK for module in modules if find_spec(module) is not None]
+    return [_shipped(import_module(module).BENCHMARK) for module in modules if find_spec(module) is not None]
+
+
+def _shipped(benchmark: Benchmark) -> Benchmark:
+    """The benchmark without entrants whose trained policy is not there, and a note that says so."""
+    entrants = [each for setting in benchmark.settings for each in (*setting.attackers, *setting.defenders)]
+    missing = dict.fromkeys(each.reference for each in entrants if is_missing(each.reference))
+    if not missing:
+        return benchmark
+
+    def present(entrants: Sequence[Entrant]) -> tuple[Entrant, ...]:
+        return tuple(entrant for entrant in entrants if entrant.reference not in missing)
+
+    settings = tuple(
+        replace(setting, attackers=present(setting.attackers), defenders=present(setting.defenders))
+        for setting in benchmark.settings
+    )
+    note = f"Left out, because no such trained policy is shipped: {', '.join(missing)}."
+    return replace(benchmark, settings=settings, notes=(*benchmark.notes, note))
 
 
 def select(benchmark: Benchmark, wanted: Mapping[str, Sequence[str]], quick: bool) -> Benchmark:
@@ -90,9 +109,11 @@ def run_benchmark(
     ready = [job for job in cells if waiting.isdisjoint(_entrants(job))]
     outcome.jobs = len(preparations) + len(cells)
     with Workers(workers) as pool:
-        _do([*preparations, *ready], store, pool, outcome, report)
+        for job, result, known in finish_all([*preparations, *ready], store, pool):
+            _file(job, result, known, outcome, report)
         rest = [_prepared(job, outcome) for job in cells if not waiting.isdisjoint(_entrants(job))]
-        _do(rest, store, pool, outcome, report)
+        for job, result, known in finish_all(rest, store, pool):
+            _file(job, result, known, outcome, report)
     return outcome
 
 
@@ -121,19 +142,21 @@ def _prepared(job: Cell, outcome: Outcome) -> Cell:
     return replace(job, attacker_policy=attacker["policy"], defender_policy=defender["policy"])
 
 
-def _do(jobs: Sequence[Job], store: Store, pool: Workers, outcome: Outcome, report: Report | None) -> None:
-    found = {id(job): store.get(job) for job in jobs}
+def finish_all(jobs: Sequence[Job], store: Store, pool: Workers) -> Iterator[tuple[Job, Result, bool]]:
+    """Jobs with their results, and whether `store` had them; those that it did not have are done and kept."""
+    left = []
     for job in jobs:
-        result = found[id(job)]
-        if result is not None:
-            outcome.reused += 1
-            _file(job, result, outcome, report)
-    for job, result in pool.run(_run, [job for job in jobs if found[id(job)] is None]):
+        result = store.get(job)
+        if result is None:
+            left.append(job)
+        else:
+            yield job, result, True
+    for job, result in pool.run(attempt, left):
         store.put(job, result)
-        _file(job, result, outcome, report)
+        yield job, result, False
 
 
-def _run(job: Job) -> Result:
+def attempt(job: Job) -> Result:
     """The result of a job; errors that the user can put right tell which job had them."""
     try:
         return run_job(job)
@@ -144,7 +167,8 @@ def _run(job: Job) -> Result:
         raise CommandError(f"{job.label}: {message}") from error
 
 
-def _file(job: Job, result: Result, outcome: Outcome, report: Report | None) -> None:
+def _file(job: Job, result: Result, known: bool, outcome: Outcome, report: Report | None) -> None:
+    outcome.reused += known
     if isinstance(job, Cell):
         outcome.cells[job.setting, job.attacker, job.defender] = result
     else:

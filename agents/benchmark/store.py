@@ -8,11 +8,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import agents.zoo
 import baselines
 import cps_envs
 from agents.benchmark.cell import Job, Result, file_name
 from agents.files import write_json
 from agents.machine import versions
+from agents.zoo.files import SHIPPED
 
 SOURCES = ("*.py", "*.json", "*.csv")
 
@@ -45,11 +47,12 @@ class Store:
 
 
 def fingerprint() -> str:
-    """A hash of the code and the data of the environments and the analytic policies."""
+    """A hash of the code and the data of the environments and the policies, without the trained networks."""
     digest = hashlib.sha256()
-    for package in (cps_envs, baselines):
+    for package in (cps_envs, baselines, agents.zoo):
         root = Path(next(iter(package.__path__)))
-        for file in sorted(file for pattern in SOURCES for file in root.rglob(pattern)):
+        found = (file for pattern in SOURCES for file in root.rglob(pattern))
+        for file in sorted(file for file in found if not file.is_relative_to(SHIPPED)):
             digest.update(file.relative_to(root).as_posix().encode())
             digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

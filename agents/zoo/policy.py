@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from agents.zoo.bounds import rescaling
 from agents.zoo.card import Card
 from agents.zoo.network import Network, Tensor
 from cps_envs.core.errors import ConfigurationError
@@ -31,6 +32,7 @@ class TrainedPolicy(AnalyticPolicy):
         self._shape: tuple[int, ...] = spec.action_space.shape or ()
         self._dtype = np.float64 if isinstance(spec.action_space, spaces.Box) else np.int64
         self._check(version)
+        self._rescaled = rescaling(card, spec.fields)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Of each lane: its generator, the network's memory, the held action, and the decisions it has been held."""
@@ -122,7 +124,7 @@ class TrainedPolicy(AnalyticPolicy):
                 f"{seen.shape[-1]}: play it in the configuration of its card, preset {self.card.preset!r} with "
                 f"{dict(self.card.overrides)}, or train one for this configuration"
             )
-        return seen
+        return seen if self._rescaled is None else self._rescaled(seen)
 
     def _num_agents(self) -> int:
         if not self.decentralised:

@@ -44,6 +44,11 @@ class GeneticAlgorithm(PlannedAttack):
         self.progress = progress
         self.reports: dict[bytes, SearchResult] = {}
 
+    @property
+    def simulations(self) -> int:
+        """Episodes simulated in all searches so far."""
+        return sum(found.simulations for found in self.reports.values())
+
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Search a plan for each lane whose start was not seen before."""
         plans = [self._plan(generator, known) for generator, known in zip(generators, knowledge, strict=True)]

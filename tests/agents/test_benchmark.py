@@ -17,11 +17,13 @@ from agents.benchmark.runner import find_benchmarks, run_benchmark, select
 from agents.benchmark.store import Store
 from agents.cli import app
 from agents.errors import CommandError
+from baselines.disbanding import benchmark as disbanding
 from baselines.disbanding.benchmark import search_plan
 from baselines.paper.agreement import verdict
 from baselines.paper.tables import read_table, velocity_errors
 from baselines.schedule import Benchmark, Entrant, PaperCell, Prepared, Setting
 from cps_envs.core.errors import UnknownNameError
+from tests.agents.trained import save_tiny
 
 TINY = Benchmark(
     problem="disbanding",
@@ -203,3 +205,31 @@ def test_tables_of_the_paper() -> None:
 @pytest.mark.parametrize(("difference", "word"), [(2.0, "match"), (-2.1, "near"), (4.0, "near"), (-4.1, "miss")])
 def test_verdicts(difference: float, word: str) -> None:
     assert verdict(difference) == word
+
+
+def test_trained_policies_take_part_if_they_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    card = tmp_path / "tiny.json"
+    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].overrides))
+    learned = Entrant("learned", policy=f"zoo:{card}")
+    setting = replace(TINY.settings[0], attackers=(Entrant("none"), learned, Entrant("gone", policy="zoo:nobody")))
+    monkeypatch.setattr(disbanding, "BENCHMARK", replace(TINY, settings=(setting,)))
+    (found,) = runner.find_benchmarks(["disbanding"])
+    assert [entrant.name for entrant in found.settings[0].attackers] == ["none", "learned"]
+    assert found.notes == ("Left out, because no such trained policy is shipped: zoo:nobody.",)
+    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).reused == 0
+    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).reused == 4
+    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].overrides), hold=2)
+    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).reused == 2  # another network
+
+
+def test_shipped_entrants_are_registered_or_trained() -> None:
+    for benchmark in runner.find_benchmarks([]):
+        assert all(setting.attackers and setting.defenders for setting in benchmark.settings)
+
+
+def test_planning_is_counted(tmp_path: Path) -> None:
+    search = Entrant("ga", policy="ga?generations=2&population=4")
+    setting = replace(TINY.settings[0], attackers=(search, Entrant("none")), more_episodes={})
+    outcome = run_benchmark(replace(TINY, settings=(setting,), paper=()), Store(tmp_path), workers=1)
+    assert 2 <= outcome.cells["tiny", "ga", "none"]["simulations"] <= 8
+    assert outcome.cells["tiny", "none", "none"]["simulations"] == 0

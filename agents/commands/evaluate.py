@@ -1,0 +1,125 @@
+"""`cps-envs evaluate`: any policies on the evaluation seeds, with intervals and paired differences."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from agents.commands.play import POLICY
+from agents.console import assignments, err, make_table, out, print_json
+from agents.errors import CommandError, built_by_user
+
+if TYPE_CHECKING:
+    from agents.evaluation.comparison import Comparison, Standing
+    from agents.evaluation.statistics import Estimate
+    from cps_envs.core.types import Role
+
+EVALUATED = "A name from `cps-envs list`, zoo:NAME for all its training seeds, zoo:NAME?seed=3; may be repeated."
+METRIC = "What is measured; `return` is what the attacker is paid."
+MOST = 1_000_000  # evaluation seeds
+
+
+def evaluate(
+    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
+    role: Annotated[str, typer.Argument(help="attacker or defender: who is evaluated.")],
+    policy: Annotated[list[str], typer.Option(help=EVALUATED)],
+    opponent: Annotated[list[str] | None, typer.Option(help=f"{POLICY} May be repeated.")] = None,
+    baseline: Annotated[list[str] | None, typer.Option(help="To compare with, pairwise; may be repeated.")] = None,
+    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each training seed, on seeds 0, 1, ...")] = 50,
+    metric: Annotated[str, typer.Option(help=METRIC)] = "return",
+    per: Annotated[str, typer.Option(help="Another metric of the episode to divide by, as oracle_value_mps.")] = "",
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Evaluate policies on seeds that training never used.
+
+    Mean, interquartile mean and 95 % bootstrap intervals over training seeds and episodes; differences to the baselines
+    are paired, episode by episode. Trained policies get the observation and action form they were trained with.
+    """
+    from agents.evaluation.arena import Arena
+    from agents.evaluation.comparison import Comparison, compare
+    from agents.machine import available_cores, describe
+    from agents.progress import Progress
+    from cps_envs import find_problem
+    from cps_envs.core.types import ROLES, other
+
+    known: Role | None = next((name for name in ROLES if name == role), None)
+    if known is None:
+        raise CommandError(f"{role!r} is no role: write attacker or defender")
+    found = find_problem(problem)
+    values = assignments(overrides or [])
+    found.config(preset, values)
+    opponents = opponent or [found.opponents[preset][other(known)]]
+    arenas = [Arena(problem, known, name, preset, values, episodes) for name in dict.fromkeys(opponents)]
+    comparison = Comparison(arenas, policy, baseline or [], metric, per)
+    with built_by_user():
+        total = sum(map(len, comparison.jobs().values()))
+        _check(comparison)
+        with Progress("episodes of a policy against an opponent", total) as progress:
+            standings = compare(comparison, min(jobs or available_cores(), total), progress.update)
+    if as_json:
+        heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values), "episodes": episodes}
+        measured = {"metric": metric, "per": per}
+        print_json({**describe(), **heading, **measured, "standings": [each.to_json() for each in standings]})
+        return
+    for arena in arenas:
+        _print(comparison, known, [each for each in standings if each.opponent == arena.opponent])
+
+
+def _check(comparison: Comparison) -> None:
+    """Refuse a metric that does not exist before anything is played."""
+    from cps_envs import find_problem
+    from cps_envs.core.errors import near
+
+    arena = comparison.arenas[0]
+    metrics = ["return", *find_problem(arena.problem).game(arena.config, 1).metrics()]
+    for name in (comparison.metric, *([comparison.per] if comparison.per else [])):
+        if name not in metrics:
+            raise CommandError(f"{arena.problem} has no metric {name!r}. {near(name, metrics)}")
+
+
+def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> None:
+    opponent = standings[0].opponent
+    rows = [
+        [
+            f"{each.policy} [dim](baseline)[/]" if each.is_baseline else each.policy,
+            f"{each.mean.seeds} x {each.mean.episodes}",
+            f"{each.mean.mean:.4g}",
+            _interval(each.mean),
+            f"{each.iqm.mean:.4g}",
+            *(_difference(each, name, role) for name in comparison.baselines),
+        ]
+        for each in standings
+    ]
+    measured = f"{comparison.metric} / {comparison.per}" if comparison.per else comparison.metric
+    columns = (
+        "policy",
+        "seeds x episodes",
+        "mean",
+        "95 % interval",
+        "IQM",
+        *(f"minus {n}" for n in comparison.baselines),
+    )
+    out().print(make_table(f"{role} against {opponent}: {measured}", columns, rows))
+    if comparison.baselines:
+        err().print("Differences: mean and interval; green or red where it excludes zero, for or against the policy.")
+
+
+def _interval(found: Estimate) -> str:
+    return "none" if found.low is None or found.high is None else f"{found.low:.4g} to {found.high:.4g}"
+
+
+def _difference(standing: Standing, baseline: str, role: Role) -> str:
+    from agents.evaluation.comparison import is_better
+
+    if baseline not in standing.differences:
+        return ""
+    found = standing.differences[baseline]
+    text = f"{found.mean:+.4g}\n{_interval(found)}"
+    better = is_better(found, role)
+    return text if better is None else f"[{'green' if better else 'red'}]{text}[/]"

@@ -1,0 +1,144 @@
+"""Policies in arenas, and `cps-envs evaluate`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from agents.cli import app, main
+from agents.evaluation.arena import Arena, scores
+from agents.evaluation.comparison import is_better
+from agents.evaluation.statistics import Estimate
+from agents.zoo.references import by_training_seed, form_of, missing_names, weights_of
+from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.play import play_episodes
+from cps_envs.registration import find_problem
+from tests.agents.trained import save_tiny
+
+SHORT = {"duration_s": 4.0}
+ROGUE = [
+    "evaluate",
+    "rogue",
+    "attacker",
+    "--preset",
+    "paper",
+    "--set",
+    "duration_s=4",
+    "--jobs",
+    "1",
+    "--opponent",
+    "pd",
+]
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> str:
+    save_tiny(tmp_path / "tiny.json", "rogue", "attacker", overrides=SHORT, seeds=3)
+    return f"zoo:{tmp_path / 'tiny.json'}"
+
+
+def test_a_trained_policy_stands_for_its_training_seeds(tiny: str) -> None:
+    assert by_training_seed(tiny) == {seed: f"{tiny}?seed={seed}" for seed in range(3)}
+    drawn = f"{tiny}?deterministic=false"
+    assert by_training_seed(drawn)[1] == f"{drawn}&seed=1"
+    assert by_training_seed(f"{tiny}?seed=2") == {None: f"{tiny}?seed=2"}
+    assert by_training_seed("square?duty=0.5") == {None: "square?duty=0.5"}
+
+
+def test_missing_policies_are_found_inside_mixtures(tiny: str) -> None:
+    assert missing_names(f'mixture?policies=["{tiny}","zoo:nobody?seed=1","pd"]') == ["nobody"]
+    assert missing_names("square") == []
+
+
+def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) -> None:
+    path = tmp_path / "tiny.json"
+    save_tiny(path, "rogue", "attacker", overrides=SHORT)
+    before = weights_of(f"zoo:{path}?seed=1")
+    save_tiny(path, "rogue", "attacker", overrides=SHORT, evaluation={"mean": 3.0}, command="other")
+    assert weights_of(f"zoo:{path}") == before
+    save_tiny(path, "rogue", "attacker", overrides=SHORT, hold=2)
+    assert weights_of(f"zoo:{path}") != before
+    assert weights_of("square") == {}
+
+
+def test_each_gets_the_form_it_was_trained_with(tmp_path: Path) -> None:
+    path = tmp_path / "tiny.json"
+    save_tiny(path, "fdi", "attacker", preset="learning", overrides={"attack_action": "share"})
+    config = find_problem("fdi").config("paper", {"attacked": "x1", "target": 1})
+    assert form_of(f"zoo:{path}", config) == {"attack_action": "share", "tasks": "x1>1"}
+    assert form_of("oracle", config) == {}
+    arena = Arena("fdi", "attacker", "none", "paper", {"attacked": "x1", "target": 1}, 2, "task")
+    trained, oracle = arena.cells(f"zoo:{path}"), arena.cells("oracle")
+    assert len(trained) == 2
+    assert trained[0].overrides["attack_action"] == "share"
+    assert "attack_action" not in oracle[0].overrides
+    assert len(scores([cell.run() for cell in trained], "impact_speed_mps", "oracle_value_mps")) == 2
+    assert scores([oracle[0].run()], "impact_speed_mps", "oracle_value_mps").mean() == pytest.approx(1.0)
+
+
+def test_cells_play_the_evaluation_seeds(tiny: str) -> None:
+    arena = Arena("rogue", "attacker", "pd", "paper", SHORT, 3)
+    found = scores([cell.run() for cell in arena.cells(tiny)], "damage")
+    config = find_problem("rogue").config("paper", SHORT)
+    players: Any = {"attacker": f"{tiny}?seed=2", "defender": "pd"}
+    expected = play_episodes(find_problem("rogue"), config, players, range(3))["damage"]
+    np.testing.assert_array_equal(found[2], expected)
+    with pytest.raises(UnknownNameError, match="Did you mean 'damage'"):
+        scores([{"metrics": {"damage": [1.0]}}], "damge")
+    with pytest.raises(ValueError, match="0 in some episode"):
+        scores([{"metrics": {"damage": [1.0], "alarms": [0.0]}}], "damage", "alarms")
+
+
+def test_an_advantage_is_one_only_if_the_interval_excludes_zero() -> None:
+    more, unclear = Estimate(1.0, 0.5, 1.5, 5, 10), Estimate(1.0, -0.5, 2.5, 5, 10)
+    assert is_better(more, "attacker") is True
+    assert is_better(more, "defender") is False
+    assert is_better(unclear, "attacker") is None
+
+
+def test_evaluate_prints_json(tiny: str) -> None:
+    arguments = ["--policy", tiny, "--baseline", "square", "--baseline", "none", "--episodes", "2", "--json"]
+    result = CliRunner().invoke(app, [*ROGUE, "--opponent", "sliding", *arguments])
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert [(each["opponent"], each["policy"]) for each in found["standings"]] == [
+        (opponent, policy) for opponent in ("pd", "sliding") for policy in (tiny, "square", "none")
+    ]
+    first, square, _ = found["standings"][:3]
+    assert (first["seeds"], first["episodes"], np.shape(first["values"])) == (3, 2, (3, 2))
+    assert first["low"] <= first["mean"] <= first["high"]
+    assert first["differences"]["square"]["mean"] == pytest.approx(first["mean"] - square["mean"])
+    assert square["differences"] == {}
+    assert found["command"].startswith("cps-envs")
+
+
+def test_evaluate_prints_tables(tiny: str) -> None:
+    result = CliRunner().invoke(app, [*ROGUE, "--policy", tiny, "--policy", "square", "--baseline", "none"])
+    assert result.exit_code == 0, result.output
+    for text in ("attacker against pd: return", "95 % interval", "IQM", "3 x 50", "square", "minus none"):
+        assert text in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["evaluate", "rogue", "attackers", "--policy", "square"], "write attacker or defender"),
+        (["evaluate", "rouge", "attacker", "--policy", "square"], "Did you mean 'rogue'"),
+        ([*ROGUE, "--policy", "sqare"], "Did you mean"),
+        ([*ROGUE, "--policy", "zoo:nobody"], "no trained policy 'nobody'"),
+        ([*ROGUE, "--policy", "square", "--metric", "damge"], "Did you mean 'damage'"),
+        ([*ROGUE, "--policy", "square", "--set", "duration=3"], "duration_s"),
+        (["evaluate", "rogue", "attacker", "--policy", "square", "--preset", "papr"], "paper"),
+    ],
+)
+def test_mistakes_are_told(arguments: list[str], message: str, capsys: Any, monkeypatch: Any) -> None:
+    monkeypatch.setattr("sys.argv", ["cps-envs", *arguments])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    assert message in " ".join(capsys.readouterr().err.split())

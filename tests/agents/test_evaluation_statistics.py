@@ -1,0 +1,152 @@
+"""Statistics of evaluations against closed forms and scipy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as examples
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy import stats
+
+from agents.evaluation.statistics import difference, estimate, interquartile_mean, mean
+
+NUMBERS = st.floats(-1e3, 1e3).map(lambda value: round(value, 3))
+SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 8))
+MATRICES = SHAPES.flatmap(lambda shape: arrays(np.float64, shape, elements=NUMBERS))
+FEW = {"resamples": 200}
+
+
+@given(values=MATRICES)
+def test_point_estimates_are_those_of_numpy_and_scipy(values):
+    assert estimate([values], **FEW).mean == pytest.approx(values.mean(), abs=1e-9)
+    found = estimate([values], interquartile_mean, **FEW).mean
+    assert found == pytest.approx(stats.trim_mean(values.ravel(), 0.25), abs=1e-9)
+
+
+@given(values=MATRICES)
+def test_the_mean_lies_in_its_interval(values):
+    found = estimate([values], **FEW)
+    if values.size == 1:
+        assert (found.low, found.high) == (None, None)
+    else:
+        assert found.low <= found.mean <= found.high
+
+
+@given(values=MATRICES, shift=NUMBERS, scale=st.floats(0.1, 10))
+@examples(max_examples=50)
+def test_the_interval_moves_with_the_data(values, shift, scale):
+    before, after = estimate([values], **FEW), estimate([scale * values + shift], **FEW)
+    if values.size > 1:
+        tolerance = {"rel": 1e-6, "abs": 1e-6}
+        assert after.low == pytest.approx(scale * before.low + shift, **tolerance)
+        assert after.high == pytest.approx(scale * before.high + shift, **tolerance)
+
+
+@given(values=MATRICES, order=st.randoms(use_true_random=False))
+@examples(max_examples=50)
+def test_the_order_of_seeds_and_episodes_does_not_matter(values, order):
+    rows, columns = list(range(len(values))), list(range(values.shape[1]))
+    order.shuffle(rows)
+    order.shuffle(columns)
+    options = {"resamples": 4000}
+    before, after = estimate([values], **options), estimate([values[rows][:, columns]], **options)
+    assert after.mean == pytest.approx(before.mean, abs=1e-9)
+    if values.size > 1:
+        width = before.high - before.low
+        assert after.low == pytest.approx(before.low, abs=0.12 * width + 1e-9)  # other draws of the same distribution
+        assert after.high == pytest.approx(before.high, abs=0.12 * width + 1e-9)
+
+
+@given(value=NUMBERS, shape=st.tuples(st.integers(1, 5), st.integers(1, 5)))
+def test_constant_data_have_no_width(value, shape):
+    found = estimate([np.full(shape, value)], **FEW)
+    assert found.mean == value
+    if np.prod(shape) > 1:
+        assert (found.low, found.high) == (value, value)
+        assert found.excludes_zero == (value != 0)
+    else:
+        assert not found.excludes_zero  # one number tells nothing about the next
+
+
+@pytest.mark.parametrize(("seeds", "episodes"), [(5, 1), (1, 50), (5, 50)])
+def test_intervals_hold_the_mean_of_normal_data_as_often_as_they_say(seeds, episodes):
+    generator = np.random.default_rng(1)
+    hits, trials = 0, 400
+    for _ in range(trials):
+        by_seed, by_episode = generator.normal(size=(seeds, 1)), 2 * generator.normal(size=(1, episodes))
+        values = 3.0 + (by_seed if seeds > 1 else 0) + (by_episode if episodes > 1 else 0)
+        found = estimate([values], resamples=400)
+        hits += found.low <= 3.0 <= found.high
+    assert 0.91 <= hits / trials <= 0.98
+
+
+def test_independent_noise_only_makes_the_interval_longer():
+    generator = np.random.default_rng(2)
+    hits = 0
+    for _ in range(200):
+        found = estimate([generator.normal(size=(5, 20))], resamples=400)
+        hits += found.low <= 0 <= found.high
+    assert hits / 200 >= 0.95
+
+
+def test_one_factor_alone_gives_student_s_interval():
+    values = np.random.default_rng(3).normal(size=(40, 1))
+    found = estimate([values], resamples=20_000)
+    half = stats.t.ppf(0.975, 39) * values.std(ddof=1) / np.sqrt(40)
+    assert found.high - found.low == pytest.approx(2 * half, rel=0.05)
+
+
+def test_strata_count_equally_and_share_the_training_seeds():
+    first, second = np.array([[1.0], [2.0], [3.0]]), np.array([[3.0, 3.0], [2.0, 2.0], [1.0, 1.0]])
+    found = estimate([first, second], **FEW)
+    assert found.mean == 2.0
+    assert (found.low, found.high) == (2.0, 2.0)  # a seed that is good at one is as bad at the other
+    assert (found.seeds, found.episodes) == (3, 3)
+    assert mean([np.zeros((1, 2, 9)), np.ones((1, 2, 1))]) == [0.5]
+
+
+@given(values=MATRICES, gain=st.floats(0.5, 5))
+def test_a_difference_is_paired(values, gain):
+    baseline = values[:1]
+    learned = np.repeat(baseline, 3, axis=0) + gain
+    found = difference([learned], [baseline], **FEW)
+    assert found.mean == pytest.approx(gain, abs=1e-6)
+    assert found.low == pytest.approx(gain, abs=1e-6)
+    assert found.excludes_zero
+
+
+def test_a_difference_takes_what_both_played():
+    learned, few = np.arange(8.0)[np.newaxis], np.array([[0.0, 1.0, 5.0]])
+    assert difference([learned], [few]).episodes == 3
+    assert difference([learned], [few]).mean == pytest.approx(-1.0)
+    assert difference([np.array([[4.0]])], [np.array([[1.0, 3.0]])]).mean == 2.0  # one episode stands for all
+    assert difference([learned], [np.array([[2.0], [4.0]])]).mean == pytest.approx(3.5 - 3.0)
+    assert difference([learned], [learned], factor=0.5).mean == pytest.approx(3.5 / 2)
+
+
+def test_the_same_data_give_the_same_interval():
+    values = np.random.default_rng(4).normal(size=(5, 7))
+    assert estimate([values]) == estimate([values.copy()])
+    assert estimate([values], seed=1) != estimate([values])
+
+
+@pytest.mark.parametrize(
+    ("strata", "message"),
+    [
+        ([], "needs an array"),
+        ([np.zeros((0, 3))], "needs an array"),
+        ([np.zeros(3)], "needs an array"),
+        ([np.zeros((2, 3)), np.zeros((3, 3))], "same training seeds"),
+        ([np.array([[np.nan]])], "finite"),
+    ],
+)
+def test_wrong_data_are_refused(strata, message):
+    with pytest.raises(ValueError, match=message):
+        estimate(strata)
+
+
+def test_different_strata_cannot_be_paired():
+    with pytest.raises(ValueError, match="1 and 2 strata"):
+        difference([np.zeros((1, 2))], [np.zeros((1, 2))] * 2)
