@@ -11,7 +11,9 @@ from typer.core import TyperGroup
 from agents.commands.bench import bench
 from agents.commands.benchmark import benchmark
 from agents.commands.calibrate_mtd2 import calibrate_mtd2
+from agents.commands.dataset import dataset
 from agents.commands.evaluate import evaluate
+from agents.commands.league import league
 from agents.commands.list import list_everything
 from agents.commands.oracle import oracle
 from agents.commands.play import play
@@ -88,8 +90,10 @@ app.command("string-stability")(string_stability)
 app.command("testbed")(drive_robots)
 app.command("train")(train)
 app.add_typer(zoo, name="zoo")
+app.command("dataset")(dataset)
 app.command("evaluate")(evaluate)
 app.command("benchmark")(benchmark)
+app.command("league")(league)
 app.command("bench")(bench)
 app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)

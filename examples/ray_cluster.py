@@ -1,0 +1,80 @@
+"""Training seeds and cells of a league side by side on a Ray cluster.
+
+    ray start --head                                            # or join a cluster
+    python examples/ray_cluster.py train RogueAttack-v0 --seeds 16 --out /shared/runs
+    python examples/ray_cluster.py league rogue --episodes 100 --out /shared/league
+    ray job submit -- python examples/ray_cluster.py train ...  # from outside
+
+Runs and cells are plain data; `--out` has to be a folder that every machine of the cluster sees. What is finished there
+is not done again.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import ray
+
+from agents.benchmark.cell import Cell, run_job
+from agents.benchmark.store import Store
+from agents.learning.training import Job, train
+from agents.recipes.finding import find_recipe
+from cps_envs.core.lookup import policy_names
+
+
+def spread(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
+    """Items with their results as they get done, one task of one CPU for each."""
+    remote = ray.remote(num_cpus=1)(function)
+    waiting = {remote.remote(item): item for item in items}
+    while waiting:
+        (done, *_), _ = ray.wait(list(waiting), num_returns=1)
+        yield waiting.pop(done), ray.get(done)
+
+
+def train_everywhere(name: str, seeds: int, folder: Path) -> None:
+    """One task per training seed."""
+    recipe = find_recipe(name)
+    jobs = [
+        Job(recipe, seed, folder / recipe.name / f"seed-{seed}", "examples/ray_cluster.py", resume=True)
+        for seed in range(seeds)
+    ]
+    for job, found in spread(train, jobs):
+        print(f"seed {job.seed}: {found['steps']:,} steps, best validation {found['best_score']:.4g}, {job.folder}")
+
+
+def play_everywhere(problem: str, episodes: int, folder: Path) -> None:
+    """One task per meeting of the problem's analytic policies."""
+    store = Store(folder / "cells")
+    cells = [
+        Cell(problem, "learning", "learning", {}, attacker, defender, attacker, defender, episodes)
+        for attacker, defender in product(policy_names(problem, "attacker"), policy_names(problem, "defender"))
+        if "mixture" not in (attacker, defender)
+    ]
+    for cell, result in spread(run_job, [cell for cell in cells if store.get(cell) is None]):
+        store.put(cell, result)
+        returns = result["metrics"]["return"]
+        print(f"{cell.attacker} against {cell.defender}: {sum(returns) / len(returns):.3f}")
+
+
+def main() -> None:
+    """Train or play."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("work", choices=("train", "league"))
+    parser.add_argument("name", help="a recipe or environment to train, a problem to play")
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--episodes", type=int, default=20)
+    parser.add_argument("--out", type=Path, required=True)
+    args = parser.parse_args()
+    ray.init(ignore_reinit_error=True)
+    if args.work == "train":
+        train_everywhere(args.name, args.seeds, args.out)
+    else:
+        play_everywhere(args.name, args.episodes, args.out)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""Datasets in Minari's format."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agents.cli import main
+from agents.datasets import write_dataset
+from agents.errors import CommandError
+from cps_envs.core.play import play_episodes
+from cps_envs.registration import find_problem
+
+minari = pytest.importorskip("minari")
+pytest.importorskip("h5py")
+
+CASES: dict[str, Any] = {
+    "fdi": ("attacker", {"attacker": "random", "defender": "none"}, "learning", {}),
+    "hvac": ("defender", {"attacker": "constant", "defender": "mtd2"}, "paper",
+             {"num_steps": 130, "window_steps": 100, "onset_step": 90}),
+    "rogue": ("defender", {"attacker": "square", "defender": "sliding"}, "learning", {"duration_s": 3.0}),
+    "disbanding": ("attacker", {"attacker": "random", "defender": "heuristic"}, "learning", {"duration_s": 8.0}),
+}  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def _own_folder(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_recovered_environment_repeats_the_episodes(name: str) -> None:
+    role, players, preset, overrides = CASES[name]
+    problem = find_problem(name)
+    seeds = range(50, 53)
+    dataset_id = f"cps_envs/{name}/test-v0"
+    write_dataset(problem, role, players, preset, overrides, seeds, dataset_id)
+    read = minari.load_dataset(dataset_id)
+    sign = 1 if role == "attacker" else -1
+    played = play_episodes(problem, problem.config(preset, overrides), players, seeds)
+    env = read.recover_environment()
+    for number, episode in enumerate(read.iterate_episodes()):
+        assert sign * episode.rewards.sum() == pytest.approx(played["return"][number], abs=1e-9)
+        observation, _ = env.reset(seed=seeds[number])
+        np.testing.assert_array_equal(observation, episode.observations[0])
+        for step, action in enumerate(episode.actions):
+            observation, reward, terminated, truncated, info = env.step(action)
+            np.testing.assert_array_equal(observation, episode.observations[step + 1])
+            assert (reward, terminated, truncated) == (
+                episode.rewards[step],
+                episode.terminations[step],
+                episode.truncations[step],
+            )
+        for key in played:
+            if key != "return":
+                assert info[key] == episode.infos[key][-1]
+        assert terminated or truncated
+
+
+def test_names_are_checked() -> None:
+    role, players, preset, overrides = CASES["fdi"]
+    write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine-v0")
+    with pytest.raises(CommandError, match="there is a dataset mine-v0 already"):
+        write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine-v0")
+    with pytest.raises(CommandError, match="no name of a dataset"):
+        write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine")
+
+
+def test_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["dataset", "fdi", "--role", "attacker", "--attacker", "oracle", "--episodes", "2", "--json"]
+    monkeypatch.setattr("sys.argv", ["cps-envs", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    document = json.loads(capsys.readouterr().out)
+    assert document["steps"] == minari.load_dataset(document["id"]).total_steps == 40
