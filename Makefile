@@ -1,7 +1,7 @@
 # `make help` lists what there is. Needs Python 3.10 to 3.13, GNU make and a package index.
 #   PYTHON=python3.12   the interpreter that makes the virtual environment
 #   VENV=.venv          where the virtual environment lies
-#   ARGS="..."          more arguments for the command behind test, test-slow, bench and benchmark
+#   ARGS="..."          more arguments for the command behind test, test-slow, train, results, bench and benchmark
 
 VENV ?= .venv
 ARGS ?=
@@ -23,7 +23,7 @@ ALL := $(VENV)/.installed-all
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow lint style types bench docs clean clean-cache
+.PHONY: help setup benchmark test test-slow train results lint style types bench docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -38,6 +38,12 @@ test: $(ALL) ## run the tests
 
 test-slow: $(ALL) ## run only the tests marked slow
 	$(BIN)/python -m pytest -m slow $(ARGS)
+
+train: $(ALL) ## train every shipped policy anew, five seeds each, and put it into the zoo (hours; goes on where it stopped)
+	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/zoo/policies --resume $(ARGS)
+
+results: $(LIGHT) ## judge the shipped policies on evaluation seeds, into docs/results.md (no torch)
+	$(BIN)/cps-envs results $(ARGS)
 
 lint: style types ## check style, format and types
 

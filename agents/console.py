@@ -63,8 +63,8 @@ def json_value(text: str) -> Any:
         return {"True": True, "False": False}.get(text, text)
 
 
-def assignments(pairs: Sequence[str]) -> Mapping[str, Any]:
-    """Values of `--set name=value` options.
+def assignments(pairs: Sequence[str], option: str = "--set", example: str = "tau_s=0.3") -> Mapping[str, Any]:
+    """Values of `--set name=value` options, or of another option that is written alike.
 
     Raises:
         ValueError: a pair without "=".
@@ -73,6 +73,6 @@ def assignments(pairs: Sequence[str]) -> Mapping[str, Any]:
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not (name and equals):
-            raise ValueError(f"--set {pair!r}: write it as field=value, for example --set tau_s=0.3")
+            raise ValueError(f"{option} {pair!r}: write it as field=value, for example {option} {example}")
         values[name.strip()] = json_value(text.strip())
     return values

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from agents.console import assignments, err, json_value, make_table, out, print_json
+from agents.console import assignments, err, make_table, out, print_json
 
-NAME = "An environment id such as HvacAttack-v0, or a recipe from `cps-envs train --list`."
+if TYPE_CHECKING:
+    from agents.learning.recipe import Recipe
+    from agents.learning.training import Job
+
+NAME = "An environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all recipes: all."
+SHIP = "Put the best networks of the seeds into this folder as one policy, as `cps-envs zoo add` does."
 OPPONENT = "A policy's name, mixture?policies=[...], zoo:NAME; the recipe's own if left out."
 
 
@@ -26,10 +31,12 @@ def train(
     knobs: Annotated[
         list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
     ] = None,
+    policy: Annotated[str | None, typer.Option("--name", help="Of the policy; the recipe's own if left out.")] = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
     first_seed: Annotated[int, typer.Option(min=0, help="The first of them.")] = 0,
     steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed; the recipe's own if left out.")] = None,
     folder: Annotated[Path, typer.Option("--out", help="Where runs go, in a folder for each seed.")] = Path("runs"),
+    ship: Annotated[Path | None, typer.Option("--to", help=SHIP)] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
     device: Annotated[str, typer.Option(help="cpu, cuda or auto. Networks this small are fastest on a CPU.")] = "cpu",
@@ -48,64 +55,66 @@ def train(
     if show or name is None:
         _list(list(RECIPES.values()), as_json)
         return
-    values = {
-        key: value for key, value in (("algorithm", algorithm), ("opponent", opponent), ("preset", preset)) if value
-    }
-    recipe = _recipe(find_recipe(name), values, assignments(overrides or []), _knobs(knobs or []), steps)
-    _train(recipe, range(first_seed, first_seed + seeds), folder, jobs or available_cores(), resume, device, as_json)
+    given = {"algorithm": algorithm, "opponent": opponent, "preset": preset, "name": policy, "total_steps": steps}
+    values: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
+    values |= assignments(knobs or [], "--knob", "learning_rate=0.001")
+    if overrides:
+        values["overrides"] = dict(assignments(overrides))
+    chosen = list(RECIPES.values()) if name == "all" else [find_recipe(name)]
+    found = []
+    for recipe in chosen:
+        runs = _jobs(_changed(recipe, values), range(first_seed, first_seed + seeds), folder, resume, device)
+        found.append(_train(runs, jobs or available_cores(), ship))
+        if not as_json:
+            _print(runs, found[-1])
+    if as_json:
+        print_json(found[0] if len(found) == 1 else found)
 
 
-def _knobs(pairs: list[str]) -> dict[str, Any]:
-    values = {}
-    for pair in pairs:
-        name, equals, text = pair.partition("=")
-        if not (name and equals):
-            raise ValueError(f"--knob {pair!r}: write it as name=value, for example --knob learning_rate=0.001")
-        values[name.strip()] = json_value(text.strip())
-    return values
-
-
-def _recipe(recipe: Any, values: dict[str, Any], overrides: Any, knobs: dict[str, Any], steps: int | None) -> Any:
+def _changed(recipe: Recipe, values: dict[str, Any]) -> Recipe:
     from agents.learning.recipe import changed
 
-    if overrides:
-        values["overrides"] = dict(overrides)
-    if steps is not None:
-        values["total_steps"] = steps
-    return changed(recipe, {**values, **knobs})
+    return changed(recipe, values)
 
 
-def _train(recipe: Any, seeds: range, folder: Path, workers: int, resume: bool, device: str, as_json: bool) -> None:
+def _jobs(recipe: Recipe, seeds: range, folder: Path, resume: bool, device: str) -> list[Job]:
     from agents.machine import describe
     from cps_envs.core.errors import require
 
     require("stable_baselines3", extra="agents", purpose="training")
-    from agents.learning.runs import train_all
     from agents.learning.training import Job
 
     command = describe()["command"]
-    runs = [
-        Job(recipe, seed, folder / recipe.name / f"seed-{seed}", command, resume=resume, device=device)
-        for seed in seeds
-    ]
-    results = train_all(runs, workers, recipe.name)
-    if as_json:
-        print_json(
-            {
-                "recipe": recipe.name,
-                "runs": [{"folder": str(job.folder), **found} for job, found in zip(runs, results, strict=True)],
-            }
-        )
-        return
+    home = folder / recipe.name
+    return [Job(recipe, seed, home / f"seed-{seed}", command, resume=resume, device=device) for seed in seeds]
+
+
+def _train(runs: list[Job], workers: int, ship: Path | None) -> dict[str, Any]:
+    """What came out; the policies are shipped if asked for."""
+    from agents.learning.runs import train_all
+    from agents.zoo.merging import merge
+
+    name = runs[0].recipe.name
+    results = train_all(runs, workers, name)
+    if ship is not None:
+        merge([job.run.card for job in runs], ship / f"{name}.json")
+        err().print(f"Written: {ship / name}.json and {name}.safetensors", soft_wrap=True)
+    return {
+        "recipe": name,
+        "runs": [{"folder": str(job.folder), **found} for job, found in zip(runs, results, strict=True)],
+    }
+
+
+def _print(runs: list[Job], found: dict[str, Any]) -> None:
     rows = [
-        (str(job.seed), f"{found['steps']:,}", f"{found['cpu_s']:.0f}", f"{found['best_score']:.4g}", str(job.folder))
-        for job, found in zip(runs, results, strict=True)
+        (str(run["seed"]), f"{run['steps']:,}", f"{run['cpu_s']:.0f}", f"{run['best_score']:.4g}", run["folder"])
+        for run in found["runs"]
     ]
-    out().print(make_table(recipe.name, ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
-    err().print(f"Play one with --{recipe.role} zoo:{runs[0].folder}", soft_wrap=True)
+    out().print(make_table(found["recipe"], ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
+    err().print(f"Play one with --{runs[0].recipe.role} zoo:{runs[0].folder}", soft_wrap=True)
 
 
-def _list(recipes: list[Any], as_json: bool) -> None:
+def _list(recipes: list[Recipe], as_json: bool) -> None:
     from dataclasses import asdict
 
     from cps_envs.registration import PROBLEMS
