@@ -74,6 +74,8 @@ def form_of(reference: str, config: Any) -> dict[str, Any]:
     if card is None:
         return {}
     trained = find_problem(card.problem).config(card.preset, card.overrides)
+    if type(trained) is not type(config):  # of another problem
+        return {}
     names = FORMS.get((card.problem, card.role), ())
     form = {name: getattr(trained, name) for name in names if getattr(trained, name) != getattr(config, name)}
     if (card.problem, card.role) == ("fdi", "attacker") and trained.tasks and not config.tasks:

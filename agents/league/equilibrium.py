@@ -1,0 +1,137 @@
+"""Zero-sum matrix games: the attacker picks a row and is paid the entry by the defender, who picks a column."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.errors import require
+from cps_envs.core.types import FloatArray
+
+TOLERANCE = 1e-7  # of the spread of the entries
+RESAMPLES = 1000
+LEVEL = 0.95
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """Mixed strategies that are best replies to each other, one pair of perhaps many; all have the same value."""
+
+    attacker: FloatArray  # (m,) probabilities of the rows
+    defender: FloatArray  # (n,) probabilities of the columns
+    value: float
+    gap: float  # what both could still gain by best replies, together: the proof; 0 up to rounding
+
+
+def solve(payoff: FloatArray) -> Equilibrium:
+    """The equilibrium of a matrix (m, n), by a linear program for each side.
+
+    The value is what the attacker's program finds; weak duality bounds it from above by what the defender's strategy
+    concedes to the best row, so a small `gap` proves both.
+
+    Raises:
+        ValueError: no entries, or some that are not finite.
+        ArithmeticError: the two programs do not agree.
+        MissingExtraError: scipy is not installed.
+    """
+    payoff = _checked(payoff)
+    attacker, defender = maximin(payoff), maximin(-payoff.T)
+    floor, ceiling = float((attacker @ payoff).min()), float((payoff @ defender).max())
+    if ceiling - floor > TOLERANCE * _spread(payoff):
+        raise ArithmeticError(f"the sides' linear programs disagree on the value: {floor:.9g} and {ceiling:.9g}")
+    return Equilibrium(attacker, defender, (floor + ceiling) / 2, ceiling - floor)
+
+
+def maximin(payoff: FloatArray) -> FloatArray:
+    """The probabilities (m,) of the rows whose least mean over the columns is greatest."""
+    rows, columns = payoff.shape
+    scaled = (payoff - payoff.min()) / _spread(payoff)
+    at_least = np.hstack([-scaled.T, np.ones((columns, 1))])  # value - sum_i x_i payoff_ij <= 0
+    found = _program(
+        np.append(np.zeros(rows), -1.0),
+        A_ub=at_least,
+        b_ub=np.zeros(columns),
+        A_eq=np.append(np.ones(rows), 0.0)[np.newaxis],
+        b_eq=[1.0],
+        bounds=[(0.0, 1.0)] * rows + [(None, None)],
+    )
+    return _probabilities(found[:-1])
+
+
+def value_interval(
+    payoffs: FloatArray, *, resamples: int = RESAMPLES, level: float = LEVEL, seed: int = 0
+) -> tuple[float, float] | None:
+    """Percentile interval of the value of the mean matrix, for episodes (m, n, E) that share their seeds.
+
+    A resample draws episodes, the same ones in every entry, and solves the game again. None for a single episode.
+    """
+    count = payoffs.shape[2]
+    if count < 2:
+        return None
+    if (payoffs == payoffs[:, :, :1]).all():
+        value = solve(payoffs[:, :, 0]).value
+        return value, value
+    generator = np.random.default_rng(seed)
+    values = []
+    for _ in range(resamples):
+        values.append(_value(payoffs[:, :, generator.integers(count, size=count)].mean(axis=2)))
+    low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
+    return float(low), float(high)
+
+
+def _value(payoff: FloatArray) -> float:
+    """That of the equilibrium, without a linear program where pure strategies are enough."""
+    floor, ceiling = float(payoff.min(axis=1).max()), float(payoff.max(axis=0).min())
+    return floor if floor == ceiling else float((maximin(payoff) @ payoff).min())
+
+
+def dominating(payoff: FloatArray) -> list[FloatArray | None]:
+    """For each row of (m, n) the probabilities (m,) of rows that together pay more in every column; None if none do.
+
+    A single row that does it is preferred to a mixture.
+    """
+    return [_dominating(payoff, row) for row in range(len(payoff))]
+
+
+def _dominating(payoff: FloatArray, row: int) -> FloatArray | None:
+    others = np.delete(np.arange(len(payoff)), row)
+    if not len(others):
+        return None
+    margin = (payoff[others] - payoff[row]) / _spread(payoff)
+    least = margin.min(axis=1)
+    chosen = np.eye(len(others))[least.argmax()] if least.max() > TOLERANCE else maximin(margin)
+    if (chosen @ margin).min() <= TOLERANCE:
+        return None
+    probabilities = np.zeros(len(payoff))
+    probabilities[others] = chosen
+    return probabilities
+
+
+def _program(costs: FloatArray, **constraints: Any) -> FloatArray:
+    optimize = require("scipy.optimize", extra="baselines", purpose="the equilibrium of a matrix game")
+    accuracy = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    found = optimize.linprog(costs, method="highs", options=accuracy, **constraints)
+    if not found.success:
+        raise ArithmeticError(f"the linear program of a matrix game was not solved: {found.message}")
+    solution: FloatArray = found.x
+    return solution
+
+
+def _probabilities(weights: FloatArray) -> FloatArray:
+    kept = np.where(weights > TOLERANCE, weights, 0.0)
+    found: FloatArray = kept / kept.sum()
+    return found
+
+
+def _checked(payoff: FloatArray) -> FloatArray:
+    payoff = np.asarray(payoff, np.float64)
+    if payoff.ndim != 2 or not payoff.size or not np.isfinite(payoff).all():
+        raise ValueError("a matrix game needs a matrix (attackers, defenders) of finite payoffs, at least one")
+    return payoff
+
+
+def _spread(payoff: FloatArray) -> float:
+    """By which entries are scaled for the programs; 1 where all are the same."""
+    return float(np.ptp(payoff)) or 1.0

@@ -1,0 +1,210 @@
+"""Everybody against everybody: the matrix, who is left out, files, resumption."""
+
+from __future__ import annotations
+
+import csv
+import json
+import signal
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+pytest.importorskip("scipy")
+pytest.importorskip("matplotlib")
+
+from agents.benchmark import store as stores
+from agents.benchmark.cell import Cell
+from agents.benchmark.store import Store
+from agents.cli import app
+from agents.errors import CommandError
+from agents.league.league import League, Plan, play_league
+from agents.league.players import Venue, make_players, short_name, usual
+from agents.league.standing import standings, strategies
+from cps_envs import find_problem
+from cps_envs.core.play import play_episodes
+from tests.agents.trained import save_tiny
+
+SHORT = {"duration_s": 3.0}
+VENUE = Venue("rogue", "learning", SHORT)
+PAIR = {"attacker": ["square", "none"], "defender": ["pd", "sliding"]}
+
+
+def plan(**changes: Any) -> Plan:
+    return replace(Plan(VENUE, PAIR, 2), **changes)
+
+
+def play(folder: Path, wanted: Plan, workers: int = 1) -> League:
+    return play_league(wanted, Store(folder), workers)
+
+
+def test_the_matrix_is_what_the_pairs_play(tmp_path: Path) -> None:
+    found = play(tmp_path, plan(episodes=3))
+    assert found.payoffs.values.shape == (2, 2, 3)
+    problem = find_problem("rogue")
+    players: Any = {"attacker": "square", "defender": "sliding"}
+    config = problem.config("learning", SHORT)
+    np.testing.assert_array_equal(
+        found.payoffs.values[0, 1], play_episodes(problem, config, players, range(3))["return"]
+    )
+    assert found.cells[0][1].mean == pytest.approx(found.payoffs.means[0, 1])
+    assert found.cells[0][1].low is not None
+
+
+def test_a_metric_of_ones_own(tmp_path: Path) -> None:
+    found = play(tmp_path, plan(metric="reference_error_m"))
+    problem = find_problem("rogue")
+    players: Any = {"attacker": "square", "defender": "pd"}
+    alone = play_episodes(problem, VENUE.config, players, range(2))["reference_error_m"]
+    np.testing.assert_array_equal(found.payoffs.values[0, 0], alone)
+    with pytest.raises(CommandError, match=r"no metric 'reference_eror_m'.*Did you mean"):
+        play(tmp_path, plan(metric="reference_eror_m"))
+
+
+def test_the_usual_policies_take_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save_tiny(tmp_path / "rogue-tiny.json", "rogue", "attacker")
+    save_tiny(tmp_path / "fdi-tiny.json", "fdi", "attacker")
+    for module in ("files", "references"):
+        monkeypatch.setattr(f"agents.zoo.{module}.find", lambda name: tmp_path / f"{name}.json")
+    monkeypatch.setattr("agents.league.players.SHIPPED", tmp_path)
+    monkeypatch.setattr("agents.league.players.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
+    names = usual(find_problem("rogue"), "attacker")
+    assert {"square", "switching", "zoo:rogue-tiny"} <= set(names)
+    assert not {"mixture", "zoo:fdi-tiny"} & set(names)
+    wanted = plan(references={"attacker": ["all", "square?duty=0.3"]}).wanted("attacker")
+    assert wanted == [*names, "square?duty=0.3"]
+
+
+def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
+    fits, other = tmp_path / "fits.json", tmp_path / "other.json"
+    save_tiny(fits, "fdi", "attacker", overrides={"attack_action": "share"})
+    save_tiny(other, "rogue", "attacker")
+    venue = Venue("fdi", "paper", {})
+    references = {
+        "attacker": [
+            f"zoo:{fits}",
+            f"zoo:{other}",
+            "random?chance=1",
+            "tests.agents.players:Constant?value=0.5",
+            "oracle",
+        ],
+        "defender": ["none"],
+    }
+    found = play(tmp_path / "cells", Plan(venue, references, 1))
+    reasons = {left.reference: left.reason for left in found.left_out}
+    assert set(reasons) == {f"zoo:{other}", "random?chance=1", "tests.agents.players:Constant?value=0.5"}
+    assert "trained as attacker of rogue" in reasons[f"zoo:{other}"]
+    assert "could not be built" in reasons["random?chance=1"]
+    assert "impossible actions" in reasons["tests.agents.players:Constant?value=0.5"]
+    assert found.attackers[0].form == {"attack_action": "share"}
+
+
+def test_oracles_have_to_be_asked_for(tmp_path: Path) -> None:
+    venue = Venue("disbanding", "paper", {"duration_s": 5, "num_platoons": 2})
+    references = {"attacker": ["all"], "defender": ["none"]}
+    wanted = Plan(venue, references, 1)
+    without = play(tmp_path, wanted)
+    assert [left.reference for left in without.left_out if "oracle" in left.reason] == ["ga"]
+    assert "ga" not in [player.name for player in without.attackers]
+    named = replace(wanted, references={"attacker": ["ga?population=4&generations=1", "none"], "defender": ["none"]})
+    assert len(play(tmp_path, named).attackers) == 2
+
+
+def test_a_mistyped_name_is_an_error_and_so_is_nobody(tmp_path: Path) -> None:
+    with pytest.raises(CommandError, match=r"attacker 'sqare'.*Did you mean 'square'"):
+        play(tmp_path, plan(references={**PAIR, "attacker": ["sqare"]}))
+    with pytest.raises(CommandError, match=r"no attacker can play this configuration\. square\?duty=7: a square wave"):
+        play(tmp_path, plan(references={**PAIR, "attacker": ["square?duty=7"]}))
+
+
+def test_an_interrupted_league_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    done: list[Cell] = []
+    whole = Cell.run
+
+    def run(job: Cell) -> dict[str, Any]:
+        if len(done) == 3:
+            signal.raise_signal(signal.SIGINT)
+        done.append(job)
+        return whole(job)
+
+    monkeypatch.setattr(Cell, "run", run)
+    with pytest.raises(KeyboardInterrupt):
+        play(tmp_path, plan())
+    assert len(list(tmp_path.glob("*.json"))) == 3
+    monkeypatch.setattr(Cell, "run", whole)
+    resumed = play(tmp_path, plan())
+    assert resumed.payoffs.reused == 3
+    fresh = play(tmp_path / "fresh", plan())
+    np.testing.assert_array_equal(resumed.payoffs.values, fresh.payoffs.values)
+    assert play(tmp_path, plan()).payoffs.reused == 4
+
+
+def test_what_changed_is_played_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    card = tmp_path / "tiny.json"
+    save_tiny(card, "rogue", "attacker")
+    wanted = plan(references={"attacker": [f"zoo:{card}", "none"], "defender": ["pd"]})
+    play(tmp_path / "cells", wanted)
+    assert play(tmp_path / "cells", wanted).payoffs.reused == 2
+    save_tiny(card, "rogue", "attacker", best=1)
+    assert play(tmp_path / "cells", wanted).payoffs.reused == 1
+    next((tmp_path / "cells").glob("*none-pd*")).write_text("{")
+    assert play(tmp_path / "cells", wanted).payoffs.reused == 1
+    monkeypatch.setattr(stores, "fingerprint", lambda: "other code")
+    assert play(tmp_path / "cells", wanted).payoffs.reused == 0
+
+
+def test_processes_find_the_same(tmp_path: Path) -> None:
+    alone, together = play(tmp_path / "alone", plan()), play(tmp_path / "together", plan(), workers=2)
+    np.testing.assert_array_equal(alone.payoffs.values, together.payoffs.values)
+
+
+def test_standings_tell_best_opponents_and_what_is_dominated(tmp_path: Path) -> None:
+    found = play(tmp_path, plan())
+    object.__setattr__(found.payoffs, "values", np.array([[3.0, 1.0], [0.0, 0.0]])[:, :, None])
+    square, none = standings(found, "attacker")
+    assert (square.probability, square.best_opponent, square.payoff.mean) == (1.0, "sliding", 1.0)
+    assert none.dominated_by == {"square": 1.0}
+    pd, sliding = standings(found, "defender")
+    assert (pd.best_opponent, pd.payoff.mean, pd.probability) == ("square", 3.0, 0.0)
+    assert sliding.dominated_by == {}
+    assert strategies(found) == {"attacker": {"square": 1.0}, "defender": {"sliding": 1.0}}
+    assert found.equilibrium.value == 1.0
+    assert found.value_interval is None
+
+
+def test_names_are_short_and_differ(tmp_path: Path) -> None:
+    path = tmp_path / "very_long_name_of_a_folder" / "seed-3"
+    assert short_name(f"zoo:{path}") == "zoo:very_long_name_of_a_folder/seed-3"
+    assert short_name("mixture?policies=" + 20 * "abc").endswith("...")
+    mixtures = [f'mixture?policies=["square","none"]&weights=[{k},1]' for k in range(1, 3)]
+    first, second = make_players(VENUE, "attacker", mixtures)
+    assert second.name == f"{first.name} #2"
+
+
+def test_the_command_writes_its_files(tmp_path: Path) -> None:
+    names = ["--attackers", "square", "--attackers", "none", "--defenders", "pd", "--defenders", "sliding"]
+    short = ["--set", "duration_s=3", "--episodes", "3", "--jobs", "1", "--out", str(tmp_path)]
+    first = CliRunner().invoke(app, ["league", "rogue", *names, *short])
+    assert first.exit_code == 0, first.output
+    assert "Value of the equilibrium" in first.stdout
+    assert {file.name for file in tmp_path.iterdir()} == {"rogue.json", "rogue.csv", "rogue.png", "cells"}
+    rows = list(csv.DictReader((tmp_path / "rogue.csv").read_text().splitlines()))
+    assert [(row["attacker"], row["defender"]) for row in rows][:2] == [("square", "pd"), ("square", "sliding")]
+    second = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--json"])
+    assert "4 pairs had been played before" in second.stderr
+    found = json.loads(second.stdout)
+    kept = json.loads((tmp_path / "rogue.json").read_text())
+    for volatile in ("wall_s", "command"):
+        assert found.pop(volatile) is not None
+        kept.pop(volatile)
+    assert kept == found
+    assert found["equilibrium"]["low"] <= found["equilibrium"]["value"] <= found["equilibrium"]["high"]
+    assert sum(found["equilibrium"]["attacker"]["probabilities"].values()) == pytest.approx(1.0)
+    third = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--fresh"])
+    assert "had been played" not in third.stderr
+    wrong = CliRunner().invoke(app, ["league", "rogue", "--defenders", "slidin", *short])
+    assert wrong.exit_code == 2
+    assert "Did you mean 'sliding'" in wrong.stderr
