@@ -73,11 +73,13 @@ class TrainingLanes(VecEnv):
         """Observations, scaled float32 rewards, whether episodes have ended, and one info per agent."""
         assert self._actions is not None
         joint = self._joined(self._actions)
-        reward = np.zeros(self.num_envs)
+        reward, learned = np.zeros(self.num_envs), np.zeros(self.num_envs)
         for _ in range(self._recipe.hold):
             _, payoff, terminated, truncated, _ = self.env.step(joint)
-            reward += self._rewards(payoff)
             done = terminated | truncated
+            own = self._rewards(payoff)
+            reward += own
+            learned += self._recipe.learned(self.env.game, own, done)
             if done.any():
                 break
         self._returns += reward
@@ -85,7 +87,7 @@ class TrainingLanes(VecEnv):
         infos = self._infos(done, truncated & ~terminated)
         if done.any():
             self.env.reset(options={"reset_mask": done})
-        scaled = (self._recipe.reward_scale * reward).astype(np.float32)
+        scaled = (self._recipe.reward_scale * learned).astype(np.float32)
         return self.observe(), scaled, np.repeat(done, self._agents), infos
 
     def _joined(self, actions: Array) -> Array:
@@ -117,7 +119,7 @@ class TrainingLanes(VecEnv):
         Raises:
             AttributeError: all actions are legal.
         """
-        mask = self.env.game.action_mask(self.env.role)
+        mask = self._recipe.masks(self.env.game)
         if mask is None:
             raise AttributeError(f"the {self.env.role} of {self.env.game.name!r} has no action masks")
         return mask.reshape(self.num_envs, -1)

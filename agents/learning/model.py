@@ -43,7 +43,7 @@ def check_fit(recipe: Recipe, lanes: TrainingLanes) -> None:
         raise CommandError(f"dqn plays Discrete actions, not {lanes.action_space}: use ppo or sac")
     if recipe.algorithm == "maskable-ppo" and box:
         raise CommandError(f"maskable-ppo plays discrete actions, not {lanes.action_space}: use ppo or sac")
-    if recipe.algorithm == "maskable-ppo" and lanes.env.game.action_mask(recipe.role) is None:
+    if recipe.algorithm == "maskable-ppo" and recipe.masks(lanes.env.game) is None:
         raise CommandError("all actions of this environment are legal at any time: use ppo instead of maskable-ppo")
     if recipe.teacher and recipe.algorithm not in TEACHABLE:
         raise CommandError(f"{recipe.algorithm} cannot start from a teacher: use {' or '.join(TEACHABLE)}")

@@ -8,7 +8,8 @@ from typing import Any
 
 from agents.errors import CommandError
 from cps_envs.core.errors import near
-from cps_envs.core.types import Role
+from cps_envs.core.game import Game
+from cps_envs.core.types import BoolArray, FloatArray, Role
 
 ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn")
 
@@ -83,6 +84,17 @@ class Recipe:
             raise CommandError("discount has to lie in (0, 1], learning_rate and reward_scale above 0")
         if self.swarm and self.role != "defender":
             raise CommandError("only defenders have a swarm form")
+
+    def masks(self, game: Game) -> BoolArray | None:
+        """What may be played (B, k) in training, None where everything may; a recipe may take away what is useless."""
+        return game.action_mask(self.role)
+
+    def learned(self, game: Game, rewards: FloatArray, ended: BoolArray) -> FloatArray:
+        """The rewards (B,) to learn from instead of the agents' own; evaluations and reports keep those.
+
+        A recipe that shapes them says why the best policy stays the best.
+        """
+        return rewards
 
 
 def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
