@@ -10,6 +10,8 @@ from gymnasium import spaces
 
 from cps_envs.core.types import Array, FloatArray, IntArray
 
+INT64 = np.dtype(np.int64)
+
 
 class ActionReader:
     """Turns what callers hand over into arrays (B, ...): float64 for a Box, int64 for Discrete and MultiDiscrete.
@@ -54,16 +56,11 @@ class ActionReader:
     def _read(self, array: Array) -> Array:
         if array.dtype.kind not in "fiu":
             raise ValueError(f"numbers were expected for {self.space}, got dtype {array.dtype}")
-        if (
-            not self._is_box
-            and array.dtype == np.int64
-            and array.ndim == 2
-            and _are_integers(array, self._low, self._high)
-        ):
-            return array.copy()  # the common case of MultiDiscrete, in half the time
+        if not self._is_box and array.dtype == INT64 and _are_integers(_rows(array), self._low, self._high):
+            return array.copy()  # the common case, in half the time
         values = np.empty(array.shape)
         values[...] = array
-        rows = values if values.ndim == 2 else values.reshape(len(values), -1)
+        rows = _rows(values)
         if self._is_box:
             if not _clip(rows, self._low, self._high):
                 raise ValueError(f"an action is not finite; {self.space} takes finite numbers")
@@ -71,6 +68,10 @@ class ActionReader:
         if not _are_indices(rows, self._low, self._high):
             raise ValueError(f"an action is no whole number inside {self.space}: {array.tolist()}")
         return values.astype(np.int64)
+
+
+def _rows(array: Array) -> Array:
+    return array if array.ndim == 2 else array.reshape(len(array), -1)
 
 
 def _limits(space: Any) -> tuple[Any, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.clock import tick
 from cps_envs.core.fields import Fields
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.team import Team
@@ -52,7 +53,7 @@ class Game(ABC):
         observed or measured time has to come from the game's own state.
         """
         payoff = self._advance(actions, lanes, num_steps)
-        self.elapsed += lanes * num_steps
+        tick(self.elapsed, lanes, num_steps)
         return payoff
 
     @abstractmethod

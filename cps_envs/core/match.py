@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cps_envs.core.actions import ActionReader
+from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
 from cps_envs.core.lanes import put, take
 from cps_envs.core.policy import Idle, Policy, State, is_decentralised, takes_masks
@@ -28,6 +29,7 @@ class Match:
         self._idle = frozenset(players) - frozenset(self.players)
         self._deterministic = deterministic
         self._states: dict[Role, State] = dict.fromkeys(self.players)
+        self._due = np.zeros(game.num_lanes, np.bool_)
         self._fresh = {role: np.ones(game.num_lanes, np.bool_) for role in self.players}
         self._held = {role: _repeat(game.neutral_action[role], game.num_lanes) for role in self.players}
         self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
@@ -60,7 +62,7 @@ class Match:
         stride = gcd(self._stride, num_steps)
         payoff = np.zeros(self.game.num_lanes)
         for _ in range(0, num_steps, stride):
-            lanes = lanes & ~self.game.terminated
+            lanes = lanes > self.game.terminated  # marked and not ended, in one operation
             for role in self.players:
                 self._decide(role, lanes)
             payoff += self.game.advance({**actions, **self._held}, lanes, stride)
@@ -68,18 +70,20 @@ class Match:
 
     def _decide(self, role: Role, lanes: BoolArray) -> None:
         """Renew the held actions of the lanes in which a decision of this role is due."""
-        due = lanes & (self.game.elapsed % self.game.decision_interval[role] == 0)
-        if not due.any():
+        due = self._due
+        count = mark_due(self.game.elapsed, lanes, self.game.decision_interval[role], due)
+        if count == 0:
             return
         observation, start, state = self.game.observe(role), self._fresh[role], self._states[role]
-        if due.all():
-            self._held[role], self._states[role] = self._ask(role, observation, state, start.copy(), due)
+        if count == len(due):
+            self._held[role], self._states[role] = self._ask(role, observation, state, start, due)
+            self._fresh[role] = np.zeros_like(start)
         else:
             actions, part = self._ask(role, observation[due], take(state, due), start[due], due)
             self._held[role] = self._held[role].copy()
             self._held[role][due] = actions
             self._states[role] = put(state, due, part)
-        start[due] = False
+            start[due] = False
 
     def _ask(
         self, role: Role, observation: Observation, state: State, start: BoolArray, due: BoolArray
