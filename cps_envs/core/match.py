@@ -65,7 +65,8 @@ class Match:
             lanes = lanes > self.game.terminated  # marked and not ended, in one operation
             for role in self.players:
                 self._decide(role, lanes)
-            payoff += self.game.advance({**actions, **self._held}, lanes, stride)
+            paid = self.game.advance({**actions, **self._held}, lanes, stride)
+            payoff = payoff + paid  # in place NumPy takes several times as long
         return payoff
 
     def _decide(self, role: Role, lanes: BoolArray) -> None:
@@ -77,7 +78,7 @@ class Match:
         observation, start, state = self.game.observe(role), self._fresh[role], self._states[role]
         if count == len(due):
             self._held[role], self._states[role] = self._ask(role, observation, state, start, due)
-            self._fresh[role] = np.zeros_like(start)
+            self._fresh[role] = np.zeros(len(due), np.bool_)
         else:
             actions, part = self._ask(role, observation[due], take(state, due), start[due], due)
             self._held[role] = self._held[role].copy()
