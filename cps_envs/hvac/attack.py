@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import inner
+from cps_envs.core.compiled import inlined
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
@@ -15,7 +15,7 @@ NOISE_FREE, OWN, ABSOLUTE = -1.0, 0.0, 1.0  # what forged readings are based on,
 EDGE = 1.0 / 3.0  # beyond which an entry between them counts as the outer one
 
 
-@inner
+@inlined
 def sense(model: Model, lane: State, action: FloatArray) -> None:
     """Read the sensors of k = step, and forge the readings of compromised ones from the onset on.
 

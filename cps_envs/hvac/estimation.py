@@ -4,50 +4,53 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import inner
+from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import Model
-from cps_envs.hvac.plant import drift
 from cps_envs.hvac.state import State
+from cps_envs.hvac.vectors import copy, drift, product
 
 UNCERTAIN = 1e4  # initial variance of the recursive least squares, in units of sigma^2
 
 
-@inner
+@inlined
 def is_ready(model: Model, lane: State) -> bool:
     """Whether the window of N_e samples is full."""
     return bool(lane.step[0] >= len(model.window))
 
 
-@inner
+@inlined
 def estimate(model: Model, lane: State) -> None:
     """Renew estimates and residuals from the readings of k; the window holds those of k - N_e .. k - 1."""
     k, last = lane.step[0], len(lane.estimate) - 1
-    lane.previous[:] = lane.estimate
+    for choice in range(last + 1):
+        copy(lane.estimate[choice], lane.previous[choice])
     average_readings(model, lane.reading, lane.estimate[0])
     for s in range(len(model.zone)):
         lane.history[k, s] = lane.reading[s] - lane.forced[model.zone[s]]
     if is_ready(model, lane):
         estimate_sets(model, lane, window_sums(model, lane))
-        lane.estimate[last] = drift(model.A, model.B, model.G, lane.fed, lane.heating, model.weather[k - 1])
+        copy(drift(model.A, model.B, model.G, lane.fed, lane.heating, model.weather[k - 1]), lane.estimate[last])
         return
-    started = lane.forced + lane.recursive if k > 0 else lane.estimate[0]
     for choice in range(1, last + 1):
-        lane.estimate[choice] = started
+        for i in range(len(lane.forced)):
+            started = lane.forced[i] + lane.recursive[i] if k > 0 else lane.estimate[0, i]
+            lane.estimate[choice, i] = started
     update_recursive(model, lane)
 
 
-@inner
+@inlined
 def average_readings(model: Model, reading: FloatArray, out: FloatArray) -> None:
     """The mean reading of each zone, (n,)."""
     n = len(out)
     out[:] = 0.0
     for s in range(len(reading)):
         out[model.zone[s]] += reading[s]
-    out /= len(reading) // n
+    for i in range(n):
+        out[i] /= len(reading) // n
 
 
-@inner
+@inlined
 def window_sums(model: Model, lane: State) -> FloatArray:
     """h_s = sum over t of (A^t)' e_zone(s) r_s(k - N_e + t), (S, n), summed anew each step.
 
@@ -64,7 +67,7 @@ def window_sums(model: Model, lane: State) -> FloatArray:
     return sums
 
 
-@inner
+@inlined
 def estimate_sets(model: Model, lane: State, sums: FloatArray) -> None:
     """xh_a = F + A^N_e (O_a' O_a)^-1 sum of h_s, and J_a = mean over the set of (y_s - xh_a at its zone)^2, (4.32)."""
     sensors, n = sums.shape
@@ -89,36 +92,26 @@ def estimate_sets(model: Model, lane: State, sums: FloatArray) -> None:
         lane.residual_sum[a] += lane.residual[a]
 
 
-@inner
+@inlined
 def update_recursive(model: Model, lane: State) -> None:
     """Recursive least squares on the residual readings of all sensors, then one step ahead."""
     z, P, n = lane.recursive, lane.covariance, len(lane.recursive)
-    gain = np.empty(n)
+    gain, row = np.empty(n), np.empty(n)
     for s in range(len(model.zone)):
         i = model.zone[s]
         innovation = lane.history[lane.step[0], s] - z[i]
-        gain[:] = P[:, i] / (P[i, i] + 1.0)
-        row = P[i].copy()
+        for p in range(n):
+            gain[p] = P[p, i] / (P[i, i] + 1.0)
+            row[p] = P[i, p]
         for p in range(n):
             z[p] += gain[p] * innovation
             for q in range(n):
                 P[p, q] -= gain[p] * row[q]
-    z[:] = product(model.A, z.copy().reshape(n, 1))[:, 0]
-    P[:] = product(product(model.A, P), model.A.T)
+    copy(product(model.A, z.reshape(n, 1)).reshape(-1), z)
+    copy(product(product(model.A, P), model.A.T).reshape(-1), P.reshape(-1))
 
 
-@inner
-def product(left: FloatArray, right: FloatArray) -> FloatArray:
-    """A matrix product in a fixed order of operations, so that every lane rounds alike."""
-    out = np.zeros((left.shape[0], right.shape[1]))
-    for i in range(left.shape[0]):
-        for m in range(left.shape[1]):
-            for j in range(right.shape[1]):
-                out[i, j] += left[i, m] * right[m, j]
-    return out
-
-
-@inner
+@inlined
 def choose(model: Model, lane: State, choice: int) -> tuple[FloatArray, FloatArray]:
     """xh(k) and dxh(k), each (n,) C, of a choice; one that needs the full window before it is full means the last.
 
@@ -128,10 +121,12 @@ def choose(model: Model, lane: State, choice: int) -> tuple[FloatArray, FloatArr
     k, last = lane.step[0], len(lane.estimate) - 1
     if choice != 0 and not is_ready(model, lane):
         choice = last
-    estimate = lane.estimate[choice].copy()
     first = choice == last or (choice != 0 and k == len(model.window))
     before = lane.fed if first else lane.previous[choice]
-    change = estimate - before if k > 0 else np.zeros(len(estimate))
-    lane.fed[:] = estimate
+    estimate, change = np.empty(len(before)), np.empty(len(before))
+    for i in range(len(before)):
+        estimate[i] = lane.estimate[choice, i]
+        change[i] = estimate[i] - before[i] if k > 0 else 0.0
+    copy(estimate, lane.fed)
     lane.choice[0] = choice
     return estimate, change

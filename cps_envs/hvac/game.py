@@ -57,6 +57,7 @@ class HvacGame(Game):
             attacker=np.zeros((num_lanes, self.fields["attacker"].size)),
             defender=np.zeros((num_lanes, self.fields["defender"].size)),
         )
+        self._board = (tuple(self.constants), tuple(self.state), tuple(self._account))
         self._episodes: IntArray = np.arange(num_lanes)
         self._quiet = np.zeros((num_lanes, entries))
         self._raw = np.full(num_lanes, READINGS)
@@ -67,11 +68,11 @@ class HvacGame(Game):
         self._episodes[lanes] += self.num_lanes
         for lane in np.flatnonzero(lanes).tolist():
             start(self.state, lane, draw_episode(self.config, generators[lane]), self.config)
-        begin(self.constants, self.state, lanes, self._account)
+        begin(*self._board, lanes)
 
     def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
         moves = (actions.get("attacker", self._quiet), actions.get("defender", self._raw))
-        take_turn(self.constants, self.state, *moves, lanes, num_steps, self._account)
+        take_turn(*self._board, *moves, lanes, num_steps)
         return self._account.payoff.copy()
 
     def observe(self, role: Role) -> Observation:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.compiled import inner
+from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.estimation import is_ready
 from cps_envs.hvac.model import Model
@@ -22,19 +22,19 @@ METRICS = (
 FLAWED, MODEL, REJECTING = 0, 1, 2  # columns of State.counts
 
 
-@inner
+@inlined
 def mean_residual(model: Model, lane: State, a: int) -> float:
     """Jm_a(k), C2: the mean of the residuals of a set since k_0 = N_e, (4.33); k_0 counts too."""
     return float(lane.residual_sum[a] / (lane.step[0] - len(model.window) + 1))
 
 
-@inner
+@inlined
 def passes(model: Model, lane: State, a: int) -> bool:
     """Whether the mean residual of a set is at most the threshold."""
     return mean_residual(model, lane, a) <= model.threshold_c2
 
 
-@inner
+@inlined
 def count_choice(model: Model, lane: State) -> None:
     """Take note of the choice at k, once the window is full."""
     if not is_ready(model, lane):
@@ -53,7 +53,7 @@ def count_choice(model: Model, lane: State) -> None:
     lane.counts[REJECTING] += not found
 
 
-@inner
+@inlined
 def count_errors(model: Model, lane: State) -> float:
     """Add the errors of x(k) to the sums; returns the attacker's payoff for them."""
     square = 0.0
@@ -67,13 +67,13 @@ def count_errors(model: Model, lane: State) -> float:
     return square / attacked_states(model, lane)
 
 
-@inner
+@inlined
 def attacked_states(model: Model, lane: State) -> int:
     """T_a: number of states from the onset to the end."""
     return int(len(model.weather) - lane.onset[0])
 
 
-@inner
+@inlined
 def measure(model: Model, lane: State, out: FloatArray) -> None:
     """Fill `out` (len(METRICS),) with the metrics so far."""
     n = len(lane.temperature)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import inner
+from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.building import DAY_S
 from cps_envs.hvac.estimation import is_ready
@@ -13,7 +13,7 @@ from cps_envs.hvac.model import Model
 from cps_envs.hvac.state import State
 
 
-@inner
+@inlined
 def put(row: FloatArray, at: int, values: FloatArray) -> int:
     """Write `values` at `at`; returns the place after them."""
     for i in range(len(values)):
@@ -21,7 +21,7 @@ def put(row: FloatArray, at: int, values: FloatArray) -> int:
     return at + len(values)
 
 
-@inner
+@inlined
 def put_clock(model: Model, lane: State, row: FloatArray, at: int) -> int:
     """Hours since the start, sine and cosine of the time of day."""
     time_s = lane.step[0] * model.step_s
@@ -32,11 +32,11 @@ def put_clock(model: Model, lane: State, row: FloatArray, at: int) -> int:
     return at + 3
 
 
-@inner
-def put_loop(model: Model, lane: State, row: FloatArray, at: int) -> int:
-    """Readings, residuals, the last choice and what it led to."""
+@inlined
+def put_loop(model: Model, lane: State, row: FloatArray) -> int:
+    """Readings, residuals, the last choice and what it led to; returns how many entries that are."""
     sets = len(model.member)
-    at = put(row, at, lane.reading)
+    at = put(row, 0, lane.reading)
     if is_ready(model, lane):
         for a in range(sets):
             row[at + a] = np.log1p(lane.residual[a] / model.threshold_c2)
@@ -48,9 +48,9 @@ def put_loop(model: Model, lane: State, row: FloatArray, at: int) -> int:
     return put(row, at, lane.heating)
 
 
-@inner
-def observe_attacker(model: Model, lane: State, row: FloatArray) -> None:
-    """Fill `row` (size,) with `attacker_fields`."""
+@inlined
+def observe_attacker(model: Model, lane: State, loop: FloatArray, row: FloatArray) -> None:
+    """Fill `row` (size,) with `attacker_fields`; `loop` is what the defender sees of the control loop."""
     row[:] = 0.0
     sensors, age = len(model.zone), lane.step[0] + 1 - lane.onset[0]
     for s in range(sensors):
@@ -60,15 +60,16 @@ def observe_attacker(model: Model, lane: State, row: FloatArray) -> None:
     row[2 * sensors + 1] = max(age, 0) * model.step_s / 3600.0
     at = put_clock(model, lane, row, 2 * sensors + 2)
     if model.white_box:
-        put_loop(model, lane, row, put(row, at, lane.temperature))
+        put(row, put(row, at, lane.temperature), loop)
 
 
-@inner
-def observe_defender(model: Model, lane: State, row: FloatArray) -> None:
-    """Fill `row` (size,) with `defender_fields`."""
+@inlined
+def observe_defender(model: Model, lane: State, row: FloatArray) -> int:
+    """Fill `row` (size,) with `defender_fields`; returns how many of them, the first, are of the control loop."""
     row[:] = 0.0
     sets, ready = len(model.member), is_ready(model, lane)
-    at = put_loop(model, lane, row, 0)
+    loop = put_loop(model, lane, row)
+    at = loop
     for choice in range(sets + 2):
         at = put(row, at, lane.estimate[choice])
     if ready:
@@ -82,9 +83,10 @@ def observe_defender(model: Model, lane: State, row: FloatArray) -> None:
     for i in range(len(model.ahead)):
         row[at + i] = model.outdoor[lane.step[0] + model.ahead[i]]
     put_clock(model, lane, row, at + len(model.ahead))
+    return loop
 
 
-@inner
+@inlined
 def mark_better_half(residual: FloatArray, out: FloatArray) -> None:
     """Mark the floor(sets / 2) sets of the smallest residual, the earlier ones where residuals are equal."""
     sets = len(residual)

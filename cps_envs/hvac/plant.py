@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import inner
+from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.state import State
+from cps_envs.hvac.vectors import copy, drift
 
 
-@inner
+@inlined
 def heat(model: Model, lane: State, estimate: FloatArray, change: FloatArray) -> None:
     """Set the heating of this step from xh(k) and dxh(k), both (n,) C.
 
@@ -26,22 +27,14 @@ def heat(model: Model, lane: State, estimate: FloatArray, change: FloatArray) ->
         lane.heating[i] = min(model.level_w * np.rint(lane.integrator[i] / model.level_w), model.max_heating_w)
 
 
-@inner
-def drift(A: FloatArray, B: FloatArray, G: FloatArray, x: FloatArray, u: FloatArray, w: FloatArray) -> FloatArray:
-    """A x + B u + G w, (n,), with diagonal B and G."""
-    reached = B * u + G * w
-    for i in range(len(x)):
-        for j in range(len(x)):
-            reached[i] += A[i, j] * x[j]
-    return reached
-
-
-@inner
+@inlined
 def move(model: Model, lane: State) -> None:
     """Go from k to k + 1: the plant (4.5) with what the model does not know, and the forced response."""
     w = model.weather[lane.step[0]]
-    lane.temperature[:] = drift(lane.plant, model.B, model.G, lane.temperature, lane.heating + lane.heat, w)
-    lane.forced[:] = drift(model.A, model.B, model.G, lane.forced, lane.heating, w)
+    supplied = np.empty(len(w))
     for i in range(len(w)):
+        supplied[i] = lane.heating[i] + lane.heat[i]
         lane.energy_j[0] += lane.heating[i] * model.step_s
+    copy(drift(lane.plant, model.B, model.G, lane.temperature, supplied, w), lane.temperature)
+    copy(drift(model.A, model.B, model.G, lane.forced, lane.heating, w), lane.forced)
     lane.step[0] += 1

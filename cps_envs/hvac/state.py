@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compiled import inner
+from cps_envs.core.compiled import inlined
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.model import Model
 
@@ -85,7 +85,7 @@ def allocate(num_lanes: int, model: Model) -> State:
     )
 
 
-@inner
+@inlined
 def lane_of(state: State, b: int) -> State:
     """Views of lane `b`: the same fields without the lane axis, per-lane scalars as arrays of length one."""
     return State(
