@@ -18,6 +18,7 @@ from agents.commands.list import list_everything
 from agents.commands.oracle import oracle
 from agents.commands.play import play
 from agents.commands.reproduce.app import app as reproduce
+from agents.commands.results import results
 from agents.commands.search_feedback import search_feedback
 from agents.commands.search_switching import search_switching
 from agents.commands.string_stability import string_stability
@@ -92,6 +93,7 @@ app.command("train")(train)
 app.add_typer(zoo, name="zoo")
 app.command("dataset")(dataset)
 app.command("evaluate")(evaluate)
+app.command("results")(results)
 app.command("benchmark")(benchmark)
 app.command("league")(league)
 app.command("bench")(bench)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from agents.zoo.card import Card
 from cps_envs.core.fields import Fields
-from cps_envs.core.types import ROLES, Array, FloatArray
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.registration import PROBLEMS
 
 
@@ -25,17 +28,17 @@ class Rescaling:
         return scaled
 
 
-def rescaling(card: Card, fields: Fields) -> Rescaling | None:
-    """What brings observations with `fields` into the bounds a network was trained with; None where these are the same.
+def rescaling(card: Card, spec: RoleSpec) -> Rescaling | None:
+    """What brings a role's observations into the bounds a network was trained with; None where these are the same.
 
     Bounds follow the configuration: a budget is shown as a share of the largest one, time as a share of the duration.
     None, too, where the observations are different ones, which the policy refuses by their size.
     """
-    role = next((role for role in ROLES if role == card.role), None)
-    if role is None or card.problem not in PROBLEMS or card.decentralised:
+    if card.problem not in PROBLEMS:
         return None
     problem = PROBLEMS[card.problem]
-    trained = problem.fields[role](problem.config(card.preset, card.overrides))
+    trained = _fields(problem, problem.config(card.preset, card.overrides), spec.role, card.decentralised)
+    fields = _fields(problem, spec.config, spec.role, True) if card.decentralised else spec.fields
     if [(field.name, field.size) for field in trained] != [(field.name, field.size) for field in fields]:
         return None
     (low, high), (trained_low, trained_high) = _bounds(fields), _bounds(trained)
@@ -44,6 +47,11 @@ def rescaling(card: Card, fields: Fields) -> Rescaling | None:
     gain = (high - low) / (trained_high - trained_low)
     shift = (high + low - trained_high - trained_low) / (trained_high - trained_low)
     return Rescaling(gain, shift)
+
+
+def _fields(problem: Problem, config: Any, role: Role, decentralised: bool) -> Fields:
+    """What the role, or one agent of its team, observes."""
+    return problem.game(config, 1).team(role).fields if decentralised else problem.fields[role](config)
 
 
 def _bounds(fields: Fields) -> tuple[FloatArray, FloatArray]:

@@ -32,7 +32,7 @@ class TrainedPolicy(AnalyticPolicy):
         self._shape: tuple[int, ...] = spec.action_space.shape or ()
         self._dtype = np.float64 if isinstance(spec.action_space, spaces.Box) else np.int64
         self._check(version)
-        self._rescaled = rescaling(card, spec.fields)
+        self._rescaled = rescaling(card, spec)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Of each lane: its generator, the network's memory, the held action, and the decisions it has been held."""

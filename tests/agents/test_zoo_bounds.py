@@ -18,10 +18,15 @@ def fields(problem: str, role: Any, preset: str, **overrides: Any) -> Any:
     return found.fields[role](found.config(preset, overrides))
 
 
+def spec(problem: str, role: Any, preset: str, **overrides: Any) -> Any:
+    found = find_problem(problem)
+    return found.game(found.config(preset, overrides), 1).spec(role)
+
+
 def test_a_smaller_budget_is_not_mistaken_for_a_full_one(tmp_path: Path) -> None:
     card = save_tiny(tmp_path / "tiny.json", "disbanding", "attacker", overrides={"attack_budget": [1, 4]})
     trained, played = (fields("disbanding", "attacker", "paper", attack_budget=budget) for budget in ([1, 4], 1))
-    found = rescaling(card, played)
+    found = rescaling(card, spec("disbanding", "attacker", "paper", attack_budget=1))
     assert found is not None
     values = np.zeros((2, played.size))
     values[:, played.slices["budget_left"]] = [[1.0], [0.0]]
@@ -33,7 +38,7 @@ def test_a_smaller_budget_is_not_mistaken_for_a_full_one(tmp_path: Path) -> None
 def test_a_longer_episode_shows_its_seconds(tmp_path: Path) -> None:
     card = save_tiny(tmp_path / "tiny.json", "rogue", "defender", overrides={"duration_s": 60.0})
     played = fields("rogue", "defender", "paper", duration_s=100.0)
-    found = rescaling(card, played)
+    found = rescaling(card, spec("rogue", "defender", "paper", duration_s=100.0))
     assert found is not None
     observation = played.encode(np.full((1, played.size), 50.0))
     left = fields("rogue", "defender", "paper", duration_s=60.0).decode(found(observation))["time_left_s"]
@@ -42,8 +47,8 @@ def test_a_longer_episode_shows_its_seconds(tmp_path: Path) -> None:
 
 def test_nothing_is_done_where_bounds_are_the_same_or_observations_are_others(tmp_path: Path) -> None:
     card = save_tiny(tmp_path / "tiny.json", "disbanding", "attacker")
-    assert rescaling(card, fields("disbanding", "attacker", "learning", attack_budget=2)) is None
-    assert rescaling(card, fields("disbanding", "attacker", "paper", num_platoons=5)) is None
+    assert rescaling(card, spec("disbanding", "attacker", "learning", attack_budget=2)) is None
+    assert rescaling(card, spec("disbanding", "attacker", "paper", num_platoons=5)) is None
 
 
 def test_a_policy_plays_the_rescaled_observation(tmp_path: Path) -> None:

@@ -167,3 +167,24 @@ def test_looking_changes_nothing() -> None:
     players = {"attacker": EARLY, "defender": "none"}
     looked_at = play_episodes(TESTBED, SHORT, players, (0,), on_step=look)  # type: ignore[arg-type]
     assert looked_at["velocity_error"] == play("none", SHORT, (0,), EARLY)[0]["velocity_error"]
+
+
+def test_each_robot_sees_its_own_row_as_a_vehicle_of_the_string() -> None:
+    rows: list[dict[str, Any]] = []
+
+    def look(game: Game) -> None:
+        team = game.team("defender")
+        own = team.fields.decode(team.observe())
+        whole = game.fields["defender"].decode(game.observe("defender"))
+        for name in ("speed", "acceleration", "law_command"):
+            np.testing.assert_allclose(own[name][:, 3:], whole[name][:, 3:], atol=1e-5)
+        np.testing.assert_array_equal(own["mitigable"][:, 3:], whole["mitigable"])
+        rows.append(own)
+
+    players: dict[Any, Any] = {"attacker": EARLY, "defender": "none"}
+    play_episodes(TESTBED, SHORT, players, range(2), on_step=look)
+    assert (rows[-1]["active"][0] == [0, 0, 0, 1, 1, 1, 1, 1, 1]).all()
+    team = TESTBED.game(SHORT, 2).team("defender")
+    assert team.agents[0] == "robot_0"
+    np.testing.assert_array_equal(team.join(np.full((2, 9, 1), 0.5)), np.full((2, 9), 0.5))
+    np.testing.assert_array_equal(team.rewards(np.array([1.0, 0.0])), np.repeat([[-1.0], [0.0]], 9, axis=1))

@@ -10,6 +10,7 @@ from gymnasium import spaces
 
 from cps_envs.core.game import Game
 from cps_envs.core.policy import RoleSpec
+from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.initial import place
@@ -24,6 +25,7 @@ from cps_envs.disbanding.testbed.rules import rules_of
 from cps_envs.disbanding.testbed.scene import Scene, scene_of
 from cps_envs.disbanding.testbed.start import draw_lane, place_robots, string_parameters
 from cps_envs.disbanding.testbed.state import Robots, allocate
+from cps_envs.disbanding.testbed.team import RobotTeam
 from cps_envs.disbanding.testbed.turn import Account, settle, take_turn
 
 
@@ -100,6 +102,10 @@ class RobotGame(Game):
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal attacks (B, N + 1); the defender's corrections are always legal."""
         return self._account.legal.copy() if role == "attacker" else None
+
+    def team(self, role: Role) -> Team:
+        """The defender as one agent per robot."""
+        return RobotTeam(self) if role == "defender" else super().team(role)
 
     @property
     def intact(self) -> BoolArray:

@@ -1,0 +1,1 @@
+"""What the shipped policies have to reach, and whether they do."""

@@ -1,0 +1,139 @@
+"""The findings as one JSON document, from which every table is written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from agents.evaluation.arena import Arena
+from agents.evaluation.statistics import Estimate, difference, estimate
+from agents.results.block import Block, Contestant
+from agents.results.examination import Findings, missing_of
+from agents.results.judging import judge, simulations_of, strata_of, worst
+from agents.zoo.references import card_of
+
+Document = dict[str, Any]
+FORMAT = 1
+
+
+def document(blocks: Sequence[Block], findings: Findings, machine: Mapping[str, Any], quick: bool) -> Document:
+    """Everything, sorted by problem; `machine` tells command, processor and versions."""
+    names = list(dict.fromkeys(block.problem for block in blocks))
+    problems = {
+        name: {**machine, "blocks": [_block(block, findings) for block in blocks if block.problem == name]}
+        for name in names
+    }
+    return {"format": FORMAT, "quick": quick, "problems": problems}
+
+
+def merged(before: Document | None, new: Document, order: Sequence[str]) -> Document:
+    """`new` with the problems that only the earlier document has."""
+    problems = {**(before["problems"] if before and before.get("format") == FORMAT else {}), **new["problems"]}
+    return {**new, "problems": {name: problems[name] for name in order if name in problems}}
+
+
+def _block(block: Block, findings: Findings) -> Document:
+    missing = missing_of(block)
+    return {
+        "name": block.name,
+        "title": block.title,
+        "target": block.target,
+        "role": block.role,
+        "metric": block.metric,
+        "per": block.per,
+        "form": block.form,
+        "unit": block.unit,
+        "shown": list(block.shown),
+        "notes": list(block.notes),
+        "missing": missing,
+        "learned": [_contestant(each, each.name in missing) for each in block.learned],
+        "baselines": [{"name": each.name, "title": each.heading, "optimum": each.optimum} for each in block.baselines],
+        "rows": [_row(block, number, findings) for number in range(len(block.rows))],
+    }
+
+
+def _contestant(each: Contestant, missing: bool) -> Document:
+    card = None if missing else card_of(each.reference)
+    facts: Document = {"name": each.name, "title": each.heading, "policy": each.reference, "missing": missing}
+    if card is not None:
+        trained = [seed.get("cpu_s") for seed in card.seeds.values()]
+        facts |= {"algorithm": card.algorithm, "opponent": card.opponent, "training_seeds": list(card.seeds)}
+        facts |= {"training": card.command, "cpu_s": [value for value in trained if value is not None]}
+    return facts
+
+
+def _row(block: Block, number: int, findings: Findings) -> Document:
+    row = block.rows[number]
+    metric = block.metric_of(row)
+    contestants = {each.name: _score(block, number, each.name, metric, findings) for each in block.contestants}
+    judgements = judge(block, number, findings)
+    verdicts = {
+        each.name: worst([judgement.verdict for judgement in judgements if judgement.policy == each.name])
+        for each in block.learned
+        if any(not bar.of or each.name in bar.of for bar in block.bars_of(row))
+    }
+    return {
+        "title": row.title,
+        "metric": metric,
+        "bound": row.bound,
+        "headline": row.headline,
+        "arenas": [_arena(arena) for arena in row.arenas],
+        "found": _found(block, number, findings),
+        "scores": {name: score for name, score in contestants.items() if score is not None},
+        "judgements": [
+            {"policy": each.policy, "bar": each.bar, "against": each.against, "verdict": each.verdict}
+            | _numbers(each.found)
+            for each in judgements
+        ],
+        "differences": _differences(block, number, metric, findings),
+        "verdicts": verdicts,
+    }
+
+
+def _arena(arena: Arena) -> str:
+    where = [arena.problem, arena.preset, *(f"{name}={value}" for name, value in arena.overrides.items())]
+    return f"{' '.join(where)}, against {arena.opponent}, episodes: {arena.episodes}"
+
+
+def _found(block: Block, number: int, findings: Findings) -> Document:
+    """What contestants found out before they played, by name."""
+    here = {at[3]: prepared["note"] for at, prepared in findings.prepared.items() if at[:2] == (block.name, number)}
+    return {name: note for name, note in here.items() if len(block.rows[number].arenas) == 1}
+
+
+def _score(block: Block, number: int, name: str, metric: str, findings: Findings) -> Document | None:
+    strata = strata_of(block, number, name, metric, findings)
+    if strata is None:
+        return None
+    shown = {
+        other: float(np.mean([values.mean() for values in strata_of(block, number, name, other, findings) or ()]))
+        for other in block.shown
+    }
+    score = {**_numbers(estimate(strata)), "shown": shown}
+    simulations = simulations_of(block, number, name, findings)
+    return score | ({"simulations": simulations} if simulations else {})
+
+
+def _differences(block: Block, number: int, metric: str, findings: Findings) -> Document:
+    """Paired differences of each learned policy to every baseline."""
+    found: Document = {}
+    for each in block.learned:
+        learned = strata_of(block, number, each.name, metric, findings)
+        for other in block.baselines if learned is not None else ():
+            baseline = strata_of(block, number, other.name, metric, findings)
+            if learned is not None and baseline is not None:
+                found.setdefault(each.name, {})[other.name] = _numbers(difference(learned, baseline))
+    return found
+
+
+def _numbers(found: Estimate) -> Document:
+    """Rounded to seven digits, so that a machine's last bits do not change the files."""
+    values = {name: _rounded(value) for name, value in asdict(found).items()}
+    return {**values, "excludes_zero": found.excludes_zero}
+
+
+def _rounded(value: Any) -> Any:
+    return float(f"{value:.7g}") if isinstance(value, float) else value

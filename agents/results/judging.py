@@ -1,0 +1,125 @@
+"""Whether learned policies pass their bars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+from agents.benchmark.cell import Result
+from agents.evaluation.arena import scores
+from agents.evaluation.statistics import Estimate, Strata, difference, estimate
+from agents.results.block import Bar, Block, Row
+from agents.results.examination import Findings
+
+REACHED, ON_AVERAGE, NOT_REACHED, MISSING = "reached", "on average", "not reached", "missing"
+VERDICTS = (REACHED, ON_AVERAGE, NOT_REACHED, MISSING)  # from best to worst
+ENOUGH_SEEDS = 5  # training seeds without which nothing is reached
+TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A learned policy and one bar."""
+
+    policy: str
+    bar: str  # in words
+    against: str  # the baseline; empty where the bar is a number
+    found: Estimate  # the paired difference, or what the policy reached
+    verdict: str
+
+
+def strata_of(block: Block, number: int, name: str, metric: str, findings: Findings) -> Strata | None:
+    """A metric of a contestant in a row, arena by arena; None where it is missing."""
+    arenas = range(len(block.rows[number].arenas))
+    found = [findings.played.get((block.name, number, place, name)) for place in arenas]
+    if any(results is None for results in found):
+        return None
+    per = block.per_of(block.rows[number], metric)
+    return [scores(results, metric, per) for results in found if results is not None]
+
+
+def simulations_of(block: Block, number: int, name: str, findings: Findings) -> float:
+    """Episodes that a contestant simulated for each episode that it played."""
+    keys = [(block.name, number, place, name) for place in range(len(block.rows[number].arenas))]
+    results: list[Result] = [result for key in keys for result in findings.played.get(key, [])]
+    episodes = sum(len(result["metrics"]["return"]) for result in results)
+    simulations: int = sum(result.get("simulations", 0) for result in results)
+    return simulations / max(episodes, 1)
+
+
+def judge(block: Block, number: int, findings: Findings) -> list[Judgement]:
+    """Every learned policy of a row against every bar that it is for and that can be judged."""
+    row = block.rows[number]
+    judgements = []
+    for each, bar in product(block.learned, block.bars_of(row)):
+        if bar.of and each.name not in bar.of:
+            continue
+        metric = bar.metric or block.metric_of(row)
+        learned = strata_of(block, number, each.name, metric, findings)
+        if learned is None:
+            continue
+        if bar.value is not None:
+            judgements.append(_against_number(block, row, bar, each.name, learned))
+        for other in bar.beat:
+            baseline = strata_of(block, number, other, metric, findings)
+            if baseline is not None:
+                judgements.append(_against_baseline(block, row, bar, each.name, learned, other, baseline))
+    return judgements
+
+
+def _against_number(block: Block, row: Row, bar: Bar, name: str, learned: Strata) -> Judgement:
+    assert bar.value is not None
+    found = estimate(learned)
+    text = f"{_relation(bar, block)} {bar.value:g}{_unit(block, row, bar)}"
+    return Judgement(name, text, "", found, _verdict(found, bar.value, bar, block))
+
+
+def _against_baseline(
+    block: Block, row: Row, bar: Bar, name: str, learned: Strata, other: str, baseline: Strata
+) -> Judgement:
+    found = difference(learned, baseline, bar.factor)
+    heading = next(each.heading for each in block.baselines if each.name == other)
+    times = "" if bar.factor == 1 else f"{bar.factor:g} x "
+    text = f"{_relation(bar, block)} {times}{heading}{_unit(block, row, bar)}"
+    return Judgement(name, text, other, found, _verdict(found, 0.0, bar, block))
+
+
+def worst(verdicts: Sequence[str]) -> str:
+    """The verdict on everything together."""
+    return max(verdicts, key=VERDICTS.index, default=MISSING)
+
+
+def count_verdicts(verdicts: Sequence[str]) -> Mapping[str, int]:
+    """How often each verdict was given, from best to worst."""
+    return {name: verdicts.count(name) for name in VERDICTS if name in verdicts}
+
+
+def wants_less(bar: Bar, block: Block) -> bool:
+    """Whether small numbers pass."""
+    return block.role == "defender" if bar.less is None else bar.less
+
+
+def _verdict(found: Estimate, limit: float, bar: Bar, block: Block) -> str:
+    less = wants_less(bar, block)
+    sign = -1.0 if less else 1.0
+    end = found.high if less else found.low
+
+    def passes(value: float) -> bool:
+        margin = sign * (value - limit)
+        return margin >= -TOLERANCE if bar.or_equal else margin > TOLERANCE
+
+    if not passes(found.mean):
+        return NOT_REACHED
+    sure = bar.by_mean or (end is not None and passes(end))
+    return REACHED if sure and found.seeds >= ENOUGH_SEEDS else ON_AVERAGE
+
+
+def _relation(bar: Bar, block: Block) -> str:
+    if wants_less(bar, block):
+        return "at most" if bar.or_equal else "below"
+    return "at least" if bar.or_equal else "above"
+
+
+def _unit(block: Block, row: Row, bar: Bar) -> str:
+    return f" {bar.metric}" if bar.metric and bar.metric != block.metric_of(row) else ""

@@ -1,0 +1,89 @@
+"""What tables show of a document, as text; the same for terminal, Markdown and README."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from agents.results.judging import MISSING, REACHED, count_verdicts, worst
+
+Block = Mapping[str, Any]  # of a document
+BETWEEN = " to "
+
+
+def heading(block: Block) -> str:
+    """What the numbers of a block are."""
+    measured = f"{block['metric']} / {block['per']}" if block["per"] else block["metric"]
+    unit = f" in {block['unit']}" if block["unit"] else ""
+    shown = f"; beside it {', '.join(block['shown'])}" if block["shown"] else ""
+    better = "more" if block["role"] == "attacker" else "less"
+    return f"{measured}{unit}, mean (95 % interval){shown}; the {block['role']} wants {better}"
+
+
+def score_text(block: Block, row: Mapping[str, Any], name: str, *, interval: bool = True) -> str:
+    """What a contestant reached in a row: mean, interval, and means of what is shown beside."""
+    score = row["scores"].get(name)
+    if score is None:
+        return MISSING
+    text = number(block, row, score["mean"])
+    if interval and score["low"] is not None:
+        text += f" ({number(block, row, score['low'])}{BETWEEN}{number(block, row, score['high'])})"
+    beside = [f"{value:.3g}" for value in score["shown"].values()]
+    return " / ".join([text, *beside])
+
+
+def number(block: Block, row: Mapping[str, Any], value: float) -> str:
+    """A value of a row's metric."""
+    return block["form"].format(value) if row["metric"] == block["metric"] else f"{value:.2f}"
+
+
+def bar_lines(row: Mapping[str, Any], name: str) -> Iterator[str]:
+    """Each bar of a learned policy: what was asked, the difference or the value with its interval."""
+    for each in row["judgements"]:
+        if each["policy"] != name:
+            continue
+        sign = "+" if each["against"] else ""
+        ends = "" if each["low"] is None else f" ({each['low']:{sign}.3g}{BETWEEN}{each['high']:{sign}.3g})"
+        mark = "" if each["verdict"] == REACHED else f" {each['verdict']}"
+        yield f"{each['bar']}: {each['mean']:{sign}.3g}{ends}{mark}"
+
+
+def best_baseline(block: Block, row: Mapping[str, Any]) -> str:
+    """The baseline that reached most for its role, with its mean."""
+    known = [each for each in block["baselines"] if each["name"] in row["scores"] and not each["optimum"]]
+    found = [(row["scores"][each["name"]]["mean"], each) for each in known]
+    if not found:
+        return ""
+    best = (max if block["role"] == "attacker" else min)(found, key=lambda pair: pair[0])
+    return f"{best[1]['title']} {number(block, row, best[0])}"
+
+
+def optimum(block: Block, row: Mapping[str, Any]) -> str:
+    """What is known to be the best possible in a row; empty where nothing is."""
+    known = [each for each in block["baselines"] if each["name"] in row["scores"] and each["optimum"]]
+    found = [f"{each['title']} {number(block, row, row['scores'][each['name']]['mean'])}" for each in known]
+    return "; ".join([*found, *([row["bound"]] if row["bound"] else [])])
+
+
+def verdicts_of(block: Block, name: str) -> list[str]:
+    """The verdicts on a learned policy, row by row."""
+    return [row["verdicts"][name] for row in block["rows"] if name in row["verdicts"]]
+
+
+def overall(block: Block, name: str) -> str:
+    """The verdicts on a learned policy in a few words."""
+    found = verdicts_of(block, name)
+    if not found:
+        return "not judged"
+    counts = count_verdicts(found)
+    if len(counts) == 1:
+        return worst(found) if len(found) == 1 else f"{worst(found)}, all {len(found)} rows"
+    return ", ".join(f"{verdict} {count}" for verdict, count in counts.items()) + f" of {len(found)} rows"
+
+
+def headline_row(block: Block) -> Mapping[str, Any]:
+    """The row that stands for a block in a summary."""
+    chosen = [row for row in block["rows"] if row["headline"]]
+    judged = [row for row in block["rows"] if row["verdicts"]]
+    found: Mapping[str, Any] = (chosen or judged or block["rows"])[0]
+    return found

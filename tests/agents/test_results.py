@@ -1,0 +1,313 @@
+"""The examination of trained policies: what is played, judged, written and published."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from agents.benchmark.cell import Cell, Preparation, Result
+from agents.benchmark.store import Store
+from agents.cli import app
+from agents.errors import CommandError
+from agents.evaluation.arena import Arena
+from agents.results import examination, rogue
+from agents.results.block import Bar, Block, Contestant, Row
+from agents.results.document import document, merged
+from agents.results.examination import Findings, examine, find_blocks, missing_of
+from agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
+from agents.results.markdown import END, START, readme_table, results_markdown, with_table
+from agents.results.publication import publish
+from agents.results.searches import best_wave, fixed_plan
+from agents.results.tables import overall
+from agents.results.terminal import tables
+from cps_envs import PROBLEMS
+from cps_envs.registration import find_problem
+from tests.agents.trained import save_tiny
+
+ROOT = Path(__file__).parents[2]
+SHORT = {"duration_s": 3.0, "contact": "solid"}
+MACHINE = {"command": "cps-envs results", "cpu": "x", "versions": {"cps-envs": "0"}}
+ARENA = Arena("rogue", "attacker", "pd", "paper", SHORT, 3, "short")
+BLOCK = Block(
+    name="tiny",
+    title="tiny attacker",
+    target="above nothing.",
+    problem="rogue",
+    role="attacker",
+    metric="damage",
+    learned=(Contestant("learned", "zoo:nobody"),),
+    baselines=(Contestant("none"), Contestant("square"), Contestant("best", optimum=True, policy="duty_square")),
+    rows=(Row("pd", (ARENA,)), Row("both", (ARENA, replace(ARENA, opponent="sliding", name="other")), bars=())),
+    bars=(Bar(beat=("none",), or_equal=True), Bar(value=1e6)),
+    shown=("collisions",),
+)
+
+
+@pytest.fixture
+def block(tmp_path: Path) -> Block:
+    save_tiny(tmp_path / "tiny.json", "rogue", "attacker", overrides=SHORT, seeds=5)
+    return replace(BLOCK, learned=(Contestant("learned", f"zoo:{tmp_path / 'tiny.json'}"),))
+
+
+def found(scores: dict[str, Any], block: Block = BLOCK) -> Findings:
+    """Findings of a block of one row: the metric of each contestant, (training seeds, episodes)."""
+    results: dict[Any, list[Result]] = {
+        (block.name, 0, 0, name): [{"metrics": {"damage": row, "return": row, "collisions": row}} for row in rows]
+        for name, rows in scores.items()
+    }
+    return Findings(played=results)
+
+
+def verdict(bar: Bar, learned: Any, role: Any = "attacker", **baselines: Any) -> str:
+    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(bar,), role=role)
+    return worst([each.verdict for each in judge(block, 0, found({"learned": learned, **baselines}, block))])
+
+
+TEN_PAIRS = 10
+FIVE = np.tile([[4.0, 6.0], [4.1, 6.1], [3.9, 5.9], [4.0, 6.0], [4.0, 6.0]], TEN_PAIRS)
+
+
+@pytest.mark.parametrize(
+    ("bar", "expected"),
+    [
+        (Bar(value=0.5), REACHED),
+        (Bar(value=4.9), ON_AVERAGE),
+        (Bar(value=5.5), NOT_REACHED),
+        (Bar(value=5.1, less=True), ON_AVERAGE),
+        (Bar(value=50.0, less=True), REACHED),
+        (Bar(value=4.9, by_mean=True), REACHED),
+    ],
+)
+def test_a_number_is_passed_by_the_whole_interval(bar: Bar, expected: str) -> None:
+    assert verdict(bar, FIVE) == expected
+
+
+def test_a_baseline_is_passed_in_pairs() -> None:
+    baseline = [[3.0, 5.0] * TEN_PAIRS]  # the spread over episodes is larger than the difference, but common
+    assert verdict(Bar(beat=("square",)), FIVE, square=baseline) == REACHED
+    assert verdict(Bar(beat=("square",)), FIVE, "defender", square=baseline) == NOT_REACHED
+    assert verdict(Bar(beat=("square",), factor=2.0), FIVE, "defender", square=baseline) == REACHED
+    assert verdict(Bar(beat=("square", "none")), FIVE, square=baseline, none=[[9.0, 9.0] * TEN_PAIRS]) == NOT_REACHED
+
+
+def test_a_tie_counts_only_where_it_may() -> None:
+    same = [[4.0, 6.0]] * 5
+    assert verdict(Bar(beat=("square",)), same, square=[[4.0, 6.0]]) == NOT_REACHED
+    assert verdict(Bar(beat=("square",), or_equal=True), same, square=[[4.0, 6.0]]) == REACHED
+
+
+def test_few_training_seeds_reach_nothing() -> None:
+    assert verdict(Bar(value=0.5), FIVE[:4]) == ON_AVERAGE
+
+
+def test_bars_can_be_for_one_policy_only() -> None:
+    two = replace(
+        BLOCK,
+        learned=(Contestant("learned"), Contestant("second")),
+        rows=(Row("one", (ARENA,), (Bar(value=0.0, of=("second",)),)),),
+    )
+    judgements = judge(two, 0, found({"learned": FIVE, "second": FIVE}, two))
+    assert [each.policy for each in judgements] == ["second"]
+
+
+def test_everything_is_played_once_and_kept(block: Block, tmp_path: Path) -> None:
+    reports: list[tuple[int, int, str]] = []
+    store = Store(tmp_path / "cells")
+    findings = examine([block], store, workers=1, report=lambda *report: reports.append(report))
+    assert findings.jobs == 2 * (5 + 3)  # two arenas, of which one is in both rows
+    assert [report[:2] for report in reports] == [(k, 16) for k in range(1, 17)]
+    assert len(findings.played["tiny", 0, 0, "learned"]) == 5
+    assert findings.played["tiny", 0, 0, "square"] == findings.played["tiny", 1, 0, "square"]
+    assert examine([block], store, workers=1).reused == 16
+
+
+def test_an_interrupted_examination_goes_on(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = Cell.run
+    done: list[Cell] = []
+
+    def run(job: Cell) -> Result:
+        if len(done) == 6:
+            raise KeyboardInterrupt
+        done.append(job)
+        return whole(job)
+
+    monkeypatch.setattr(Cell, "run", run)
+    with pytest.raises(KeyboardInterrupt):
+        examine([block], Store(tmp_path / "cells"), workers=1)
+    monkeypatch.setattr(Cell, "run", whole)
+    assert examine([block], Store(tmp_path / "cells"), workers=1).reused == 6
+
+
+def test_missing_policies_are_listed(block: Block, tmp_path: Path) -> None:
+    assert missing_of(BLOCK) == {"learned": ["nobody"]}
+    gone = examine([BLOCK], Store(tmp_path / "cells"), workers=1)
+    assert gone.jobs == 0
+    text = results_markdown(document([BLOCK], gone, MACHINE, False))
+    assert "Missing: learned, because there is no trained policy nobody." in text
+    assert "**missing**" in text
+    row = Row("nobody", (replace(ARENA, opponent="zoo:nobody"),))
+    part = replace(block, rows=(row, *block.rows))
+    made = document([part], examine([part], Store(tmp_path / "cells"), workers=1), MACHINE, False)
+    assert [each["verdicts"] for each in made["problems"]["rogue"]["blocks"][0]["rows"][:2]] == [
+        {"learned": MISSING},
+        {"learned": NOT_REACHED},
+    ]
+
+
+def test_baselines_can_search_first(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def run(job: Preparation) -> Result:
+        asked.append((job.function, job.quick, job.opponent, job.overrides))
+        return {"policy": "square?frequency_hz=0.3", "note": "0.3 Hz"}
+
+    monkeypatch.setattr(Preparation, "run", run)
+    searching = replace(block, baselines=(Contestant("wave", prepare="module:function"),), bars=(Bar(beat=("wave",)),))
+    findings = examine([searching], Store(tmp_path / "cells"), workers=1, quick=True)
+    assert asked[0] == ("module:function", True, "pd", SHORT)
+    assert len(asked) == 2
+    plain = replace(block, baselines=(Contestant("wave", policy="square?frequency_hz=0.3"),), bars=())
+    expected = examine([plain], Store(tmp_path / "others"), workers=1, quick=True)
+    for place in ((0, 0), (1, 1)):
+        key = ("tiny", *place, "wave")
+        assert findings.played[key][0]["metrics"] == expected.played[key][0]["metrics"]
+    assert "wave (pd): 0.3 Hz" in results_markdown(document([searching], findings, MACHINE, False))
+
+
+def test_the_document_tells_everything(block: Block, tmp_path: Path) -> None:
+    findings = examine([block], Store(tmp_path / "cells"), workers=1)
+    made = json.loads(json.dumps(document([block], findings, MACHINE, False)))
+    (row, both) = made["problems"]["rogue"]["blocks"][0]["rows"]
+    score = row["scores"]["learned"]
+    assert (score["seeds"], score["episodes"]) == (5, 3)
+    assert both["scores"]["learned"]["episodes"] == 6
+    assert score["low"] <= score["mean"] <= score["high"]
+    assert set(row["differences"]["learned"]) == {"none", "square", "best"}
+    assert [each["bar"] for each in row["judgements"]] == ["at least none", "above 1e+06"]
+    assert row["verdicts"] == {"learned": NOT_REACHED}
+    assert both["verdicts"] == {}
+    text = results_markdown(made)
+    for part in ("### tiny attacker", "above 1e+06", "| pd |", "5 training seeds", "damage, mean (95 % interval)"):
+        assert part in text
+    table = readme_table(made)
+    assert "duty_square" not in table
+    assert "best " in table.splitlines()[3]  # what is possible
+    assert [len(list(each.columns)) for each in tables(made)] == [5]
+
+
+def test_verdicts_in_a_few_words() -> None:
+    def rows(*verdicts: str) -> dict[str, Any]:
+        return {"rows": [{"verdicts": {"learned": verdict}} for verdict in verdicts]}
+
+    assert overall(rows(REACHED), "learned") == "reached"
+    assert overall(rows(REACHED, REACHED), "learned") == "reached, all 2 rows"
+    assert overall(rows(REACHED, NOT_REACHED, REACHED), "learned") == "reached 2, not reached 1 of 3 rows"
+    assert overall(rows(), "learned") == "not judged"
+
+
+def test_publishing_keeps_the_other_problems(block: Block, tmp_path: Path) -> None:
+    readme = tmp_path / "README.md"
+    new = document([block], examine([block], Store(tmp_path / "cells"), workers=1), MACHINE, False)
+    with pytest.raises(CommandError, match="no section between"):
+        publish(new, tmp_path)
+    readme.write_text(f"# Title\n\n{START}\nold\n{END}\n\nMore.\n")
+    other = {**new, "problems": {"hvac": {**MACHINE, "blocks": []}}}
+    publish(other, tmp_path)
+    publish(new, tmp_path)
+    kept = json.loads((tmp_path / "docs" / "results.json").read_text())
+    assert list(kept["problems"]) == ["hvac", "rogue"]
+    assert (tmp_path / "docs" / "results.md").read_text() == results_markdown(kept)
+    text = readme.read_text()
+    assert text == with_table(text, kept)
+    assert text.startswith("# Title\n")
+    assert text.endswith("More.\n")
+    assert "old" not in text
+    with pytest.raises(CommandError, match="a look, no result"):
+        publish({**new, "quick": True}, tmp_path)
+    with pytest.raises(ValueError, match="no section"):
+        with_table("nothing", kept)
+    assert merged({"format": -1, "problems": {"fdi": 1}}, new, list(PROBLEMS)) == new
+
+
+def test_what_is_published_is_current() -> None:
+    kept = json.loads((ROOT / "docs" / "results.json").read_text(encoding="utf-8"))
+    page, readme = (ROOT / name for name in ("docs/results.md", "README.md"))
+    message = "run `cps-envs results --publish`"
+    assert page.read_text(encoding="utf-8") == results_markdown(kept), message
+    text = readme.read_text(encoding="utf-8")
+    assert text == with_table(text, kept), message
+    assert not kept["quick"]
+
+
+def test_declared_blocks_are_sound() -> None:
+    blocks = find_blocks([])
+    assert len({block.name for block in blocks}) == len(blocks)
+    for block in blocks:
+        names = [each.name for each in block.contestants]
+        assert len(set(names)) == len(names)
+        for row in block.rows:
+            for bar in block.bars_of(row):
+                assert set(bar.beat) <= {each.name for each in block.baselines}
+                assert set(bar.of) <= {each.name for each in block.learned}
+                assert bar.beat or bar.value is not None
+            for arena in row.arenas:
+                assert arena.role == block.role
+                assert arena.config is not None
+                for each in block.baselines:
+                    if not each.prepare:
+                        examination._cells(arena, each, True)
+
+
+def test_metrics_of_declared_blocks_exist() -> None:
+    for block in find_blocks([]):
+        arena = block.rows[0].arenas[0]
+        metrics = {"return", *examination_metrics(arena)}
+        wanted = {block.metric, block.per, *block.shown} - {""}
+        wanted |= {bar.metric for row in block.rows for bar in block.bars_of(row) if bar.metric}
+        assert wanted <= metrics, block.name
+
+
+def examination_metrics(arena: Arena) -> set[str]:
+    from agents.benchmark.cell import problem_of
+
+    return set(problem_of(arena.problem).game(arena.config, 1).metrics())
+
+
+def test_searches_return_policies() -> None:
+    disbanding = find_problem("disbanding")
+    config = disbanding.config("learning", {"duration_s": 10.0, "attack_budget": 2})
+    plan = fixed_plan(config, True, "copy")
+    assert plan.policy.startswith("plan?events=[[")
+    assert "found against copy by" in plan.note
+    disbanding.policy(plan.policy, disbanding.game(config, 1), "attacker")
+    problem = find_problem("rogue")
+    config = problem.config("paper", {**rogue.world(1.0), "duration_s": 3.0})
+    wave = best_wave(config, True, "pd")
+    problem.policy(wave.policy, problem.game(config, 1), "attacker")
+    assert "of 6 against pd" in wave.note or "of 7 against pd" in wave.note
+
+
+def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rogue, "BLOCKS", (block,))
+    command = ["results", "--problem", "rogue", "--jobs", "1", "--out", str(tmp_path / "out")]
+    result = CliRunner().invoke(app, [*command, "--quick"])
+    assert result.exit_code == 0, result.output
+    assert "tiny attacker" in result.stdout
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "README-table.md",
+        "cells",
+        "results.json",
+        "results.md",
+    ]
+    result = CliRunner().invoke(app, [*command, "--json"])
+    assert json.loads(result.stdout)["problems"]["rogue"]["blocks"][0]["name"] == "tiny"
+    result = CliRunner().invoke(app, ["results", "--list", "--problem", "rogue"])
+    assert "tiny" in result.stdout
+    for wrong in (["--block", "tine"], ["--publish", "--quick"], ["--publish", "--block", "tiny"]):
+        assert CliRunner().invoke(app, [*command, *wrong]).exit_code == 2
