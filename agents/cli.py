@@ -10,6 +10,7 @@ from typer.core import TyperGroup
 
 from agents.commands.bench import bench
 from agents.commands.benchmark import benchmark
+from agents.commands.best_response import best_response
 from agents.commands.calibrate_mtd2 import calibrate_mtd2
 from agents.commands.dataset import dataset
 from agents.commands.evaluate import evaluate
@@ -21,6 +22,7 @@ from agents.commands.reproduce.app import app as reproduce
 from agents.commands.results import results
 from agents.commands.search_feedback import search_feedback
 from agents.commands.search_switching import search_switching
+from agents.commands.self_play import self_play
 from agents.commands.string_stability import string_stability
 from agents.commands.testbed import drive_robots
 from agents.commands.train import train
@@ -96,6 +98,8 @@ app.command("evaluate")(evaluate)
 app.command("results")(results)
 app.command("benchmark")(benchmark)
 app.command("league")(league)
+app.command("best-response")(best_response)
+app.command("self-play")(self_play)
 app.command("bench")(bench)
 app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)

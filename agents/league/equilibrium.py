@@ -74,9 +74,8 @@ def value_interval(
         value = solve(payoffs[:, :, 0]).value
         return value, value
     generator = np.random.default_rng(seed)
-    values = []
-    for _ in range(resamples):
-        values.append(_value(payoffs[:, :, generator.integers(count, size=count)].mean(axis=2)))
+    draws = generator.integers(count, size=(resamples, count))
+    values = [_value(payoffs[:, :, drawn].mean(axis=2)) for drawn in draws]
     low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
     return float(low), float(high)
 

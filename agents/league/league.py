@@ -96,18 +96,28 @@ def play_league(plan: Plan, store: Store, workers: int, report: Report = lambda 
         CommandError: a name that nothing has, or nobody left of a role.
     """
     with Workers(workers) as pool:
-        players = {role: make_players(plan.venue, role, plan.wanted(role)) for role in ROLES}
-        admissions = _admit(plan, players, store, pool)
-        left_out = [found for role in ROLES for found in _left_out(plan, players[role], admissions)]
-        gone = {(found.role, found.reference) for found in left_out}
-        attackers, defenders = (
-            [player for player in players[role] if (role, player.reference) not in gone] for role in ROLES
-        )
-        _check_anybody(attackers, defenders, left_out)
+        players, left_out = line_up(plan, store, pool)
+        for role in ROLES:
+            check_anybody(role, players, left_out)
+        attackers, defenders = players["attacker"], players["defender"]
         payoffs = play_meetings(
             plan.venue, attackers, defenders, plan.seeds, store=store, pool=pool, metric=plan.metric, report=report
         )
     return League(plan, attackers, defenders, left_out, payoffs)
+
+
+def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Player]], list[LeftOut]]:
+    """Who of those asked can play, by role, and who is left out.
+
+    Raises:
+        CommandError: a name that nothing has.
+    """
+    asked = {role: make_players(plan.venue, role, plan.wanted(role)) for role in ROLES}
+    admissions = _admit(plan, asked, store, pool)
+    left_out = [found for role in ROLES for found in _left_out(plan, asked[role], admissions)]
+    gone = {(found.role, found.reference) for found in left_out}
+    present = {role: [player for player in asked[role] if (role, player.reference) not in gone] for role in ROLES}
+    return present, left_out
 
 
 def _admit(
@@ -138,8 +148,12 @@ def _left_out(plan: Plan, players: Sequence[Player], admissions: Mapping[tuple[R
     return found
 
 
-def _check_anybody(attackers: Sequence[Player], defenders: Sequence[Player], left_out: Sequence[LeftOut]) -> None:
-    for role, present in (("attacker", attackers), ("defender", defenders)):
-        if not present:
-            reasons = "; ".join(f"{found.reference}: {found.reason}" for found in left_out if found.role == role)
-            raise CommandError(f"no {role} can play this configuration. {reasons}")
+def check_anybody(role: Role, players: Mapping[Role, Sequence[Player]], left_out: Sequence[LeftOut]) -> None:
+    """Whether somebody is left to play a role.
+
+    Raises:
+        CommandError: nobody is.
+    """
+    if not players[role]:
+        reasons = "; ".join(f"{found.reference}: {found.reason}" for found in left_out if found.role == role)
+        raise CommandError(f"no {role} can play this configuration. {reasons}")

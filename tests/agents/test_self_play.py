@@ -1,0 +1,265 @@
+"""Double oracle: convergence on a finite game, resumption, the command."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy")
+pytest.importorskip("matplotlib")
+
+from agents.benchmark.store import Store
+from agents.cli import main
+from agents.errors import CommandError
+from agents.league import self_play
+from agents.league.bounds import Outcome, judge, shares
+from agents.league.equilibrium import solve
+from agents.league.meetings import play_meetings
+from agents.league.players import Player, Venue
+from agents.league.response import Budget, Trained
+from agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
+from agents.league.self_play_report import document, draw
+from agents.league.strategy import mix, strategy_of
+from agents.learning.recipe import Recipe
+from baselines.workers import Workers
+from cps_envs.core.types import ROLES, SIGN, Role
+
+VENUE = Venue("rogue", "learning", {"duration_s": 12.0})
+EVERY: dict[Role, list[str]] = {
+    "attacker": ["none", "square", "switching", "duty_square?frequency_hz=0.3", "square?duty=0.2"],
+    "defender": ["pd", "sliding", "disband_2", "disband_7"],
+}
+GAME = Game(
+    VENUE,
+    {"attacker": ["none"], "defender": ["pd"]},
+    {role: Recipe(name=f"tiny-{role}", problem="rogue", role=role, overrides=VENUE.overrides) for role in ROLES},
+    episodes=6,
+    seeds=1,
+)
+BUDGET = Budget(seeds=1, workers=1, command="cps-envs self-play")
+Respond = Callable[[Recipe, Path, Budget, str], Trained]
+
+
+def players(role: Role, names: Sequence[str]) -> list[Player]:
+    return [Player(role, name, name) for name in names]
+
+
+def exact(cells: Path) -> Respond:
+    """In place of training: the best of `EVERY`."""
+
+    def respond(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained:
+        strategy = strategy_of(recipe.opponent)
+        mine = players(recipe.role, EVERY[recipe.role])
+        theirs = players("defender" if recipe.role == "attacker" else "attacker", strategy.policies)
+        sides = (mine, theirs) if recipe.role == "attacker" else (theirs, mine)
+        seeds = range(1_000_000, 1_000_000 + GAME.episodes)
+        with Workers(1) as pool:
+            found = play_meetings(VENUE, *sides, seeds, store=Store(cells), pool=pool).means
+        means = (found if recipe.role == "attacker" else found.T) @ np.array(strategy.probabilities)
+        best = int((SIGN[recipe.role] * means).argmax())
+        first = budget.first_seed
+        return Trained({first: mine[best].reference}, {first: float(means[best])}, steps=10, cpu_s=0.5)
+
+    return respond
+
+
+def run(folder: Path, iterations: int, game: Game = GAME) -> Outcome:
+    outcomes: list[Outcome] = []
+
+    def after(pool: Pool, done: list[Iteration]) -> None:
+        outcomes.append(judge(game, pool, done, folder, 1))
+
+    claim(folder, game, resume=True)
+    iterate(game, folder, iterations, BUDGET, after)
+    return outcomes[-1]
+
+
+@pytest.fixture(name="oracle")
+def _oracle(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Respond:
+    respond = exact(tmp_path_factory.mktemp("cells"))
+    monkeypatch.setattr(self_play, "respond", respond)
+    return respond
+
+
+def test_exact_responses_reach_the_equilibrium_of_the_whole_game(tmp_path: Path, oracle: Respond) -> None:
+    outcome = run(tmp_path, 6)
+    everybody = {role: players(role, EVERY[role]) for role in ROLES}
+    whole = play_validation(GAME, everybody, tmp_path, 1).means
+    attacking, defending = (shares(outcome.final[role], everybody[role]) for role in ROLES)
+    value = solve(whole).value
+    assert (whole @ defending).max() == pytest.approx(value, abs=1e-4 * np.ptp(whole))
+    assert (attacking @ whole).min() == pytest.approx(value, abs=1e-4 * np.ptp(whole))
+    assert 1 < len(outcome.pool["attacker"]) <= len(EVERY["attacker"])
+    assert len({player.reference for player in outcome.pool["defender"]}) == len(outcome.pool["defender"])
+    assert outcome.bounds[0].exploitability.mean > 0  # the start is far from it
+    assert outcome.steps == 6 * 2 * 10
+
+
+def test_bounds_are_those_of_the_evaluation_seeds(tmp_path: Path, oracle: Respond) -> None:
+    outcome = run(tmp_path, 1)
+    first = outcome.bounds[0]
+    with Workers(1) as pool:
+        sides = (outcome.pool["attacker"], outcome.pool["defender"])
+        matrix = play_meetings(VENUE, *sides, range(GAME.episodes), store=Store(tmp_path / "cells"), pool=pool).means
+    names = {role: [player.name for player in outcome.pool[role]] for role in ROLES}
+    row, column = names["attacker"].index(first.best_attacker), names["defender"].index(first.best_defender)
+    assert first.conceded.mean == pytest.approx(matrix[row, 0])
+    assert first.secured.mean == pytest.approx(matrix[0, column])
+    assert first.value.mean == pytest.approx(matrix[0, 0])
+    assert first.exploitability.mean == pytest.approx(matrix[row, 0] - matrix[0, column])
+
+
+def test_interrupted_anywhere_it_goes_on_to_the_same_end(
+    tmp_path: Path, oracle: Respond, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = run(tmp_path / "whole", 3)
+    asked: list[str] = []
+
+    def interrupted(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained:
+        asked.append(title)
+        if len(asked) % 2:
+            raise KeyboardInterrupt
+        return oracle(recipe, folder, budget, title)
+
+    monkeypatch.setattr(self_play, "respond", interrupted)
+    interruptions = 0
+    while True:
+        try:
+            resumed = run(tmp_path / "parts", 3)
+            break
+        except KeyboardInterrupt:
+            interruptions += 1
+            monkeypatch.setattr(self_play, "respond", oracle if interruptions > 2 else interrupted)
+    assert interruptions == 3
+    assert resumed.bounds == whole.bounds
+    assert resumed.final == whole.final
+    again = run(tmp_path / "parts", 4)
+    assert [each.profile for each in again.iterations[:3]] == [each.profile for each in whole.iterations]
+
+
+def test_another_game_and_damage_are_told(tmp_path: Path, oracle: Respond) -> None:
+    run(tmp_path, 1)
+    with pytest.raises(CommandError, match="--resume"):
+        claim(tmp_path, GAME, resume=False)
+    with pytest.raises(CommandError, match=r"another game \(other: episodes, venue\)"):
+        claim(tmp_path, replace(GAME, episodes=7, venue=replace(VENUE, preset="paper")), resume=True)
+    (tmp_path / "iteration-0" / "result.json").write_text("{")
+    with pytest.raises(CommandError, match=r"result\.json is damaged"):
+        run(tmp_path, 1)
+
+
+def test_a_plan_stays_once_it_is_made(tmp_path: Path, oracle: Respond) -> None:
+    plan: dict[str, Any] = {
+        "attacker": {"policies": ["none", "square"], "probabilities": [0.5, 0.5]},
+        "defender": {"policies": ["pd"], "probabilities": [1.0]},
+    }
+    (tmp_path / "iteration-0").mkdir()
+    (tmp_path / "iteration-0" / "plan.json").write_text(json.dumps(plan))
+    known = replace(GAME, start={"attacker": ["none", "square"], "defender": ["pd"]})
+    outcome = run(tmp_path, 1, known)
+    assert outcome.iterations[0].profile["attacker"] == mix(["none", "square"])
+
+
+def test_the_report_holds_everything(tmp_path: Path, oracle: Respond) -> None:
+    outcome = run(tmp_path, 2)
+    found = json.loads(json.dumps(document(outcome, {"command": "x"}), allow_nan=False))
+    assert [each["iteration"] for each in found["iterations"]] == [1, 2]
+    assert found["budget"] == {"iterations": 2, "steps": 40, "cpu_s": 2.0}
+    assert (
+        strategy_of(found["final"]["profile"]["defender"]["reference"]).policies == outcome.final["defender"].policies
+    )
+    left, right = draw(outcome).axes
+    assert len(left.get_xticks()) == 3
+    assert {text.get_text() for text in right.get_legend().get_texts()} == {
+        "defender concedes at least",
+        "both play the profile",
+        "attacker secures at most",
+    }
+
+
+TINY = (
+    *("--set", "duration_s=3", "--steps", "128", "--jobs", "1", "--episodes", "2", "--knob", "num_lanes=4"),
+    *("--knob", "steps_per_update=16", "--knob", "batch_size=32", "--knob", "evaluations=1"),
+    *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8]", "--knob", "teacher_episodes=2"),
+)
+FEW = ("--attackers", "square", "--attackers", "none", "--defenders", "pd", "--defenders", "sliding")
+
+
+def command(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str
+) -> tuple[int, str, str]:
+    monkeypatch.setattr("sys.argv", ["cps-envs", "self-play", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    captured = capsys.readouterr()
+    return int(ended.value.code or 0), captured.out, captured.err
+
+
+def test_the_command_trains_is_interrupted_and_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("sb3_contrib")
+    from agents.learning import runs
+
+    counting, jobs = runs._counting, []
+
+    def interrupting(progress: Any, job: Any, before: Any) -> Any:
+        jobs.append(job)
+        if len(jobs) == 2:  # the defender of the first iteration
+            return lambda steps, note: signal.raise_signal(signal.SIGINT) if steps else None
+        return counting(progress, job, before)
+
+    monkeypatch.setattr(runs, "_counting", interrupting)
+    base = ("rogue", "--preset", "learning", *FEW, *TINY, "--out", str(tmp_path))
+    code, _, told = command(monkeypatch, capsys, *base, "--iterations", "2")
+    assert (code, "Interrupted" in told) == (130, True)
+    first = tmp_path / "iteration-0"
+    assert json.loads((first / "attacker" / "seed-0" / "run.json").read_text())["status"] == "finished"
+    assert json.loads((first / "defender" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
+    assert not (first / "result.json").exists()
+    code, _, told = command(monkeypatch, capsys, *base)
+    assert code == 2
+    assert "--resume" in told
+    code, printed, told = command(monkeypatch, capsys, *base, "--iterations", "2", "--resume", "--json")
+    assert code == 0, told
+    found = json.loads(printed)
+    assert list(found["pool"]["attacker"]) == ["square", "none", "response 1", "response 2"]
+    seeds = [list(each["responses"]["attacker"]["validation"]) for each in found["iterations"]]
+    assert seeds == [["0"], ["1"]]  # every iteration trains with seeds of its own
+    assert (tmp_path / "self-play.png").stat().st_size > 1000
+    assert [job.folder.relative_to(tmp_path.resolve()).as_posix() for job in jobs[2:]] == [
+        "iteration-0/attacker/seed-0",
+        "iteration-0/defender/seed-0",
+        "iteration-1/attacker/seed-1",
+        "iteration-1/defender/seed-1",
+    ]
+
+
+def test_what_the_recipes_need_differently_has_to_be_chosen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("sb3_contrib")
+    recipes = {
+        role: Recipe(name=role, problem="rogue", role=role, overrides={"duration_s": float(place + 3)})
+        for place, role in enumerate(ROLES)
+    }
+    monkeypatch.setattr("agents.recipes.finding.RECIPES", recipes)
+    base = ("rogue", *FEW, "--out", str(tmp_path))
+    code, _, told = command(monkeypatch, capsys, *base)
+    assert code == 2
+    assert "choose one with --set duration_s=" in told.replace("\n", " ")
+    code, _, told = command(monkeypatch, capsys, *base, "--set", "duration_s=3", "--defenders", "pdd")
+    assert code == 2
+    assert "Did you mean 'pd'" in told
+    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
+    code, _, told = command(monkeypatch, capsys, *base)
+    assert code == 2
+    assert 'pip install "cps-envs[agents]"' in told.replace("\n", " ")
