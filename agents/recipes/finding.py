@@ -5,10 +5,11 @@ from __future__ import annotations
 from agents.errors import CommandError
 from agents.learning.recipe import Recipe
 from agents.recipes.fdi_attack import FdiAttack
+from agents.recipes.rogue_attack import RogueAttack
 from cps_envs.core.errors import near
 from cps_envs.registration import PROBLEMS
 
-RECIPES: dict[str, Recipe] = {recipe.name: recipe for recipe in (FdiAttack(),)}
+RECIPES: dict[str, Recipe] = {recipe.name: recipe for recipe in (FdiAttack(), RogueAttack())}
 
 
 def find_recipe(name: str) -> Recipe:
