@@ -84,8 +84,8 @@ def _row(block: Block, number: int, findings: Findings) -> Document:
         "found": _found(block, number, findings),
         "scores": {name: score for name, score in contestants.items() if score is not None},
         "judgements": [
-            {"policy": each.policy, "bar": each.bar, "against": each.against, "verdict": each.verdict}
-            | _numbers(each.found)
+            {name: getattr(each, name) for name in ("policy", "place", "relation", "limit", "against", "verdict")}
+            | {"margin": _rounded(each.margin), **_numbers(each.found)}
             for each in judgements
         ],
         "differences": _differences(block, number, metric, findings),

@@ -28,7 +28,7 @@ def _arena(task: Task) -> Arena:
 
 def _mean(title: str, count: int) -> Row:
     tasks = feasible_tasks(count)
-    return Row(f"{title}, {len(tasks)} tasks", tuple(map(_arena, tasks)), (Bar(value=SHARES[count]),))
+    return Row(f"{title}, {len(tasks)} tasks", tuple(map(_arena, tasks)), (Bar(value=SHARES[count], or_equal=True),))
 
 
 def _bounded(title: str, count: int) -> Row:
@@ -70,7 +70,7 @@ def _defended(attacker: str) -> Row:
     return Row(
         f"against {attacker}",
         (Arena("fdi", "defender", attacker, "defense", {}, DRAWS, f"defended-{attacker}"),),
-        (Bar(beat=("none",), factor=CUT), Bar(value=FALSE_ALARMS, metric="false_alarm_rate")),
+        (Bar(beat=("none",), factor=CUT, or_equal=True), Bar(value=FALSE_ALARMS, metric="false_alarm_rate")),
     )
 
 

@@ -23,9 +23,12 @@ class Judgement:
     """A learned policy and one bar."""
 
     policy: str
-    bar: str  # in words
-    against: str  # the baseline; empty where the bar is a number
+    place: int  # of the bar among those of the row
+    relation: str  # "above", "at most", ...
+    limit: str  # what the policy has to be above or below, in words
+    against: str  # the baseline; empty where the limit is a number
     found: Estimate  # the paired difference, or what the policy reached
+    margin: float  # of the mean over the limit, negative where it fails
     verdict: str
 
 
@@ -52,7 +55,7 @@ def judge(block: Block, number: int, findings: Findings) -> list[Judgement]:
     """Every learned policy of a row against every bar that it is for and that can be judged."""
     row = block.rows[number]
     judgements = []
-    for each, bar in product(block.learned, block.bars_of(row)):
+    for each, (place, bar) in product(block.learned, enumerate(block.bars_of(row))):
         if bar.of and each.name not in bar.of:
             continue
         metric = bar.metric or block.metric_of(row)
@@ -60,29 +63,23 @@ def judge(block: Block, number: int, findings: Findings) -> list[Judgement]:
         if learned is None:
             continue
         if bar.value is not None:
-            judgements.append(_against_number(block, row, bar, each.name, learned))
+            limit = f"{bar.value:g}{_unit(block, row, bar)}"
+            judgements.append(_judgement(each.name, place, bar, block, limit, "", estimate(learned), bar.value))
         for other in bar.beat:
             baseline = strata_of(block, number, other, metric, findings)
             if baseline is not None:
-                judgements.append(_against_baseline(block, row, bar, each.name, learned, other, baseline))
+                found = difference(learned, baseline, bar.factor)
+                limit = f"{_times(bar)}{_heading(block, other)}{_unit(block, row, bar)}"
+                judgements.append(_judgement(each.name, place, bar, block, limit, other, found, 0.0))
     return judgements
 
 
-def _against_number(block: Block, row: Row, bar: Bar, name: str, learned: Strata) -> Judgement:
-    assert bar.value is not None
-    found = estimate(learned)
-    text = f"{_relation(bar, block)} {bar.value:g}{_unit(block, row, bar)}"
-    return Judgement(name, text, "", found, _verdict(found, bar.value, bar, block))
-
-
-def _against_baseline(
-    block: Block, row: Row, bar: Bar, name: str, learned: Strata, other: str, baseline: Strata
+def _judgement(
+    policy: str, place: int, bar: Bar, block: Block, limit: str, against: str, found: Estimate, value: float
 ) -> Judgement:
-    found = difference(learned, baseline, bar.factor)
-    heading = next(each.heading for each in block.baselines if each.name == other)
-    times = "" if bar.factor == 1 else f"{bar.factor:g} x "
-    text = f"{_relation(bar, block)} {times}{heading}{_unit(block, row, bar)}"
-    return Judgement(name, text, other, found, _verdict(found, 0.0, bar, block))
+    margin = (value - found.mean) if wants_less(bar, block) else (found.mean - value)
+    verdict = _verdict(found, value, bar, block)
+    return Judgement(policy, place, _relation(bar, block), limit, against, found, margin, verdict)
 
 
 def worst(verdicts: Sequence[str]) -> str:
@@ -119,6 +116,14 @@ def _relation(bar: Bar, block: Block) -> str:
     if wants_less(bar, block):
         return "at most" if bar.or_equal else "below"
     return "at least" if bar.or_equal else "above"
+
+
+def _times(bar: Bar) -> str:
+    return "" if bar.factor == 1 else f"{bar.factor:g} x "
+
+
+def _heading(block: Block, name: str) -> str:
+    return next(each.heading for each in block.baselines if each.name == name)
 
 
 def _unit(block: Block, row: Row, bar: Bar) -> str:

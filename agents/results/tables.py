@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from agents.results.judging import MISSING, REACHED, count_verdicts, worst
+from agents.results.judging import MISSING, REACHED, VERDICTS, count_verdicts, worst
 
 Block = Mapping[str, Any]  # of a document
 BETWEEN = " to "
@@ -38,14 +38,19 @@ def number(block: Block, row: Mapping[str, Any], value: float) -> str:
 
 
 def bar_lines(row: Mapping[str, Any], name: str) -> Iterator[str]:
-    """Each bar of a learned policy: what was asked, the difference or the value with its interval."""
-    for each in row["judgements"]:
-        if each["policy"] != name:
-            continue
+    """Each bar of a learned policy: what was asked, the difference or the value with its interval.
+
+    Of several baselines that one bar asks to beat, the one that is hardest to beat.
+    """
+    mine = [each for each in row["judgements"] if each["policy"] == name]
+    for place in dict.fromkeys(each["place"] for each in mine):
+        group = [each for each in mine if each["place"] == place]
+        each = max(group, key=lambda found: (VERDICTS.index(found["verdict"]), -found["margin"]))
+        limit = each["limit"] if len(group) == 1 else f"all {len(group)}, hardest {each['limit']}"
         sign = "+" if each["against"] else ""
         ends = "" if each["low"] is None else f" ({each['low']:{sign}.3g}{BETWEEN}{each['high']:{sign}.3g})"
-        mark = "" if each["verdict"] == REACHED else f" {each['verdict']}"
-        yield f"{each['bar']}: {each['mean']:{sign}.3g}{ends}{mark}"
+        mark = "" if each["verdict"] == REACHED else f", {each['verdict']}"
+        yield f"{each['relation']} {limit}: {each['mean']:{sign}.3g}{ends}{mark}"
 
 
 def best_baseline(block: Block, row: Mapping[str, Any]) -> str:

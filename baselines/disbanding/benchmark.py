@@ -29,7 +29,12 @@ def search_plan(config: Any, quick: bool) -> Prepared:
     return Prepared(f"plan?events=[{events}]", note)
 
 
-DEFENDERS = tuple(Entrant(name) for name in ("none", "heuristic", "mpc", "mpc_tuned", "copy", "feedback"))
+DEFENDERS = (
+    *(Entrant(name) for name in ("none", "heuristic", "mpc", "mpc_tuned", "copy", "feedback")),
+    Entrant("learned", policy="zoo:disbanding-defense-ppo"),
+    Entrant("local", policy="zoo:disbanding-defense-local-ppo"),
+)
+LEARNED = Entrant("learned", policy="zoo:disbanding-attack-ppo")
 ATTACKERS = (
     Entrant("none"),
     Entrant("lead", title="lead (intact)", metric="velocity_error_intact"),
@@ -37,6 +42,7 @@ ATTACKERS = (
     Entrant("spread"),
     Entrant("random"),
     Entrant("ga", prepare="baselines.disbanding.benchmark:search_plan"),
+    LEARNED,
 )
 
 
@@ -58,7 +64,7 @@ LEARNING = Setting(
     name="learning",
     title="Learning: start, drivers, tau and x_d drawn, one to three platoons disbanded",
     metric="velocity_error_all",
-    attackers=(Entrant("lead"), Entrant("random")),
+    attackers=(Entrant("lead"), Entrant("random"), LEARNED),
     defenders=DEFENDERS,
     preset="learning",
     episodes=20,
@@ -92,5 +98,6 @@ BENCHMARK = Benchmark(
         "`random`: means over random plans; their deviation is in benchmark.csv.",
         "Mitigations act every 0.1 s here; `cps-envs reproduce ch2` runs the heuristic at every integration step.",
         "`mpc` is tuned to the paper's Table 2.2; `mpc_tuned`, `copy` and `feedback` go beyond the paper.",
+        "`learned` and `local` are trained policies, the best of their training seeds; `local` needs no broadcast.",
     ),
 )

@@ -24,7 +24,7 @@ from agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, ju
 from agents.results.markdown import END, START, readme_table, results_markdown, with_table
 from agents.results.publication import publish
 from agents.results.searches import best_wave, fixed_plan
-from agents.results.tables import overall
+from agents.results.tables import bar_lines, overall
 from agents.results.terminal import tables
 from cps_envs import PROBLEMS
 from cps_envs.registration import find_problem
@@ -100,6 +100,16 @@ def test_a_tie_counts_only_where_it_may() -> None:
     same = [[4.0, 6.0]] * 5
     assert verdict(Bar(beat=("square",)), same, square=[[4.0, 6.0]]) == NOT_REACHED
     assert verdict(Bar(beat=("square",), or_equal=True), same, square=[[4.0, 6.0]]) == REACHED
+
+
+def test_of_many_baselines_the_hardest_is_shown() -> None:
+    bar = Bar(beat=("none", "square"))
+    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(bar,))
+    scores = {"learned": FIVE, "none": FIVE[:1] - 2, "square": FIVE[:1] - 1, "best": FIVE[:1]}
+    (row,) = document([block], found(scores, block), MACHINE, False)["problems"]["rogue"]["blocks"][0]["rows"]
+    (line,) = bar_lines(row, "learned")
+    assert line.startswith("above all 2, hardest square: +1 (")
+    assert row["verdicts"] == {"learned": REACHED}
 
 
 def test_few_training_seeds_reach_nothing() -> None:
@@ -189,7 +199,10 @@ def test_the_document_tells_everything(block: Block, tmp_path: Path) -> None:
     assert both["scores"]["learned"]["episodes"] == 6
     assert score["low"] <= score["mean"] <= score["high"]
     assert set(row["differences"]["learned"]) == {"none", "square", "best"}
-    assert [each["bar"] for each in row["judgements"]] == ["at least none", "above 1e+06"]
+    assert [(each["relation"], each["limit"]) for each in row["judgements"]] == [
+        ("at least", "none"),
+        ("above", "1e+06"),
+    ]
     assert row["verdicts"] == {"learned": NOT_REACHED}
     assert both["verdicts"] == {}
     text = results_markdown(made)

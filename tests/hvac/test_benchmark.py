@@ -20,7 +20,7 @@ def setting_of(name):
 
 
 def test_it_is_found():
-    assert BENCHMARK in find_benchmarks(["hvac"])
+    assert [found.problem for found in find_benchmarks(["hvac"])] == ["hvac"]
 
 
 def test_every_table_has_the_defender_that_ignores_sensors():
@@ -32,7 +32,7 @@ def test_every_table_has_the_defender_that_ignores_sensors():
 def test_entrants_can_be_built(setting):
     game = HVAC.game(HVAC.config(setting.preset, setting.overrides), 1)
     for role, entrants in (("attacker", setting.attackers), ("defender", setting.defenders)):
-        for entrant in entrants:
+        for entrant in (each for each in entrants if not each.reference.startswith("zoo:")):
             resolve_policy(entrant.reference, game.spec(role))
 
 
