@@ -19,11 +19,14 @@ from typing import Any
 
 import ray
 
-from agents.benchmark.cell import Cell, run_job
+from agents.benchmark.cell import run_job
 from agents.benchmark.store import Store
+from agents.league.league import Plan, line_up
+from agents.league.meetings import make_meeting
+from agents.league.players import Venue
 from agents.learning.training import Job, train
 from agents.recipes.finding import find_recipe
-from cps_envs.core.lookup import policy_names
+from baselines.workers import Workers
 
 
 def spread(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
@@ -47,13 +50,13 @@ def train_everywhere(name: str, seeds: int, folder: Path) -> None:
 
 
 def play_everywhere(problem: str, episodes: int, folder: Path) -> None:
-    """One task per meeting of the problem's analytic policies."""
+    """One task per meeting; `cps-envs league PROBLEM --episodes N --out FOLDER` then finds them all played."""
+    plan = Plan(Venue(problem, "learning"), {}, episodes)
     store = Store(folder / "cells")
-    cells = [
-        Cell(problem, "learning", "learning", {}, attacker, defender, attacker, defender, episodes)
-        for attacker, defender in product(policy_names(problem, "attacker"), policy_names(problem, "defender"))
-        if "mixture" not in (attacker, defender)
-    ]
+    with Workers(1) as pool:
+        players, _ = line_up(plan, store, pool)
+    pairs = product(players["attacker"], players["defender"])
+    cells = [make_meeting(plan.venue, attacker, defender, plan.seeds) for attacker, defender in pairs]
     for cell, result in spread(run_job, [cell for cell in cells if store.get(cell) is None]):
         store.put(cell, result)
         returns = result["metrics"]["return"]

@@ -127,9 +127,8 @@ def dominated_text(found: Standing) -> str:
 def verdict(league: League) -> str:
     """The equilibrium's value in a sentence."""
     interval = league.value_interval
-    ends = f", 95 % interval [{interval[0]:.4g}, {interval[1]:.4g}]" if interval else ""
-    found = league.equilibrium
-    return f"Value of the equilibrium: {found.value:.4g}{ends}; best replies gain {found.gap:.1e}."
+    ends = f", 95 % interval {interval[0]:.4g} to {interval[1]:.4g}" if interval else ""
+    return f"Value of the equilibrium: {league.equilibrium.value:.4g}{ends}."
 
 
 def stacked(found: Estimate) -> str:
@@ -145,10 +144,12 @@ def draw(league: League) -> Any:
         [f"{cell.mean:.3g}" + ("" if cell.low is None else f"\n{cell.low:.3g}..{cell.high:.3g}") for cell in row]
         for row in league.cells
     ]
-    rows, columns = (
-        [f"{found.player.name}\n({found.probability:.0%})" for found in standings(league, role)] for role in ROLES
-    )
+    rows, columns = ([_heading(found) for found in standings(league, role)] for role in ROLES)
     venue, plan = league.plan.venue, league.plan
     title = f"{venue.problem}, preset {venue.preset}: {plan.metric} of {plan.episodes} episodes, mean and 95 % interval"
     limits = (min(float(means.min()), 0.0), max(float(means.max()), 1e-9))
     return draw_matrix(means, texts, rows, columns, title=f"{title}\n{verdict(league)}", axis="defender", limits=limits)
+
+
+def _heading(found: Standing) -> str:
+    return f"{found.player.name}\nplays {found.probability:.0%}" if found.probability else found.player.name

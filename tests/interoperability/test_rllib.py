@@ -36,5 +36,5 @@ def test_work_is_spread(tmp_path: Path) -> None:
     from ray_cluster import play_everywhere, spread
 
     assert sorted(spread(lambda number: number**2, [-1, 2])) == [(-1, 1), (2, 4)]
-    play_everywhere("fdi", 1, tmp_path)
+    play_everywhere("rogue", 1, tmp_path)
     assert list((tmp_path / "cells").glob("*.json"))
