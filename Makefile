@@ -43,7 +43,7 @@ train: $(ALL) ## train every shipped policy anew, five seeds each, and put it in
 	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/zoo/policies --resume $(ARGS)
 
 results: $(LIGHT) ## judge the shipped policies on evaluation seeds, into docs/results.md (no torch)
-	$(BIN)/cps-envs results $(ARGS)
+	$(BIN)/cps-envs results --publish $(ARGS)
 
 lint: style types ## check style, format and types
 

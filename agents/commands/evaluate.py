@@ -42,9 +42,8 @@ def evaluate(
     are paired, episode by episode. Trained policies get the observation and action form they were trained with.
     """
     from agents.evaluation.arena import Arena
-    from agents.evaluation.comparison import Comparison, compare
+    from agents.evaluation.comparison import Comparison
     from agents.machine import available_cores, describe
-    from agents.progress import Progress
     from cps_envs import find_problem
     from cps_envs.core.types import ROLES, other
 
@@ -57,11 +56,7 @@ def evaluate(
     opponents = opponent or [found.opponents[preset][other(known)]]
     arenas = [Arena(problem, known, name, preset, values, episodes) for name in dict.fromkeys(opponents)]
     comparison = Comparison(arenas, policy, baseline or [], metric, per)
-    with built_by_user():
-        total = sum(map(len, comparison.jobs().values()))
-        _check(comparison)
-        with Progress("episodes of a policy against an opponent", total) as progress:
-            standings = compare(comparison, min(jobs or available_cores(), total), progress.update)
+    standings = _compare(comparison, jobs or available_cores())
     if as_json:
         heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values), "episodes": episodes}
         measured = {"metric": metric, "per": per}
@@ -69,6 +64,17 @@ def evaluate(
         return
     for arena in arenas:
         _print(comparison, known, [each for each in standings if each.opponent == arena.opponent])
+
+
+def _compare(comparison: Comparison, workers: int) -> list[Standing]:
+    from agents.evaluation.comparison import compare
+    from agents.progress import Progress
+
+    with built_by_user():
+        total = sum(map(len, comparison.jobs().values()))
+        _check(comparison)
+        with Progress("policies against opponents", total) as progress:
+            return compare(comparison, min(workers, total), progress.update)
 
 
 def _check(comparison: Comparison) -> None:

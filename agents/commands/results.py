@@ -11,6 +11,7 @@ from agents.console import err, make_table, out, print_json
 
 if TYPE_CHECKING:
     from agents.results.block import Block
+    from agents.results.document import Document
 
 
 def results(
@@ -31,14 +32,9 @@ def results(
     Each finished cell is kept at once: an interrupted run goes on where it stopped. Policies that are not shipped are
     listed as missing. --publish with --block would leave the other blocks out and is refused.
     """
-    from agents.benchmark.store import Store
     from agents.errors import CommandError
-    from agents.files import write_json, write_text
-    from agents.machine import available_cores, describe
-    from agents.progress import Progress
-    from agents.results.document import document
-    from agents.results.examination import examine, find_blocks
-    from agents.results.markdown import readme_table, results_markdown
+    from agents.machine import available_cores
+    from agents.results.examination import find_blocks
     from agents.results.publication import publish as put
     from agents.results.terminal import tables
     from cps_envs import find_problem
@@ -49,21 +45,8 @@ def results(
         return
     if publish and (block or quick):
         raise CommandError("--publish takes all blocks of a problem at full length: leave out --block and --quick")
-    with Progress("examination", 1) as progress:
-
-        def report(done: int, total: int, label: str) -> None:
-            progress.total = total
-            progress.update(done, label)
-
-        store = Store(folder / "cells", fresh=fresh)
-        findings = examine(blocks, store, workers=jobs or available_cores(), quick=quick, report=report)
-    found = document(blocks, findings, describe(), quick)
-    files = [folder / "results.json", folder / "results.md", folder / "README-table.md"]
-    write_json(files[0], found)
-    write_text(files[1], results_markdown(found))
-    write_text(files[2], readme_table(found) + "\n")
-    if publish:
-        files += put(found, Path())
+    found = _examine(blocks, folder, jobs or available_cores(), quick, fresh)
+    files = [*_write(found, folder), *(put(found, Path()) if publish else [])]
     if as_json:
         print_json(found)
     else:
@@ -72,8 +55,38 @@ def results(
             console.print(table)
     if quick:
         err().print("--quick: few episodes and short searches; these are no results.")
-    again = f"{findings.reused} of {findings.jobs} cells were there already. " if findings.reused else ""
-    err().print(f"{again}Written: {', '.join(map(str, files))}", soft_wrap=True)
+    err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+
+
+def _examine(blocks: list[Block], folder: Path, jobs: int, quick: bool, fresh: bool) -> Document:
+    from agents.benchmark.store import Store
+    from agents.machine import describe
+    from agents.progress import Progress
+    from agents.results.document import document
+    from agents.results.examination import examine
+
+    with Progress("examination", 1) as progress:
+
+        def report(done: int, total: int, label: str) -> None:
+            progress.total = total
+            progress.update(done, label)
+
+        store = Store(folder / "cells", fresh=fresh)
+        findings = examine(blocks, store, workers=jobs, quick=quick, report=report)
+    if findings.reused:
+        err().print(f"{findings.reused} of {findings.jobs} cells were there already, --fresh computes them again.")
+    return document(blocks, findings, describe(), quick)
+
+
+def _write(found: Document, folder: Path) -> list[Path]:
+    from agents.files import write_json, write_text
+    from agents.results.markdown import readme_table, results_markdown
+
+    files = [folder / "results.json", folder / "results.md", folder / "README-table.md"]
+    write_json(files[0], found)
+    write_text(files[1], results_markdown(found))
+    write_text(files[2], readme_table(found) + "\n")
+    return files
 
 
 def _list(blocks: list[Block]) -> None:

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 
+import numpy as np
+
 from agents.benchmark.cell import Cell, Job, Preparation, Result, file_name
 from agents.benchmark.runner import QUICK_EPISODES, finish_all
 from agents.benchmark.store import Store
@@ -125,7 +127,7 @@ def _work_off(
 ) -> dict[str, Result]:
     """`results` by the name of the work, with those of the jobs added; the long ones are begun first."""
     left = [job for name, job in _unique(jobs).items() if name not in results]
-    left.sort(key=lambda job: -getattr(job, "episodes", 0))
+    left.sort(key=lambda job: -job.episodes if isinstance(job, Cell) else -np.inf)
     for job, result, known in finish_all(left, store, pool):
         results[file_name(job)] = result
         findings.reused += known

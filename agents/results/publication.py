@@ -1,15 +1,21 @@
-"""Putting results into the repository: `docs/results.json`, `docs/results.md` and the table of the README."""
+"""Putting results into the repository: `docs/results.json`, `docs/results.md`, the README's table, the cards."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from agents.errors import CommandError
 from agents.files import write_json, write_text
 from agents.results.document import Document, merged
 from agents.results.markdown import END, START, results_markdown, with_table
+from agents.zoo.card import read_card
+from agents.zoo.files import SHIPPED, shipped_names
+from agents.zoo.references import PREFIX
 from cps_envs import PROBLEMS
+
+RECORDED = ("mean", "low", "high", "seeds", "episodes")
 
 
 def publish(new: Document, root: Path) -> list[Path]:
@@ -28,4 +34,23 @@ def publish(new: Document, root: Path) -> list[Path]:
     write_json(data, document)
     write_text(page, results_markdown(document))
     write_text(readme, with_table(text, document))
-    return [data, page, readme]
+    return [data, page, readme, *(record(policy, new) for policy in shipped_names())]
+
+
+def record(name: str, document: Document, folder: Path = SHIPPED) -> Path:
+    """Write into a shipped policy's card what it reached, block by block; blocks that the document lacks stay."""
+    path = folder / f"{name}.json"
+    card = read_card(path)
+    found = {
+        block["name"]: {
+            row["title"]: {"metric": row["metric"]} | {key: row["scores"][each["name"]][key] for key in RECORDED}
+            for row in block["rows"]
+            if each["name"] in row["scores"]
+        }
+        for problem in document["problems"].values()
+        for block in problem["blocks"]
+        for each in block["learned"]
+        if each["policy"] == f"{PREFIX}{name}"
+    }
+    write_json(path, replace(card, evaluation={**card.evaluation, **found}).to_json())
+    return path

@@ -22,10 +22,12 @@ from agents.results.document import document, merged
 from agents.results.examination import Findings, examine, find_blocks, missing_of
 from agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
 from agents.results.markdown import END, START, readme_table, results_markdown, with_table
-from agents.results.publication import publish
+from agents.results.publication import publish, record
 from agents.results.searches import best_wave, fixed_plan
 from agents.results.tables import bar_lines, overall
 from agents.results.terminal import tables
+from agents.zoo.card import read_card
+from agents.zoo.references import weights_of
 from cps_envs import PROBLEMS
 from cps_envs.registration import find_problem
 from tests.agents.trained import save_tiny
@@ -246,6 +248,21 @@ def test_publishing_keeps_the_other_problems(block: Block, tmp_path: Path) -> No
     with pytest.raises(ValueError, match="no section"):
         with_table("nothing", kept)
     assert merged({"format": -1, "problems": {"fdi": 1}}, new, list(PROBLEMS)) == new
+
+
+def test_a_card_records_what_its_policy_reached(block: Block, tmp_path: Path) -> None:
+    card = save_tiny(tmp_path / "tiny.json", "rogue", "attacker", overrides=SHORT, evaluation={"other": {}})
+    made = document([block], examine([block], Store(tmp_path / "cells"), workers=1), MACHINE, False)
+    before = weights_of(f"zoo:{tmp_path / 'tiny.json'}")
+    for each in made["problems"]["rogue"]["blocks"][0]["learned"]:
+        each["policy"] = "zoo:tiny"
+    recorded = read_card(record("tiny", made, tmp_path))
+    score = made["problems"]["rogue"]["blocks"][0]["rows"][0]["scores"]["learned"]
+    assert recorded.evaluation["tiny"]["pd"]["mean"] == score["mean"]
+    assert recorded.evaluation["tiny"]["pd"]["metric"] == "damage"
+    assert recorded.evaluation["other"] == {}
+    assert replace(recorded, evaluation={"other": {}}) == card
+    assert weights_of(f"zoo:{tmp_path / 'tiny.json'}") == before  # finished cells stay valid
 
 
 def test_what_is_published_is_current() -> None:
