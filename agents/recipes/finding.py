@@ -5,11 +5,12 @@ from __future__ import annotations
 from agents.errors import CommandError
 from agents.learning.recipe import Recipe
 from agents.recipes.fdi_attack import FdiAttack
+from agents.recipes.hvac_defense import HvacDefense
 from agents.recipes.rogue_attack import RogueAttack
 from cps_envs.core.errors import near
 from cps_envs.registration import PROBLEMS
 
-RECIPES: dict[str, Recipe] = {recipe.name: recipe for recipe in (FdiAttack(), RogueAttack())}
+RECIPES: dict[str, Recipe] = {recipe.name: recipe for recipe in (FdiAttack(), HvacDefense(), RogueAttack())}
 
 
 def find_recipe(name: str) -> Recipe:
