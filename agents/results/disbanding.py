@@ -55,8 +55,8 @@ PLANS = Block(
     unit="points of E_v and of the penalty for collisions",
     shown=("velocity_error_all",),
     notes=(
-        f"`ga` plays the first {SEARCHED_INSTANCES} of the {INSTANCES} instances and is compared on them. A trained policy "
-        "simulates nothing before it plays.",
+        f"`ga` plays the first {SEARCHED_INSTANCES} of the {INSTANCES} instances and is compared on them.",
+        "A trained policy simulates nothing before it plays.",
     ),
 )
 
