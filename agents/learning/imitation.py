@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 
 from agents.learning.demonstrations import Demonstrations
 from agents.learning.recipe import Recipe
@@ -24,7 +25,7 @@ def imitate(policy: Any, shown: Demonstrations, recipe: Recipe, generator: np.ra
     for _ in range(recipe.teacher_epochs):
         losses = []
         for rows in _batches(len(shown.actions), recipe.batch_size, generator):
-            loss = _loss(policy, shown, rows, recipe.algorithm == "maskable-ppo")
+            loss = likelihood_loss(policy, shown, rows)
             optimizer.zero_grad()
             torch.autograd.backward(loss)
             optimizer.step()
@@ -33,10 +34,12 @@ def imitate(policy: Any, shown: Demonstrations, recipe: Recipe, generator: np.ra
     return float(np.mean(losses))
 
 
-def _loss(policy: Any, shown: Demonstrations, rows: np.ndarray[Any, Any], masked: bool) -> torch.Tensor:
+def likelihood_loss(policy: Any, shown: Demonstrations, rows: np.ndarray[Any, Any]) -> torch.Tensor:
+    """How unlikely the policy finds the actions of some rows; for Gaussian actions, how far off it is."""
     observations = torch.as_tensor(shown.observations[rows], device=policy.device)
     actions = torch.as_tensor(shown.actions[rows], device=policy.device)
-    extra = {"action_masks": shown.masks[rows]} if masked and shown.masks is not None else {}
+    masked = shown.masks is not None and isinstance(policy, MaskableActorCriticPolicy)
+    extra = {"action_masks": shown.masks[rows]} if masked else {}
     distribution = policy.get_distribution(observations, **extra)
     if actions.is_floating_point():
         return torch.nn.functional.mse_loss(distribution.distribution.mean, actions.float())

@@ -119,10 +119,15 @@ class TrainingLanes(VecEnv):
         Raises:
             AttributeError: all actions are legal.
         """
-        mask = self._recipe.masks(self.env.game)
+        mask = self.masks()
         if mask is None:
             raise AttributeError(f"the {self.env.role} of {self.env.game.name!r} has no action masks")
-        return mask.reshape(self.num_envs, -1)
+        return mask
+
+    def masks(self) -> BoolArray | None:
+        """What may be played (B, k); None where everything may."""
+        mask = self._recipe.masks(self.env.game)
+        return None if mask is None else mask.reshape(self.num_envs, -1)
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """An attribute of the lanes, once for each; `action_masks` only where there are any."""

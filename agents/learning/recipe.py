@@ -33,6 +33,7 @@ class Recipe:
     overrides: Mapping[str, Any] = field(default_factory=dict)  # of the preset's fields
     swarm: bool = False  # one network for all agents of the role's team, each with its own sensors and reward
     unseen: tuple[str, ...] = ()  # fields of the observation that the network does not get
+    focus: Mapping[str, float] = field(default_factory=dict)  # units of fields whose values near zero tell most
     hold: int = 1  # decisions of the environment that an action is kept for
     bootstrap: bool = False  # value what would come after the last step; for observations that do not tell the time
     reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
@@ -68,6 +69,9 @@ class Recipe:
     teacher_rounds: int = 1  # from the second on the network plays and the teacher says what it would have done
     teacher_epochs: int = 20  # over all demonstrations, in a round
     value_warm_up: int = 0  # updates of the value alone before the imitated policy may change
+
+    search_steps: int = 0  # of a search for plans that the network imitates first; for few, deterministic starts
+    self_imitation: int = 0  # steps, before each update (PPO), towards the own best episode of every start
 
     evaluations: int = 10  # in the course of a run, on validation seeds
     evaluation_episodes: int = 32

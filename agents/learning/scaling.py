@@ -50,6 +50,25 @@ def seen_columns(lanes: TrainingLanes, recipe: Recipe) -> Array:
     return np.setdiff1d(np.arange(fields.size), np.concatenate(hidden) if hidden else [])
 
 
+def focus(lanes: TrainingLanes, recipe: Recipe, columns: Array, mean: Array, deviation: Array) -> tuple[Array, Array]:
+    """Mean and deviation with those of the recipe's `focus` in place of what has been seen.
+
+    Raises:
+        ValueError: `focus` names no field.
+    """
+    fields = lanes.team.fields if lanes.team else lanes.env.game.fields[recipe.role]
+    mean, deviation = mean.copy(), deviation.copy()
+    for field in fields:
+        if field.name in recipe.focus:
+            half = (field.high - field.low) / 2
+            rows = np.isin(columns, np.arange(fields.size)[fields.slices[field.name]])
+            mean[rows] = -(field.high + field.low) / 2 / half
+            deviation[rows] = recipe.focus[field.name] / half
+    if unknown := [name for name in recipe.focus if name not in fields.slices]:
+        raise ValueError(f"the observation has no field {unknown[0]!r}. {near(unknown[0], fields.slices)}")
+    return mean, deviation
+
+
 def wander(lanes: TrainingLanes, seed: int) -> Array:
     """Observations (N, n) seen while actions are drawn at random now and then."""
     generator = np.random.default_rng(seed)

@@ -12,18 +12,21 @@ from typing import Any
 import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.errors import CommandError
+from agents.learning.best_episodes import BestEpisodes, SelfImitation
 from agents.learning.course import Course, Report
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
 from agents.learning.lanes import TrainingLanes, make_lanes
 from agents.learning.model import CLASSES, check_fit, make_model
+from agents.learning.plan_search import search_plans
 from agents.learning.presentation import make_card, policy_of
 from agents.learning.recipe import Recipe
 from agents.learning.run import FINISHED, INTERRUPTED, RUNNING, Run
-from agents.learning.scaling import seen_columns, spread, wander
+from agents.learning.scaling import focus, seen_columns, spread, wander
 from agents.learning.seeds import training_seed
 from agents.learning.values import ValueWarmUp
 from agents.machine import versions
@@ -65,21 +68,29 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
     check_fit(job.recipe, lanes)
     run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=before.get("started", time.time()))
     course = Course(run, lanes, report)
-    model = _load(run, lanes, job.device) if run.checkpoint.is_file() else _begin(job, lanes, report)
-    _learn(model, run, course)
+    best = BestEpisodes()
+    model = _load(run, lanes, job.device) if run.checkpoint.is_file() else _begin(job, lanes, best, report)
+    _learn(model, run, course, best)
     lanes.close()
     return run.read()
 
 
-def _begin(job: Job, lanes: TrainingLanes, report: Report) -> BaseAlgorithm:
-    """An untrained model, or one that imitates the teacher."""
+def _begin(job: Job, lanes: TrainingLanes, best: BestEpisodes, report: Report) -> BaseAlgorithm:
+    """An untrained model, or one that imitates the teacher, or the best plans of a search."""
     recipe, seed = job.recipe, training_seed(job.seed)
     columns = seen_columns(lanes, recipe)
     shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.teacher else None
+    if recipe.search_steps:
+        search_plans(lanes, recipe, best, seed, lambda steps, mean: report(0, f"search, {steps:,} steps: {mean:.3g}"))
+        shown = best.demonstrations()
     mean, deviation = spread(shown.observations if shown else wander(lanes, seed), columns)
+    mean, deviation = focus(lanes, recipe, columns, mean, deviation)
     scaling = {"columns": columns, "mean": mean, "deviation": deviation}
     model = make_model(recipe, lanes, scaling, job.seed, job.device, job.run.log)
-    if shown is not None:
+    if shown is not None and recipe.search_steps:
+        loss = imitate(model.policy, shown, recipe, np.random.default_rng(seed))
+        report(0, f"imitation of the best plans: loss {loss:.3g}")
+    elif shown is not None:
         _imitate(model, shown, job, lanes, report)
     return model
 
@@ -105,10 +116,15 @@ def _load(run: Run, lanes: TrainingLanes, device: str) -> BaseAlgorithm:
         raise CommandError(f"{run.checkpoint} is damaged ({error}): delete the folder and train again") from error
 
 
-def _learn(model: BaseAlgorithm, run: Run, course: Course) -> None:
+def _learn(model: BaseAlgorithm, run: Run, course: Course, best: BestEpisodes) -> None:
     recipe = run.recipe
     left = recipe.total_steps - model.num_timesteps
-    callbacks = [course, *([ValueWarmUp(recipe.value_warm_up)] if recipe.value_warm_up else [])]
+    callbacks: list[BaseCallback] = [course]
+    if recipe.value_warm_up:
+        callbacks.append(ValueWarmUp(recipe.value_warm_up))
+    if recipe.self_imitation:
+        seed = training_seed(run.seed)
+        callbacks.append(SelfImitation(best, recipe.self_imitation, recipe.batch_size, seed))
     previous = signal.getsignal(signal.SIGTERM)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
