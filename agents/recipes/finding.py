@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from agents.errors import CommandError
 from agents.learning.recipe import Recipe
-from agents.recipes.fdi_attack import FdiAttack
+from agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
+from agents.recipes.fdi_defense import FdiDefense
 from agents.recipes.hvac_defense import HvacDefense
 from agents.recipes.rogue_attack import RogueAttack
+from agents.recipes.rogue_defense import RogueDefense
 from cps_envs.core.errors import near
 from cps_envs.registration import PROBLEMS
 
-RECIPES: dict[str, Recipe] = {recipe.name: recipe for recipe in (FdiAttack(), HvacDefense(), RogueAttack())}
+RECIPES: dict[str, Recipe] = {
+    recipe.name: recipe
+    for recipe in (FdiAttack(), FdiAttackDisturbed(), FdiDefense(), HvacDefense(), RogueAttack(), RogueDefense())
+}
 
 
 def find_recipe(name: str) -> Recipe:

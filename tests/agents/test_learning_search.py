@@ -1,0 +1,142 @@
+"""The search for plans, the best episodes, their imitation, and the rewards and masks of the recipes that use them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("stable_baselines3")
+pytest.importorskip("sb3_contrib")
+
+from agents.errors import CommandError
+from agents.learning.best_episodes import BestEpisodes
+from agents.learning.demonstrations import Demonstrations
+from agents.learning.lanes import TrainingLanes, make_lanes
+from agents.learning.plan_search import search_plans
+from agents.learning.recipe import Recipe
+from agents.learning.scaling import focus, seen_columns
+from agents.learning.training import Job, train
+from agents.recipes.fdi_attack import FdiAttack
+from agents.recipes.fdi_defense import FdiDefense
+from cps_envs.fdi.metrics import VALUE
+
+TINY = FdiAttack(
+    overrides={
+        "attack_action": "share",
+        "share_levels": 3,
+        "mask": "look_ahead",
+        "shield": True,
+        "tasks": "x4>4 v1>1",
+    },
+    num_lanes=16,
+    total_steps=640,
+    batch_size=160,
+    hidden=(32,),
+    search_steps=24_000,
+    teacher_epochs=300,
+    evaluations=1,
+    evaluation_episodes=8,
+)
+
+
+def episode(start: float, action: int) -> Demonstrations:
+    return Demonstrations(np.full((2, 3), start, np.float32), np.full((2, 1), action), None)
+
+
+def test_the_best_episode_of_each_start_is_kept() -> None:
+    best = BestEpisodes()
+    assert best.demonstrations() is None
+    assert np.isnan(best.mean_return())
+    for total, start, action in ((1.0, 0.0, 1), (3.0, 0.0, 2), (2.0, 0.0, 3), (-1.0, 1.0, 4)):
+        best.keep(total, episode(start, action))
+    shown = best.demonstrations()
+    assert shown is not None
+    assert shown.actions.ravel().tolist() == [2, 2, 4, 4]
+    assert best.mean_return() == 1.0
+
+
+def played(lanes: TrainingLanes, shown: Demonstrations) -> list[float]:
+    """The learned return of each demonstrated episode when its actions are played again from its start."""
+    starts = lanes.reset()
+    first = [
+        row for row in range(len(shown.actions)) if any(np.array_equal(shown.observations[row], s) for s in starts)
+    ]
+    returns = []
+    for begin, end in zip(first, [*first[1:], len(shown.actions)], strict=True):
+        starts = lanes.reset()
+        lane = next(i for i, s in enumerate(starts) if np.array_equal(s, shown.observations[begin]))
+        total = 0.0
+        for row in range(begin, end):
+            lanes.step_async(np.repeat(shown.actions[row][np.newaxis], lanes.num_envs, axis=0))
+            _, rewards, _, _ = lanes.step_wait()
+            total += float(rewards[lane])
+        returns.append(total)
+    return returns
+
+
+def test_a_search_finds_good_plans_that_attain_what_it_says() -> None:
+    lanes = make_lanes(TINY, 2_000_000)
+    first, best = BestEpisodes(), BestEpisodes()
+    search_plans(lanes, replace(TINY, search_steps=640), first, 0, lambda steps, mean: None)
+    search_plans(lanes, TINY, best, 0, lambda steps, mean: None)
+    assert best.mean_return() > max(first.mean_return(), 0.8)  # shares of the certified optima
+    shown = best.demonstrations()
+    assert shown is not None
+    assert shown.masks is not None
+    assert np.mean(played(lanes, shown)) == pytest.approx(best.mean_return(), abs=1e-6)
+    ends = np.cumsum(lanes.action_space.nvec)  # type: ignore[attr-defined]
+    chosen = shown.actions + np.concatenate([[0], ends[:-1]])
+    assert np.take_along_axis(shown.masks, chosen, axis=1).all()
+
+
+def test_a_search_needs_discrete_entries() -> None:
+    recipe = Recipe(problem="hvac", num_lanes=2, search_steps=10)
+    with pytest.raises(CommandError, match="MultiDiscrete"):
+        search_plans(make_lanes(recipe, 2_000_000), recipe, BestEpisodes(), 0, lambda steps, mean: None)
+
+
+def test_a_run_imitates_the_plans_of_its_search(tmp_path: Path) -> None:
+    found = train(Job(TINY, 0, tmp_path / "run", "test"))
+    untaught = train(Job(replace(TINY, search_steps=0, self_imitation=0), 0, tmp_path / "other", "test"))
+    assert found["best_score"] > untaught["best_score"] + 0.5
+
+
+def test_misses_cost_by_distance_and_hits_pay_in_shares() -> None:
+    lanes = make_lanes(TINY, 2_000_000)
+    lanes.reset()
+    game = lanes.env.game
+    game.memories[0, 3], game.memories[0, 0] = -2.0, -2.0  # the target is the lead or the last
+    none, ended = np.zeros(16), np.ones(16, np.bool_)
+    learned = TINY.learned(game, none, ended)
+    assert learned[0] == pytest.approx(-(5 - 2) / 5)
+    assert (TINY.learned(game, none, ~ended) == 0).all()
+    assert TINY.learned(game, np.full(16, 2.0), ended) == pytest.approx(2 / game.table[:, VALUE])
+
+
+def test_unattacked_entries_are_fixed() -> None:
+    lanes = make_lanes(TINY, 2_000_000)
+    lanes.reset()
+    masks = lanes.action_masks().reshape(16, 8, 4)
+    attacked = lanes.observe()[:, lanes.env.game.fields["attacker"].slices["attacked"]] > 0
+    assert (attacked.sum(axis=1) == 1).all()
+    assert masks[attacked].tolist() == [[False, True, True, True]] * 16
+    assert (masks[~attacked] == [True, False, False, False]).all()
+
+
+def test_focus_scales_about_zero_by_units() -> None:
+    recipe = FdiDefense(num_lanes=2, opponent="none")
+    lanes = make_lanes(recipe, 2_000_000)
+    columns = seen_columns(lanes, recipe)
+    ones = np.ones(len(columns))
+    mean, deviation = focus(lanes, recipe, columns, ones, ones)
+    fields = lanes.env.game.fields["defender"]
+    values = np.zeros((1, fields.size))
+    values[0, fields.slices["rate_innovation"]] = 0.125
+    part = fields.slices["rate_innovation"]
+    assert ((fields.encode(values)[0] - mean) / deviation)[part] == pytest.approx(1.0, abs=1e-4)
+    assert (deviation[fields.slices["trust"]] == 1).all()
+    with pytest.raises(ValueError, match="no field 'range_inovation'"):
+        focus(lanes, replace(recipe, focus={"range_inovation": 1.0}), columns, ones, ones)
