@@ -26,7 +26,7 @@ class RogueDefense(Recipe):
     name: str = "rogue-defense-ppo"
     problem: str = "rogue"
     role: Role = "defender"
-    opponent: str = ANY_ATTACKER  # trained without trained attackers it allows them twice the damage of detection
+    opponent: str = ANY_ATTACKER  # one run against analytic ones alone let trained ones do 47 m/s, detection 23
     preset: str = "paper"  # the setting of the attackers
     overrides: Mapping[str, Any] = field(
         default_factory=lambda: {
@@ -35,7 +35,7 @@ class RogueDefense(Recipe):
             "power_ratio": [1.0, 1.3],
             "drive_mps2": [4.95, 5.05],
             "drag_per_s": [0.099, 0.101],
-            "formation_weight_mps2": 0.15,  # at 0.5 it learned to keep together and let itself be hit
+            "formation_weight_mps2": 0.15,  # at 0.5 tracking improved and damage grew; still so at 0.15, but less
         }
     )
     unseen: tuple[str, ...] = ("reference_speed", "attacker_index")  # constant here
@@ -49,7 +49,7 @@ class RogueDefense(Recipe):
     learning_rate: float = 4e-4
     gae_lambda: float = 0.97  # the way to a crash is long
     entropy_bonus: float = 0.001
-    teacher: str = "sliding_detection"  # the paper's best; from scratch it never came near its damage
+    teacher: str = "sliding_detection"  # the paper's law of least damage; from scratch one run came to 29, not its 23
     teacher_episodes: int = 64
     teacher_epochs: int = 15  # not more, lest nothing be tried any more
     value_warm_up: int = 3
