@@ -10,8 +10,14 @@ from collections.abc import Callable
 from typing import Any, TypeVar
 
 from numba import njit
+from numba.core.cgutils import get_null_value
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
+
+from cps_envs.core.types import Array
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Numbers = TypeVar("Numbers", bound=Array)
 
 # Called from Python.
 kernel = njit(cache=True, nogil=True, error_model="numpy")
@@ -25,3 +31,19 @@ inner: Callable[[Function], Function] = njit(  # type: ignore[call-overload]
 inlined: Callable[[Function], Function] = njit(  # type: ignore[call-overload]
     cache=True, nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True
 )
+
+
+def _borrow(typing: Any, array: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        view = make_array(array)(context, builder, arguments[0])  # type: ignore[no-untyped-call]
+        for owner in ("meminfo", "parent"):
+            nobody = get_null_value(getattr(view, owner).type)  # type: ignore[no-untyped-call]
+            setattr(view, owner, nobody)
+        return view._getvalue()
+
+    return array(array), generate
+
+
+# The array without its owner, so that handing it and its views on costs no counting of references, which takes longer
+# than a short step of physics. For arguments only: whoever calls the kernel keeps those alive.
+borrowed: Callable[[Numbers], Numbers] = intrinsic(_borrow)  # type: ignore[assignment]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.lane import Constants, Matrices, Memory, add_product
+from cps_envs.fdi.lane import Constants, Matrices, Memory, add_product, assign, fill
 from cps_envs.fdi.legality import SLACK, inside
 
 
 @inlined
 def command(m: Memory, matrices: Matrices, offset: FloatArray) -> None:
     """The commands (3.15), u = A_2 e + B_a offset, from the offsets (2n,) of what is used from the true values."""
-    m.command[:] = m.law
+    assign(m.command, m.law)
     add_product(matrices.law, 2 * m.law.size, offset, m.command)
 
 
@@ -37,13 +37,13 @@ def predict(m: Memory, c: Constants, matrices: Matrices, trust: FloatArray, firs
     """
     n = m.law.size
     if first:
-        m.prediction[:] = m.error
+        assign(m.prediction, m.error)
         return
     for j in range(2 * n):
         estimate[j] = m.reading[j]
         if trust[j] == 0:
             estimate[j] = m.rear[j] if has_rear_sensor(j, n, c) else m.prediction[j]
-    m.prediction[:] = 0.0
+    fill(m.prediction, 0.0)
     if c.clip > 0:
         add_product(matrices.hold, 0, estimate, m.prediction)
         add_product(matrices.hold, 2 * n, m.command, m.prediction)
@@ -93,20 +93,27 @@ def correct(m: Memory, c: Constants, correction: FloatArray) -> None:
 
 @inlined
 def move(
-    m: Memory, c: Constants, matrices: Matrices, offset: FloatArray, disturbance: FloatArray, moved: FloatArray
+    m: Memory,
+    c: Constants,
+    matrices: Matrices,
+    offset: FloatArray,
+    disturbances: FloatArray,
+    step: int,
+    state: FloatArray,
 ) -> None:
     """One step of the errors: the closed loop (3.16), or with clipped limits held commands; plus disturbances.
 
-    `disturbance` holds accelerations (n,) in m/s2 that nobody commanded, or nothing; `moved` (2n,) is scratch.
+    `disturbances` holds accelerations (horizon, n) in m/s2 that nobody commanded, or nothing; `state` (2n,) is scratch.
     """
     n = m.law.size
-    moved[:] = 0.0
+    assign(state, m.error)
+    fill(m.error, 0.0)
     if c.clip > 0:
-        add_product(matrices.hold, 0, m.error, moved)
-        add_product(matrices.hold, 2 * n, m.command, moved)
+        add_product(matrices.hold, 0, state, m.error)
+        add_product(matrices.hold, 2 * n, m.command, m.error)
     else:
-        add_product(matrices.step, 0, m.error, moved)
-        add_product(matrices.step, 2 * n, offset, moved)
-        add_product(matrices.step, 4 * n, m.correction, moved)
-    add_product(matrices.hold, 2 * n, disturbance, moved)
-    m.error[:] = moved
+        add_product(matrices.step, 0, state, m.error)
+        add_product(matrices.step, 2 * n, offset, m.error)
+        add_product(matrices.step, 4 * n, m.correction, m.error)
+    if disturbances.shape[0] > 0:
+        add_product(matrices.hold, 2 * n, disturbances[step], m.error)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.compiled import inlined
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FdiConfig
 
 STEP, TASK, INJECTED_STEPS, REPLACED_STEPS, FALSE_STEPS = range(5)  # columns of the counts (B, NUM_COUNTS)
@@ -159,7 +159,8 @@ def pack_matrices(config: FdiConfig) -> FloatArray:
         np.hstack([model.coast, model.command]).T,
         np.hstack([model.feedback @ model.transition, model.feedback @ model.injection]).T,
     ]
-    return np.vstack([np.pad(block, ((0, 0), (0, 2 * n - block.shape[1]))) for block in blocks])
+    padded = [np.pad(block, ((0, 0), (0, 2 * n - block.shape[1]))) for block in blocks]
+    return np.ascontiguousarray(np.vstack(padded))
 
 
 @inlined
@@ -173,27 +174,28 @@ def matrices_of(packed: FloatArray) -> Matrices:
 def add_product(matrix: FloatArray, start: int, vector: FloatArray, total: FloatArray) -> None:
     """Add a block of a system's matrix times a vector (k,) to `total`; its rows (transposed) begin at `start`."""
     for j in range(vector.size):
-        if vector[j] != 0:
+        value = vector[j]
+        if value != 0:
             for i in range(total.size):
-                total[i] += matrix[start + j, i] * vector[j]
+                total[i] += matrix[start + j, i] * value
 
 
 @inlined
 def update_law(m: Memory, matrices: Matrices) -> None:
     """Fill `law` of the present error."""
-    m.law[:] = 0.0
+    fill(m.law, 0.0)
     add_product(matrices.law, 0, m.error, m.law)
 
 
 @inlined
-def load(whole: Array, b: int, part: Array) -> None:
-    """Copy row b of an array (B, k) to another (k,)."""
-    for j in range(part.size):
-        part[j] = whole[b, j]
+def fill(target: FloatArray, value: float) -> None:
+    """Set every entry of an array (k,)."""
+    for i in range(target.size):
+        target[i] = value
 
 
 @inlined
-def store(part: Array, whole: Array, b: int) -> None:
-    """Copy an array (k,) to row b of another (B, k)."""
-    for j in range(part.size):
-        whole[b, j] = part[j]
+def assign(target: FloatArray, values: FloatArray) -> None:
+    """Copy an array (k,) to another; unlike `target[:] = values` without tests for shapes and overlap."""
+    for i in range(target.size):
+        target[i] = values[i]

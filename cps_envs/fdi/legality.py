@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.compiled import inlined, inner
+from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.lane import Constants, Matrices, Memory
 
@@ -58,7 +58,7 @@ def cut(base: float, row: FloatArray, c: Constants, interval: IntArray) -> None:
             interval[s, 1] = min(interval[s, 1], math.floor((least + a) / row[s]))
 
 
-@inner
+@inlined
 def legal_levels(
     memory: Memory,
     c: Constants,

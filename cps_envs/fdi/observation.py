@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from cps_envs.core.compiled import kernel
+from cps_envs.core.compiled import borrowed, kernel
 from cps_envs.core.types import FloatArray, IntArray
-from cps_envs.fdi.lane import BLOCKS_PER_VEHICLE, STEP, TASK, constants_of, load, memory_of, store
+from cps_envs.fdi.lane import BLOCKS_PER_VEHICLE, STEP, TASK, constants_of, memory_of
 
 
 @kernel
@@ -21,13 +19,12 @@ def observe_attacker(
 ) -> None:
     """Fill (B, size) with `fields.attacker_fields`; the other arguments as for `turn.take_turn`."""
     c, slots, n = constants_of(packed), tasks.shape[1] - 1, memories.shape[1] // BLOCKS_PER_VEHICLE
-    cell, row, sensors = np.empty((1, memories.shape[1])), np.empty(values.shape[1]), np.empty(slots + 1, np.int64)
-    memory = memory_of(cell, 0)
     for b in range(values.shape[0]):
-        load(memories, b, cell[0])
-        load(tasks, counts[b, TASK], sensors)
-        row[: 2 * n] = memory.error
-        row[2 * n : 3 * n] = memory.law
+        memory, row, sensors = memory_of(borrowed(memories), b), borrowed(values)[b], borrowed(tasks)[counts[b, TASK]]
+        for j in range(2 * n):
+            row[j] = memory.error[j]
+        for i in range(n):
+            row[2 * n + i] = memory.law[i]
         at = 3 * n
         for s in range(slots):
             sensor = sensors[s]
@@ -43,7 +40,6 @@ def observe_attacker(
                 row[at + 1 + j] = 1.0 if sensors[j] >= 0 else 0.0
             for i in range(n):
                 row[at + 1 + 2 * n + i] = 1.0 if sensors[slots] == i else 0.0
-        store(row, values, b)
 
 
 @kernel
@@ -52,10 +48,8 @@ def observe_defender(
 ) -> None:
     """Fill (B, size) with `fields.defender_fields`; the other arguments as for `turn.take_turn`."""
     c, n = constants_of(packed), memories.shape[1] // BLOCKS_PER_VEHICLE
-    cell, row = np.empty((1, memories.shape[1])), np.empty(values.shape[1])
-    memory = memory_of(cell, 0)
     for b in range(values.shape[0]):
-        load(memories, b, cell[0])
+        memory, row = memory_of(borrowed(memories), b), borrowed(values)[b]
         for j in range(2 * n):
             row[j] = memory.reading[j]
             row[2 * n + j] = memory.reading[j] - memory.prediction[j]
@@ -72,4 +66,3 @@ def observe_defender(
         for j in range(2 * n):
             row[at + j] = memory.trust[j]
         row[at + 2 * n] = horizon - counts[b, STEP]
-        store(row, values, b)
