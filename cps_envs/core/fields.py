@@ -10,6 +10,7 @@ import numba
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.compiled import borrowed, inlined
 from cps_envs.core.types import Array, FloatArray, Observation
 
 
@@ -48,7 +49,9 @@ class Fields(Sequence[Field]):
         self.size = ends[-1]
         low = np.concatenate([np.full(field.size, field.low) for field in fields])
         high = np.concatenate([np.full(field.size, field.high) for field in fields])
-        self._middle, self._half = (low + high) / 2, (high - low) / 2
+        self.scale: FloatArray = np.stack(
+            [(low + high) / 2, (high - low) / 2]
+        )  # (2, size): where 0 lies, and 1 from it
 
     def __getitem__(self, index):  # type: ignore[no-untyped-def]
         return self._fields[index]
@@ -66,7 +69,7 @@ class Fields(Sequence[Field]):
     def encode(self, values: FloatArray) -> Observation:
         """Values (B, size) in the fields' units as a fresh float32 array in [-1, 1]; what lies outside is clipped."""
         encoded = np.empty(values.shape, np.float32)
-        _encode(values, self._middle, self._half, encoded)
+        _encode(values, self.scale, encoded)
         return encoded
 
     def decode(self, observation: Array) -> dict[str, FloatArray]:
@@ -77,7 +80,8 @@ class Fields(Sequence[Field]):
         """
         if observation.shape[-1] != self.size:
             raise ValueError(f"an observation of {self.size} entries was expected, got shape {observation.shape}")
-        values = observation * self._half + self._middle
+        middle, half = self.scale
+        values = observation * half + middle
         lead = observation.shape[:-1]
         return {field.name: values[..., self.slices[field.name]].reshape(lead + field.shape) for field in self}
 
@@ -92,9 +96,15 @@ class Fields(Sequence[Field]):
         return "\n".join(rows)
 
 
+@inlined
+def encode_lane(values: FloatArray, scale: FloatArray, encoded: Observation) -> None:
+    """`Fields.encode` of one lane's values (size,) for kernels, into a row of an observation."""
+    for entry in range(values.size):
+        scaled = (values[entry] - scale[0, entry]) / scale[1, entry]
+        encoded[entry] = 1.0 if scaled > 1.0 else -1.0 if scaled < -1.0 else scaled  # NaN stays visible
+
+
 @numba.njit(cache=True)
-def _encode(values: FloatArray, middle: FloatArray, half: FloatArray, encoded: Observation) -> None:
+def _encode(values: FloatArray, scale: FloatArray, encoded: Observation) -> None:
     for lane in range(values.shape[0]):
-        for entry in range(values.shape[1]):
-            scaled = (values[lane, entry] - middle[entry]) / half[entry]
-            encoded[lane, entry] = 1.0 if scaled > 1.0 else -1.0 if scaled < -1.0 else scaled  # NaN stays visible
+        encode_lane(borrowed(values)[lane], borrowed(scale), borrowed(encoded)[lane])

@@ -42,7 +42,7 @@ def batch_info(game: Game, role: Role, lanes: BoolArray) -> dict[str, Any]:
     arrays = {name: values.copy() if every else np.where(lanes, values, 0) for name, values in game.metrics().items()}
     mask = game.action_mask(role)
     if mask is not None:
-        arrays["action_mask"] = mask.astype(np.int8)
+        arrays["action_mask"] = mask.view(np.int8)  # it is fresh
     info: dict[str, Any] = {}
     for name, values in arrays.items():
         info[name] = values

@@ -22,7 +22,7 @@ from cps_envs.fdi.lane import (
     pack_constants,
     pack_matrices,
 )
-from cps_envs.fdi.masks import fill_masks
+from cps_envs.fdi.masks import fill_mask, fill_masks
 from cps_envs.fdi.metrics import BOUND, BOUND_VALID, METRICS, PAID, PAYOFF, VALUE
 from cps_envs.fdi.observation import observe_attacker, observe_defender
 from cps_envs.fdi.scene import Scene
@@ -55,7 +55,11 @@ class FdiGame(Game):
         self._drawn = is_drawn(config)
         self._set_actions()
         self._packed, self._stacked = pack_constants(config), pack_matrices(config)
-        self._bounds = certificates(config, self.tasks)
+        known = certificates(config, self.tasks)
+        self._openings: FloatArray = np.zeros((len(METRICS) + 1, len(self.tasks)))  # columns of the table at time 0
+        self._openings[[BOUND_VALID, BOUND, VALUE]] = known.valid, known.bound, known.value
+        self._spread = np.repeat([config.gap_spread_m, config.speed_spread_mps], config.num_vehicles)
+        self._random = self._drawn or bool(self._spread.any()) or config.disturbance_mps2 > 0
         self._allocate()
 
     def _set_actions(self) -> None:
@@ -74,6 +78,7 @@ class FdiGame(Game):
             "attacker": self._levels.copy() if by_level else np.zeros(len(levels), np.int64),
             "defender": np.array([1] * (2 * n) + [config.correction_levels] * n),
         }
+        self._masked = by_level
         self._mask_size = int((2 * self._levels + 1).sum())
         rows = [[j if task.sensors.flags(n)[j] else -1 for j in sensors] + [task.target - 1] for task in self.tasks]
         self._tasks: IntArray = np.array(rows, np.int64)
@@ -82,7 +87,7 @@ class FdiGame(Game):
         lanes, n, config = self.num_lanes, self.config.num_vehicles, self.config
         self.memories: FloatArray = np.zeros((lanes, BLOCKS_PER_VEHICLE * n))
         self.counts: IntArray = np.zeros((lanes, NUM_COUNTS), np.int64)
-        self.table: FloatArray = np.zeros((lanes, len(METRICS) + 1))
+        self.table: FloatArray = np.zeros((len(METRICS) + 1, lanes))
         self.legal: IntArray = np.zeros((lanes, num_slots(config), 2), np.int64)
         steps = config.horizon if config.disturbance_mps2 > 0 else 0
         self._disturbances: FloatArray = np.zeros((lanes, steps, n))
@@ -93,24 +98,19 @@ class FdiGame(Game):
     def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self.memories[lanes] = 0.0
         self.counts[lanes] = 0
-        self.table[lanes] = 0.0
         self._episodes[lanes] += self.num_lanes
-        config, errors = self.config, self.memories[:, : 2 * self.config.num_vehicles]
-        spread = np.repeat([config.gap_spread_m, config.speed_spread_mps], config.num_vehicles)
-        if self._drawn or spread.any() or config.disturbance_mps2 > 0:
+        if self._random:
             for lane in np.flatnonzero(lanes).tolist():
-                generator = generators[lane]
-                self.counts[lane, TASK] = generator.integers(len(self.tasks))
-                errors[lane] = generator.uniform(-spread, spread)
-                self._disturbances[lane] = generator.normal(0, config.disturbance_mps2, self._disturbances.shape[1:])
-        task = self.counts[lanes, TASK]
-        for column, values in (
-            (BOUND_VALID, self._bounds.valid),
-            (BOUND, self._bounds.bound),
-            (VALUE, self._bounds.value),
-        ):
-            self.table[lanes, column] = values[task]
+                self._draw(lane, generators[lane])
+        self.table[:, lanes] = self._openings[:, self.counts[lanes, TASK]]
         open_lanes(self.memories, self.counts, self.legal, lanes, self._packed, self._stacked, self._tasks)
+
+    def _draw(self, lane: int, generator: np.random.Generator) -> None:
+        """The task, the initial errors and the disturbances of an episode."""
+        self.counts[lane, TASK] = generator.integers(len(self.tasks))
+        self.memories[lane, : len(self._spread)] = generator.uniform(-self._spread, self._spread)
+        disturbances = self._disturbances[lane]
+        disturbances[:] = generator.normal(0, self.config.disturbance_mps2, disturbances.shape)
 
     def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
         attack, defense = actions.get("attacker", self._waiting), actions.get("defender", self._trusting)
@@ -129,42 +129,43 @@ class FdiGame(Game):
             self._stacked,
             self._tasks,
         )
-        return self.table[:, PAYOFF].copy()
+        payoff: FloatArray = self.table[PAYOFF].copy()
+        return payoff
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""
-        values = np.empty((self.num_lanes, self.fields[role].size))
+        fields = self.fields[role]
+        observations = np.empty((self.num_lanes, fields.size), np.float32)
         if role == "attacker":
-            shared = (self.horizon, self._drawn, self._packed, self._tasks)
-            observe_attacker(self.memories, self.counts, *shared, values)
+            shared = (self.horizon, self._drawn, self._packed, self._tasks, fields.scale)
+            observe_attacker(self.memories, self.counts, *shared, observations)
         else:
-            observe_defender(self.memories, self.counts, self.horizon, self._packed, values)
-        return self.fields[role].encode(values)
+            observe_defender(self.memories, self.counts, self.horizon, self._packed, fields.scale, observations)
+        return observations
 
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal injections (B, sum of levels) in the form "level"; each sensor's row supposes that the others help."""
-        if role == "defender" or self.config.attack_action == "share":
+        if role == "defender" or not self._masked:
             return None
-        masks = np.empty((self.num_lanes, self._mask_size), np.bool_)
+        masks = np.empty((self.num_lanes, self._mask_size), np.int8)
         fill_masks(self.legal, self._levels, masks)
-        return masks
+        return masks.view(np.bool_)
 
     def lane_mask(self, role: Role, lane: int) -> Array | None:
         """`action_mask` of one lane as int8."""
-        if role == "defender" or self.config.attack_action == "share":
+        if role == "defender" or not self._masked:
             return None
-        masks = np.empty((1, self._mask_size), np.bool_)
-        fill_masks(self.legal[lane : lane + 1], self._levels, masks)
-        row: Array = masks[0].view(np.int8)
-        return row
+        mask = np.empty(self._mask_size, np.int8)
+        fill_mask(self.legal, lane, self._levels, mask)
+        return mask
 
     def metrics(self) -> dict[str, Array]:
         """`metrics.METRICS` so far, each (B,)."""
-        return dict(zip(METRICS, self.table.T, strict=False))
+        return dict(zip(METRICS, self.table, strict=False))
 
     def lane_metrics(self, lane: int) -> dict[str, float]:
         """`metrics` of one lane as Python numbers."""
-        return dict(zip(METRICS, self.table[lane].tolist(), strict=False))
+        return dict(zip(METRICS, self.table[:, lane].tolist(), strict=False))
 
     def task(self, lane: int) -> str:
         """The task of a lane, such as "x4>4"."""
@@ -178,7 +179,8 @@ class FdiGame(Game):
     def model(self, lane: int, num_lanes: int) -> FdiGame:
         """Privileged: copies of one lane in its present state."""
         copy = FdiGame(self.config, num_lanes)
-        for name in ("memories", "counts", "table", "legal", "_disturbances", "elapsed", "terminated"):
+        copy.table[:] = self.table[:, lane : lane + 1]
+        for name in ("memories", "counts", "legal", "_disturbances", "elapsed", "terminated"):
             getattr(copy, name)[:] = getattr(self, name)[lane]
         return copy
 

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
-from cps_envs.core.compiled import kernel
-from cps_envs.core.types import BoolArray, IntArray
+from cps_envs.core.compiled import borrowed, inlined, kernel
+from cps_envs.core.types import Array, IntArray
 
 
 @kernel
-def fill_masks(legal: IntArray, bounds: IntArray, masks: BoolArray) -> None:
-    """Fill masks (B, sum(2 bounds + 1)) from the legal levels (B, S, 2); bounds (S,) are the largest levels.
+def fill_masks(legal: IntArray, bounds: IntArray, masks: Array) -> None:
+    """Fill int8 masks (B, sum(2 bounds + 1)) from the legal levels (B, S, 2); bounds (S,) are the largest levels."""
+    for b in range(masks.shape[0]):
+        mark(borrowed(legal)[b], bounds, borrowed(masks)[b])
+
+
+@kernel
+def fill_mask(legal: IntArray, lane: int, bounds: IntArray, mask: Array) -> None:
+    """`fill_masks` of one lane: `mask` is (sum(2 bounds + 1),)."""
+    mark(borrowed(legal)[lane], bounds, borrowed(mask))
+
+
+@inlined
+def mark(legal: IntArray, bounds: IntArray, mask: Array) -> None:
+    """Fill the mask of one lane.
 
     Where a state leaves a sensor nothing, the mask offers no injection: that move is illegal too, and ends the episode.
     """
-    for b in range(masks.shape[0]):
-        row, start = masks[b], 0
-        row[:] = False
-        for s in range(bounds.size):
-            low, high = legal[b, s]
-            if low > high:
-                low = high = 0
-            row[start + bounds[s] + low : start + bounds[s] + high + 1] = True
-            start += 2 * bounds[s] + 1
+    mask[:], start = 0, 0
+    for s in range(bounds.size):
+        low, high = legal[s]
+        if low > high:
+            low = high = 0
+        mask[start + bounds[s] + low : start + bounds[s] + high + 1] = 1
+        start += 2 * bounds[s] + 1

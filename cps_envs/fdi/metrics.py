@@ -1,4 +1,4 @@
-"""What is measured in an episode, column by column of the game's table (B, number of metrics)."""
+"""What is measured in an episode, row by row of the game's table (number of metrics + 1, B)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ METRICS = (
     "oracle_value_mps",  # speed that a known legal plan attains; 0 where none is known
 )
 PAID = METRICS[:3]
-PAYOFF = len(METRICS)  # a last column: payoff of the last turn
+PAYOFF = len(METRICS)  # a last row: payoff of the last turn
 (
     IMPACT,
     ALARM_COST,

@@ -61,7 +61,7 @@ def take_turn(
     Args:
         memories: (B, 17 n), see `lane.Memory`.
         counts: (B, NUM_COUNTS), see `lane`.
-        table: (B, metrics + 1), see `metrics`; the last column is filled with the payoff of this turn.
+        table: (metrics + 1, B), see `metrics`; the last row is filled with the payoff of this turn.
         legal: (B, S, 2), filled with the legal levels of the next turn.
         attack: (B, S) actions.
         defense: (B, 3 n) trust of the readings and correction levels, or (B, 0).
@@ -75,7 +75,7 @@ def take_turn(
     """
     c, m = constants_of(packed), matrices_of(borrowed(stacked))
     scratch = new_scratch(stacked.shape[1] // 2, tasks.shape[1] - 1)
-    table[:, PAYOFF] = 0.0
+    table[PAYOFF] = 0.0
     for step in range(num_steps):  # outside the lanes: what a loop inside them could share costs more than it saves
         for b in range(lanes.size):
             if lanes[b] and not over[b]:
@@ -83,7 +83,7 @@ def take_turn(
                 lane = Lane(
                     memory_of(borrowed(memories), b),
                     count,
-                    borrowed(table)[b],
+                    borrowed(table)[:, b],
                     borrowed(legal)[b],
                     borrowed(attack)[b],
                     borrowed(defense)[b],
