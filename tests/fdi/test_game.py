@@ -261,3 +261,18 @@ def test_a_lane_is_what_its_copy_is():
         go(game, levels)
         go(copy, levels)
     np.testing.assert_array_equal(copy.memories[2], game.memories[1])
+
+
+@pytest.mark.parametrize("preset", ["clip", "fig32"])
+def test_a_turn_of_several_steps_is_as_many_turns(preset):
+    """Some lanes collide on the way: they stand still from there on, and what is legal is that of their end."""
+    whole, parts, steps = started(range(20), preset), started(range(20), preset), 30
+    low, high = np.moveaxis(whole.legal, 2, 0)
+    levels = np.random.default_rng(0).integers(low, high + 1)
+    actions, lanes = {"attacker": levels + whole.neutral_action["attacker"]}, np.ones(20, bool)
+    payoff = whole.advance(actions, lanes, steps)
+    np.testing.assert_array_equal(payoff, sum(parts.advance(actions, lanes, 1) for _ in range(steps)))
+    assert 0 < whole.terminated.sum() < 20
+    np.testing.assert_array_equal(whole.table[:-1], parts.table[:-1])
+    for name in ("memories", "counts", "legal", "terminated"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name), err_msg=name)
