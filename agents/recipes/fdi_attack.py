@@ -14,7 +14,6 @@ from cps_envs.core.game import Game
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.lane import TASK
-from cps_envs.fdi.metrics import ILLEGAL, VALUE
 from cps_envs.fdi.task import Task
 
 FURTHEST_GAPS = 3.0  # a miss counts as at most so many desired gaps
@@ -71,8 +70,9 @@ class FdiAttack(Recipe):
         assert isinstance(game, FdiGame)
         target = _table(game.tasks, game.config.num_vehicles)[1][game.counts[:, TASK]]
         gaps = 1 + game.memories[np.arange(game.num_lanes), target] / game.config.desired_gap_m
-        miss = self.miss_cost * (np.clip(gaps, 0, FURTHEST_GAPS) + game.table[:, ILLEGAL])
-        return np.where(ended & (rewards <= 0), -miss, rewards / game.table[:, VALUE])
+        metrics = game.metrics()
+        miss = self.miss_cost * (np.clip(gaps, 0, FURTHEST_GAPS) + metrics["illegal"])
+        return np.where(ended & (rewards <= 0), -miss, rewards / metrics["oracle_value_mps"])
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,6 @@ from agents.learning.scaling import focus, seen_columns
 from agents.learning.training import Job, train
 from agents.recipes.fdi_attack import FdiAttack
 from agents.recipes.fdi_defense import FdiDefense
-from cps_envs.fdi.metrics import VALUE
 
 TINY = FdiAttack(
     overrides={
@@ -113,7 +112,7 @@ def test_misses_cost_by_distance_and_hits_pay_in_shares() -> None:
     learned = TINY.learned(game, none, ended)
     assert learned[0] == pytest.approx(-(5 - 2) / 5)
     assert (TINY.learned(game, none, ~ended) == 0).all()
-    assert TINY.learned(game, np.full(16, 2.0), ended) == pytest.approx(2 / game.table[:, VALUE])
+    assert TINY.learned(game, np.full(16, 2.0), ended) == pytest.approx(2 / game.metrics()["oracle_value_mps"])
 
 
 def test_unattacked_entries_are_fixed() -> None:
