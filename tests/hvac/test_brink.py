@@ -1,0 +1,68 @@
+"""The attack that keeps each forged sensor's own set passing, and no more than that."""
+
+import numpy as np
+import pytest
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.play import play_episodes
+from cps_envs.hvac.problem import HVAC
+from cps_envs.hvac.sensors import sensor_sets
+
+DAYS = range(6)
+
+
+def outcome(attacker, count, on_step=None):
+    config = HVAC.config("paper", {"num_compromised": count})
+    return play_episodes(HVAC, config, {"attacker": attacker, "defender": "mtd2"}, DAYS, on_step=on_step)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_it_gains_more_than_the_ramp_on_the_same_days(count):
+    brink, ramp = (outcome(attacker, count)["a_impact"] for attacker in ("brink", "ramp"))
+    assert (brink - ramp).mean() > 0.03 * ramp.mean()
+
+
+def test_mean_residuals_stay_just_below_the_threshold():
+    config = HVAC.config("paper", {"num_compromised": 3})
+    alone = [sensor_sets(config).index((sensor,)) for sensor in (1, 2, 4)]
+    late = []
+
+    def note(game):
+        if game.elapsed[0] >= 300:
+            late.append(game.mean_residuals()[:, alone])
+
+    outcome("brink?margin_c2=0.02", 3, note)
+    assert np.mean(np.array(late) <= config.threshold_c2) > 0.99
+    assert np.mean(late) == pytest.approx(config.threshold_c2 - 0.02, abs=0.01)
+
+
+def test_it_leaves_other_sensors_and_the_time_before_the_onset_alone():
+    config = HVAC.config("paper", {"num_compromised": 1})
+    touched = []
+
+    def note(game):
+        state = game.state
+        touched.append(state.reading != state.measured)
+
+    outcome("brink", 1, note)
+    forged = np.array(touched)
+    assert not forged[: config.onset_step].any()
+    assert not forged[:, :, [0, 2, 3]].any()
+    assert forged[config.onset_step + 1 :, :, 1].all()
+
+
+@pytest.mark.parametrize(
+    ("reference", "overrides", "remedy"),
+    [
+        ("brink?gain=0", {}, "gain"),
+        ("brink?margin_c2=0.5", {}, "margin"),
+        ("brink", {"attacker_view": "grey"}, "white"),
+        ("brink", {"attack_action": "bias"}, "any"),
+        ("brink", {"sensor_sets": [1, 2, 0, 3, 4, 0, 1]}, "2, 3, 4"),
+    ],
+)
+def test_it_refuses_what_cannot_be(reference, overrides, remedy):
+    game = HVAC.game(HVAC.config("paper", overrides), 1)
+    with pytest.raises(ConfigurationError, match=remedy):
+        resolve_policy(reference, game.spec("attacker"))
