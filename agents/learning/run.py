@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from agents.console import to_json
 from agents.errors import CommandError
 from agents.files import write_json, write_text
+from agents.learning.knobs import differing, knobs_of
 from agents.learning.recipe import Recipe
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
@@ -61,7 +62,7 @@ class Run:
 
     def write(self, **progress: Any) -> None:
         """Update `run.json`: recipe, seed and command with what is given, the rest as it was."""
-        fixed = {"recipe": asdict(self.recipe), "seed": self.seed, "command": self.command}
+        fixed = {"recipe": knobs_of(self.recipe), "seed": self.seed, "command": self.command}
         write_json(self.folder / "run.json", {**self.read(), **fixed, **progress})
 
     def append_evaluation(self, row: dict[str, Any]) -> None:
@@ -83,10 +84,11 @@ class Run:
             CommandError: it is of another.
         """
         found = self.read()
-        mine = json.loads(to_json(asdict(self.recipe)))
-        if found and (found.get("recipe") != mine or found.get("seed") != self.seed):
-            other = {name for name, value in mine.items() if found.get("recipe", {}).get(name) != value}
+        if not found:
+            return
+        others = differing(found.get("recipe", {}), knobs_of(self.recipe))
+        if others or found.get("seed") != self.seed:
             raise CommandError(
-                f"{self.folder} holds a run of another recipe (other: {', '.join(sorted(other)) or 'seed'}). Choose "
-                "another --out, or delete it."
+                f"{self.folder} holds a run of another recipe (other: {', '.join(others) or 'seed'}). Choose another "
+                "--out, or delete it."
             )

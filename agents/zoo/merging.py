@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from agents.errors import CommandError
+from agents.learning.knobs import differing
 from agents.zoo.card import Card
 from agents.zoo.files import load, save
 from agents.zoo.network import Network
@@ -26,7 +27,7 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
     first = loaded[0][0]
     networks: dict[int, Network] = {}
     for path, (card, network) in zip(cards, loaded, strict=True):
-        if card.recipe != first.recipe or card.version != first.version:
+        if differing(card.recipe, first.recipe) or card.version != first.version:
             raise CommandError(f"{path} is of another recipe than {cards[0]}: add each to a policy of its own")
         if card.best in networks:
             raise CommandError(f"{path}: training seed {card.best} is there already")

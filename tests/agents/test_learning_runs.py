@@ -174,3 +174,13 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
     code, printed, _ = run("--list", "--json")
     assert code == 0
     assert "fdi" in {recipe["problem"] for recipe in json.loads(printed)}
+
+
+def test_a_knob_that_was_added_later_makes_no_other_recipe(tmp_path: Path) -> None:
+    train(job(tmp_path))
+    run = json.loads((tmp_path / "run.json").read_text())
+    del run["recipe"]["gae_lambda"]
+    (tmp_path / "run.json").write_text(json.dumps(run))
+    assert train(job(tmp_path))["status"] == "finished"
+    with pytest.raises(CommandError, match="other: gae_lambda"):
+        train(job(tmp_path, replace(RECIPE, gae_lambda=0.5)))
