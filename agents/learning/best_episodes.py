@@ -80,11 +80,12 @@ class SelfImitation(BaseCallback):
         if shown is None:
             return
         self.logger.record("best_episodes/return", self._best.mean_return())
-        policy: Any = self.model.policy
+        model: Any = self.model
+        policy = model.policy
         policy.set_training_mode(True)
         for _ in range(self._steps):
             rows = self._generator.permutation(len(shown.actions))[: self._batch_size]
             policy.optimizer.zero_grad()
             torch.autograd.backward(likelihood_loss(policy, shown, rows))
-            torch.nn.utils.clip_grad_norm_(policy.parameters(), self.model.max_grad_norm)
+            torch.nn.utils.clip_grad_norm_(policy.parameters(), model.max_grad_norm)
             policy.optimizer.step()

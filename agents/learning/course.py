@@ -16,7 +16,7 @@ from agents.learning.run import Run
 from agents.learning.seeds import VALIDATION
 from agents.zoo.files import save
 from cps_envs.core.play import play_episodes
-from cps_envs.core.types import SIGN, other
+from cps_envs.core.types import other
 from cps_envs.registration import find_problem
 
 Report = Callable[[int, str], None]  # steps done, a note
@@ -83,7 +83,7 @@ class Course(BaseCallback):
             {recipe.role: policy_of(card, network), other(recipe.role): card.opponent},
             VALIDATION[: recipe.evaluation_episodes],
         )
-        score = SIGN[recipe.role] * float(outcome[recipe.evaluation_metric].mean())
+        score = recipe.score(outcome)
         row = {"steps": self.num_timesteps, "cpu_s": round(self.cpu_s, 1), "validation": score}
         self._run.append_evaluation({**row, **{name: float(values.mean()) for name, values in outcome.items()}})
         self.logger.record("validation/score", score)

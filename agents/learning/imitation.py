@@ -38,8 +38,9 @@ def likelihood_loss(policy: Any, shown: Demonstrations, rows: np.ndarray[Any, An
     """How unlikely the policy finds the actions of some rows; for Gaussian actions, how far off it is."""
     observations = torch.as_tensor(shown.observations[rows], device=policy.device)
     actions = torch.as_tensor(shown.actions[rows], device=policy.device)
-    masked = shown.masks is not None and isinstance(policy, MaskableActorCriticPolicy)
-    extra = {"action_masks": shown.masks[rows]} if masked else {}
+    extra = {}
+    if shown.masks is not None and isinstance(policy, MaskableActorCriticPolicy):
+        extra["action_masks"] = shown.masks[rows]
     distribution = policy.get_distribution(observations, **extra)
     if actions.is_floating_point():
         return torch.nn.functional.mse_loss(distribution.distribution.mean, actions.float())

@@ -9,7 +9,7 @@ from typing import Any
 from agents.errors import CommandError
 from cps_envs.core.errors import near
 from cps_envs.core.game import Game
-from cps_envs.core.types import BoolArray, FloatArray, Role
+from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Role
 
 ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn")
 
@@ -99,6 +99,10 @@ class Recipe:
         A recipe that shapes them says why the best policy stays the best.
         """
         return rewards
+
+    def score(self, outcome: Mapping[str, Array]) -> float:
+        """What chooses the best checkpoint, the higher the better, from what validation episodes end with (B,) each."""
+        return SIGN[self.role] * float(outcome[self.evaluation_metric].mean())
 
 
 def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:

@@ -83,7 +83,7 @@ class FdiAttackDisturbed(FdiAttack):
     preset: str = "defense"
     overrides: Mapping[str, Any] = field(default_factory=lambda: {"attack_action": "share", "share_levels": 5})
     hold: int = 2  # 0.2 s, as without disturbances
-    total_steps: int = 500_000
+    total_steps: int = 300_000
     num_lanes: int = 256
     steps_per_update: int = 50  # whole episodes
     epochs: int = 4

@@ -5,23 +5,32 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from agents.learning.recipe import Recipe
-from cps_envs.core.types import Role
+import numpy as np
 
-ATTACKERS = ("none", "oracle?start=random", "bang_bang", "random")
-ANY_ATTACKER = "mixture?policies=[" + ",".join(f'"{name}"' for name in ATTACKERS) + "]"
+from agents.learning.recipe import Recipe
+from cps_envs.core.game import Game
+from cps_envs.core.types import Array, BoolArray, FloatArray, Role
+from cps_envs.fdi.game import FdiGame
+
+ATTACKERS = ("none", "oracle", "oracle?start=random", "bang_bang", "random")
+ANY_ATTACKER = "mixture?policies=[" + ",".join(f'"{name}"' for name in ATTACKERS) + "]&weights=[1,3,2,1,1]"
+READINGS = 560.0  # without injection, in an episode of 800: about what these attackers leave
 
 
 @dataclass(frozen=True)
 class FdiDefense(Recipe):
-    """Which readings to believe and how to correct commands, against replayed optima, random attacks and none."""
+    """Which readings to believe, against replayed optima, random attacks and none; it never meets a trained attacker.
+
+    It begins as the analytic `model` and learns to raise fewer false alarms.
+    """
 
     name: str = "fdi-defense-ppo"
     problem: str = "fdi"
     role: Role = "defender"
-    opponent: str = ANY_ATTACKER
+    opponent: str = ANY_ATTACKER  # most false alarms are raised against replayed optima
     preset: str = "defense"
-    total_steps: int = 1_000_000
+    reward_scale: float = 5.0  # alarms cost little
+    total_steps: int = 180_000
     num_lanes: int = 128
     steps_per_update: int = 100  # whole episodes
     batch_size: int = 1280
@@ -34,12 +43,25 @@ class FdiDefense(Recipe):
             "redundancy_residual": 0.25,
         }
     )
-    learning_rate: float = 1e-4  # repairs an imitated policy; larger steps would forget it
     discount: float = 0.99
     hidden: tuple[int, ...] = (128, 128)
     teacher: str = "model"
     teacher_episodes: int = 256
-    teacher_rounds: int = 3
-    teacher_epochs: int = 40
-    value_warm_up: int = 5
+    teacher_rounds: int = 2
+    teacher_epochs: int = 30
+    value_warm_up: int = 3
+    evaluations: int = 6
     evaluation_episodes: int = 256
+    false_alarm_cost_mps: float = 0.01  # for each reading without injection that is replaced in a step
+
+    def learned(self, game: Game, rewards: FloatArray, ended: BoolArray) -> FloatArray:
+        """False alarms cost more than the problem charges, which makes no difference between false and true ones."""
+        assert isinstance(game, FdiGame)
+        memories = map(game.memory, range(len(rewards)))
+        false = [np.sum((memory.trust == 0) & (memory.injection == 0)) for memory in memories]
+        return rewards - self.false_alarm_cost_mps * np.array(false)
+
+    def score(self, outcome: Mapping[str, Array]) -> float:
+        """As learned from: the return and what false alarms cost."""
+        false_alarms = READINGS * float(outcome["false_alarm_rate"].mean())
+        return super().score(outcome) - self.false_alarm_cost_mps * false_alarms

@@ -21,6 +21,7 @@ from agents.learning.scaling import focus, seen_columns
 from agents.learning.training import Job, train
 from agents.recipes.fdi_attack import FdiAttack
 from agents.recipes.fdi_defense import FdiDefense
+from cps_envs.fdi.game import FdiGame
 
 TINY = FdiAttack(
     overrides={
@@ -107,6 +108,7 @@ def test_misses_cost_by_distance_and_hits_pay_in_shares() -> None:
     lanes = make_lanes(TINY, 2_000_000)
     lanes.reset()
     game = lanes.env.game
+    assert isinstance(game, FdiGame)
     game.memories[0, 3], game.memories[0, 0] = -2.0, -2.0  # the target is the lead or the last
     none, ended = np.zeros(16), np.ones(16, np.bool_)
     learned = TINY.learned(game, none, ended)
@@ -139,3 +141,18 @@ def test_focus_scales_about_zero_by_units() -> None:
     assert (deviation[fields.slices["trust"]] == 1).all()
     with pytest.raises(ValueError, match="no field 'range_inovation'"):
         focus(lanes, replace(recipe, focus={"range_inovation": 1.0}), columns, ones, ones)
+
+
+def test_false_alarms_of_the_defender_cost_in_training_and_in_choosing_the_best() -> None:
+    recipe = FdiDefense(num_lanes=2, opponent="none")
+    lanes = make_lanes(recipe, 2_000_000)
+    lanes.reset()
+    doubt = np.repeat(lanes.env.game.neutral_action["defender"][np.newaxis], 2, axis=0)
+    doubt[0, :3] = 0
+    _, own, _, _, _ = lanes.env.step(doubt)
+    cost = own - recipe.learned(lanes.env.game, own, np.zeros(2, np.bool_))
+    assert cost == pytest.approx([3 * recipe.false_alarm_cost_mps, 0])
+    quiet = {"return": np.array([0.2, 0.4]), "false_alarm_rate": np.zeros(2)}
+    noisy = {**quiet, "false_alarm_rate": np.array([0.0, 0.02])}
+    assert recipe.score(quiet) == pytest.approx(-0.3)
+    assert recipe.score(noisy) < recipe.score(quiet)
