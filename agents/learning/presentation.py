@@ -36,7 +36,7 @@ def make_card(run: Run, lanes: TrainingLanes, facts: Mapping[str, Any]) -> Card:
         activation=recipe.activation,
         head="squashed" if recipe.algorithm == "sac" else "gaussian" if continuous else "discrete",
         decentralised=recipe.swarm,
-        hold=recipe.hold,
+        hold=recipe.played_hold or recipe.hold,
         observation_size=int(np.prod(lanes.observation_space.shape or ())),
         actions=count_actions(lanes.action_space),
         best=run.seed,

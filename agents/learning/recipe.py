@@ -35,6 +35,8 @@ class Recipe:
     unseen: tuple[str, ...] = ()  # fields of the observation that the network does not get
     focus: Mapping[str, float] = field(default_factory=dict)  # units of fields whose values near zero tell most
     hold: int = 1  # decisions of the environment that an action is kept for
+    first_hold: int = 0  # the same for an episode's first action, to look right after what happens then; 0: as `hold`
+    played_hold: int = 0  # the same where the trained network plays, which may look more often; 0: as `hold`
     bootstrap: bool = False  # value what would come after the last step; for observations that do not tell the time
     reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from agents.errors import CommandError
 from agents.learning.recipe import Recipe
+from agents.recipes.disbanding_attack import DisbandingAttack
+from agents.recipes.disbanding_defense import DisbandingDefense
 from agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from agents.recipes.fdi_defense import FdiDefense
+from agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
 from agents.recipes.hvac_defense import HvacDefense
 from agents.recipes.rogue_attack import RogueAttack
 from agents.recipes.rogue_defense import RogueDefense
@@ -14,7 +17,18 @@ from cps_envs.registration import PROBLEMS
 
 RECIPES: dict[str, Recipe] = {
     recipe.name: recipe
-    for recipe in (FdiAttack(), FdiAttackDisturbed(), FdiDefense(), HvacDefense(), RogueAttack(), RogueDefense())
+    for recipe in (
+        DisbandingAttack(),
+        DisbandingDefense(),
+        FdiAttack(),
+        FdiAttackDisturbed(),
+        FdiDefense(),
+        HvacAttack(),
+        HvacAttackMtd1(),
+        HvacDefense(),
+        RogueAttack(),
+        RogueDefense(),
+    )
 }
 
 

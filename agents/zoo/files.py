@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from safetensors import SafetensorError
-from safetensors.numpy import load_file, save_file
+from safetensors.numpy import load_file
+from safetensors.numpy import save as to_bytes
 
 from agents.files import replacing, write_json
 from agents.zoo.card import Card, read_card
@@ -47,7 +48,7 @@ def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> None:
         f"{seed}/{name}": array for seed, network in networks.items() for name, array in network.tensors().items()
     }
     with replacing(card_path.with_suffix(".safetensors")) as draft:
-        save_file(tensors, draft)
+        draft.write_bytes(to_bytes(tensors))
     write_json(card_path, card.to_json())
 
 

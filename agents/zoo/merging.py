@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +14,7 @@ from agents.zoo.files import load, save
 from agents.zoo.network import Network
 
 LIMIT_BYTES = 1_000_000  # of the weights
+PLACES = ("--out", "--to", "--jobs")
 
 
 def merge(cards: Sequence[Path], target: Path) -> Card:
@@ -38,10 +40,25 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
     seeds = {seed: facts for card, _ in loaded for seed, facts in card.seeds.items()}
     best = max(networks, key=lambda seed: seeds[str(seed)].get("validation", float("-inf")))
     merged = replace(
-        first, name=target.stem, best=best, seeds=dict(sorted(seeds.items(), key=lambda entry: int(entry[0])))
+        first,
+        name=target.stem,
+        command=without_places(first.command),
+        best=best,
+        seeds=dict(sorted(seeds.items(), key=lambda entry: int(entry[0]))),
     )
     save(target, merged, networks)
     return merged
+
+
+def without_places(command: str) -> str:
+    """A command of `cps-envs train` without what says where files lie and how many processes work."""
+    words, kept = iter(shlex.split(command)), []
+    for word in words:
+        if word in PLACES:
+            next(words, None)
+        elif word.partition("=")[0] not in (*PLACES, "--resume"):
+            kept.append(word)
+    return shlex.join(kept)
 
 
 def cards_below(folder: Path) -> list[Path]:

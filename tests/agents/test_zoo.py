@@ -13,7 +13,7 @@ import pytest
 from agents.cli import main
 from agents.errors import CommandError
 from agents.zoo.files import find, load, shipped_names
-from agents.zoo.merging import merge
+from agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import PROBLEMS, find_problem
@@ -160,6 +160,11 @@ def test_merging_keeps_each_seed(tmp_path: Path) -> None:
     save_tiny(cards[1], "fdi", "attacker", recipe={"other": 1})
     with pytest.raises(CommandError, match="another recipe"):
         merge(cards, tmp_path / "both.json")
+
+
+def test_a_kept_command_names_no_places() -> None:
+    command = "cps-envs train x --seeds 5 --out /a/b --jobs=2 --to 'c d' --resume --opponent 'mixture?policies=[1]'"
+    assert without_places(command) == "cps-envs train x --seeds 5 --opponent 'mixture?policies=[1]'"
 
 
 def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
