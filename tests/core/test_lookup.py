@@ -33,7 +33,7 @@ NUMBER = 3
 @pytest.fixture(autouse=True)
 def _entries(monkeypatch: pytest.MonkeyPatch) -> None:
     found = {name: EntryPoint(name, value, lookup.GROUP) for name, value in ENTRIES.items()}
-    monkeypatch.setattr(lookup, "_registered", lambda: found)
+    monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: found if group == lookup.GROUP else {})
 
 
 @pytest.fixture

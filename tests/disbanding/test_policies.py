@@ -187,6 +187,8 @@ def test_every_registered_policy_plays(role):
     for name in policy_names("disbanding", role):
         if name == "plan":
             name = "plan?events=[[4,2]]"
+        if name == "mixture":
+            name = 'mixture?policies=["none"]'
         if name == "ga":
             name = "ga?generations=2&population=6"
         other = {"attacker": "lead", "defender": "none"} | {role: name}
