@@ -50,10 +50,11 @@ class DisbandingDefense(Recipe):
     evaluation_episodes: int = 8
 
     def learned(self, game: DisbandingGame, rewards: FloatArray, ended: BoolArray) -> FloatArray:  # type: ignore[override]
-        """A vehicle's reward less that of the nearest disbanded vehicle ahead, and nothing for one that cannot act.
+        """A vehicle's reward less that of the nearest disbanded vehicle ahead; nothing for one that cannot act.
 
         No vehicle changes what happens ahead of its platoon, so the best policy stays the best; what is left is how
-        much better or worse than a copy of that vehicle it does.
+        much better or worse than a copy of that vehicle it does. Nothing either for one behind a collision, which is
+        another's fault: exploring, one collision would drag along a hundred vehicles and drown what there is to learn.
         """
         config, state = game.config, game.state
         percent = 100.0 / (config.duration_s * config.desired_speed_mps)
@@ -63,6 +64,8 @@ class DisbandingDefense(Recipe):
         nearest = np.pad(nearest[:, :-1], ((0, 0), (1, 0)), constant_values=-1)
         ahead = np.take_along_axis(state.speed, (nearest + 1) * size - 1, axis=1)
         error = percent * config.control_period_s * np.abs(ahead - config.desired_speed_mps)
-        able = (nearest >= 0) & ~disbanded
+        able = np.repeat((nearest >= 0) & ~disbanded, size, axis=1)
+        at_fault = state.rear_collided & state.collided_intact
+        able[:, 1:] &= ~np.maximum.accumulate(at_fault[:, :-1], axis=1)
         relative = rewards + np.repeat(error, size, axis=1).ravel()
-        return np.where(np.repeat(able, size, axis=1).ravel(), relative, 0.0)
+        return np.where(able.ravel(), relative, 0.0)

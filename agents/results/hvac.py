@@ -7,7 +7,8 @@ from agents.results.block import Bar, Block, Contestant, Row
 from baselines.hvac.calibration import HARD
 from cps_envs.hvac.problem import LEARNING_ATTACKERS
 
-ATTACKER = Contestant("learned", "zoo:hvac-attack-ppo")
+ATTACKER = Contestant("learned", "zoo:hvac-attack-ppo", "learned on MTD2")
+AGAINST_MTD1 = Contestant("learned-mtd1", "zoo:hvac-attack-mtd1-ppo", "learned on MTD1")
 DEFENDER = Contestant("learned", "zoo:hvac-defense-ppo")
 DAYS = 20  # of the preset `paper`
 MIXED_DAYS = 200  # of the preset `learning`
@@ -22,8 +23,9 @@ PRINTED = {1: 6.3, 2: 43.0, 3: 125.0}  # the best ramp of the specification agai
 
 def _compromised(count: int, defender: str) -> Row:
     arena = Arena("hvac", "attacker", defender, "paper", {"num_compromised": count}, DAYS, f"{defender}-{count}")
-    above = Bar(beat=tuple(each.name for each in RAMPS))
-    bars = (above, Bar(value=PRINTED[count])) if defender == "mtd2" else (above,)
+    of = (ATTACKER.name if defender == "mtd2" else AGAINST_MTD1.name,)
+    above = Bar(beat=tuple(each.name for each in RAMPS), of=of)
+    bars = (above, Bar(value=PRINTED[count], of=of)) if defender == "mtd2" else (above,)
     return Row(f"{defender}, {count} of 4 sensors", (arena,), bars, headline=(defender, count) == ("mtd2", 3))
 
 
@@ -34,7 +36,7 @@ ATTACK = Block(
     problem="hvac",
     role="attacker",
     metric="a_impact",
-    learned=(ATTACKER,),
+    learned=(ATTACKER, AGAINST_MTD1),
     baselines=(Contestant("constant"), *RAMPS),
     rows=tuple(_compromised(count, defender) for defender in ("mtd2", "mtd1") for count in (1, 2, 3)),
     unit="C2",

@@ -53,11 +53,16 @@ class PlannedAttack(AnalyticPolicy):
             state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
         assert state is not None
         seen = self.spec.fields.decode(observation)
-        plans = self._aligned(state[0], seen)
+        plans = self._aligned(self.planned(state, seen), seen)
         due = (plans <= seen["time_s"][:, np.newaxis] + 1e-3) & (seen["disbanded"] < 0.5)
         due &= seen["budget_left"][:, np.newaxis] > 0.5
         platoons = np.arange(1, plans.shape[1] + 1)
         return np.max(np.where(due, platoons, 0), axis=1), state
+
+    def planned(self, state: tuple[Array, ...], seen: Mapping[str, FloatArray]) -> FloatArray:
+        """The plans (B, N) of the lanes: those that `begin` put into the state."""
+        plans: FloatArray = state[0]
+        return plans
 
     def _aligned(self, plans: FloatArray, seen: Mapping[str, FloatArray]) -> FloatArray:
         """Plans counted from the front, moved to the platoons present where their number is drawn."""
@@ -116,6 +121,32 @@ class RandomPlan(PlannedAttack):
         return times
 
 
+class Spread(PlannedAttack):
+    """The front platoons one after the other, spread over the episode; as many as the lane's budget allows."""
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        platoons = spec.config.max_platoons
+        self.times = np.stack(
+            [plan_array(_spread(budget, platoons), platoons) for budget in range(spec.config.max_budget + 1)]
+        )
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """Nothing to draw: the budget is seen."""
+        return (np.zeros((len(generators), 0)),)
+
+    def planned(self, state: tuple[Array, ...], seen: Mapping[str, FloatArray]) -> FloatArray:
+        """The plans (B, N) of the budgets that the episodes began with."""
+        budgets = np.rint(seen["budget_left"] + seen["disbanded"].sum(axis=1)).astype(int)
+        plans: FloatArray = self.times[budgets]
+        return plans
+
+
+def _spread(budget: int, platoons: int) -> list[Event]:
+    pause_s = 98.0 if budget <= 2 else np.floor(170.0 / budget)
+    return [(platoons - i, 1.0 + i * pause_s) for i in range(budget)]
+
+
 def lead(spec: RoleSpec, time_s: float = 1.0) -> Plan:
     """The optimal single attack of the paper: the lead platoon at the first instant (Table 2.2)."""
     return Plan(spec, [(spec.config.max_platoons, time_s)], from_front=True)
@@ -131,10 +162,3 @@ def every_other(spec: RoleSpec) -> Plan:
     """Every other platoon from the front at 30 s increments (Fig. 2.1e)."""
     platoons = spec.config.max_platoons
     return Plan(spec, [(platoons - 2 * i, 2.0 + 30.0 * i) for i in range(platoons // 2)], from_front=True)
-
-
-def spread(spec: RoleSpec) -> Plan:
-    """The front platoons one after the other, spread over the episode; as many as the budget allows."""
-    platoons, budget = spec.config.max_platoons, spec.config.max_budget
-    pause_s = 98.0 if budget <= 2 else np.floor(170.0 / budget)
-    return Plan(spec, [(platoons - i, 1.0 + i * pause_s) for i in range(budget)], from_front=True)

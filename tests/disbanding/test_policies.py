@@ -196,6 +196,24 @@ def test_every_registered_policy_plays(role):
         assert np.isfinite(outcome["return"]).all(), name
 
 
+def test_the_script_spread_follows_each_lane_s_budget():
+    def disbanding_s(seeds, **overrides):
+        seen = []
+        config = DISBANDING.config("learning", {"tau_s": 0.3, **overrides})
+        players = {"attacker": "spread", "defender": "none"}
+        play_episodes(
+            DISBANDING, config, players, seeds, on_step=lambda game: seen.append(game.state.disbanding_s.copy())
+        )
+        return seen[-1]
+
+    drawn = disbanding_s(range(8), attack_budget=(1, 3))
+    fixed = {budget: disbanding_s([0], attack_budget=budget)[0] for budget in (1, 2, 3)}
+    budgets = np.isfinite(drawn).sum(axis=1)
+    assert set(budgets) == {1, 2, 3}
+    for budget, times in zip(budgets, drawn, strict=True):
+        np.testing.assert_allclose(times, fixed[budget])
+
+
 def test_feedback_takes_one_set_of_weights_per_lane():
     weights = np.stack([shipped_weights(), np.array(PRINTED_FEEDBACK)])
     feedback = LinearFeedback(spec_of("defender"), weights)
