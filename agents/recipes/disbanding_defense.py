@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from scipy.signal import lfilter
 
 from agents.learning.recipe import Recipe
 from cps_envs.core.types import BoolArray, FloatArray
@@ -48,6 +49,7 @@ class DisbandingDefense(Recipe):
     gae_lambda: float = 0.95
     evaluations: int = 7
     evaluation_episodes: int = 8
+    share_behind: float = 0.9  # of a reward that the vehicle ahead of its owner gets too, and so on to the front
 
     def learned(self, game: DisbandingGame, rewards: FloatArray, ended: BoolArray) -> FloatArray:  # type: ignore[override]
         """A vehicle's reward less that of the nearest disbanded vehicle ahead; nothing for one that cannot act.
@@ -55,6 +57,7 @@ class DisbandingDefense(Recipe):
         No vehicle changes what happens ahead of its platoon, so the best policy stays the best; what is left is how
         much better or worse than a copy of that vehicle it does. Nothing either for one behind a collision, which is
         another's fault: exploring, one collision would drag along a hundred vehicles and drown what there is to learn.
+        What the vehicles behind get is shared with those ahead, who brake for them.
         """
         config, state = game.config, game.state
         percent = 100.0 / (config.duration_s * config.desired_speed_mps)
@@ -67,5 +70,7 @@ class DisbandingDefense(Recipe):
         able = np.repeat((nearest >= 0) & ~disbanded, size, axis=1)
         at_fault = state.rear_collided & state.collided_intact
         able[:, 1:] &= ~np.maximum.accumulate(at_fault[:, :-1], axis=1)
-        relative = rewards + np.repeat(error, size, axis=1).ravel()
-        return np.where(able.ravel(), relative, 0.0)
+        relative = rewards.reshape(able.shape) + np.repeat(error, size, axis=1)
+        own = np.where(able, relative, 0.0)
+        shared: FloatArray = lfilter([1 - self.share_behind], [1, -self.share_behind], own[:, ::-1], axis=1)[:, ::-1]
+        return shared.ravel()
