@@ -8,18 +8,7 @@ from typing import Any
 
 from agents.learning.recipe import Recipe
 
-PLANS = (  # the script `spread` of two, three and four disbandings, and plans with times of all kinds
-    "plan?events=[[10,1],[9,99],[8,140],[7,160]]",
-    "plan?events=[[10,1],[9,57],[8,113],[7,150]]",
-    "plan?events=[[10,1],[9,43],[8,85],[7,127]]",
-    "random?front_bias=12",
-)
-WEIGHTS = (1, 1, 1, 2)
-
-
-def _mixture() -> str:
-    names = ",".join(f'"{plan}"' for plan in PLANS)
-    return f"mixture?policies=[{names}]&weights={list(WEIGHTS)}".replace(" ", "")
+SHOWN = 'mixture?policies=["spread","random?front_bias=12"]&weights=[2,1]'  # a good plan, and times of all kinds
 
 
 @dataclass(frozen=True)
@@ -34,7 +23,7 @@ class DisbandingAttack(Recipe):
     hold: int = 5  # times matter by some 10 s, and 36 decisions are explored better than 180
     played_hold: int = 1  # else the first attack, best at 1 s, would come at 5 s
     reward_scale: float = 0.1  # returns are 30 to 90
-    total_steps: int = 140_000  # the simulation, 50 ms an episode, is nearly all of the cost
+    total_steps: int = 200_000  # the simulation, 50 ms an episode, is nearly all of the cost
     num_lanes: int = 48
     steps_per_update: int = 36  # whole episodes
     batch_size: int = 576
@@ -42,8 +31,8 @@ class DisbandingAttack(Recipe):
     learning_rate: float = 1e-3
     discount: float = 1.0  # what an attack does goes on to the end, and the clock is observed
     gae_lambda: float = 0.97
-    entropy_bonus: float = 0.005
-    teacher: str = field(default_factory=_mixture)  # exploring each second anew never waits 100 s for the next attack
+    entropy_bonus: float = 0.005  # at 0.05 one run came to 60.3 points instead of 60.6
+    teacher: str = SHOWN  # exploring each second anew never waits 100 s for the next attack
     teacher_episodes: int = 160
     teacher_epochs: int = 30
     value_warm_up: int = 2

@@ -52,7 +52,7 @@ class DisbandingDefense(Recipe):
     share_behind: float = 0.9  # of a reward that the vehicle ahead of its owner gets too, and so on to the front
 
     def learned(self, game: DisbandingGame, rewards: FloatArray, ended: BoolArray) -> FloatArray:  # type: ignore[override]
-        """A vehicle's reward less that of the nearest disbanded vehicle ahead; nothing for one that cannot act.
+        """A vehicle's reward less that of the nearest disbanded vehicle ahead, and nothing where there is none.
 
         No vehicle changes what happens ahead of its platoon, so the best policy stays the best; what is left is how
         much better or worse than a copy of that vehicle it does. Nothing either for one behind a collision, which is
@@ -67,7 +67,7 @@ class DisbandingDefense(Recipe):
         nearest = np.pad(nearest[:, :-1], ((0, 0), (1, 0)), constant_values=-1)
         ahead = np.take_along_axis(state.speed, (nearest + 1) * size - 1, axis=1)
         error = percent * config.control_period_s * np.abs(ahead - config.desired_speed_mps)
-        able = np.repeat((nearest >= 0) & ~disbanded, size, axis=1)
+        able = np.repeat(nearest >= 0, size, axis=1)
         at_fault = state.rear_collided & state.collided_intact
         able[:, 1:] &= ~np.maximum.accumulate(at_fault[:, :-1], axis=1)
         relative = rewards.reshape(able.shape) + np.repeat(error, size, axis=1)
