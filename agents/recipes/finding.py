@@ -5,7 +5,7 @@ from __future__ import annotations
 from agents.errors import CommandError
 from agents.learning.recipe import Recipe
 from agents.recipes.disbanding_attack import DisbandingAttack
-from agents.recipes.disbanding_defense import DisbandingDefense
+from agents.recipes.disbanding_defense import DisbandingDefense, DisbandingDefenseLocal
 from agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from agents.recipes.fdi_defense import FdiDefense
 from agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
@@ -20,6 +20,7 @@ RECIPES: dict[str, Recipe] = {
     for recipe in (
         DisbandingAttack(),
         DisbandingDefense(),
+        DisbandingDefenseLocal(),
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiDefense(),
