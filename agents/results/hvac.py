@@ -18,6 +18,7 @@ RAMPS = (
     Contestant("root_ramp"),
     Contestant("mimic"),
 )
+LOWEST = Contestant("lowest", "constant?reading_c=10", "lowest reading, 10 C")
 PRINTED = {1: 6.3, 2: 43.0, 3: 125.0}  # the best ramp of the specification against MTD2
 
 
@@ -37,7 +38,7 @@ ATTACK = Block(
     role="attacker",
     metric="a_impact",
     learned=(ATTACKER, AGAINST_MTD1),
-    baselines=(Contestant("constant"), *RAMPS),
+    baselines=(Contestant("constant"), LOWEST, *RAMPS),
     rows=tuple(_compromised(count, defender) for defender in ("mtd2", "mtd1") for count in (1, 2, 3)),
     unit="C2",
     shown=("flawed_steps",),

@@ -60,11 +60,13 @@ def _summary(document: Document) -> list[str]:
     lines = [f"| {' | '.join(columns)} |", "|---" * len(columns) + "|"]
     for problem in document["problems"].values():
         for block in problem["blocks"]:
-            row = headline_row(block)
             for each in block["learned"]:
+                row = headline_row(block, each["name"])
                 where = f" ({row['title']})" if len(block["rows"]) > 1 else ""
-                cells = [f"{block['title']}{where}", f"`{each['policy']}`"]
-                cells += [score_text(block, row, each["name"]), best_baseline(block, row), optimum(block, row)]
+                unit = f", {block['unit']}" if block["unit"] else ""
+                score = score_text(block, row, each["name"], beside=False)
+                cells = [f"{block['title']}{unit}{where}", f"`{each['policy']}`", score]
+                cells += [best_baseline(block, row), optimum(block, row)]
                 cells.append(overall(block, each["name"]))
                 lines.append(f"| {' | '.join(cells)} |")
     return lines

@@ -12,6 +12,7 @@ from agents.results.document import Document, merged
 from agents.results.markdown import END, START, results_markdown, with_table
 from agents.zoo.card import read_card
 from agents.zoo.files import SHIPPED, shipped_names
+from agents.zoo.merging import without_places
 from agents.zoo.references import PREFIX
 from cps_envs import PROBLEMS
 
@@ -30,7 +31,10 @@ def publish(new: Document, root: Path) -> list[Path]:
     if not readme.is_file() or START not in (text := readme.read_text(encoding="utf-8")):
         raise CommandError(f"{readme} has no section between {START} and {END}: publish from the repository's folder")
     before = json.loads(data.read_text(encoding="utf-8")) if data.is_file() else None
-    document = merged(before, new, list(PROBLEMS))
+    problems = {
+        name: {**problem, "command": without_places(problem["command"])} for name, problem in new["problems"].items()
+    }
+    document = merged(before, {**new, "problems": problems}, list(PROBLEMS))
     write_json(data, document)
     write_text(page, results_markdown(document))
     write_text(readme, with_table(text, document))

@@ -20,7 +20,7 @@ def heading(block: Block) -> str:
     return f"{measured}{unit}, mean (95 % interval){shown}; the {block['role']} wants {better}"
 
 
-def score_text(block: Block, row: Mapping[str, Any], name: str, *, interval: bool = True) -> str:
+def score_text(block: Block, row: Mapping[str, Any], name: str, *, interval: bool = True, beside: bool = True) -> str:
     """What a contestant reached in a row: mean, interval, and means of what is shown beside."""
     score = row["scores"].get(name)
     if score is None:
@@ -28,8 +28,8 @@ def score_text(block: Block, row: Mapping[str, Any], name: str, *, interval: boo
     text = number(block, row, score["mean"])
     if interval and score["low"] is not None:
         text += f" ({number(block, row, score['low'])}{BETWEEN}{number(block, row, score['high'])})"
-    beside = [f"{value:.3g}" for value in score["shown"].values()]
-    return " / ".join([text, *beside])
+    shown = [f"{value:.3g}" for value in score["shown"].values()] if beside else []
+    return " / ".join([text, *shown])
 
 
 def number(block: Block, row: Mapping[str, Any], value: float) -> str:
@@ -86,9 +86,10 @@ def overall(block: Block, name: str) -> str:
     return ", ".join(f"{verdict} {count}" for verdict, count in counts.items()) + f" of {len(found)} rows"
 
 
-def headline_row(block: Block) -> Mapping[str, Any]:
-    """The row that stands for a block in a summary."""
-    chosen = [row for row in block["rows"] if row["headline"]]
-    judged = [row for row in block["rows"] if row["verdicts"]]
-    found: Mapping[str, Any] = (chosen or judged or block["rows"])[0]
+def headline_row(block: Block, name: str) -> Mapping[str, Any]:
+    """The row that stands for a block in a summary of a learned policy: not one in which only others are judged."""
+    mine = [row for row in block["rows"] if not row["verdicts"] or name in row["verdicts"]]
+    chosen = [row for row in mine if row["headline"]]
+    judged = [row for row in mine if row["verdicts"]]
+    found: Mapping[str, Any] = (chosen or judged or mine)[0]
     return found
