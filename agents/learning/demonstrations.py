@@ -7,12 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 
+from agents.errors import CommandError
 from agents.learning.recipe import Recipe
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, wanted
 from cps_envs.core.types import Array, BoolArray, Observation, Role, other
 from cps_envs.registration import find_problem
+
+RENEWED = 0.1  # of the noise, at a decision
 
 
 @dataclass(frozen=True)
@@ -53,11 +57,21 @@ def demonstrate(recipe: Recipe, seeds: Sequence[int], student: Policy | None = N
 
 
 class Commented(AnalyticPolicy):
-    """Writes down what a teacher would do at each observation; the student or else the teacher acts."""
+    """Writes down what a teacher would do at each observation; the student or else the teacher acts.
+
+    What the teacher plays is disturbed by `teacher_noise`, what is written down is not.
+
+    Raises:
+        CommandError: noise for discrete actions.
+    """
 
     def __init__(self, spec: RoleSpec, teacher: Policy, student: Policy | None, recipe: Recipe) -> None:
         super().__init__(spec)
+        if recipe.teacher_noise and not isinstance(spec.action_space, spaces.Box):
+            raise CommandError(f"teacher_noise is for continuous actions, not {spec.action_space}")
         self._teacher, self._student, self._hold = teacher, student, recipe.hold
+        self._deviation, self._generator = recipe.teacher_noise, np.random.default_rng()
+        self._noise: Array | None = None
         self._age = 0  # all lanes start together and are asked together
         self._held: Array | None = None
         self._seen: list[tuple[Array, Array, BoolArray | None]] = []
@@ -66,6 +80,8 @@ class Commented(AnalyticPolicy):
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """The states of teacher and student, each as an object per lane."""
+        if self._deviation:
+            self._generator = np.random.default_rng(generators[0].integers(2**63))
         states = np.empty((len(generators), 2), object)
         for column, player in enumerate((self._teacher, self._student)):
             begin = getattr(player, "begin", None)
@@ -103,8 +119,18 @@ class Commented(AnalyticPolicy):
             _spread(states, 1, own)
         elif not due and self._held is not None:
             actions = self._held
+        elif self._deviation:
+            actions = self._disturbed(np.asarray(actions))
         self._held = np.asarray(actions)
         return self._held, (states,)
+
+    def _disturbed(self, actions: Array) -> Array:
+        """Actions with noise, of which an entry changes now and then: what lasts shows in the state."""
+        fresh = self._generator.normal(0.0, self._deviation, actions.shape)
+        changing = self._generator.random(actions.shape) < RENEWED
+        self._noise = fresh if self._noise is None else np.where(changing, fresh, self._noise)
+        disturbed: Array = np.clip(actions + self._noise, -1.0, 1.0)
+        return disturbed
 
     def _note(self, observation: Array, team: Observation | None, actions: Array, masks: BoolArray | None) -> None:
         if team is not None:

@@ -70,6 +70,7 @@ class Recipe:
     teacher: str = ""  # an analytic policy that the network imitates first; none if empty
     teacher_episodes: int = 64  # in a round
     teacher_rounds: int = 1  # from the second on the network plays and the teacher says what it would have done
+    teacher_noise: float = 0.0  # deviation of what disturbs the actions that a teacher plays, to show how to recover
     teacher_epochs: int = 20  # over all demonstrations, in a round
     value_warm_up: int = 0  # updates of the value alone before the imitated policy may change
 
