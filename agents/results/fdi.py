@@ -87,6 +87,7 @@ DEFENSE = Block(
     rows=(
         _defended("oracle?start=random"),
         _defended("zoo:fdi-attack-ppo"),
+        _defended("zoo:fdi-attack-disturbed-ppo"),
         Row(
             "attack-free",
             (Arena("fdi", "defender", "none", "defense", {}, DRAWS, "defended-none"),),

@@ -19,7 +19,7 @@ from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.rogue.problem import ROGUE
 
-INSTANCES = 3  # episodes on which a plan is judged in the search; with a slow defender each costs about a second
+INSTANCES = 2  # episodes on which a plan is judged in the search; with a slow defender each costs about a second
 QUICK = SearchSettings(population=6, generations=2)
 QUICK_WAVES = 6
 
