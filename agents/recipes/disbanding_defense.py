@@ -98,7 +98,7 @@ class DisbandingDefenseLocal(DisbandingDefense):
     teacher: str = "mpc_tuned"  # needs no broadcast; `feedback` without it collides
     teacher_noise: float = 0.05  # its own episodes alone let the imitation stop the traffic
     teacher_episodes: int = 5
-    teacher_rounds: int = 8
+    teacher_rounds: int = 6
     teacher_epochs: int = 12
     total_steps: int = 20_000
     steps_per_update: int = 20
