@@ -22,6 +22,7 @@ def network_of_model(model: Any, activation: str) -> Network:
     scaling = getattr(part, "pi_features_extractor", part.features_extractor)
     if not isinstance(scaling, FixedScaling):
         raise TypeError(f"{type(model).__name__} has inputs of kind {type(scaling).__name__}, not of this package")
+    log_deviation = getattr(policy, "log_std", None)
     return Network(
         columns=scaling.columns.cpu().numpy().astype(np.int64),
         mean=_array(scaling.mean),
@@ -29,16 +30,8 @@ def network_of_model(model: Any, activation: str) -> Network:
         layers=tuple(_dense(layer) for layer in _linear_layers(part)),
         activation=activation,
         memory=_memory(policy),
-        log_deviation=_log_deviation(policy),
+        log_deviation=None if log_deviation is None else _array(log_deviation),
     )
-
-
-def _log_deviation(policy: Any) -> Any:
-    """Of Gaussian actions (outputs,), None for others; of noise that depends on what is seen, the largest."""
-    log_deviation = getattr(policy, "log_std", None)
-    if log_deviation is None:
-        return None
-    return _array(torch.logsumexp(2 * log_deviation, dim=0) / 2 if log_deviation.ndim == 2 else log_deviation)
 
 
 def _linear_layers(part: Any) -> list[torch.nn.Linear]:

@@ -74,8 +74,7 @@ class TrainingLanes(VecEnv):
         assert self._actions is not None
         joint = self._joined(self._actions)
         reward, learned = np.zeros(self.num_envs), np.zeros(self.num_envs)
-        fresh = not self._lengths.all()
-        for _ in range((fresh and self._recipe.first_hold) or self._recipe.hold):
+        for _ in range(self._recipe.hold):
             _, payoff, terminated, truncated, _ = self.env.step(joint)
             done = terminated | truncated
             own = self._rewards(payoff)

@@ -79,12 +79,8 @@ def make_model(
 def _on_policy(recipe: Recipe, lanes: TrainingLanes, common: dict[str, Any]) -> BaseAlgorithm:
     kwargs = common["policy_kwargs"]
     kwargs["net_arch"] = {"pi": list(recipe.hidden), "vf": list(recipe.hidden)}
-    exploring: dict[str, Any] = {}
     if isinstance(lanes.action_space, spaces.Box):
         kwargs["log_std_init"] = float(np.log(recipe.initial_deviation))
-        if recipe.noise_hold:  # a weighted sum of the last layer's units, each at most 1
-            kwargs["log_std_init"] -= 0.5 * float(np.log(recipe.hidden[-1]))
-            exploring = {"use_sde": True, "sde_sample_freq": recipe.noise_hold}
     if recipe.algorithm == "recurrent-ppo":
         kwargs["lstm_hidden_size"] = recipe.memory_units
     policy = "MlpLstmPolicy" if recipe.algorithm == "recurrent-ppo" else "MlpPolicy"
@@ -100,7 +96,6 @@ def _on_policy(recipe: Recipe, lanes: TrainingLanes, common: dict[str, Any]) -> 
         vf_coef=recipe.value_weight,
         target_kl=recipe.target_kl or None,
         max_grad_norm=recipe.max_grad_norm,
-        **exploring,
         **common,
     )
     return made

@@ -35,7 +35,6 @@ class Recipe:
     unseen: tuple[str, ...] = ()  # fields of the observation that the network does not get
     focus: Mapping[str, float] = field(default_factory=dict)  # units of fields whose values near zero tell most
     hold: int = 1  # decisions of the environment that an action is kept for
-    first_hold: int = 0  # the same for an episode's first action, to look right after what happens then; 0: as `hold`
     played_hold: int = 0  # the same where the trained network plays, which may look more often; 0: as `hold`
     bootstrap: bool = False  # value what would come after the last step; for observations that do not tell the time
     reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
@@ -59,7 +58,6 @@ class Recipe:
     memory_units: int = 64  # of the LSTM (recurrent-ppo)
     activation: str = "tanh"
     initial_deviation: float = 0.5  # of Gaussian actions
-    noise_hold: int = 0  # decisions that noise, then a function of what is seen, is kept for (PPO); 0: drawn anew each
     neutral_bonus: float = 0.0  # added to the first logits of the neutral action, for roles that should mostly wait
 
     buffer_size: int = 300_000  # SAC, DQN
@@ -90,8 +88,6 @@ class Recipe:
                 raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")
         if not 0 < self.discount <= 1 or self.learning_rate <= 0 or self.reward_scale <= 0:
             raise CommandError("discount has to lie in (0, 1], learning_rate and reward_scale above 0")
-        if self.noise_hold and self.algorithm != "ppo":
-            raise CommandError(f"noise_hold is for algorithm ppo, not {self.algorithm}")
         if self.swarm and self.role != "defender":
             raise CommandError("only defenders have a swarm form")
 

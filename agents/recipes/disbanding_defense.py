@@ -14,6 +14,14 @@ from cps_envs.disbanding.game import DisbandingGame
 
 BROADCAST = ("since_disbanding_s", "ahead_speed", "ahead_acceleration", "ahead_distance")
 REAR = ("rear_gap_error", "rear_relative_speed")
+SETTING: Mapping[str, Any] = {
+    "swarm_reward": "local",  # of all vehicles together nobody could tell whose merit a reward is
+    "collision_penalty": 1.0,  # points, more than the 0.3 of the preset
+    "tau_s": (0.08, 0.55),  # a little beyond what the tables ask for
+    "desired_gap_m": (3.8, 5.4),
+    "takeover_delay_s": (0.0, 0.5),
+    "attack_budget": (1, 2),
+}
 
 
 @dataclass(frozen=True)
@@ -24,16 +32,7 @@ class DisbandingDefense(Recipe):
     problem: str = "disbanding"
     role: Role = "defender"
     opponent: str = 'mixture?policies=["lead","table_2_3","random?front_bias=3"]&weights=[2,2,1]'
-    overrides: Mapping[str, Any] = field(
-        default_factory=lambda: {
-            "swarm_reward": "local",  # of all vehicles together nobody could tell whose merit a reward is
-            "collision_penalty": 1.0,  # at 4 and 10 the collisions of exploring drown the rest
-            "tau_s": (0.08, 0.55),  # a little beyond what the tables ask for
-            "desired_gap_m": (3.8, 5.4),
-            "takeover_delay_s": (0.0, 0.5),
-            "attack_budget": (1, 2),
-        }
-    )
+    overrides: Mapping[str, Any] = field(default_factory=lambda: dict(SETTING))
     swarm: bool = True
     unseen: tuple[str, ...] = ("place",)  # lest it learn where in the string it drives
     hold: int = 10  # 1 s: what is tried out has to last to show in the speed
@@ -44,7 +43,7 @@ class DisbandingDefense(Recipe):
     teacher_epochs: int = 10
     value_warm_up: int = 1
     initial_deviation: float = 0.08  # 0.5 m/s2
-    total_steps: int = 2_000_000  # four times as many made nothing better
+    total_steps: int = 2_000_000  # the imitation is nearly all of it
     num_lanes: int = 20
     steps_per_update: int = 30
     batch_size: int = 6000
@@ -83,14 +82,10 @@ class DisbandingDefenseLocal(DisbandingDefense):
     opponent: str = 'mixture?policies=["lead","table_2_3","random?front_bias=3"]&weights=[3,1,1]'
     overrides: Mapping[str, Any] = field(
         default_factory=lambda: {
-            "swarm_reward": "local",
-            "collision_penalty": 1.0,
-            "tau_s": (0.08, 0.55),
+            **SETTING,
             "desired_gap_m": (3.8, 5.6),
             "num_platoons": 5,  # the teacher solves a program for each vehicle and decision
             "duration_s": 120.0,
-            "takeover_delay_s": (0.0, 0.5),
-            "attack_budget": (1, 2),
         }
     )
     unseen: tuple[str, ...] = ("place", *BROADCAST, *REAR)

@@ -11,7 +11,6 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
-import torch
 
 from agents.errors import CommandError
 from agents.learning.demonstrations import demonstrate, join
@@ -55,8 +54,6 @@ def test_recipes_refuse_nonsense() -> None:
         Recipe(hold=0)
     with pytest.raises(CommandError, match="swarm form"):
         Recipe(swarm=True)
-    with pytest.raises(CommandError, match="noise_hold is for algorithm ppo"):
-        Recipe(algorithm="sac", noise_hold=4)
     with pytest.raises(CommandError, match=r"no knob 'learning_rat'.*learning_rate"):
         changed(ROGUE, {"learning_rat": 1})
     with pytest.raises(CommandError, match="should be like"):
@@ -148,7 +145,6 @@ CASES = {
         overrides={"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 60.0},
     ),
     "swarm": SWARM,
-    "kept noise": replace(ROGUE, noise_hold=4, initial_deviation=0.2),
 }
 
 
@@ -210,17 +206,6 @@ def test_a_student_is_commented_on_where_it_goes() -> None:
     corrected = demonstrate(recipe, range(2), student)
     assert not np.array_equal(alone.observations, corrected.observations)
     assert len(join(alone, corrected).actions) == 2 * len(alone.actions)
-
-
-def test_kept_noise_is_at_most_as_large_as_asked(tmp_path: Path) -> None:
-    """Each unit of the last layer is at most 1, so is their weighted sum's deviation relative to the knob."""
-    recipe = CASES["kept noise"]
-    model, lanes = build(recipe, tmp_path)
-    observation = torch.as_tensor(wander(lanes, 1)[-50:])
-    deviation = model.policy.get_distribution(observation).distribution.stddev.detach()
-    assert 0 < float(deviation.max()) <= 1.01 * recipe.initial_deviation
-    (exported,) = np.exp(network_of_model(model, recipe.activation).log_deviation)
-    assert exported == pytest.approx(recipe.initial_deviation)
 
 
 def test_disturbed_teachers_show_more_and_say_the_same() -> None:
