@@ -74,7 +74,7 @@ def test_list_as_json() -> None:
     ("arguments", "remedy"),
     [
         (("play", "disbandin"), "Did you mean 'disbanding'?"),
-        (("play", "disbanding", "--attacker", "leed"), "Did you mean 'lead'"),
+        (("play", "disbanding", "--attacker", "leed"), "Did you mean 'lead'?"),
         (("play", "disbanding", "--preset", "papr"), "Did you mean 'paper'?"),
         (("play", "disbanding", "--set", "tau=1"), "Did you mean 'tau_s'?"),
         (("play", "disbanding", "--set", "tau_s"), "field=value"),
@@ -90,7 +90,7 @@ def test_list_as_json() -> None:
         (("play", "disbanding", "--episodes", "0"), "greater than or equal to 1"),
         (("benchmark", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
         (("benchmark", "--setting", "tau-0.4"), "tau-0."),
-        (("benchmark", "--attacker", "leed"), "Did you mean 'lead'"),
+        (("benchmark", "--attacker", "leed"), "Did you mean 'lead' or 'learned'?"),
         (("benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
         (("bench", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
     ],
