@@ -20,7 +20,7 @@ from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, is_dec
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import SIGN, Array, BoolArray, Observation, Role, other
 
-LANES = 64  # episodes that are played at once
+NUM_ENVS = 64  # episodes that are played at once
 
 
 def write_dataset(
@@ -51,8 +51,8 @@ def write_dataset(
     config = problem.config(preset, overrides)
     episodes = [
         episode
-        for start in range(0, len(seeds), LANES)
-        for episode in _record(problem, config, role, players, seeds[start : start + LANES])
+        for start in range(0, len(seeds), NUM_ENVS)
+        for episode in _record(problem, config, role, players, seeds[start : start + NUM_ENVS])
     ]
     buffers = [
         _buffer(number, seed, episode) for number, (seed, episode) in enumerate(zip(seeds, episodes, strict=True))
@@ -78,7 +78,7 @@ def _buffer(number: int, seed: int, episode: Mapping[str, Any]) -> Any:
 def _record(
     problem: Problem, config: Any, role: Role, players: Mapping[Role, str], seeds: Sequence[int]
 ) -> list[dict[str, Any]]:
-    """What Minari keeps of each lane's episode."""
+    """What Minari keeps of each environment's episode."""
     game = problem.game(config, len(seeds))
     witness = Witness(game.spec(role), problem.policy(players[role], game, role))
     rival = other(role)
@@ -88,12 +88,12 @@ def _record(
     _look(game, role, episodes, np.ones(len(seeds), np.bool_))
     while (active := (game.elapsed < game.horizon) & ~game.terminated).any():
         payoff = match.step({}, active, game.decision_interval[role])
-        for row, lane in enumerate(np.flatnonzero(active).tolist()):
-            episode = episodes[lane]
+        for row, b in enumerate(np.flatnonzero(active).tolist()):
+            episode = episodes[b]
             episode["actions"].append(witness.actions[row])
-            episode["rewards"].append(float(SIGN[role] * payoff[lane]))
-            episode["terminations"].append(bool(game.terminated[lane]))
-            episode["truncations"].append(bool(game.elapsed[lane] >= game.horizon and not game.terminated[lane]))
+            episode["rewards"].append(float(SIGN[role] * payoff[b]))
+            episode["terminations"].append(bool(game.terminated[b]))
+            episode["truncations"].append(bool(game.elapsed[b] >= game.horizon and not game.terminated[b]))
         _look(game, role, episodes, active)
     return episodes
 
@@ -102,16 +102,16 @@ def _empty() -> dict[str, Any]:
     return {"observations": [], "actions": [], "rewards": [], "terminations": [], "truncations": [], "infos": {}}
 
 
-def _look(game: Game, role: Role, episodes: Sequence[dict[str, Any]], lanes: BoolArray) -> None:
+def _look(game: Game, role: Role, episodes: Sequence[dict[str, Any]], envs: BoolArray) -> None:
     """Add what is to be seen now."""
     observation, mask, metrics = game.observe(role), game.action_mask(role), game.metrics()
-    for lane in np.flatnonzero(lanes).tolist():
-        episodes[lane]["observations"].append(observation[lane])
-        infos = episodes[lane]["infos"]
+    for b in np.flatnonzero(envs).tolist():
+        episodes[b]["observations"].append(observation[b])
+        infos = episodes[b]["infos"]
         for name, values in metrics.items():
-            infos.setdefault(name, []).append(values.item(lane))
+            infos.setdefault(name, []).append(values.item(b))
         if mask is not None:
-            infos.setdefault("action_mask", []).append(mask[lane].astype(np.int8))
+            infos.setdefault("action_mask", []).append(mask[b].astype(np.int8))
 
 
 class Witness(AnalyticPolicy):

@@ -62,8 +62,7 @@ def _play(
 def _document(heading: Mapping[str, Any], seed: int, outcome: Mapping[str, Array]) -> dict[str, Any]:
     count = len(outcome["return"])
     episodes = [
-        {"seed": seed + lane, **{name: values[lane].item() for name, values in outcome.items()}}
-        for lane in range(count)
+        {"seed": seed + b, **{name: values[b].item() for name, values in outcome.items()}} for b in range(count)
     ]
     mean = {name: float(values.mean()) for name, values in outcome.items()}
     return {**heading, "config": asdict(heading["config"]), "episodes": episodes, "mean": mean}
@@ -79,9 +78,9 @@ def _print(
     count = len(outcome["return"])
     width = max((console.width - 32) // 11, 1)  # episodes beside each other
     for first in range(0, count, width):
-        lanes = range(first, min(first + width, count))
-        rows = [(name, *(_number(values[lane]) for lane in lanes)) for name, values in outcome.items()]
-        console.print(make_table("", ("Metric", *(f"seed {seed + lane}" for lane in lanes)), rows))
+        envs = range(first, min(first + width, count))
+        rows = [(name, *(_number(values[b]) for b in envs)) for name, values in outcome.items()]
+        console.print(make_table("", ("Metric", *(f"seed {seed + b}" for b in envs)), rows))
     if count > 1:
         rows = [
             (name, *map(_number, (values.mean(), values.std(), values.min(), values.max())))

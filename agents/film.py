@@ -65,14 +65,14 @@ class Film:
         return [*np.unique(np.arange(0, game.horizon, stride).round().astype(int)).tolist(), game.horizon]
 
     def camera(self, renderer: Renderer) -> AbstractContextManager[Callable[[], None]]:
-        """A function that takes a frame of the first lane, as long as the context is open."""
+        """A function that takes a frame of the first environment, as long as the context is open."""
         return _screen(renderer) if self.target == SCREEN else _recorder(self, renderer)
 
 
 def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int, int], None]) -> FloatArray:
-    """Play a match that has been reset to its end, showing its first lane; returns the payoff (B,)."""
+    """Play a match that has been reset to its end, showing its first environment; returns the payoff (B,)."""
     game, stops = match.game, film.stops(match.game)
-    payoff, now, running, renderer = np.zeros(game.num_lanes), 0, True, Renderer(problem, game)
+    payoff, now, running, renderer = np.zeros(game.num_envs), 0, True, Renderer(problem, game)
     with ExitStack() as stack:
         shoot = stack.enter_context(film.camera(renderer))
         for place, stop in enumerate([*stops, game.horizon]):

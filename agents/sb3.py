@@ -1,4 +1,4 @@
-"""Native vector environments for stable-baselines3, without one process or one object per lane."""
+"""Native vector environments for stable-baselines3, without one process or one object per environment."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ except ImportError:
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
 
 
-class LanesVecEnv(VecEnv):
-    """The lanes of a vector environment as stable-baselines3 sees them.
+class BatchVecEnv(VecEnv):
+    """The environments of a vector environment as stable-baselines3 sees them.
 
-    The info of a lane is empty until its episode ends; then it holds the final metrics, `terminal_observation` and
-    `TimeLimit.truncated`. Attributes and methods are those of the batch; `action_masks` gives each lane its row.
+    An environment's info is empty until its episode ends; then it holds final metrics, `terminal_observation` and
+    `TimeLimit.truncated`. Attributes and methods are those of the batch; `action_masks` gives each environment its row.
     """
 
     def __init__(self, env: RoleVectorEnv) -> None:
@@ -34,7 +34,7 @@ class LanesVecEnv(VecEnv):
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
 
     def reset(self) -> Observation:
-        """Start an episode in every lane, with the seeds that `seed` has set."""
+        """Start an episode in every environment, with the seeds that `seed` has set."""
         observation, _ = self.env.reset(seed=self._seeds)
         self._reset_seeds()
         self._reset_options()
@@ -45,65 +45,65 @@ class LanesVecEnv(VecEnv):
         self._actions = actions
 
     def step_wait(self) -> Step:
-        """Observations, float32 rewards, whether episodes have ended, and one info per lane."""
+        """Observations, float32 rewards, whether episodes have ended, and one info per environment."""
         observation, reward, terminated, truncated, info = self.env.step(self._actions)
         done = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
-        for lane in np.flatnonzero(done):
-            infos[lane] = self._final(info, int(lane))
-            infos[lane]["TimeLimit.truncated"] = bool(truncated[lane] and not terminated[lane])
+        for b in np.flatnonzero(done):
+            infos[b] = self._final(info, int(b))
+            infos[b]["TimeLimit.truncated"] = bool(truncated[b] and not terminated[b])
         return observation, reward.astype(np.float32), done, infos
 
-    def _final(self, info: dict[str, Any], lane: int) -> dict[str, Any]:
+    def _final(self, info: dict[str, Any], b: int) -> dict[str, Any]:
         metrics = ((name, value) for name, value in info["final_info"].items() if not name.startswith("_"))
-        final = {name: value.item(lane) for name, value in metrics if value.ndim == 1}
-        return {**final, "terminal_observation": info["final_obs"][lane]}
+        final = {name: value.item(b) for name, value in metrics if value.ndim == 1}
+        return {**final, "terminal_observation": info["final_obs"][b]}
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """An attribute of the batch, once for each lane.
+        """An attribute of the batch, once for each environment.
 
         Raises:
             AttributeError: there is none, or action masks are asked for where all actions are legal.
         """
         if attr_name == "action_masks" and self.env.game.action_mask(self.env.role) is None:
             raise AttributeError(f"the {self.env.role} of {self.env.game.name!r} has no action masks")
-        return [getattr(self.env, attr_name)] * len(self._lanes(indices))
+        return [getattr(self.env, attr_name)] * len(self._envs(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
         """Set an attribute of the whole batch.
 
         Raises:
-            ValueError: only some of the lanes are meant.
+            ValueError: only some of the environments are meant.
         """
-        if len(self._lanes(indices)) < self.num_envs:
-            raise ValueError(f"the lanes are one object: {attr_name!r} can be set for all of them only")
+        if len(self._envs(indices)) < self.num_envs:
+            raise ValueError(f"the environments are one object: {attr_name!r} can be set for all of them only")
         setattr(self.env, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
-        """What a method of the batch returns: row by row for `action_masks`, the same for each lane otherwise."""
+        """What a method of the batch returns: row by row for `action_masks`, the same for each otherwise."""
         result = getattr(self.env, method_name)(*args, **kwargs)
-        lanes = self._lanes(indices)
-        return [result[lane] for lane in lanes] if method_name == "action_masks" else [result] * len(lanes)
+        envs = self._envs(indices)
+        return [result[b] for b in envs] if method_name == "action_masks" else [result] * len(envs)
 
     def env_is_wrapped(
         self, wrapper_class: type[gymnasium.Wrapper[Any, Any, Any, Any]], indices: Any = None
     ) -> list[bool]:
-        """No lane is wrapped."""
-        return [False] * len(self._lanes(indices))
+        """No environment is wrapped."""
+        return [False] * len(self._envs(indices))
 
     def get_images(self) -> list[Array]:
-        """A frame per lane, in mode `rgb_array`."""
+        """A frame per environment, in mode `rgb_array`."""
         return list(self.env.render() or ())
 
     def close(self) -> None:
         """Close the vector environment."""
         self.env.close()
 
-    def _lanes(self, indices: VecEnvIndices) -> list[int]:
+    def _envs(self, indices: VecEnvIndices) -> list[int]:
         return list(self._get_indices(indices))
 
 
-def as_sb3(vector_env: Any) -> LanesVecEnv:
+def as_sb3(vector_env: Any) -> BatchVecEnv:
     """A vector environment of this package as a stable-baselines3 `VecEnv`.
 
     Make it with `autoreset_mode="SameStep"`:
@@ -120,4 +120,4 @@ def as_sb3(vector_env: Any) -> LanesVecEnv:
         )
     if env.autoreset_mode != AutoresetMode.SAME_STEP:
         raise ConfigurationError('stable-baselines3 needs a vector environment made with autoreset_mode="SameStep"')
-    return LanesVecEnv(env)
+    return BatchVecEnv(env)

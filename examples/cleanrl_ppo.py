@@ -28,9 +28,9 @@ class Args:
 
     env_id: str = "cps_envs/RogueAttack-v0"  # any environment with continuous actions
     preset: str = "learning"
-    total_steps: int = 500_000  # of all lanes together
+    total_steps: int = 500_000  # of all environments together
     num_envs: int = 64
-    num_steps: int = 128  # between two updates, of each lane
+    num_steps: int = 128  # between two updates, of each environment
     num_minibatches: int = 4
     update_epochs: int = 4
     learning_rate: float = 3e-4

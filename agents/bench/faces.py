@@ -15,7 +15,7 @@ from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES
 
 CARTPOLE = "CartPole-v1"
-LANES = (1, 64, 1024)
+NUM_ENVS = (1, 64, 1024)
 ACTIONS = 64  # drawn beforehand, so that drawing them is not measured
 
 
@@ -25,17 +25,17 @@ class Face:
 
     env: str
     form: str  # single, vector or parallel
-    lanes: int
+    envs: int
     start: Callable[[], Callable[[], object]]  # makes and resets the environment; returns its step
-    decisions: float = 1.0  # of the roles played from outside, per step and lane
-    work: float = 0.0  # units of physics per step and lane
+    decisions: float = 1.0  # of the roles played from outside, per step and environment
+    work: float = 0.0  # units of physics per step and environment
 
 
 def cartpole() -> Iterator[Face]:
     """The yardstick."""
     yield Face(CARTPOLE, "single", 1, lambda: single(CARTPOLE))
-    for lanes in LANES:
-        yield Face(CARTPOLE, "vector", lanes, lambda lanes=lanes: vector(CARTPOLE, lanes))  # type: ignore[misc]
+    for envs in NUM_ENVS:
+        yield Face(CARTPOLE, "vector", envs, lambda envs=envs: vector(CARTPOLE, envs))  # type: ignore[misc]
 
 
 def faces(problem: Problem) -> Iterator[Face]:
@@ -45,16 +45,16 @@ def faces(problem: Problem) -> Iterator[Face]:
     for role in ROLES:
         env_id, done = problem.env_id(role), work * game.decision_interval[role]
         yield Face(env_id, "single", 1, lambda env_id=env_id: single(env_id), work=done)  # type: ignore[misc]
-        for lanes in LANES:
-            start = lambda env_id=env_id, lanes=lanes: vector(env_id, lanes)  # noqa: E731
-            yield Face(env_id, "vector", lanes, start, work=done)
+        for envs in NUM_ENVS:
+            start = lambda env_id=env_id, envs=envs: vector(env_id, envs)  # noqa: E731
+            yield Face(env_id, "vector", envs, start, work=done)
     decisions = sum(1.0 / game.decision_interval[role] for role in ROLES)
     name = f"{problem.namespace}/{problem.name}-v{problem.version}"
     yield Face(name, "parallel", 1, lambda: parallel(problem), decisions, work)
 
 
 def work_per_game_step(problem: Problem, config: Any) -> float:
-    """Units of physics per game step and lane; 0 where the problem names none."""
+    """Units of physics per game step and environment; 0 where the problem names none."""
     return 0.0 if problem.work is None else problem.work.per_game_step(config)
 
 
@@ -79,12 +79,12 @@ def single(env_id: str) -> Callable[[], object]:
     return step
 
 
-def vector(env_id: str, lanes: int) -> Callable[[], object]:
+def vector(env_id: str, num_envs: int) -> Callable[[], object]:
     """A step of the native vector form."""
-    envs: Any = gymnasium.make_vec(env_id, num_envs=lanes, vectorization_mode="vector_entry_point")
+    envs: Any = gymnasium.make_vec(env_id, num_envs=num_envs, vectorization_mode="vector_entry_point")
     _, info = envs.reset(seed=0)
     masked = "action_mask" in info
-    actions = moves(envs.action_space, np.stack([envs.game.neutral_action[envs.role]] * lanes) if masked else None)
+    actions = moves(envs.action_space, np.stack([envs.game.neutral_action[envs.role]] * num_envs) if masked else None)
     return lambda: envs.step(next(actions))
 
 

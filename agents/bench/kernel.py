@@ -18,17 +18,17 @@ WARM_SHARE = 0.1  # of an episode that the preset's opponents play before the cl
 CHUNK = 50  # decisions between two looks at the clock, if an episode has so many
 
 
-def physics_per_s(problem: Problem, lanes: int, seconds: float) -> float:
-    """Units of physics per CPU second of `lanes` episodes in the thick of the preset `paper`'s own attack."""
+def physics_per_s(problem: Problem, envs: int, seconds: float) -> float:
+    """Units of physics per CPU second of `environments` episodes in the thick of the preset `paper`'s own attack."""
     config = problem.presets["paper"]
-    everyone = np.ones(lanes, np.bool_)
-    match = problem.match(config, lanes, problem.opponents["paper"])
+    everyone = np.ones(envs, np.bool_)
+    match = problem.match(config, envs, problem.opponents["paper"])
     game = match.game
     warm = max(1, round(WARM_SHARE * game.horizon))
-    done = work_per_game_step(problem, config) * (game.horizon - warm) * lanes
+    done = work_per_game_step(problem, config) * (game.horizon - warm) * envs
     spent, best = 0.0, 0.0
     while spent < seconds:
-        match.reset(everyone, [seeding.np_random(lane)[0] for lane in range(lanes)])
+        match.reset(everyone, [seeding.np_random(b)[0] for b in range(envs)])
         match.step({}, everyone, warm)
         start = time.process_time()
         game.advance({}, everyone, game.horizon - warm)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from agents.bench.clock import calls_per_s
-from agents.bench.faces import CARTPOLE, LANES, Face, cartpole, faces
+from agents.bench.faces import CARTPOLE, NUM_ENVS, Face, cartpole, faces
 from agents.bench.kernel import face_overhead_us, physics_per_s
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES
@@ -23,8 +23,8 @@ class Speed:
 
     env: str
     form: str
-    lanes: int
-    steps_per_s: float  # environment steps; a step of a vector environment counts once per lane
+    envs: int
+    steps_per_s: float  # environment steps; a step of a vector environment counts once per environment
     decisions_per_s: float  # of the roles played from outside
     work_per_s: float  # units of physics; 0 where the problem names none
     unit: str
@@ -48,7 +48,7 @@ def measure_all(problems: Sequence[Problem], seconds: float, report: Report) -> 
     total = len(listed) + len(problems) * (len(KERNEL_LANES) + len(ROLES))
     speeds: list[Speed] = []
     for face, unit in listed:
-        report(len(speeds), total, f"{face.env} {face.form} {face.lanes}")
+        report(len(speeds), total, f"{face.env} {face.form} {face.envs}")
         speeds.append(_speed(face, unit, seconds, speeds))
     done, physics, added = len(speeds), [], []
     for problem in problems:
@@ -65,23 +65,23 @@ def _unit(problem: Problem) -> str:
 
 
 def _speed(face: Face, unit: str, seconds: float, before: Sequence[Speed]) -> Speed:
-    steps = face.lanes * calls_per_s(face.start(), seconds)
+    steps = face.envs * calls_per_s(face.start(), seconds)
     form = "single" if face.form == "parallel" else face.form
-    yardstick = [speed for speed in before if (speed.env, speed.form, speed.lanes) == (CARTPOLE, form, face.lanes)]
+    yardstick = [speed for speed in before if (speed.env, speed.form, speed.envs) == (CARTPOLE, form, face.envs)]
     ratio = steps / yardstick[0].steps_per_s if yardstick else 1.0
     decisions, work = steps * face.decisions, steps * face.work
-    return Speed(face.env, face.form, face.lanes, steps, decisions, work, unit, ratio)
+    return Speed(face.env, face.form, face.envs, steps, decisions, work, unit, ratio)
 
 
 def _physics(problem: Problem, seconds: float) -> list[dict[str, Any]]:
     return [
         {
             "problem": problem.name,
-            "lanes": lanes,
+            "envs": envs,
             "unit": _unit(problem),
-            "work_per_s": physics_per_s(problem, lanes, seconds),
+            "work_per_s": physics_per_s(problem, envs, seconds),
         }
-        for lanes in KERNEL_LANES
+        for envs in KERNEL_LANES
     ]
 
 
@@ -102,13 +102,13 @@ def _targets(
     wanted = {problem.name: problem.work.target_per_s for problem in problems if problem.work}
     targets = []
     for row in physics:
-        what = f"{row['problem']}, physics alone, {row['lanes']} lanes: {row['unit']} per CPU second"
+        what = f"{row['problem']}, physics alone, {row['envs']} environments: {row['unit']} per CPU second"
         targets += _at_least(what, row["work_per_s"], wanted[row["problem"]])
     # The attacker's: its opponent is `none`, so that no policy is timed with it.
     vector = {problem.env_id(role): problem.work for problem in problems if problem.work for role in ROLES[:1]}
     for speed in speeds:
-        if speed.env in vector and speed.lanes == max(LANES):
-            what = f"{speed.env}, vector, {speed.lanes} lanes: {speed.unit} per CPU second"
+        if speed.env in vector and speed.envs == max(NUM_ENVS):
+            what = f"{speed.env}, vector, {speed.envs} environments: {speed.unit} per CPU second"
             targets += _at_least(what, speed.work_per_s, vector[speed.env].vector_target_per_s)
     for row in added:
         what = f"{row['env']}, single: microseconds that the face adds to a decision"

@@ -48,16 +48,18 @@ def bench(
     console.print(_added(found["added"]))
     console.print(_targets(found["targets"]))
     console.print(f"{machine['cpu']}, Python {machine['python']}; per CPU second of one core, the best round counts.")
-    console.print("A step of a vector environment counts once per lane. Ratios are to CartPole in the same form.")
+    console.print(
+        "A step of a vector environment counts once per environment. Ratios are to CartPole in the same form."
+    )
 
 
 def _speeds(speeds: Sequence[Speed]) -> object:
-    columns = ("Environment", "Face", "Lanes", "Steps/s", "Decisions/s", "Physics/s", "x CartPole")
+    columns = ("Environment", "Face", "Envs", "Steps/s", "Decisions/s", "Physics/s", "x CartPole")
     rows = [
         (
             speed.env,
             speed.form,
-            str(speed.lanes),
+            str(speed.envs),
             f"{speed.steps_per_s:,.0f}",
             f"{speed.decisions_per_s:,.0f}",
             _work(speed.work_per_s, speed.unit),
@@ -73,8 +75,8 @@ def _work(per_s: float, unit: str) -> str:
 
 
 def _physics(rows: Sequence[Mapping[str, Any]]) -> object:
-    cells = [(row["problem"], str(row["lanes"]), _work(row["work_per_s"], row["unit"])) for row in rows]
-    return make_table("Physics alone", ("Problem", "Lanes", "Physics/s"), cells)
+    cells = [(row["problem"], str(row["envs"]), _work(row["work_per_s"], row["unit"])) for row in rows]
+    return make_table("Physics alone", ("Problem", "Envs", "Physics/s"), cells)
 
 
 def _added(rows: Sequence[Mapping[str, Any]]) -> object:

@@ -65,14 +65,14 @@ class SelfImitation(BaseCallback):
     def _on_step(self) -> bool:
         model: Any = self.model
         seen, actions, masks = model._last_obs, self.locals["actions"], self.locals.get("action_masks")
-        for lane, episode in enumerate(self._running):
-            mask = None if masks is None else masks[lane]
-            episode.append((seen[lane], actions[lane], mask, float(self.locals["rewards"][lane])))
-        for lane in np.flatnonzero(self.locals["dones"]).tolist():
-            observations, played, legal, rewards = zip(*self._running[lane], strict=True)
+        for b, episode in enumerate(self._running):
+            mask = None if masks is None else masks[b]
+            episode.append((seen[b], actions[b], mask, float(self.locals["rewards"][b])))
+        for b in np.flatnonzero(self.locals["dones"]).tolist():
+            observations, played, legal, rewards = zip(*self._running[b], strict=True)
             known = None if legal[0] is None else np.stack(legal) > 0
             self._best.keep(sum(rewards), Demonstrations(np.stack(observations), np.stack(played), known))
-            self._running[lane] = []
+            self._running[b] = []
         return True
 
     def _on_rollout_end(self) -> None:

@@ -10,10 +10,10 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.files import replacing
 from agents.learning.export import network_of_model
-from agents.learning.lanes import TrainingLanes
 from agents.learning.presentation import make_card, policy_of
 from agents.learning.run import Run
 from agents.learning.seeds import VALIDATION
+from agents.learning.training_envs import TrainingEnvs
 from agents.zoo.files import save
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import other
@@ -26,9 +26,9 @@ CHECKPOINT_EVERY_S = 60.0
 class Course(BaseCallback):
     """Evaluates at equal distances and at the end, keeps the best network, saves a checkpoint at each evaluation."""
 
-    def __init__(self, run: Run, lanes: TrainingLanes, report: Report) -> None:
+    def __init__(self, run: Run, envs: TrainingEnvs, report: Report) -> None:
         super().__init__()
-        self._run, self._lanes, self._report = run, lanes, report
+        self._run, self._envs, self._report = run, envs, report
         progress = run.read()
         best = progress.get("best_score")
         self._best = -np.inf if best is None else float(best)
@@ -76,7 +76,7 @@ class Course(BaseCallback):
         recipe = self._run.recipe
         network = network_of_model(self.model, recipe.activation)
         problem = find_problem(recipe.problem)
-        card = make_card(self._run, self._lanes, {})
+        card = make_card(self._run, self._envs, {})
         outcome = play_episodes(
             problem,
             problem.config(recipe.preset, recipe.overrides),
@@ -89,7 +89,7 @@ class Course(BaseCallback):
         self.logger.record("validation/score", score)
         if score > self._best or not self._run.card.is_file():
             self._best = score
-            save(self._run.card, make_card(self._run, self._lanes, row), {self._run.seed: network})
+            save(self._run.card, make_card(self._run, self._envs, row), {self._run.seed: network})
         self._note = f"validation {score:.3g}, best {self._best:.3g}"
 
     def save_unfinished(self) -> None:

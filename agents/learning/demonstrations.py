@@ -72,14 +72,14 @@ class Commented(AnalyticPolicy):
         self._teacher, self._student, self._hold = teacher, student, recipe.hold
         self._deviation, self._generator = recipe.teacher_noise, np.random.default_rng()
         self._noise: Array | None = None
-        self._age = 0  # all lanes start together and are asked together
+        self._age = 0  # all environments start together and are asked together
         self._held: Array | None = None
         self._seen: list[tuple[Array, Array, BoolArray | None]] = []
         self.decentralised = recipe.swarm
         self.privileged = getattr(teacher, "privileged", frozenset())
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The states of teacher and student, each as an object per lane."""
+        """The states of teacher and student, each as an object per environment."""
         if self._deviation:
             self._generator = np.random.default_rng(generators[0].integers(2**63))
         states = np.empty((len(generators), 2), object)
@@ -145,8 +145,8 @@ class Commented(AnalyticPolicy):
 
 
 def _spread(states: Array, column: int, state: State) -> None:
-    for lane in range(len(states)):
-        states[lane, column] = None if state is None else tuple(array[lane : lane + 1] for array in state)
+    for b in range(len(states)):
+        states[b, column] = None if state is None else tuple(array[b : b + 1] for array in state)
 
 
 def _joined(states: Array, column: int) -> State:

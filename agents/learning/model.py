@@ -13,9 +13,9 @@ from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.errors import CommandError
-from agents.learning.lanes import TrainingLanes
 from agents.learning.recipe import Recipe
 from agents.learning.scaling import FixedScaling
+from agents.learning.training_envs import TrainingEnvs
 from cps_envs.core.types import Array
 
 CLASSES: dict[str, type[BaseAlgorithm]] = {
@@ -30,27 +30,27 @@ ON_POLICY = ("ppo", "maskable-ppo", "recurrent-ppo")
 TEACHABLE = ("ppo", "maskable-ppo")
 
 
-def check_fit(recipe: Recipe, lanes: TrainingLanes) -> None:
+def check_fit(recipe: Recipe, envs: TrainingEnvs) -> None:
     """Whether the algorithm can play the actions.
 
     Raises:
         CommandError: it cannot; the message names one that can.
     """
-    box, discrete = isinstance(lanes.action_space, spaces.Box), isinstance(lanes.action_space, spaces.Discrete)
+    box, discrete = isinstance(envs.action_space, spaces.Box), isinstance(envs.action_space, spaces.Discrete)
     if recipe.algorithm == "sac" and not box:
-        raise CommandError(f"sac plays continuous actions, not {lanes.action_space}: use ppo or maskable-ppo")
+        raise CommandError(f"sac plays continuous actions, not {envs.action_space}: use ppo or maskable-ppo")
     if recipe.algorithm == "dqn" and not discrete:
-        raise CommandError(f"dqn plays Discrete actions, not {lanes.action_space}: use ppo or sac")
+        raise CommandError(f"dqn plays Discrete actions, not {envs.action_space}: use ppo or sac")
     if recipe.algorithm == "maskable-ppo" and box:
-        raise CommandError(f"maskable-ppo plays discrete actions, not {lanes.action_space}: use ppo or sac")
-    if recipe.algorithm == "maskable-ppo" and recipe.masks(lanes.env.game) is None:
+        raise CommandError(f"maskable-ppo plays discrete actions, not {envs.action_space}: use ppo or sac")
+    if recipe.algorithm == "maskable-ppo" and recipe.masks(envs.env.game) is None:
         raise CommandError("all actions of this environment are legal at any time: use ppo instead of maskable-ppo")
     if recipe.teacher and recipe.algorithm not in TEACHABLE:
         raise CommandError(f"{recipe.algorithm} cannot start from a teacher: use {' or '.join(TEACHABLE)}")
 
 
 def make_model(
-    recipe: Recipe, lanes: TrainingLanes, scaling: dict[str, Array], seed: int, device: str, log: Path
+    recipe: Recipe, envs: TrainingEnvs, scaling: dict[str, Array], seed: int, device: str, log: Path
 ) -> BaseAlgorithm:
     """An untrained model, whose inputs are scaled by `scaling` (columns, mean, deviation)."""
     common: dict[str, Any] = {
@@ -67,19 +67,19 @@ def make_model(
         },
     }
     if recipe.algorithm in ON_POLICY:
-        model = _on_policy(recipe, lanes, common)
-        _favour_neutral(model, lanes, recipe.neutral_bonus)
+        model = _on_policy(recipe, envs, common)
+        _favour_neutral(model, envs, recipe.neutral_bonus)
         return model
     common["policy_kwargs"]["net_arch"] = list(recipe.hidden)
     algorithm: Any = CLASSES[recipe.algorithm]
-    made: BaseAlgorithm = algorithm("MlpPolicy", lanes, **common, **_off_policy_options(recipe, lanes))
+    made: BaseAlgorithm = algorithm("MlpPolicy", envs, **common, **_off_policy_options(recipe, envs))
     return made
 
 
-def _on_policy(recipe: Recipe, lanes: TrainingLanes, common: dict[str, Any]) -> BaseAlgorithm:
+def _on_policy(recipe: Recipe, envs: TrainingEnvs, common: dict[str, Any]) -> BaseAlgorithm:
     kwargs = common["policy_kwargs"]
     kwargs["net_arch"] = {"pi": list(recipe.hidden), "vf": list(recipe.hidden)}
-    if isinstance(lanes.action_space, spaces.Box):
+    if isinstance(envs.action_space, spaces.Box):
         kwargs["log_std_init"] = float(np.log(recipe.initial_deviation))
     if recipe.algorithm == "recurrent-ppo":
         kwargs["lstm_hidden_size"] = recipe.memory_units
@@ -87,7 +87,7 @@ def _on_policy(recipe: Recipe, lanes: TrainingLanes, common: dict[str, Any]) -> 
     algorithm: Any = CLASSES[recipe.algorithm]
     made: BaseAlgorithm = algorithm(
         policy,
-        lanes,
+        envs,
         n_steps=recipe.steps_per_update,
         n_epochs=recipe.epochs,
         gae_lambda=recipe.gae_lambda,
@@ -101,12 +101,12 @@ def _on_policy(recipe: Recipe, lanes: TrainingLanes, common: dict[str, Any]) -> 
     return made
 
 
-def _off_policy_options(recipe: Recipe, lanes: TrainingLanes) -> dict[str, Any]:
+def _off_policy_options(recipe: Recipe, envs: TrainingEnvs) -> dict[str, Any]:
     options: dict[str, Any] = {
         "buffer_size": recipe.buffer_size,
         "learning_starts": recipe.learning_starts,
         "train_freq": 1,
-        "gradient_steps": max(round(recipe.updates_per_step * lanes.num_envs), 1),
+        "gradient_steps": max(round(recipe.updates_per_step * envs.num_envs), 1),
     }
     return options | ({"exploration_fraction": recipe.exploration_share} if recipe.algorithm == "dqn" else {})
 
@@ -122,12 +122,12 @@ class Falling:
         return self.last + (self.first - self.last) * remaining
 
 
-def _favour_neutral(model: BaseAlgorithm, lanes: TrainingLanes, bonus: float) -> None:
+def _favour_neutral(model: BaseAlgorithm, envs: TrainingEnvs, bonus: float) -> None:
     """Add to the logits of the neutral action."""
     if not bonus:
         return
-    neutral = np.ravel(lanes.env.game.neutral_action[lanes.env.role])
-    counts = np.ravel(getattr(lanes.action_space, "nvec", getattr(lanes.action_space, "n", 0)))
+    neutral = np.ravel(envs.env.game.neutral_action[envs.env.role])
+    counts = np.ravel(getattr(envs.action_space, "nvec", getattr(envs.action_space, "n", 0)))
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]]).astype(int)
     policy: Any = model.policy
     bias = policy.action_net.bias

@@ -14,8 +14,8 @@ from gymnasium import spaces
 from agents.errors import CommandError
 from agents.learning.best_episodes import BestEpisodes
 from agents.learning.demonstrations import Demonstrations
-from agents.learning.lanes import TrainingLanes
 from agents.learning.recipe import Recipe
+from agents.learning.training_envs import TrainingEnvs
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
 PARENTS = 8  # best plans kept for each start
@@ -26,72 +26,72 @@ COPY_RATE = 0.04  # an entry takes the value of the step before
 
 
 def search_plans(
-    lanes: TrainingLanes, recipe: Recipe, best: BestEpisodes, seed: int, report: Callable[[int, float], None]
+    envs: TrainingEnvs, recipe: Recipe, best: BestEpisodes, seed: int, report: Callable[[int, float], None]
 ) -> None:
-    """Add what `search_steps` steps of the lanes' agents find to the best episodes.
+    """Add what `search_steps` steps of the environments' agents find to the best episodes.
 
     Raises:
         CommandError: actions other than MultiDiscrete.
     """
-    if not isinstance(lanes.action_space, spaces.MultiDiscrete):
-        raise CommandError(f"plans are searched for MultiDiscrete actions, not {lanes.action_space}")
-    search = _Search(lanes, recipe, best, seed)
-    seen = lanes.reset()
-    search.begin(np.ones(lanes.num_envs, np.bool_), seen)
-    for done in range(0, recipe.search_steps, lanes.num_envs):
+    if not isinstance(envs.action_space, spaces.MultiDiscrete):
+        raise CommandError(f"plans are searched for MultiDiscrete actions, not {envs.action_space}")
+    search = _Search(envs, recipe, best, seed)
+    seen = envs.reset()
+    search.begin(np.ones(envs.num_envs, np.bool_), seen)
+    for done in range(0, recipe.search_steps, envs.num_envs):
         seen = search.step(seen)
-        if done // lanes.num_envs % 500 == 0:
+        if done // envs.num_envs % 500 == 0:
             report(done, search.best.mean_return())
 
 
 class _Search:
-    """The plans (K, PARENTS, T, S) of K starts with their returns, and the one that each lane plays now."""
+    """The plans (K, PARENTS, T, S) of K starts with their returns, and the one that each environment plays now."""
 
-    def __init__(self, lanes: TrainingLanes, recipe: Recipe, best: BestEpisodes, seed: int) -> None:
-        self.best, self._lanes = best, lanes
+    def __init__(self, envs: TrainingEnvs, recipe: Recipe, best: BestEpisodes, seed: int) -> None:
+        self.best, self._envs = best, envs
         self._generator = np.random.default_rng(seed)
-        self._choices: IntArray = np.asarray(lanes.action_space.nvec)  # type: ignore[attr-defined]
-        game, held = lanes.env.game, recipe.hold * lanes.env.game.decision_interval[recipe.role]
+        self._choices: IntArray = np.asarray(envs.action_space.nvec)  # type: ignore[attr-defined]
+        game, held = envs.env.game, recipe.hold * envs.env.game.decision_interval[recipe.role]
         length = -(-game.horizon // held)
         self._starts: dict[bytes, int] = {}
         self._tried: list[int] = []
         self._plans: IntArray = np.zeros((0, PARENTS, length, len(self._choices)), np.int64)
         self._returns: FloatArray = np.zeros((0, PARENTS))
-        shape = (lanes.num_envs, length)
+        shape = (envs.num_envs, length)
         self._plan: IntArray = np.zeros((*shape, len(self._choices)), np.int64)
         self._masks: BoolArray | None = None
-        self._seen = np.zeros((*shape, *lanes.observation_space.shape), np.float32)  # type: ignore[misc]
-        self._age: IntArray = np.zeros(lanes.num_envs, np.int64)
-        self._total: FloatArray = np.zeros(lanes.num_envs)
-        self._start: IntArray = np.zeros(lanes.num_envs, np.int64)
+        self._seen = np.zeros((*shape, *envs.observation_space.shape), np.float32)  # type: ignore[misc]
+        self._age: IntArray = np.zeros(envs.num_envs, np.int64)
+        self._total: FloatArray = np.zeros(envs.num_envs)
+        self._start: IntArray = np.zeros(envs.num_envs, np.int64)
 
     def begin(self, fresh: BoolArray, seen: Array) -> None:
-        """Choose plans for lanes that start an episode."""
-        lanes = np.flatnonzero(fresh)
-        self._start[lanes] = [self._index(seen[lane].tobytes()) for lane in lanes]
-        self._age[lanes], self._total[lanes] = 0, 0.0
-        starts = self._start[lanes]
+        """Choose plans for environments that start an episode."""
+        envs = np.flatnonzero(fresh)
+        self._start[envs] = [self._index(seen[b].tobytes()) for b in envs]
+        self._age[envs], self._total[envs] = 0, 0.0
+        starts = self._start[envs]
         descend = np.array([self._tried[start] > FIRST for start in starts])
-        self._plan[lanes] = np.where(descend[:, None, None], self._children(starts), self._random(len(lanes)))
+        self._plan[envs] = np.where(descend[:, None, None], self._children(starts), self._random(len(envs)))
         for start in starts:
             self._tried[start] += 1
 
     def step(self, seen: Array) -> Array:
         """Play an action of each plan; returns what is seen next."""
         rows = np.arange(len(self._age))
-        masks = self._lanes.masks()
+        masks = self._envs.masks()
         actions = self._legal(self._plan[rows, self._age], masks)
         self._plan[rows, self._age], self._seen[rows, self._age] = actions, seen
         if masks is not None:
             if self._masks is None:
                 self._masks = np.zeros((len(rows), self._plan.shape[1], masks.shape[1]), np.bool_)
             self._masks[rows, self._age] = masks
-        self._lanes.step_async(actions)
-        after, rewards, done, _ = self._lanes.step_wait()
+        self._envs.step_async(actions)
+        after, rewards, done, _ = self._envs.step_wait()
         self._total += rewards
         self._age += 1
-        for lane in np.flatnonzero(done).tolist():
-            self._end(lane)
+        for b in np.flatnonzero(done).tolist():
+            self._end(b)
         if done.any():
             self.begin(done, after)
         return after
@@ -104,15 +104,15 @@ class _Search:
             self._returns = np.concatenate([self._returns, np.full((1, PARENTS), -np.inf)])
         return self._starts[key]
 
-    def _end(self, lane: int) -> None:
-        start, total, age = self._start[lane], self._total[lane], self._age[lane]
+    def _end(self, b: int) -> None:
+        start, total, age = self._start[b], self._total[b], self._age[b]
         worst = int(self._returns[start].argmin())
         if total <= self._returns[start, worst]:
             return
-        masks = None if self._masks is None else self._masks[lane, :age].copy()
-        episode = Demonstrations(self._seen[lane, :age].copy(), self._plan[lane, :age].copy(), masks)
+        masks = None if self._masks is None else self._masks[b, :age].copy()
+        episode = Demonstrations(self._seen[b, :age].copy(), self._plan[b, :age].copy(), masks)
         self.best.keep(float(total), episode)
-        self._plans[start, worst], self._returns[start, worst] = self._plan[lane], total
+        self._plans[start, worst], self._returns[start, worst] = self._plan[b], total
 
     def _random(self, count: int) -> IntArray:
         plans = self._drawn(count)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
-from agents.learning.lanes import TrainingLanes
 from agents.learning.run import Run
+from agents.learning.training_envs import TrainingEnvs
 from agents.machine import versions
 from agents.zoo.card import Card
 from agents.zoo.network import Network
@@ -19,10 +19,10 @@ from cps_envs.core.types import ROLES, other
 from cps_envs.registration import find_problem
 
 
-def make_card(run: Run, lanes: TrainingLanes, facts: Mapping[str, Any]) -> Card:
+def make_card(run: Run, envs: TrainingEnvs, facts: Mapping[str, Any]) -> Card:
     """The card of a run's policy with the `facts` about its training seed."""
     recipe, problem = run.recipe, find_problem(run.recipe.problem)
-    continuous = isinstance(lanes.action_space, spaces.Box)
+    continuous = isinstance(envs.action_space, spaces.Box)
     return Card(
         name=recipe.name,
         problem=recipe.problem,
@@ -37,8 +37,8 @@ def make_card(run: Run, lanes: TrainingLanes, facts: Mapping[str, Any]) -> Card:
         head="squashed" if recipe.algorithm == "sac" else "gaussian" if continuous else "discrete",
         decentralised=recipe.swarm,
         hold=recipe.played_hold or recipe.hold,
-        observation_size=int(np.prod(lanes.observation_space.shape or ())),
-        actions=count_actions(lanes.action_space),
+        observation_size=int(np.prod(envs.observation_space.shape or ())),
+        actions=count_actions(envs.action_space),
         best=run.seed,
         seeds={str(run.seed): facts},
         command=run.command,

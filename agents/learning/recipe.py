@@ -18,7 +18,7 @@ ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn")
 class Recipe:
     """The knobs of a training run; a recipe of a problem and role gives its own values with its reasons.
 
-    A step is one decision of one agent: `num_lanes` of them, in the swarm form times the agents, are made at once.
+    A step is one decision of one agent: `num_envs` of them, in the swarm form times the agents, are made at once.
 
     Raises:
         CommandError: a value that makes no sense.
@@ -40,8 +40,8 @@ class Recipe:
     reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
 
     total_steps: int = 1_000_000
-    num_lanes: int = 64
-    steps_per_update: int = 128  # of each lane (PPO)
+    num_envs: int = 64
+    steps_per_update: int = 128  # of each environment (PPO)
     batch_size: int = 2048
     epochs: int = 4  # over the steps of an update (PPO)
     learning_rate: float = 3e-4
@@ -62,7 +62,7 @@ class Recipe:
 
     buffer_size: int = 300_000  # SAC, DQN
     learning_starts: int = 10_000
-    updates_per_step: float = 0.1  # gradient steps for each step of all lanes together (SAC, DQN)
+    updates_per_step: float = 0.1  # gradient steps for each step of all environments together (SAC, DQN)
     exploration_share: float = 0.3  # of the run in which DQN's random moves fade out
 
     teacher: str = ""  # an analytic policy that the network imitates first; none if empty
@@ -82,7 +82,7 @@ class Recipe:
     def __post_init__(self) -> None:
         if self.algorithm not in ALGORITHMS:
             raise CommandError(f"there is no algorithm {self.algorithm!r}. {near(self.algorithm, ALGORITHMS)}")
-        counts = ("hold", "total_steps", "num_lanes", "steps_per_update", "batch_size", "epochs", "evaluation_episodes")
+        counts = ("hold", "total_steps", "num_envs", "steps_per_update", "batch_size", "epochs", "evaluation_episodes")
         for name in counts:
             if getattr(self, name) < 1:
                 raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")

@@ -7,8 +7,8 @@ import torch
 from gymnasium import spaces
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
-from agents.learning.lanes import TrainingLanes
 from agents.learning.recipe import Recipe
+from agents.learning.training_envs import TrainingEnvs
 from agents.zoo.network import CLIP
 from cps_envs.core.errors import near
 from cps_envs.core.types import Array
@@ -36,13 +36,13 @@ class FixedScaling(BaseFeaturesExtractor):
         return ((chosen - self.mean) / self.deviation).clamp(-CLIP, CLIP)
 
 
-def seen_columns(lanes: TrainingLanes, recipe: Recipe) -> Array:
+def seen_columns(envs: TrainingEnvs, recipe: Recipe) -> Array:
     """The columns of the fields that the recipe leaves the network.
 
     Raises:
         ValueError: `unseen` names no field.
     """
-    fields = lanes.team.fields if lanes.team else lanes.env.game.fields[recipe.role]
+    fields = envs.team.fields if envs.team else envs.env.game.fields[recipe.role]
     for name in recipe.unseen:
         if name not in fields.slices:
             raise ValueError(f"the observation has no field {name!r}. {near(name, fields.slices)}")
@@ -50,13 +50,13 @@ def seen_columns(lanes: TrainingLanes, recipe: Recipe) -> Array:
     return np.setdiff1d(np.arange(fields.size), np.concatenate(hidden) if hidden else [])
 
 
-def focus(lanes: TrainingLanes, recipe: Recipe, columns: Array, mean: Array, deviation: Array) -> tuple[Array, Array]:
+def focus(envs: TrainingEnvs, recipe: Recipe, columns: Array, mean: Array, deviation: Array) -> tuple[Array, Array]:
     """Mean and deviation with those of the recipe's `focus` in place of what has been seen.
 
     Raises:
         ValueError: `focus` names no field.
     """
-    fields = lanes.team.fields if lanes.team else lanes.env.game.fields[recipe.role]
+    fields = envs.team.fields if envs.team else envs.env.game.fields[recipe.role]
     mean, deviation = mean.copy(), deviation.copy()
     for field in fields:
         if field.name in recipe.focus:
@@ -69,18 +69,18 @@ def focus(lanes: TrainingLanes, recipe: Recipe, columns: Array, mean: Array, dev
     return mean, deviation
 
 
-def wander(lanes: TrainingLanes, seed: int) -> Array:
+def wander(envs: TrainingEnvs, seed: int) -> Array:
     """Observations (N, n) seen while actions are drawn at random now and then."""
     generator = np.random.default_rng(seed)
-    lanes.reset()
-    lanes.action_space.seed(seed)
-    actions = np.stack([lanes.action_space.sample() for _ in range(lanes.num_envs)])
+    envs.reset()
+    envs.action_space.seed(seed)
+    actions = np.stack([envs.action_space.sample() for _ in range(envs.num_envs)])
     seen = []
     for _ in range(DECISIONS):
-        for lane in np.flatnonzero(generator.random(lanes.num_envs) < RENEWED):
-            actions[lane] = lanes.action_space.sample()
-        lanes.step_async(actions)
-        observation, *_ = lanes.step_wait()
+        for b in np.flatnonzero(generator.random(envs.num_envs) < RENEWED):
+            actions[b] = envs.action_space.sample()
+        envs.step_async(actions)
+        observation, *_ = envs.step_wait()
         seen.append(observation)
     return np.concatenate(seen)
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 EVALUATION = range(0, 1_000_000)
 VALIDATION = range(1_000_000, 2_000_000)
 TRAINING_START = 2_000_000
-LANES_PER_SEED = 100_000  # more than any number of lanes, times resumptions
+SEEDS_PER_RUN = 100_000  # more than any number of environments, times resumptions
 
 
 def training_seed(seed: int, resumption: int = 0) -> int:
-    """The seed of the first lane of a training run; a resumed run goes on with seeds of its own."""
-    return TRAINING_START + seed * LANES_PER_SEED + resumption * (LANES_PER_SEED // 20)
+    """The seed of the first environment of a training run; a resumed run goes on with seeds of its own."""
+    return TRAINING_START + seed * SEEDS_PER_RUN + resumption * (SEEDS_PER_RUN // 20)

@@ -20,7 +20,6 @@ from agents.learning.course import Course, Report
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
-from agents.learning.lanes import TrainingLanes, make_lanes
 from agents.learning.model import CLASSES, check_fit, make_model
 from agents.learning.plan_search import search_plans
 from agents.learning.presentation import make_card, policy_of
@@ -28,6 +27,7 @@ from agents.learning.recipe import Recipe
 from agents.learning.run import FINISHED, INTERRUPTED, RUNNING, Run
 from agents.learning.scaling import focus, seen_columns, spread, wander
 from agents.learning.seeds import training_seed
+from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.learning.values import ValueWarmUp
 from agents.machine import versions
 
@@ -64,42 +64,42 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
     if before and not job.resume:
         raise CommandError(f"{run.folder} holds a run that is not finished: go on with --resume, or delete it")
     resumption = int(before.get("resumptions", -1)) + 1
-    lanes = make_lanes(job.recipe, training_seed(job.seed, resumption))
-    check_fit(job.recipe, lanes)
+    envs = make_envs(job.recipe, training_seed(job.seed, resumption))
+    check_fit(job.recipe, envs)
     run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=before.get("started", time.time()))
-    course = Course(run, lanes, report)
+    course = Course(run, envs, report)
     best = BestEpisodes()
-    model = _load(run, lanes, job.device) if run.checkpoint.is_file() else _begin(job, lanes, best, report)
+    model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, report)
     _learn(model, run, course, best)
-    lanes.close()
+    envs.close()
     return run.read()
 
 
-def _begin(job: Job, lanes: TrainingLanes, best: BestEpisodes, report: Report) -> BaseAlgorithm:
+def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> BaseAlgorithm:
     """An untrained model, or one that imitates the teacher, or the best plans of a search."""
     recipe, seed = job.recipe, training_seed(job.seed)
-    columns = seen_columns(lanes, recipe)
+    columns = seen_columns(envs, recipe)
     shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.teacher else None
     if recipe.search_steps:
-        search_plans(lanes, recipe, best, seed, lambda steps, mean: report(0, f"search, {steps:,} steps: {mean:.3g}"))
+        search_plans(envs, recipe, best, seed, lambda steps, mean: report(0, f"search, {steps:,} steps: {mean:.3g}"))
         shown = best.demonstrations()
-    mean, deviation = spread(shown.observations if shown else wander(lanes, seed), columns)
-    mean, deviation = focus(lanes, recipe, columns, mean, deviation)
+    mean, deviation = spread(shown.observations if shown else wander(envs, seed), columns)
+    mean, deviation = focus(envs, recipe, columns, mean, deviation)
     scaling = {"columns": columns, "mean": mean, "deviation": deviation}
-    model = make_model(recipe, lanes, scaling, job.seed, job.device, job.run.log)
+    model = make_model(recipe, envs, scaling, job.seed, job.device, job.run.log)
     if shown is not None and recipe.search_steps:
         loss = imitate(model.policy, shown, recipe, np.random.default_rng(seed))
         report(0, f"imitation of the best plans: loss {loss:.3g}")
     elif shown is not None:
-        _imitate(model, shown, job, lanes, report)
+        _imitate(model, shown, job, envs, report)
     return model
 
 
-def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, lanes: TrainingLanes, report: Report) -> None:
+def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, envs: TrainingEnvs, report: Report) -> None:
     """Rounds of imitation; from the second on the student plays and the teacher corrects it."""
     recipe, seed = job.recipe, training_seed(job.seed)
     generator = np.random.default_rng(seed)
-    card = make_card(job.run, lanes, {})
+    card = make_card(job.run, envs, {})
     for number in range(recipe.teacher_rounds):
         if number > 0:
             first = seed + number * recipe.teacher_episodes
@@ -109,9 +109,9 @@ def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, lanes: Train
         report(0, f"imitation of {recipe.teacher}, round {number + 1}: loss {loss:.3g}")
 
 
-def _load(run: Run, lanes: TrainingLanes, device: str) -> BaseAlgorithm:
+def _load(run: Run, envs: TrainingEnvs, device: str) -> BaseAlgorithm:
     try:
-        return CLASSES[run.recipe.algorithm].load(run.checkpoint, env=lanes, device=device)
+        return CLASSES[run.recipe.algorithm].load(run.checkpoint, env=envs, device=device)
     except (ValueError, OSError, EOFError, zipfile.BadZipFile, RuntimeError, KeyError) as error:
         raise CommandError(f"{run.checkpoint} is damaged ({error}): delete the folder and train again") from error
 

@@ -24,7 +24,7 @@ class DisbandingAttack(Recipe):
     played_hold: int = 1  # else the first attack, best at 1 s, would come at 5 s
     reward_scale: float = 0.1  # returns are 30 to 90
     total_steps: int = 200_000  # the simulation, 50 ms an episode, is nearly all of the cost
-    num_lanes: int = 48
+    num_envs: int = 48
     steps_per_update: int = 36  # whole episodes
     batch_size: int = 576
     epochs: int = 10  # samples are dear, updates cheap

@@ -44,7 +44,7 @@ class DisbandingDefense(Recipe):
     value_warm_up: int = 1
     initial_deviation: float = 0.08  # 0.5 m/s2
     total_steps: int = 2_000_000  # the imitation is nearly all of it
-    num_lanes: int = 20
+    num_envs: int = 20
     steps_per_update: int = 30
     batch_size: int = 6000
     learning_rate: float = 5e-4

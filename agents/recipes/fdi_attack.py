@@ -13,7 +13,7 @@ from agents.learning.recipe import Recipe
 from cps_envs.core.game import Game
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.game import FdiGame
-from cps_envs.fdi.lane import TASK
+from cps_envs.fdi.memory import TASK
 from cps_envs.fdi.task import Task
 
 FURTHEST_GAPS = 3.0  # a miss counts as at most so many desired gaps
@@ -39,7 +39,7 @@ class FdiAttack(Recipe):
         }
     )
     total_steps: int = 300_000  # polish; the search does more of them
-    num_lanes: int = 1024
+    num_envs: int = 1024
     steps_per_update: int = 20  # whole episodes
     batch_size: int = 4096
     epochs: int = 2
@@ -69,7 +69,7 @@ class FdiAttack(Recipe):
         """
         assert isinstance(game, FdiGame)
         target = _table(game.tasks, game.config.num_vehicles)[1][game.counts[:, TASK]]
-        gaps = 1 + game.memories[np.arange(game.num_lanes), target] / game.config.desired_gap_m
+        gaps = 1 + game.memories[np.arange(game.num_envs), target] / game.config.desired_gap_m
         metrics = game.metrics()
         miss = self.miss_cost * (np.clip(gaps, 0, FURTHEST_GAPS) + metrics["illegal"])
         return np.where(ended & (rewards <= 0), -miss, rewards / metrics["oracle_value_mps"])
@@ -84,7 +84,7 @@ class FdiAttackDisturbed(FdiAttack):
     overrides: Mapping[str, Any] = field(default_factory=lambda: {"attack_action": "share", "share_levels": 5})
     hold: int = 2  # 0.2 s, as without disturbances
     total_steps: int = 300_000
-    num_lanes: int = 256
+    num_envs: int = 256
     steps_per_update: int = 50  # whole episodes
     epochs: int = 4
     learning_rate: float = 5e-4

@@ -31,7 +31,7 @@ class FdiDefense(Recipe):
     preset: str = "defense"
     reward_scale: float = 5.0  # alarms cost little
     total_steps: int = 180_000
-    num_lanes: int = 128
+    num_envs: int = 128
     steps_per_update: int = 100  # whole episodes
     batch_size: int = 1280
     activation: str = "relu"  # thresholds are sharp

@@ -38,7 +38,7 @@ class HvacAttack(Recipe):
     hold: int = 4  # 8 minutes, in which a ramp moves by 0.1 C
     reward_scale: float = 0.004  # a day is worth 1 to 10
     total_steps: int = 170_000
-    num_lanes: int = 48
+    num_envs: int = 48
     steps_per_update: int = 180  # whole days, for returns without bootstrapping
     batch_size: int = 1024
     epochs: int = 4
@@ -73,7 +73,7 @@ class HvacAttackMtd1(HvacAttack):
     hold: int = 8
     reward_scale: float = 5.0  # a day is worth about 5
     total_steps: int = 250_000
-    num_lanes: int = 192  # with one sensor a day's impact is a matter of chance
+    num_envs: int = 192  # with one sensor a day's impact is a matter of chance
     steps_per_update: int = 45
     batch_size: int = 2160
     epochs: int = 6

@@ -29,7 +29,7 @@ class HvacDefense(Recipe):
     hold: int = 8  # 16 minutes: short beside the window of 6.7 h, and 90 decisions a day instead of 719
     reward_scale: float = 0.05  # a day is worth -1 to -20
     total_steps: int = 300_000
-    num_lanes: int = 256  # plants and attacks differ so much that an update should see many days
+    num_envs: int = 256  # plants and attacks differ so much that an update should see many days
     steps_per_update: int = 45
     batch_size: int = 2880
     epochs: int = 6

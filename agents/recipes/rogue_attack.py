@@ -33,7 +33,7 @@ class RogueAttack(Recipe):
     hold: int = 2  # 0.2 s; one run with 0.3 s came to 48 m/s instead of 55
     reward_scale: float = 0.1  # an episode is worth 40 to 100 m/s
     total_steps: int = 800_000
-    num_lanes: int = 256  # several lanes for each controller in every update
+    num_envs: int = 256  # several environments for each controller in every update
     steps_per_update: int = 50
     learning_rate: float = 1.5e-3  # one run each for a million steps: 54.6 m/s, with 3e-4 52.3
     gae_lambda: float = 0.97  # the way to a crash is long

@@ -42,7 +42,7 @@ class RogueDefense(Recipe):
     hold: int = 2
     reward_scale: float = 0.1  # an episode costs 20 to 80
     total_steps: int = 180_000
-    num_lanes: int = 256
+    num_envs: int = 256
     steps_per_update: int = 50
     epochs: int = 10  # simulating costs more than learning
     target_kl: float = 0.03

@@ -29,11 +29,11 @@ def fixed_plan(config: Any, quick: bool, opponent: str) -> Prepared:
     seeds = range(TRAINING_START, TRAINING_START + (1 if quick else INSTANCES))
 
     def evaluate(plans: FloatArray) -> FloatArray:
-        lanes = [seed for _ in plans for seed in seeds]
+        envs = [seed for _ in plans for seed in seeds]
         spec = DISBANDING.game(config, 1).spec("attacker")
         attacker = GivenPlans(spec, np.repeat(plans, len(seeds), axis=0))
-        match = DISBANDING.match(config, len(lanes), {"attacker": attacker, "defender": opponent})
-        match.reset(np.ones(len(lanes), np.bool_), [seeding.np_random(seed)[0] for seed in lanes])
+        match = DISBANDING.match(config, len(envs), {"attacker": attacker, "defender": opponent})
+        match.reset(np.ones(len(envs), np.bool_), [seeding.np_random(seed)[0] for seed in envs])
         payoff: FloatArray = finish(match).reshape(len(plans), len(seeds)).mean(axis=1)
         return payoff
 

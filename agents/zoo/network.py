@@ -1,7 +1,7 @@
 """A policy network without a deep-learning library: scaled inputs, an optional LSTM, dense layers.
 
-The forward pass runs lane by lane in the order of the columns, so that a lane's output does not depend, not even by
-rounding, on how many other lanes are in the batch.
+The forward pass goes environment by environment, in the order of the columns. So an environment's output does not
+depend on how many others are in the batch, not even by rounding.
 """
 
 from __future__ import annotations
@@ -145,11 +145,11 @@ def _dense(values: Tensor, weight: Tensor, bias: Tensor) -> Tensor:
 
 @kernel
 def _multiply(values: Tensor, weight: Tensor, bias: Tensor, result: Tensor) -> None:
-    for lane in range(values.shape[0]):
-        row = result[lane]
+    for b in range(values.shape[0]):
+        row = result[b]
         row[:] = bias
         for entry in range(values.shape[1]):
-            factor = values[lane, entry]
+            factor = values[b, entry]
             for output in range(row.shape[0]):
                 row[output] += factor * weight[entry, output]
 

@@ -35,7 +35,7 @@ class TrainedPolicy(AnalyticPolicy):
         self._rescaled = rescaling(card, spec)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Of each lane: its generator, the network's memory, the held action, and the decisions it has been held."""
+        """Of each environment: generator, the network's memory, the held action, and how many decisions it has held."""
         state = self._fresh(len(generators))
         state[0][:] = generators
         return state
@@ -66,12 +66,12 @@ class TrainedPolicy(AnalyticPolicy):
             held[due], hidden[due], cell[due] = fresh
         return held, (generators, hidden, cell, held, age + 1)
 
-    def _fresh(self, lanes: int) -> tuple[Array, ...]:
-        """The state of lanes that nobody has begun, whose draws come from generators of their own."""
-        own = np.empty(lanes, object)
-        own[:] = [np.random.default_rng() for _ in range(lanes)]
-        hidden, cell = np.zeros((2, lanes, self._num_agents(), self.network.units), np.float32)
-        return own, hidden, cell, np.zeros((lanes, *self._shape), self._dtype), np.zeros(lanes, np.int64)
+    def _fresh(self, envs: int) -> tuple[Array, ...]:
+        """The state of environments that nobody has begun, whose draws come from generators of their own."""
+        own = np.empty(envs, object)
+        own[:] = [np.random.default_rng() for _ in range(envs)]
+        hidden, cell = np.zeros((2, envs, self._num_agents(), self.network.units), np.float32)
+        return own, hidden, cell, np.zeros((envs, *self._shape), self._dtype), np.zeros(envs, np.int64)
 
     def _decide(
         self,
@@ -83,19 +83,19 @@ class TrainedPolicy(AnalyticPolicy):
         deterministic: bool,
     ) -> tuple[Array, Tensor, Tensor]:
         """Actions (B, ...) and the memory's state (B, A, units) for what the agents see (B, A, n)."""
-        lanes, agents = seen.shape[:2]
-        flat = [array.reshape(lanes * agents, -1) for array in (seen, hidden, cell)]
+        envs, agents = seen.shape[:2]
+        flat = [array.reshape(envs * agents, -1) for array in (seen, hidden, cell)]
         outputs, *memory = self.network.forward(*flat)
         mode = self._mode or deterministic
         if self.card.head == "discrete":
             chosen = self._choose(outputs, action_masks, None if mode else generators)
         else:
-            chosen = self._act(outputs.reshape(lanes, -1), None if mode else generators)
-        actions = chosen.reshape(lanes, *self._shape)
+            chosen = self._act(outputs.reshape(envs, -1), None if mode else generators)
+        actions = chosen.reshape(envs, *self._shape)
         return actions, memory[0].reshape(hidden.shape), memory[1].reshape(cell.shape)
 
     def _choose(self, logits: Tensor, action_masks: BoolArray | None, generators: Array | None) -> Array:
-        """Indices (lanes x agents, entries) of the best or drawn legal choices."""
+        """Indices (environments x agents, entries) of the best or drawn legal choices."""
         if action_masks is not None:
             logits = np.where(action_masks.reshape(logits.shape), logits, -np.inf)
         if generators is not None:

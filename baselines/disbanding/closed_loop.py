@@ -11,8 +11,8 @@ from baselines.disbanding.heuristic import FORESIGHT, travelled_distance_command
 from baselines.disbanding.mpc import Mpc, MpcStack, mpc_of, predictive_command
 from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import has_begun
+from cps_envs.disbanding.constants import Constants, constants_of, episode_of
 from cps_envs.disbanding.dynamics import account, command_by_law, final_command, first_mitigable, has_ended, integrate
-from cps_envs.disbanding.lane import Constants, constants_of, lane_of
 from cps_envs.disbanding.state import State
 
 # A gap that shrinks by less than this counts as constant. It is the reference's tolerance, identified from golden value
@@ -22,12 +22,12 @@ RELEASE_TOLERANCE_M = 1e-12
 
 
 @kernel
-def mark_mitigable(lane: State, c: Constants, out: NDArray[np.bool_]) -> None:
+def mark_mitigable(episode: State, c: Constants, out: NDArray[np.bool_]) -> None:
     """Fill `out` (M,) with whether each vehicle is intact and upstream of the most forward disbanded platoon."""
-    size, time_s = c.vehicles_per_platoon, lane.step[0] * c.dt_s
-    first = first_mitigable(lane, c)
+    size, time_s = c.vehicles_per_platoon, episode.step[0] * c.dt_s
+    first = first_mitigable(episode, c)
     for q in range(c.num_vehicles):
-        out[q] = q >= first and not has_begun(time_s, lane.disbanding_s[q // size])
+        out[q] = q >= first and not has_begun(time_s, episode.disbanding_s[q // size])
 
 
 @kernel
@@ -38,7 +38,7 @@ def closes_in(gap: float, previous_gap: float, release: bool) -> bool:
 
 @kernel
 def sweep_with_heuristic(
-    lane: State,
+    episode: State,
     c: Constants,
     gap: NDArray[np.float64],
     mitigable: NDArray[np.bool_],
@@ -47,13 +47,13 @@ def sweep_with_heuristic(
     release: bool,
 ) -> None:
     """Make the commands of all vehicles final, front to rear, so that each sees its predecessor's final command."""
-    u, speed = lane.command, lane.speed
+    u, speed = episode.command, episode.speed
     for q in range(c.num_vehicles):
         ahead = max(q - 1, 0)
         if mitigable[q]:
             law = u[q]
             if fresh:
-                if closes_in(gap[q], lane.previous_gap[q], release):
+                if closes_in(gap[q], episode.previous_gap[q], release):
                     u[q] = travelled_distance_command(law, u[ahead], gap[q], speed[q], speed[ahead], c, FORESIGHT)
                 held[q] = u[q] - law
             else:
@@ -80,15 +80,15 @@ def advance_with_heuristic(
     vehicles = state.position.shape[1]
     gap, closing, mitigable = np.empty(vehicles), np.empty(vehicles), np.empty(vehicles, np.bool_)
     for b in range(active.shape[0]):
-        lane, c = lane_of(state, b), constants_of(parameters, b)
+        episode, c = episode_of(state, b), constants_of(parameters, b)
         for _ in range(num_steps if active[b] else 0):
-            if has_ended(lane, c):
+            if has_ended(episode, c):
                 break
-            command_by_law(lane, c, gap, closing, lane.command)
-            mark_mitigable(lane, c, mitigable)
-            sweep_with_heuristic(lane, c, gap, mitigable, held[b], lane.step[0] % period_steps == 0, release)
-            integrate(lane, c, gap)
-            account(lane, c)
+            command_by_law(episode, c, gap, closing, episode.command)
+            mark_mitigable(episode, c, mitigable)
+            sweep_with_heuristic(episode, c, gap, mitigable, held[b], episode.step[0] % period_steps == 0, release)
+            integrate(episode, c, gap)
+            account(episode, c)
 
 
 class MpcMemory(NamedTuple):
@@ -100,13 +100,13 @@ class MpcMemory(NamedTuple):
 
 def mpc_memory(mpc: MpcStack, num_vehicles: int) -> MpcMemory:
     """The memory at the start of an episode, for a stack of designs."""
-    lanes, rows = mpc.qp.rows.shape[:2]
-    return MpcMemory(np.full((lanes, num_vehicles), np.nan), np.zeros((lanes, num_vehicles, rows)))
+    envs, rows = mpc.qp.rows.shape[:2]
+    return MpcMemory(np.full((envs, num_vehicles), np.nan), np.zeros((envs, num_vehicles, rows)))
 
 
 @kernel
 def sweep_with_mpc(
-    lane: State,
+    episode: State,
     c: Constants,
     gap: NDArray[np.float64],
     mitigable: NDArray[np.bool_],
@@ -117,10 +117,10 @@ def sweep_with_mpc(
     release: bool,
 ) -> None:
     """Make the commands of all vehicles final, front to rear, so that each sees its predecessor's final command."""
-    u, speed, acceleration = lane.command, lane.speed, lane.acceleration
+    u, speed, acceleration = episode.command, episode.speed, episode.acceleration
     for q in range(c.num_vehicles):
         ahead = max(q - 1, 0)
-        if mitigable[q] and closes_in(gap[q], lane.previous_gap[q], release):
+        if mitigable[q] and closes_in(gap[q], episode.previous_gap[q], release):
             if fresh:
                 leads = q % c.vehicles_per_platoon == 0
                 desired_gap = c.headway_s * speed[q] if leads else c.desired_gap_m
@@ -145,7 +145,7 @@ def advance_with_mpc(
 ) -> None:
     """`advance` with the predictive controller of appendix A on every mitigable vehicle.
 
-    `mpc` is a stack with one design per lane. While its gap shrinks (`release`, tested every step; otherwise its own
+    `mpc` is a stack with one design per episode. While its gap shrinks (`release`, tested every step; otherwise its own
     law acts in that step) a vehicle computes a new command at each multiple of the period and holds it. The
     specification leaves open what a vehicle holds whose gap begins to shrink between two multiples: here its last
     command. That fits all mpc cells of the reference, S0 and S1, to 0.055 points; solving in every period regardless
@@ -154,14 +154,14 @@ def advance_with_mpc(
     vehicles = state.position.shape[1]
     gap, closing, mitigable = np.empty(vehicles), np.empty(vehicles), np.empty(vehicles, np.bool_)
     for b in range(active.shape[0]):
-        lane, c, design = lane_of(state, b), constants_of(parameters, b), mpc_of(mpc, b)
+        episode, c, design = episode_of(state, b), constants_of(parameters, b), mpc_of(mpc, b)
         period_steps = round(design.period_s / c.dt_s)
         for _ in range(num_steps if active[b] else 0):
-            if has_ended(lane, c):
+            if has_ended(episode, c):
                 break
-            command_by_law(lane, c, gap, closing, lane.command)
-            mark_mitigable(lane, c, mitigable)
-            fresh = lane.step[0] % period_steps == 0
-            sweep_with_mpc(lane, c, gap, mitigable, design, memory.held[b], memory.multipliers[b], fresh, release)
-            integrate(lane, c, gap)
-            account(lane, c)
+            command_by_law(episode, c, gap, closing, episode.command)
+            mark_mitigable(episode, c, mitigable)
+            fresh = episode.step[0] % period_steps == 0
+            sweep_with_mpc(episode, c, gap, mitigable, design, memory.held[b], memory.multipliers[b], fresh, release)
+            integrate(episode, c, gap)
+            account(episode, c)

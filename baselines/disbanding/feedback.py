@@ -30,7 +30,7 @@ class LinearFeedback(Corrections):
 
     delta = 5 m/s2 times the weighted sum of the scaled signals: gap error, speed ahead minus own, desired speed minus
     own, predecessor's acceleration, speed of the nearest disbanded vehicle ahead (a broadcast) minus own, and the plain
-    law's command. `weights` is (2, 6), leaders first, or (B, 2, 6) with one set per lane.
+    law's command. `weights` is (2, 6), leaders first, or (B, 2, 6) with one set per episode.
 
     Raises:
         ValueError: `weights` has another shape.

@@ -50,7 +50,7 @@ class GeneticAlgorithm(PlannedAttack):
         return sum(found.simulations for found in self.reports.values())
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Search a plan for each lane whose start was not seen before."""
+        """Search a plan for each episode whose start was not seen before."""
         plans = [self._plan(generator, known) for generator, known in zip(generators, knowledge, strict=True)]
         return (np.stack(plans),)
 
@@ -77,7 +77,7 @@ class GeneticAlgorithm(PlannedAttack):
 
 
 class GivenPlans(PlannedAttack):
-    """Plans (P, N) dealt to the lanes in order."""
+    """Plans (P, N) dealt to the episodes in order."""
 
     from_front = False
 
@@ -86,7 +86,7 @@ class GivenPlans(PlannedAttack):
         self.plans = plans
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The plans as they are; their number is that of the lanes."""
+        """The plans as they are; their number is that of the episodes."""
         return (self.plans,)
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.lane import Constants
+from cps_envs.disbanding.constants import Constants
 
 
 class Foresight(NamedTuple):

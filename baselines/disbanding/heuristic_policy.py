@@ -12,9 +12,9 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.commands import clip
+from cps_envs.disbanding.constants import Constants
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.episode import nominal_constants
-from cps_envs.disbanding.lane import Constants
 
 
 class HeuristicMitigation(Corrections):

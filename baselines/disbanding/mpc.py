@@ -20,7 +20,7 @@ from baselines.disbanding.quadratic_program import (
 )
 from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.lane import Constants
+from cps_envs.disbanding.constants import Constants
 
 Vector = NDArray[np.float64]
 
@@ -61,7 +61,7 @@ class Mpc(NamedTuple):
 
 
 class MpcStack(NamedTuple):
-    """One `Mpc` per lane: the same fields with a leading lane axis."""
+    """One `Mpc` per episode: the same fields with a leading episode axis."""
 
     period_s: Vector  # (B,)
     tau_s: Vector  # (B,)
@@ -69,7 +69,7 @@ class MpcStack(NamedTuple):
     command_response: Vector  # (B, 3H)
     linear_error: Vector  # (B, H, 3)
     linear_command: Vector  # (B, H)
-    qp: QuadraticProgram  # fields with a lane axis
+    qp: QuadraticProgram  # fields with an episode axis
 
 
 @lru_cache(maxsize=256)
@@ -102,7 +102,7 @@ def design_mpc(settings: MpcSettings, tau_s: float) -> Mpc:
 
 
 def stack_mpc(settings: MpcSettings, taus_s: Vector) -> MpcStack:
-    """The designs for the lags (B,) of all lanes; ValueError as `design_mpc`."""
+    """The designs for the lags (B,) of all episodes; ValueError as `design_mpc`."""
     designs = [design_mpc(settings, float(tau_s)) for tau_s in taus_s]
     return MpcStack(
         np.array([design.period_s for design in designs]),
@@ -117,7 +117,7 @@ def stack_mpc(settings: MpcSettings, taus_s: Vector) -> MpcStack:
 
 @kernel
 def mpc_of(stack: MpcStack, b: int) -> Mpc:
-    """The design of lane `b` of a stack."""
+    """The design of episode `b` of a stack."""
     qp = stack.qp
     return Mpc(
         stack.period_s[b],

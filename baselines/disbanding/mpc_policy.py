@@ -25,16 +25,16 @@ from cps_envs.core.errors import ConfigurationError, MissingExtraError, near
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.commands import clip
+from cps_envs.disbanding.constants import Constants
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.episode import nominal_constants
-from cps_envs.disbanding.lane import Constants
 
 SolverName = Literal["hildreth", "osqp"]
 SOLVERS = ("hildreth", "osqp")
 
 
 class Columns(NamedTuple):
-    """What the controllers read of B lanes with M vehicles; the front vehicle has neither gap nor relative speed."""
+    """What the controllers read of B episodes with M vehicles; the front vehicle has neither gap nor relative speed."""
 
     speed: FloatArray  # (B, M) m/s
     acceleration: FloatArray  # (B, M) m/s2

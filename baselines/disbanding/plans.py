@@ -34,7 +34,7 @@ def plan_array(events: Sequence[Event], num_platoons: int) -> FloatArray:
 
 
 class PlannedAttack(AnalyticPolicy):
-    """Base: plays the plans of its lanes, (B, N) disbanding times, by the clock it observes.
+    """Base: plays the plans of its episodes, (B, N) disbanding times, by the clock it observes.
 
     At each decision it disbands a platoon whose time has come, the front one first; one per decision.
     """
@@ -48,7 +48,7 @@ class PlannedAttack(AnalyticPolicy):
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
     ) -> tuple[Array, State]:
-        """Platoon to disband, or 0, for each lane (B,)."""
+        """Platoon to disband, or 0, for each episode (B,)."""
         if state is None:
             state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
         assert state is not None
@@ -60,7 +60,7 @@ class PlannedAttack(AnalyticPolicy):
         return np.max(np.where(due, platoons, 0), axis=1), state
 
     def planned(self, state: tuple[Array, ...], seen: Mapping[str, FloatArray]) -> FloatArray:
-        """The plans (B, N) of the lanes: those that `begin` put into the state."""
+        """The plans (B, N) of the episodes: those that `begin` put into the state."""
         plans: FloatArray = state[0]
         return plans
 
@@ -92,7 +92,7 @@ class Plan(PlannedAttack):
             )
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The same plan in every lane."""
+        """The same plan in every episode."""
         return (np.stack([self.times] * len(generators)),)
 
 
@@ -110,7 +110,7 @@ class RandomPlan(PlannedAttack):
         self._shares = weights / weights.sum()
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """A plan per lane, for the largest budget; what the lane's own budget does not cover is left out."""
+        """A plan per episode, for the largest budget; what the episode's own budget does not cover is left out."""
         return (np.stack([self._draw(generator) for generator in generators]),)
 
     def _draw(self, generator: np.random.Generator) -> FloatArray:
@@ -122,7 +122,7 @@ class RandomPlan(PlannedAttack):
 
 
 class Spread(PlannedAttack):
-    """The front platoons one after the other, spread over the episode; as many as the lane's budget allows."""
+    """The front platoons one after the other, spread over the episode; as many as the episode's budget allows."""
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)

@@ -10,7 +10,8 @@ from cps_envs.core.compiled import kernel
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.fields import is_drawn
-from cps_envs.fdi.lane import (
+from cps_envs.fdi.legality import legal_levels
+from cps_envs.fdi.memory import (
     BLOCKS_PER_VEHICLE,
     constants_of,
     matrices_of,
@@ -19,7 +20,6 @@ from cps_envs.fdi.lane import (
     pack_matrices,
     update_law,
 )
-from cps_envs.fdi.legality import legal_levels
 
 Pick = Callable[[int, IntArray, IntArray], IntArray]  # slot, lowest and highest legal levels (B,) -> levels (B,)
 
@@ -145,7 +145,7 @@ def _fill_intervals(
 ) -> None:
     """Fill the legal intervals (B, 2) of a slot, where `levels` (B, S) of the slots before it are taken.
 
-    `sensors` (B, S) are readings, -1 where not attacked; see `lane` for the packed constants and stacked matrices.
+    `sensors` (B, S) are readings, -1 where not attacked; see `episode` for the packed constants and stacked matrices.
     """
     c, m = constants_of(packed), matrices_of(stacked)
     slots = sensors.shape[1]

@@ -40,9 +40,9 @@ class BranchAndBound(InjectionPolicy):
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Sequences (B, N_h + 1, S) that are all used up."""
-        lanes = len(generators)
-        sequences = np.zeros((lanes, self.steps_ahead + 1, len(self.form.sensors)), np.int64)
-        return sequences, np.full(lanes, self.steps_ahead + 1)
+        envs = len(generators)
+        sequences = np.zeros((envs, self.steps_ahead + 1, len(self.form.sensors)), np.int64)
+        return sequences, np.full(envs, self.steps_ahead + 1)
 
     def choose(self, view: View, state: State) -> tuple[Pick, State]:
         """The next injections of the sequences; new sequences where they are used up."""
@@ -50,18 +50,18 @@ class BranchAndBound(InjectionPolicy):
         sequences, used = state[0].copy(), state[1].copy()
         due = used > self.steps_ahead
         sequences[due], used[due] = 0, 0
-        for lanes, vehicle, kind in self._attacks(view, due):
-            found = find_injections(self._search(vehicle, kind), view.error[lanes])
+        for envs, vehicle, kind in self._attacks(view, due):
+            found = find_injections(self._search(vehicle, kind), view.error[envs])
             self.infeasible_calls += int(np.sum(~found.found))
             slots = np.flatnonzero(np.isin(self.form.sensors, self._search(vehicle, kind).readings))
-            sequences[lanes[:, np.newaxis], :, slots] = found.levels.transpose(0, 2, 1)
+            sequences[envs[:, np.newaxis], :, slots] = found.levels.transpose(0, 2, 1)
         return wished(sequences[np.arange(len(used)), used]), (sequences, used + 1)
 
     def _search(self, vehicle: int, kind: str) -> Search:
         return make_search(self.config, vehicle, kind, **self._options)
 
     def _attacks(self, view: View, due: BoolArray) -> Iterator[tuple[IntArray, int, str]]:
-        """The lanes that attack a vehicle with a kind of sensors and need a new sequence."""
+        """The episodes that attack a vehicle with a kind of sensors and need a new sequence."""
         n = self.config.num_vehicles
         attacked = np.zeros((len(due), 2 * n), np.bool_)
         attacked[:, self.form.sensors] = view.attacked & due[:, np.newaxis]

@@ -102,11 +102,11 @@ def make_search(
 
 def find_injections(search: Search, errors: FloatArray) -> Injections:
     """The cheapest sequence for each of B true states e (B, 2n)."""
-    lanes = len(errors)
-    path = np.empty((lanes, search.steps, errors.shape[1]))
+    envs = len(errors)
+    path = np.empty((envs, search.steps, errors.shape[1]))
     path[:, 0] = errors
-    chosen = np.full((lanes, search.steps), -1)
-    costs, nodes = np.full(lanes, np.inf), np.ones(lanes, np.int64)
+    chosen = np.full((envs, search.steps), -1)
+    costs, nodes = np.full(envs, np.inf), np.ones(envs, np.int64)
     _search_all(search, path, chosen, costs, nodes)
     found = costs < np.inf
     levels = search.levels[np.arange(len(search.readings)), search.moves[chosen]]
@@ -147,26 +147,26 @@ def _search_all(search: Search, path: FloatArray, chosen: IntArray, costs: Float
     places = np.empty((search.steps, 2), np.int64)  # joint candidate taken at each step, and the one to try next
     spent = np.empty(search.steps)
     allowed = np.empty((search.steps, search.values.shape[0], search.values.shape[1]), np.bool_)
-    for lane in range(len(path)):
+    for b in range(len(path)):
         depth, spent[0], places[0, 1] = 0, 0.0, 0
-        _accept(search, path[lane, 0], allowed[0])
+        _accept(search, path[b, 0], allowed[0])
         while depth >= 0:
-            move = _next_allowed(search, allowed[depth], places[depth, 1], spent[depth], costs[lane])
+            move = _next_allowed(search, allowed[depth], places[depth, 1], spent[depth], costs[b])
             if move < 0:
                 depth -= 1
                 continue
             places[depth, 0], places[depth, 1] = move, move + 1
             cost = spent[depth] + search.costs[move]
             if depth == search.steps - 1:
-                costs[lane] = cost
+                costs[b] = cost
                 for step in range(search.steps):
-                    chosen[lane, step] = places[step, 0]
+                    chosen[b, step] = places[step, 0]
                 continue
-            _propagate(search, path[lane, depth], move, path[lane, depth + 1])
+            _propagate(search, path[b, depth], move, path[b, depth + 1])
             depth += 1
             spent[depth], places[depth, 1] = cost, 0
-            _accept(search, path[lane, depth], allowed[depth])
-            nodes[lane] += 1
+            _accept(search, path[b, depth], allowed[depth])
+            nodes[b] += 1
 
 
 @kernel

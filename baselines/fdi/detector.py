@@ -23,7 +23,7 @@ class Detector(AnalyticPolicy):
         self.config: FdiConfig = spec.config
 
     @abstractmethod
-    def blank(self, lanes: int) -> Array:
+    def blank(self, envs: int) -> Array:
         """What is remembered of an episode, (B, ...), at its start."""
 
     @abstractmethod

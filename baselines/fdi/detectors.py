@@ -32,9 +32,9 @@ class KinematicResidual(Detector):
         self.hold_steps = hold_steps(self.config, hold_s)
         self.threshold_m = quiet_residual_m(self.config) + ROUNDING
 
-    def blank(self, lanes: int) -> FloatArray:
+    def blank(self, envs: int) -> FloatArray:
         """For each vehicle (B, n, 2): steps for which the alarm still holds, and the residuals since then, m."""
-        return np.zeros((lanes, self.config.num_vehicles, 2))
+        return np.zeros((envs, self.config.num_vehicles, 2))
 
     def distrust(self, seen: Seen, memory: Array) -> tuple[BoolArray, Array]:
         """See the class."""
@@ -64,9 +64,9 @@ class FrontRearRedundancy(Detector):
         if not self.config.share_rear_range:
             raise ConfigurationError(f"{type(self).__name__} compares range sensors: it needs share_rear_range=True")
 
-    def blank(self, lanes: int) -> IntArray:
+    def blank(self, envs: int) -> IntArray:
         """Steps (B, n - 1) for which a range stays doubted."""
-        return np.zeros((lanes, self.config.num_vehicles - 1), np.int64)
+        return np.zeros((envs, self.config.num_vehicles - 1), np.int64)
 
     def distrust(self, seen: Seen, memory: Array) -> tuple[BoolArray, Array]:
         """See the class."""

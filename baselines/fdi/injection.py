@@ -17,7 +17,7 @@ from cps_envs.fdi.task import Task
 
 
 class View(NamedTuple):
-    """What an attacker sees of B lanes, in units."""
+    """What an attacker sees of B episodes, in units."""
 
     error: FloatArray  # (B, 2n) true e, m and m/s; exactly zero at rest
     attacked: BoolArray  # (B, S) slots of the action that belong to an attacked sensor
@@ -66,23 +66,23 @@ class InjectionPolicy(AnalyticPolicy):
 def view_of(spec: RoleSpec, observation: Array) -> View:
     """What an attacker's observations (B, size) say."""
     config: FdiConfig = spec.config
-    seen, lanes = spec.fields.decode(observation), len(observation)
+    seen, envs = spec.fields.decode(observation), len(observation)
     if "attacked" in seen:
         attacked, target = seen["attacked"] > 0.5, np.argmax(seen["target"], axis=1)
     else:
-        attacked = np.ones((lanes, config.fixed_task.sensors.count), np.bool_)
-        target = np.full(lanes, config.target - 1)
+        attacked = np.ones((envs, config.fixed_task.sensors.count), np.bool_)
+        target = np.full(envs, config.target - 1)
     step = config.horizon - np.rint(seen["steps_left"]).astype(np.int64)
     return View(error_of(seen["gap_error"], seen["relative_speed"]), attacked, target, step)
 
 
-def task_of(config: FdiConfig, view: View, lane: int) -> Task:
-    """The task that a lane plays."""
+def task_of(config: FdiConfig, view: View, b: int) -> Task:
+    """The task that an episode plays."""
     if view.attacked.shape[1] != 2 * config.num_vehicles:
         return config.fixed_task
-    ranges, rates = np.split(view.attacked[lane], 2)
+    ranges, rates = np.split(view.attacked[b], 2)
     vehicles = (tuple((np.flatnonzero(part) + 1).tolist()) for part in (ranges, rates))
-    return Task(Sensors(*vehicles), int(view.target[lane]) + 1)
+    return Task(Sensors(*vehicles), int(view.target[b]) + 1)
 
 
 def wished(levels: IntArray) -> Pick:

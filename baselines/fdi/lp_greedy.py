@@ -58,11 +58,11 @@ class LpGreedy(InjectionPolicy):
     def choose(self, view: View, state: State) -> tuple[Pick, State]:
         """See the class."""
         levels = np.zeros(view.attacked.shape, np.int64)
-        for lane in range(len(levels)):
-            task, step = task_of(self.config, view, lane), int(view.step[lane])
-            plan, _ = self._plan(task, view.error[lane], step)
+        for b in range(len(levels)):
+            task, step = task_of(self.config, view, b), int(view.step[b])
+            plan, _ = self._plan(task, view.error[b], step)
             if plan is not None:
-                levels[lane] = self._rounded(plan, task, view, lane)
+                levels[b] = self._rounded(plan, task, view, b)
         return wished(levels), state
 
     def _plan(self, task: Task, error: FloatArray, step: int) -> tuple[Plan | None, Prospect]:
@@ -75,18 +75,18 @@ class LpGreedy(InjectionPolicy):
                 return plan, Prospect(rank, plan.speed_mps)
         return None, LOST
 
-    def _rounded(self, plan: Plan, task: Task, view: View, lane: int) -> IntArray:
+    def _rounded(self, plan: Plan, task: Task, view: View, b: int) -> IntArray:
         """The rounding (S,) of a plan's first injections that leaves the best prospect, the nearest of equal ones."""
-        attacked = view.attacked[lane]
+        attacked = view.attacked[b]
         wish: FloatArray = np.zeros(len(attacked))
         wish[attacked] = plan.levels[0]
         ways = np.array(list(product(*({int(np.floor(level)), int(np.ceil(level))} for level in wish))))
-        errors = np.repeat(view.error[lane : lane + 1], len(ways), axis=0)
+        errors = np.repeat(view.error[b : b + 1], len(ways), axis=0)
         rows = np.repeat(attacked[np.newaxis], len(ways), axis=0)
         _, levels = self.form.to_actions(errors, rows, wished(ways))
         distance = np.abs(levels - wish).sum(axis=1).tolist()
-        step = int(view.step[lane]) + 1
-        prospects = [self._prospect(task, self.form.error_after(view.error[lane], way), step) for way in levels]
+        step = int(view.step[b]) + 1
+        prospects = [self._prospect(task, self.form.error_after(view.error[b], way), step) for way in levels]
         best: IntArray = levels[max(range(len(ways)), key=lambda way: (prospects[way], -distance[way]))]
         return best
 

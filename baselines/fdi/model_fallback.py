@@ -35,9 +35,9 @@ class ModelFallback(Detector):
         self._growth: FloatArray = variance[:, np.newaxis] * np.array([dt_s**4 / 4, dt_s**3 / 2, dt_s**2])
         self._known = (np.arange(n) < n - 1) & config.share_rear_range  # pairs whose range is measured twice
 
-    def blank(self, lanes: int) -> FloatArray:
+    def blank(self, envs: int) -> FloatArray:
         """Covariances (B, n, 3) of gap error and relative speed: xx, xv, vv; the start is known exactly."""
-        return np.zeros((lanes, self.config.num_vehicles, 3))
+        return np.zeros((envs, self.config.num_vehicles, 3))
 
     def distrust(self, seen: Seen, memory: Array) -> tuple[BoolArray, Array]:
         """See the class."""

@@ -24,7 +24,7 @@ WHOLE = 1e-9  # levels
 
 
 class Replay(InjectionPolicy):
-    """Open loop: the shipped optimum of the lane's task, whatever happens meanwhile.
+    """Open loop: the shipped optimum of the episode's task, whatever happens meanwhile.
 
     In undisturbed, undefended episodes it attains the highest speed known, which is the optimum where the certificate
     is closed; otherwise it is a fixed, strong attack. It plays optima of a shorter horizon where there are none of
@@ -53,7 +53,7 @@ class Replay(InjectionPolicy):
         self._keys = keys[self._order]
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The step (B,) at which each lane's plan starts."""
+        """The step (B,) at which each episode's plan starts."""
         return (np.array([self._onset(generator) for generator in generators]),)
 
     def choose(self, view: View, state: State) -> tuple[Pick, State]:
@@ -74,7 +74,7 @@ class Replay(InjectionPolicy):
         """
         config, taken, slots = self.config, levels.copy(), self.form.sensors.tolist()
         rate_mps2 = config.derivative_gain * config.rate_resolution_mps
-        lanes, ratio = np.arange(len(levels)), config.proportional_gain * config.range_resolution_m / rate_mps2
+        envs, ratio = np.arange(len(levels)), config.proportional_gain * config.range_resolution_m / rate_mps2
 
         def pick(slot: int, low: IntArray, high: IntArray) -> IntArray:
             partner = slots[slot] + config.num_vehicles
@@ -85,8 +85,8 @@ class Replay(InjectionPolicy):
                 rates = levels[:, [rate]] + np.rint(change).astype(np.int64)
                 fits = (np.abs(change - np.rint(change)) < WHOLE) & (np.abs(rates) <= self.form.bounds[rate])
                 best = np.argmin(np.where(fits, np.abs(levels[:, [slot]] - ranges), np.inf), axis=1)
-                both = view.attacked[:, slot] & view.attacked[:, rate] & fits[lanes, best]
-                taken[both, slot], taken[both, rate] = ranges[lanes, best][both], rates[lanes, best][both]
+                both = view.attacked[:, slot] & view.attacked[:, rate] & fits[envs, best]
+                taken[both, slot], taken[both, rate] = ranges[envs, best][both], rates[envs, best][both]
             return taken[:, slot]
 
         return pick

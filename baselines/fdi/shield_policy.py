@@ -35,9 +35,9 @@ class Shielded(AnalyticPolicy):
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Expected errors (B, 2n), the plans kept (B, horizon, S), their lengths (B,), then the policy's own state."""
-        lanes, config = len(generators), self.spec.config
-        plans = np.zeros((lanes, config.horizon, len(self.shield.form.sensors)), np.int64)
-        own = (np.zeros((lanes, 2 * config.num_vehicles)), plans, np.zeros(lanes, np.int64))
+        envs, config = len(generators), self.spec.config
+        plans = np.zeros((envs, config.horizon, len(self.shield.form.sensors)), np.int64)
+        own = (np.zeros((envs, 2 * config.num_vehicles)), plans, np.zeros(envs, np.int64))
         begin = getattr(self.policy, "begin", None)
         inner = begin(generators, knowledge) if begin is not None else None
         return (*own, *(inner or ()))
@@ -58,14 +58,14 @@ class Shielded(AnalyticPolicy):
         view, form = view_of(self.spec, observation), self.shield.form
         view = view._replace(error=_corrected(view.error, expected))
         levels = form.to_levels(view.error, view.attacked, np.asarray(actions))
-        for lane in range(len(levels)):
-            task, kept = task_of(self.spec.config, view, lane), plans[lane, : lengths[lane]]
-            levels[lane], plan = self.shield.allow(task, view.error[lane], int(view.step[lane]), levels[lane], kept)
-            lengths[lane] = len(plan)
-            plans[lane, : len(plan)] = plan.copy()
+        for b in range(len(levels)):
+            task, kept = task_of(self.spec.config, view, b), plans[b, : lengths[b]]
+            levels[b], plan = self.shield.allow(task, view.error[b], int(view.step[b]), levels[b], kept)
+            lengths[b] = len(plan)
+            plans[b, : len(plan)] = plan.copy()
         actions, levels = form.to_actions(view.error, view.attacked, wished(levels))
-        for lane in range(len(levels)):
-            expected[lane] = form.error_after(view.error[lane], levels[lane])
+        for b in range(len(levels)):
+            expected[b] = form.error_after(view.error[b], levels[b])
         return actions, (expected, plans, lengths, *(inner or ()))
 
 

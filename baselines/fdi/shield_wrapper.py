@@ -12,7 +12,7 @@ from baselines.fdi.shields import make_shield
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import IntArray, Observation
 from cps_envs.fdi.game import FdiGame
-from cps_envs.fdi.lane import STEP, TASK
+from cps_envs.fdi.memory import STEP, TASK
 
 
 class ShieldedInjection(gymnasium.Wrapper[Observation, Any, Observation, Any]):

@@ -26,7 +26,7 @@ REACH = 1000  # neighbours that are sorted to find the nearest
 
 
 class Shield(ABC):
-    """Decides on the levels of one lane, state by state.
+    """Decides on the levels of one episode, state by state.
 
     Raises:
         ConfigurationError: clipped limits, under which nothing is illegal.

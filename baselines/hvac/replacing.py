@@ -70,7 +70,7 @@ class Sine(Replacing):
         self.mean_c, self.amplitude_c, self.period_s = mean_c, amplitude_c, period_s
 
     def readings(self, observation: Array, state: State) -> FloatArray:
-        """The same for all sensors of a lane."""
+        """The same for all sensors of an episode."""
         angle = 2.0 * np.pi * self.age(observation) * self.config.step_s / self.period_s
         readings: FloatArray = (self.mean_c + self.amplitude_c * np.sin(angle))[:, np.newaxis]
         return readings

@@ -89,7 +89,7 @@ class Ramp(Stealthy):
         self._compromised = spec.fields.slices["compromised"]
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The rate (B,) of each lane, C/h; without one, 1."""
+        """The rate (B,) of each episode, C/h; without one, 1."""
         return (np.array([generator.uniform(self._low, self._high) for generator in generators]),)
 
     def predict(
@@ -105,7 +105,7 @@ class Ramp(Stealthy):
         return super().predict(observation, state, episode_start, deterministic)
 
     def bias_c(self, observation: Array, age: IntArray, state: State) -> FloatArray:
-        """The same for all sensors of a lane."""
+        """The same for all sensors of an episode."""
         assert state is not None
         rate = state[0]
         if self.rate_c_per_h is None:

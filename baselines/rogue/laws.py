@@ -32,7 +32,7 @@ class HeldLaw(AnalyticPolicy):
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
     ) -> tuple[Array, State]:
-        """The same action for every lane."""
+        """The same action for every episode."""
         return np.stack([self.action] * len(observation)), state
 
 

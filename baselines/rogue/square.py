@@ -16,7 +16,7 @@ LONG_DUTY = 0.85  # chosen: drag does not stop the vehicle in the long run, whic
 class SquareWave(AnalyticPolicy):
     """F+ in the first `duty` share of each period and F- in the rest, from the onset of the attack on.
 
-    A hold in which the wave switches gets its mean effort. `frequency_hz` and `duty` are numbers or (B,), one per lane.
+    A hold in which the wave switches gets its mean effort. `frequency_hz` and `duty`: numbers, or (B,) one per episode.
 
     Raises:
         ConfigurationError: a frequency that is not above 0, or a duty outside (0, 1].

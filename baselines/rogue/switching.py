@@ -30,7 +30,7 @@ class Switching(AnalyticPolicy):
 
     The form is w . [(gap_f - sigma)/sigma, rate_f/(5 m/s), (gap_r - sigma)/sigma, rate_r/(5 m/s), (v - v_ref)/(10 m/s),
     1]; the sign changes where it exceeds |w_7|, and is + at the start. `weights` is (7,), or (B, 7) with one set per
-    lane. Without, those that the search found against a defender, or against `all`, at the nearest power ratio.
+    episode. Without, those that the search found against a defender, or against `all`, at the nearest power ratio.
 
     Raises:
         ConfigurationError: `weights` has another shape, or nothing was searched against that defender.

@@ -28,20 +28,20 @@ class ActionReader:
         self._indices = range(int(low), int(high) + 1) if self._is_discrete else range(0)
         self._low, self._high = np.ravel(low).astype(np.float64), np.ravel(high).astype(np.float64)
 
-    def batch(self, actions: Any, num_lanes: int) -> Array:
+    def batch(self, actions: Any, num_envs: int) -> Array:
         """The actions (B, ...) of a batch.
 
         Raises:
             ValueError: a wrong shape, something that is no (whole) number, NaN, infinity, or an index out of range.
         """
         array = np.asarray(actions)
-        if array.shape != (num_lanes, *self._shape):
-            expected = (num_lanes, *self._shape)
+        if array.shape != (num_envs, *self._shape):
+            expected = (num_envs, *self._shape)
             raise ValueError(f"actions of shape {expected} were expected for {self.space}, got shape {array.shape}")
         return self._read(array)
 
     def single(self, action: Any) -> Array:
-        """The action of one lane as a batch (1, ...).
+        """The action of one environment as a batch (1, ...).
 
         Raises:
             ValueError: see `batch`.
@@ -85,20 +85,20 @@ def _limits(space: Any) -> tuple[Any, Any]:
 def _clip(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     """Limit values (B, k) to [low, high] in place; False where one is not finite."""
     finite = True
-    for lane in range(values.shape[0]):
+    for b in range(values.shape[0]):
         for entry in range(values.shape[1]):
-            value = values[lane, entry]
+            value = values[b, entry]
             finite &= np.isfinite(value)
-            values[lane, entry] = min(max(value, low[entry]), high[entry])
+            values[b, entry] = min(max(value, low[entry]), high[entry])
     return finite
 
 
 @numba.njit(cache=True)
 def _are_indices(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     """Whether the values (B, k) are whole numbers in [low, high]."""
-    for lane in range(values.shape[0]):
+    for b in range(values.shape[0]):
         for entry in range(values.shape[1]):
-            value = values[lane, entry]
+            value = values[b, entry]
             if not (low[entry] <= value <= high[entry] and value == np.floor(value)):
                 return False
     return True
@@ -107,8 +107,8 @@ def _are_indices(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
 @numba.njit(cache=True)
 def _are_integers(values: IntArray, low: FloatArray, high: FloatArray) -> bool:
     """Whether the integers (B, k) lie in [low, high]."""
-    for lane in range(values.shape[0]):
+    for b in range(values.shape[0]):
         for entry in range(values.shape[1]):
-            if not low[entry] <= values[lane, entry] <= high[entry]:
+            if not low[entry] <= values[b, entry] <= high[entry]:
                 return False
     return True

@@ -1,4 +1,4 @@
-"""What the PettingZoo faces share: one lane of a match, stepped under the actions of several agents."""
+"""What the PettingZoo faces share: one environment of a match, stepped under the actions of several agents."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         self.game = self._match.game
         self.agents: list[str] = []
         self._generator: np.random.Generator | None = None
-        self._lane = np.ones(1, np.bool_)
+        self._envs = np.ones(1, np.bool_)
         self._renderer = Renderer(problem, self.game)
 
     def reset(
@@ -54,7 +54,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         """Start an episode; without a seed the generator goes on."""
         if seed is not None or self._generator is None:
             self._generator = seeding.np_random(seed)[0]
-        self._match.reset(self._lane, [self._generator])
+        self._match.reset(self._envs, [self._generator])
         self.agents = self.possible_agents[:]
         if self.render_mode == "human":
             self._renderer.show()
@@ -70,7 +70,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         if not self.agents:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
         self._check_agents(actions)
-        payoff = self._match.step(self._moves(actions), self._lane, self._interval())
+        payoff = self._match.step(self._moves(actions), self._envs, self._interval())
         terminated = bool(self.game.terminated[0])
         truncated = not terminated and bool(self.game.elapsed[0] >= self.game.horizon)
         if self.render_mode == "human":

@@ -1,4 +1,4 @@
-"""The clocks of the lanes: compiled, because NumPy takes longer for each operation on a few lanes than for a call."""
+"""The clocks of a batch. They are compiled: on small arrays each NumPy operation takes longer than a whole call."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from cps_envs.core.types import BoolArray, IntArray
 
 
 @kernel
-def tick(elapsed: IntArray, lanes: BoolArray, num_steps: int) -> None:
-    """Add game steps to what has elapsed (B,) in the marked lanes (B,)."""
+def tick(elapsed: IntArray, envs: BoolArray, num_steps: int) -> None:
+    """Add game steps to what has elapsed (B,) in the marked environments (B,)."""
     for b in range(len(elapsed)):
-        if lanes[b]:
+        if envs[b]:
             elapsed[b] += num_steps
 
 
 @kernel
-def mark_due(elapsed: IntArray, lanes: BoolArray, interval: int, due: BoolArray) -> int:
-    """Fill `due` (B,) with the marked lanes in which a decision is due, every `interval` steps; returns how many."""
+def mark_due(elapsed: IntArray, envs: BoolArray, interval: int, due: BoolArray) -> int:
+    """Fill `due` (B,): marked environments with a decision due, one every `interval` steps. Returns how many."""
     count = 0
     for b in range(len(elapsed)):
-        due[b] = lanes[b] and elapsed[b] % interval == 0
+        due[b] = envs[b] and elapsed[b] % interval == 0
         count += due[b]
     return count

@@ -1,4 +1,4 @@
-"""One role of a game as a `gymnasium.Env`: the batch with a single lane."""
+"""One role of a game as a `gymnasium.Env`: the batch with a single environment."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
 from cps_envs.core.actions import ActionReader
-from cps_envs.core.info import lane_info
+from cps_envs.core.info import episode_info
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.problem import Problem
 from cps_envs.core.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
@@ -46,7 +46,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         self.game = self._match.game
         self._alone = not self._match.players  # nobody else decides: the game can be stepped directly
         self._interval = self.game.decision_interval[self.role]
-        self._lane = np.ones(1, np.bool_)
+        self._envs = np.ones(1, np.bool_)
         self._running = False
         self._renderer = Renderer(self.problem, self.game)
         self.observation_space: spaces.Space[Any] = self.game.fields[self.role].space()
@@ -56,13 +56,13 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode; without a seed the lane's generator goes on."""
+        """Start an episode; without a seed the environment's generator goes on."""
         super().reset(seed=seed)
-        self._match.reset(self._lane, [self.np_random])
+        self._match.reset(self._envs, [self.np_random])
         self._running = True
         if self.render_mode == "human":
             self._renderer.show()
-        return self.game.observe(self.role)[0], lane_info(self.game, self.role)
+        return self.game.observe(self.role)[0], episode_info(self.game, self.role)
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Advance by one decision of this role.
@@ -75,14 +75,14 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
         game, role = self.game, self.role
         advance = game.advance if self._alone else self._match.step
-        payoff = advance({role: self._reader.single(action)}, self._lane, self._interval)
+        payoff = advance({role: self._reader.single(action)}, self._envs, self._interval)
         terminated = game.terminated.item(0)
         truncated = not terminated and game.elapsed.item(0) >= game.horizon
         self._running = not (terminated or truncated)
         if self.render_mode == "human":
             self._renderer.show()
         observation, reward = game.observe(role)[0], SIGN[role] * payoff.item(0)
-        return observation, reward, terminated, truncated, lane_info(game, role)
+        return observation, reward, terminated, truncated, episode_info(game, role)
 
     def action_masks(self) -> BoolArray:
         """Legal actions (k,) in the form that sb3-contrib's MaskablePPO asks for.

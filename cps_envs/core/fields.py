@@ -63,7 +63,7 @@ class Fields(Sequence[Field]):
         return iter(self._fields)
 
     def space(self) -> spaces.Box:
-        """The observation space of one lane."""
+        """The observation space of one environment."""
         return spaces.Box(-1.0, 1.0, (self.size,), np.float32)
 
     def encode(self, values: FloatArray) -> Observation:
@@ -97,8 +97,8 @@ class Fields(Sequence[Field]):
 
 
 @inlined
-def encode_lane(values: FloatArray, scale: FloatArray, encoded: Observation) -> None:
-    """`Fields.encode` of one lane's values (size,) for kernels, into a row of an observation."""
+def encode_row(values: FloatArray, scale: FloatArray, encoded: Observation) -> None:
+    """`Fields.encode` of one environment's values (size,) for kernels, into a row of an observation."""
     for entry in range(values.size):
         scaled = (values[entry] - scale[0, entry]) / scale[1, entry]
         encoded[entry] = 1.0 if scaled > 1.0 else -1.0 if scaled < -1.0 else scaled  # NaN stays visible
@@ -106,5 +106,5 @@ def encode_lane(values: FloatArray, scale: FloatArray, encoded: Observation) -> 
 
 @numba.njit(cache=True)
 def _encode(values: FloatArray, scale: FloatArray, encoded: Observation) -> None:
-    for lane in range(values.shape[0]):
-        encode_lane(borrowed(values)[lane], borrowed(scale), borrowed(encoded)[lane])
+    for b in range(values.shape[0]):
+        encode_row(borrowed(values)[b], borrowed(scale), borrowed(encoded)[b])

@@ -17,10 +17,10 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observat
 
 
 class Game(ABC):
-    """B lanes of one problem. Moves are simultaneous; a role's action holds until its next decision.
+    """B environments of one problem. Moves are simultaneous; a role's action holds until its next decision.
 
-    A subclass sets the attributes below in its constructor `(config, num_lanes)` and implements the abstract methods.
-    The clock is kept here: one call of `advance` moves the marked lanes by whole game steps.
+    A subclass sets the attributes below in its constructor `(config, num_envs)` and implements the abstract methods.
+    The clock is kept here: one call of `advance` moves the marked environments by whole game steps.
     """
 
     name: str  # of the problem
@@ -29,38 +29,38 @@ class Game(ABC):
     step_s: float  # duration of a game step, s
     decision_interval: Mapping[Role, int]  # game steps between two decisions of a role
     fields: Mapping[Role, Fields]
-    action_space: Mapping[Role, spaces.Space[Any]]  # of one lane
-    neutral_action: Mapping[Role, Array]  # of one lane; changes nothing
+    action_space: Mapping[Role, spaces.Space[Any]]  # of one environment
+    neutral_action: Mapping[Role, Array]  # of one environment; changes nothing
     payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker
 
-    def __init__(self, num_lanes: int) -> None:
-        self.num_lanes = num_lanes
-        self.elapsed: IntArray = np.zeros(num_lanes, np.int64)  # (B,) game steps done
-        self.terminated: BoolArray = np.zeros(num_lanes, np.bool_)  # (B,) ended by physics
+    def __init__(self, num_envs: int) -> None:
+        self.num_envs = num_envs
+        self.elapsed: IntArray = np.zeros(num_envs, np.int64)  # (B,) game steps done
+        self.terminated: BoolArray = np.zeros(num_envs, np.bool_)  # (B,) ended by physics
         self._mask_parts: dict[Role, tuple[slice, ...]] = {}
 
-    def reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        """Start new episodes in the marked lanes (B,), drawing from those lanes' generators (one per lane)."""
-        self.elapsed[lanes] = 0
-        self.terminated[lanes] = False
-        self._reset(lanes, generators)
+    def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        """Start new episodes in the marked environments (B,), each drawing from its own of the B generators."""
+        self.elapsed[envs] = 0
+        self.terminated[envs] = False
+        self._reset(envs, generators)
 
-    def advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
-        """Move the marked lanes by `num_steps` game steps under the roles' held actions (B, ...).
+    def advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
+        """Move the marked environments by `num_steps` game steps under the roles' held actions (B, ...).
 
         A role that is missing from `actions` takes its neutral action. Returns the attacker's payoff (B,), zero for
-        unmarked lanes. A lane that terminates on the way stands still from there on; `elapsed` counts on, so an
-        observed or measured time has to come from the game's own state.
+        unmarked environments. An environment that terminates on the way stands still from there on; `elapsed` counts
+        on, so an observed or measured time has to come from the game's own state.
         """
-        payoff = self._advance(actions, lanes, num_steps)
-        tick(self.elapsed, lanes, num_steps)
+        payoff = self._advance(actions, envs, num_steps)
+        tick(self.elapsed, envs, num_steps)
         return payoff
 
     @abstractmethod
-    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None: ...
+    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None: ...
 
     @abstractmethod
-    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray: ...
+    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray: ...
 
     @abstractmethod
     def observe(self, role: Role) -> Observation:
@@ -73,10 +73,10 @@ class Game(ABC):
         """
         return None
 
-    def lane_mask(self, role: Role, lane: int) -> Array | None:
-        """Legal actions (k,) of one lane as a fresh int8 array; None where all are legal."""
+    def episode_mask(self, role: Role, b: int) -> Array | None:
+        """Legal actions (k,) of one environment as a fresh int8 array; None where all are legal."""
         mask = self.action_mask(role)
-        return None if mask is None else mask[lane].astype(np.int8)
+        return None if mask is None else mask[b].astype(np.int8)
 
     def mask_parts(self, role: Role) -> tuple[slice, ...]:
         """Where the entries of a MultiDiscrete role lie in its flattened mask; none for other action spaces."""
@@ -90,12 +90,12 @@ class Game(ABC):
     def metrics(self) -> dict[str, Array]:
         """The problem's measures so far, each (B,)."""
 
-    def lane_metrics(self, lane: int) -> dict[str, Any]:
-        """The measures of one lane as Python numbers, in a fresh dictionary."""
-        return {name: values.item(lane) for name, values in self.metrics().items()}
+    def episode_metrics(self, b: int) -> dict[str, Any]:
+        """The measures of one environment as Python numbers, in a fresh dictionary."""
+        return {name: values.item(b) for name, values in self.metrics().items()}
 
-    def model(self, lane: int, num_lanes: int) -> Game:
-        """Privileged: `num_lanes` copies of one lane in its present state, to plan on.
+    def model(self, b: int, num_envs: int) -> Game:
+        """Privileged: `num_envs` copies of one environment in its present state, to plan on.
 
         Raises:
             TypeError: the problem offers no such copy.
@@ -110,8 +110,8 @@ class Game(ABC):
         """
         raise TypeError(f"the {role} of {self.name!r} has no decentralised form")
 
-    def scene(self, lane: int) -> Any:
-        """What the problem's viewer draws of a lane."""
+    def scene(self, b: int) -> Any:
+        """What the problem's viewer draws of an environment."""
         raise TypeError(f"the problem {self.name!r} has no viewer")
 
     def spec(self, role: Role) -> RoleSpec:

@@ -10,41 +10,41 @@ from cps_envs.core.game import Game
 from cps_envs.core.types import BoolArray, Role
 
 
-def lane_info(game: Game, role: Role, lane: int = 0) -> dict[str, Any]:
-    """The info of one lane: metrics as Python numbers, `action_mask` where the role has one.
+def episode_info(game: Game, role: Role, b: int = 0) -> dict[str, Any]:
+    """The info of one environment: metrics as Python numbers, `action_mask` where the role has one.
 
     The mask is an int8 array (k,), flattened for MultiDiscrete.
     """
-    info: dict[str, Any] = game.lane_metrics(lane)
-    if (mask := game.lane_mask(role, lane)) is not None:
+    info: dict[str, Any] = game.episode_metrics(b)
+    if (mask := game.episode_mask(role, b)) is not None:
         info["action_mask"] = mask
     return info
 
 
 def agent_info(game: Game, role: Role) -> dict[str, Any]:
-    """The info of one agent: that of lane 0, with the mask in the form that `action_space.sample(mask)` takes.
+    """The info of one agent: that of environment 0, with the mask in the form that `action_space.sample(mask)` takes.
 
     That is a tuple of arrays for MultiDiscrete, as PettingZoo expects; Gymnasium's vector environments cannot hold it.
     """
-    info = lane_info(game, role)
+    info = episode_info(game, role)
     parts = game.mask_parts(role)
     if parts and "action_mask" in info:
         info["action_mask"] = tuple(info["action_mask"][part] for part in parts)
     return info
 
 
-def batch_info(game: Game, role: Role, lanes: BoolArray) -> dict[str, Any]:
-    """The info of the marked lanes as Gymnasium's vector environments lay it out: arrays `key` with masks `_key`.
+def batch_info(game: Game, role: Role, envs: BoolArray) -> dict[str, Any]:
+    """The info of the marked environments in the layout of Gymnasium's vector form: arrays `key` with masks `_key`.
 
     `action_mask` is an int8 array (B, k), flattened for MultiDiscrete.
     """
-    every = bool(lanes.all())
-    arrays = {name: values.copy() if every else np.where(lanes, values, 0) for name, values in game.metrics().items()}
+    every = bool(envs.all())
+    arrays = {name: values.copy() if every else np.where(envs, values, 0) for name, values in game.metrics().items()}
     mask = game.action_mask(role)
     if mask is not None:
         arrays["action_mask"] = mask.view(np.int8)  # it is fresh
     info: dict[str, Any] = {}
     for name, values in arrays.items():
         info[name] = values
-        info[f"_{name}"] = lanes.copy()
+        info[f"_{name}"] = envs.copy()
     return info

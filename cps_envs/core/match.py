@@ -11,16 +11,16 @@ import numpy as np
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
-from cps_envs.core.lanes import put, take
 from cps_envs.core.policy import Idle, Policy, State, is_decentralised, takes_masks
+from cps_envs.core.policy_state import put, take
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
 
 
 class Match:
     """Steps a game whose other roles are played from outside.
 
-    Each lane has one generator; at every reset each player is handed one spawned from it, so that no draw of a policy
-    shifts a draw of the physics.
+    Each environment has one generator. At every reset each player is handed one spawned from it, so that no draw of a
+    policy shifts a draw of the physics.
     """
 
     def __init__(self, game: Game, players: Mapping[Role, Policy], *, deterministic: bool = False) -> None:
@@ -29,50 +29,50 @@ class Match:
         self._idle = frozenset(players) - frozenset(self.players)
         self._deterministic = deterministic
         self._states: dict[Role, State] = dict.fromkeys(self.players)
-        self._due = np.zeros(game.num_lanes, np.bool_)
-        self._fresh = {role: np.ones(game.num_lanes, np.bool_) for role in self.players}
-        self._held = {role: _repeat(game.neutral_action[role], game.num_lanes) for role in self.players}
+        self._due = np.zeros(game.num_envs, np.bool_)
+        self._fresh = {role: np.ones(game.num_envs, np.bool_) for role in self.players}
+        self._held = {role: _repeat(game.neutral_action[role], game.num_envs) for role in self.players}
         self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
         self._masked = {role for role, player in self.players.items() if takes_masks(player)}
         self._teams = {role: game.team(role) for role, player in self.players.items() if is_decentralised(player)}
         self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
 
-    def reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        """Start new episodes in the marked lanes (B,)."""
-        self.game.reset(lanes, generators)
-        self.begin(lanes, generators)
+    def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        """Start new episodes in the marked environments (B,)."""
+        self.game.reset(envs, generators)
+        self.begin(envs, generators)
 
-    def begin(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        """Let the players start with the marked lanes as they are."""
+    def begin(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        """Let the players start with the marked environments as they are."""
         if not self.players:
             return
-        marked = np.flatnonzero(lanes).tolist()
-        spawned = {lane: generators[lane].spawn(len(ROLES)) for lane in marked}
+        marked = np.flatnonzero(envs).tolist()
+        spawned = {b: generators[b].spawn(len(ROLES)) for b in marked}
         for role, player in self.players.items():
-            self._fresh[role][lanes] = True
+            self._fresh[role][envs] = True
             if hasattr(player, "begin"):
-                own = [spawned[lane][ROLES.index(role)] for lane in marked]
-                knowledge = [self._knowledge(role, player, lane) for lane in marked]
-                self._states[role] = put(self._states[role], lanes, player.begin(own, knowledge))
+                own = [spawned[b][ROLES.index(role)] for b in marked]
+                knowledge = [self._knowledge(role, player, b) for b in marked]
+                self._states[role] = put(self._states[role], envs, player.begin(own, knowledge))
 
-    def step(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
-        """Move the marked lanes by `num_steps` game steps; returns the attacker's payoff (B,)."""
+    def step(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
+        """Move the marked environments by `num_steps` game steps; returns the attacker's payoff (B,)."""
         if not self.players:
-            return self.game.advance(actions, lanes, num_steps)
+            return self.game.advance(actions, envs, num_steps)
         stride = gcd(self._stride, num_steps)
-        payoff = np.zeros(self.game.num_lanes)
+        payoff = np.zeros(self.game.num_envs)
         for _ in range(0, num_steps, stride):
-            lanes = lanes > self.game.terminated  # marked and not ended, in one operation
+            envs = envs > self.game.terminated  # marked and not ended, in one operation
             for role in self.players:
-                self._decide(role, lanes)
-            paid = self.game.advance({**actions, **self._held}, lanes, stride)
+                self._decide(role, envs)
+            paid = self.game.advance({**actions, **self._held}, envs, stride)
             payoff = payoff + paid  # in place NumPy takes several times as long
         return payoff
 
-    def _decide(self, role: Role, lanes: BoolArray) -> None:
-        """Renew the held actions of the lanes in which a decision of this role is due."""
+    def _decide(self, role: Role, envs: BoolArray) -> None:
+        """Renew the held actions of the environments in which a decision of this role is due."""
         due = self._due
-        count = mark_due(self.game.elapsed, lanes, self.game.decision_interval[role], due)
+        count = mark_due(self.game.elapsed, envs, self.game.decision_interval[role], due)
         if count == 0:
             return
         observation, start, state = self.game.observe(role), self._fresh[role], self._states[role]
@@ -89,7 +89,7 @@ class Match:
     def _ask(
         self, role: Role, observation: Observation, state: State, start: BoolArray, due: BoolArray
     ) -> tuple[Array, State]:
-        """A player's checked actions in the lanes that are due, and its new state."""
+        """A player's checked actions in the environments that are due, and its new state."""
         player = self.players[role]
         actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, due))
         try:
@@ -98,7 +98,7 @@ class Match:
             raise ValueError(f"the {role}'s policy {type(player).__name__} gave impossible actions: {error}") from error
 
     def _extras(self, role: Role, due: BoolArray) -> dict[str, Array]:
-        """What a player wants to know beside its observation, in the lanes that are due."""
+        """What a player wants to know beside its observation, in the environments that are due."""
         extras: dict[str, Array] = {}
         mask = self.game.action_mask(role) if role in self._masked else None
         if mask is not None:
@@ -107,14 +107,14 @@ class Match:
             extras["team_observation"] = self._teams[role].observe()[due]
         return extras
 
-    def _knowledge(self, role: Role, player: Policy, lane: int) -> dict[str, Any]:
+    def _knowledge(self, role: Role, player: Policy, b: int) -> dict[str, Any]:
         wanted: frozenset[str] = getattr(player, "privileged", frozenset())
         offers: dict[str, Callable[[], Any]] = {
-            "model": lambda: lambda num_lanes: self.game.model(lane, num_lanes),
+            "model": lambda: lambda num_envs: self.game.model(b, num_envs),
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
         }
         return {name: offers[name]() for name in wanted}
 
 
-def _repeat(action: Array, num_lanes: int) -> Array:
-    return np.stack([action] * num_lanes)
+def _repeat(action: Array, num_envs: int) -> Array:
+    return np.stack([action] * num_envs)

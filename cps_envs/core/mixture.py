@@ -41,14 +41,14 @@ class Mixture(AnalyticPolicy):
         self.decentralised = any(map(is_decentralised, self.policies))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Draw a policy for each lane and let it begin; the state holds its index and its own state, by lane."""
+        """Draw a policy for each episode and let it begin; the state holds its index and its own state."""
         drawn = np.array([generator.choice(len(self.policies), p=self.probabilities) for generator in generators])
         own = np.full(len(generators), None, object)
         for index, policy in enumerate(self.policies):
-            lanes = np.flatnonzero(drawn == index).tolist()
-            if lanes and hasattr(policy, "begin"):
-                theirs = [generators[lane] for lane in lanes]
-                _scatter(own, lanes, policy.begin(theirs, [knowledge[lane] for lane in lanes]))
+            envs = np.flatnonzero(drawn == index).tolist()
+            if envs and hasattr(policy, "begin"):
+                theirs = [generators[b] for b in envs]
+                _scatter(own, envs, policy.begin(theirs, [knowledge[b] for b in envs]))
         return drawn, own
 
     def predict(
@@ -60,30 +60,28 @@ class Mixture(AnalyticPolicy):
         action_masks: BoolArray | None = None,
         team_observation: Observation | None = None,
     ) -> tuple[Array, State]:
-        """The actions of each lane's policy."""
+        """The actions of each environment's policy."""
         if state is None:
             raise TypeError("a mixture draws at the start of an episode: call begin() before predict()")
         drawn, own = state[0], state[1].copy()
         actions = np.stack([self.spec.neutral_action] * len(observation))
         for index in np.unique(drawn).tolist():
-            lanes = np.flatnonzero(drawn == index).tolist()
+            envs = np.flatnonzero(drawn == index).tolist()
             policy = self.policies[index]
             extra = wanted(
                 policy,
-                None if action_masks is None else action_masks[lanes],
-                None if team_observation is None else team_observation[lanes],
+                None if action_masks is None else action_masks[envs],
+                None if team_observation is None else team_observation[envs],
             )
-            start = None if episode_start is None else episode_start[lanes]
-            actions[lanes], part = policy.predict(
-                observation[lanes], _gather(own, lanes), start, deterministic, **extra
-            )
-            _scatter(own, lanes, part)
+            start = None if episode_start is None else episode_start[envs]
+            actions[envs], part = policy.predict(observation[envs], _gather(own, envs), start, deterministic, **extra)
+            _scatter(own, envs, part)
         return actions, (drawn, own)
 
 
-def _gather(own: Array, lanes: Sequence[int]) -> State:
-    """The states of some lanes as one batch, zeros for a lane that has none yet; None where no lane has one."""
-    rows = own[lanes]
+def _gather(own: Array, envs: Sequence[int]) -> State:
+    """The states of some environments as one batch, zeros where there is none yet; None where all have none."""
+    rows = own[envs]
     known = next((row for row in rows if row is not None), None)
     if known is None:
         return None
@@ -91,7 +89,7 @@ def _gather(own: Array, lanes: Sequence[int]) -> State:
     return tuple(np.concatenate(parts) for parts in zip(*(blank if row is None else row for row in rows), strict=True))
 
 
-def _scatter(own: Array, lanes: Sequence[int], state: State) -> None:
-    """Put away a batch of states, lane by lane."""
-    for row, lane in enumerate(lanes):
-        own[lane] = None if state is None else tuple(array[row : row + 1] for array in state)
+def _scatter(own: Array, envs: Sequence[int], state: State) -> None:
+    """Put away a batch of states, environment by environment."""
+    for row, b in enumerate(envs):
+        own[b] = None if state is None else tuple(array[row : row + 1] for array in state)

@@ -1,4 +1,4 @@
-"""Both roles of a game as a `pettingzoo.ParallelEnv`: the batch with a single lane, stepped at the game's own rate."""
+"""Both roles of a game as a `pettingzoo.ParallelEnv`: a batch of one, stepped at the game's own rate."""
 
 from __future__ import annotations
 

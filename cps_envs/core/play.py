@@ -38,11 +38,11 @@ def play_episodes(
 
 
 def finish(match: Match, *, on_step: OnStep | None = None) -> FloatArray:
-    """Play every lane of a match to its end; returns the attacker's payoff (B,) on the way there."""
+    """Play every environment of a match to its end; returns the attacker's payoff (B,) on the way there."""
     game = match.game
     intervals = [game.decision_interval[role] for role in match.players] or list(game.decision_interval.values())
     stride = gcd(*intervals)
-    payoff = np.zeros(game.num_lanes)
+    payoff = np.zeros(game.num_envs)
     if on_step is not None:
         on_step(game)
     while (active := (game.elapsed < game.horizon) & ~game.terminated).any():

@@ -13,7 +13,7 @@ from gymnasium import spaces
 from cps_envs.core.fields import Fields
 from cps_envs.core.types import Array, BoolArray, Observation, Role
 
-State: TypeAlias = tuple[Array, ...] | None  # arrays with a leading lane axis
+State: TypeAlias = tuple[Array, ...] | None  # arrays with a leading environment axis
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class RoleSpec:
     role: Role
     fields: Fields
     action_space: spaces.Space[Any]
-    neutral_action: Array  # one lane's action that changes nothing
+    neutral_action: Array  # one environment's action that changes nothing
     decision_interval_s: float
     config: Any
 
@@ -42,7 +42,7 @@ class Policy(Protocol):
     ) -> tuple[Array, State]:
         """Actions (B, ...) for observations (B, n), and the state to hand over at the next call.
 
-        `state` is None or a tuple of arrays with a leading lane axis; `episode_start` (B,) marks the lanes whose
+        `state` is None or a tuple of arrays with a leading axis B; `episode_start` (B,) marks the environments whose
         episode begins with this observation. A policy whose `predict` has a parameter `action_masks`, as
         sb3-contrib's MaskablePPO has, is handed the legal actions (B, k) too; one with a true attribute
         `decentralised` is handed as `team_observation` what each agent of its role's team sees (B, A, m), too.
@@ -83,7 +83,7 @@ class AnalyticPolicy:
         self.spec = spec
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The state of lanes whose episode starts: one generator and one mapping of privileged values per lane."""
+        """The state of episodes that start: one generator and one mapping of privileged values for each."""
         return None
 
     def predict(
@@ -109,7 +109,7 @@ class Idle(AnalyticPolicy):
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
     ) -> tuple[Array, State]:
-        """The neutral action for every lane."""
+        """The neutral action for every environment."""
         return np.stack([self.spec.neutral_action] * len(observation)), state
 
 

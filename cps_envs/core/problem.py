@@ -22,9 +22,9 @@ class Work:
     """A unit of physics, in which the speed of a problem's simulation is measured."""
 
     unit: str  # plural, such as "vehicle-steps"
-    per_game_step: Callable[[Any], float]  # units that a lane does in a game step under a configuration
+    per_game_step: Callable[[Any], float]  # units that an environment does in a game step under a configuration
     target_per_s: float = 0.0  # units per CPU second that the simulation alone ought to reach; 0: none
-    vector_target_per_s: float = 0.0  # the same of the attacker's vector environment with 1,024 lanes
+    vector_target_per_s: float = 0.0  # the same of the attacker's vector environment with 1,024 environments
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Problem:
     version: int  # a change that alters any number makes a new one
     summary: str  # one line
     presets: Mapping[str, Any]  # name -> frozen configuration
-    game: Callable[[Any, int], Game]  # called as game(config, num_lanes)
+    game: Callable[[Any, int], Game]  # called as game(config, num_envs)
     fields: Mapping[Role, Callable[[Any], Fields]]  # what each role observes under a configuration
     opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
     viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
@@ -55,9 +55,9 @@ class Problem:
             raise ConfigurationError(f"{self.name} has no preset {preset!r}. {near(preset, self.presets)}")
         return configure(self.presets[preset], overrides)
 
-    def match(self, config: Any, num_lanes: int, players: Mapping[Role, PolicyReference]) -> Match:
+    def match(self, config: Any, num_envs: int, players: Mapping[Role, PolicyReference]) -> Match:
         """A batch of episodes with some roles played from inside."""
-        game = self.game(config, num_lanes)
+        game = self.game(config, num_envs)
         return Match(game, {role: self.policy(reference, game, role) for role, reference in players.items()})
 
     def policy(self, reference: PolicyReference, game: Game, role: Role) -> Policy:

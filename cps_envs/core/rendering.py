@@ -1,4 +1,4 @@
-"""Pictures of a lane: frames as arrays without a display, and a window for people."""
+"""Pictures of an environment: frames as arrays without a display, and a window for people."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def check_render_mode(mode: str | None) -> None:
 
 
 class Renderer:
-    """Draws lanes of a game with its problem's viewer, which is made when the first frame is asked for."""
+    """Draws environments of a game with its problem's viewer, which is made when the first frame is asked for."""
 
     def __init__(self, problem: Problem, game: Game) -> None:
         self._problem, self._game = problem, game
@@ -41,20 +41,20 @@ class Renderer:
         """Whether the viewer draws the course of the episode, and so should `watch` every game step."""
         return hasattr(self.viewer, "watch")
 
-    def watch(self, lane: int = 0) -> None:
+    def watch(self, b: int = 0) -> None:
         """Show a moment to a viewer that remembers, without drawing it."""
-        self.viewer.watch(self._game.scene(lane))
+        self.viewer.watch(self._game.scene(b))
 
-    def frame(self, lane: int = 0) -> Array:
-        """The picture of a lane as uint8 (H, W, 3)."""
-        frame: Array = self.viewer.frame(self._game.scene(lane))
+    def frame(self, b: int = 0) -> Array:
+        """The picture of an environment as uint8 (H, W, 3)."""
+        frame: Array = self.viewer.frame(self._game.scene(b))
         return frame
 
-    def show(self, lane: int = 0) -> None:
-        """Put the picture of a lane on the screen."""
+    def show(self, b: int = 0) -> None:
+        """Put the picture of an environment on the screen."""
         if self._window is None:
             self._window = Window(f"cps_envs {self._problem.name}")
-        self._window.show(self.frame(lane))
+        self._window.show(self.frame(b))
 
     def render(self, mode: str | None) -> Array | None:
         """What `Env.render` returns in a mode."""

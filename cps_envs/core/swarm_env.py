@@ -60,7 +60,7 @@ class SwarmEnv(AgentsEnv):
         return dict(zip(self.possible_agents, map(np.copy, self.team.observe()[0]), strict=True))
 
     def _infos(self) -> Infos:
-        metrics = self.game.lane_metrics(0)
+        metrics = self.game.episode_metrics(0)
         infos: Infos = {agent: dict(metrics) for agent in self.possible_agents}
         masks = self.team.action_masks()
         if masks is not None:

@@ -12,7 +12,7 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 
 
 class Team(ABC):
-    """A agents that together play one role of a game with B lanes; all have the same fields and the same actions."""
+    """A agents that together play one role of a game, in B environments; all have the same fields and actions."""
 
     agents: tuple[str, ...]  # A names
     fields: Fields  # of one agent's own observation

@@ -23,7 +23,7 @@ Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
 
 class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
-    """Base of the vector environments; lane i of a batch seeded s equals the single environment seeded s + i."""
+    """Base of the vector environments; environment i of a batch seeded s equals the single environment seeded s + i."""
 
     problem: ClassVar[Problem]
     role: ClassVar[Role]
@@ -70,27 +70,27 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start episodes in all lanes, or in those of `options["reset_mask"]`, a boolean array (B,).
+        """Start episodes in all environments, or in those of `options["reset_mask"]`, a boolean array (B,).
 
-        Lanes without a seed go on with the generator they have.
+        Environments without a seed go on with the generator they have.
         """
-        lanes = self._reset_mask(options)
-        self._seed(seed, lanes)
-        self._restart(lanes)
+        envs = self._reset_mask(options)
+        self._seed(seed, envs)
+        self._restart(envs)
         if self.render_mode == "human":
             self._renderer.show()
-        return self.game.observe(self.role), batch_info(self.game, self.role, lanes)
+        return self.game.observe(self.role), batch_info(self.game, self.role, envs)
 
     def step(self, actions: Any) -> Step:
-        """Advance every lane by one decision of this role, and reset ended lanes as `autoreset_mode` says.
+        """Advance every environment by one decision of this role, and reset ended ones as `autoreset_mode` says.
 
         Raises:
-            ResetNeeded: before the first reset, or for an ended lane when automatic resetting is disabled.
+            ResetNeeded: before the first reset, or for an ended environment when automatic resetting is disabled.
             ValueError: the actions have a wrong shape, are not finite or lie outside the action space.
         """
         self._check_running()
         checked = self._reader.batch(actions, self.num_envs)
-        waiting = self._ended.copy()  # lanes that NEXT_STEP resets instead of stepping
+        waiting = self._ended.copy()  # environments that NEXT_STEP resets instead of stepping
         if waiting.any():
             self._restart(waiting)
         live = ~waiting
@@ -116,9 +116,9 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         return mask
 
     def render(self) -> tuple[Array, ...] | None:
-        """One frame per lane in mode `rgb_array`; in mode `human` the first lane is shown."""
+        """One frame per environment in mode `rgb_array`; in mode `human` the first environment is shown."""
         if self.render_mode == "rgb_array":
-            return tuple(self._renderer.frame(lane) for lane in range(self.num_envs))
+            return tuple(self._renderer.frame(b) for b in range(self.num_envs))
         self._renderer.render(self.render_mode)
         return None
 
@@ -131,21 +131,23 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             raise ResetNeeded("call reset() before step()")
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             ended = np.flatnonzero(self._ended).tolist()
-            raise ResetNeeded(f'lanes {ended} have ended: call reset(options={{"reset_mask": mask}}) for them first')
+            raise ResetNeeded(
+                f'environments {ended} have ended: call reset(options={{"reset_mask": mask}}) for them first'
+            )
 
-    def _restart(self, lanes: BoolArray) -> None:
-        self._match.reset(lanes, self._generators)
-        self._ended = self._ended & ~lanes
+    def _restart(self, envs: BoolArray) -> None:
+        self._match.reset(envs, self._generators)
+        self._ended = self._ended & ~envs
 
     def _restart_ended(self) -> dict[str, Any]:
-        """Reset the lanes that have just ended; their last observation and info as Gymnasium's `final_*` entries."""
+        """Reset environments that have just ended; their last observation and info as Gymnasium's `final_*` entries."""
         ended = self._ended
         if not ended.any():
             return {}
         last = self.game.observe(self.role)
         final_obs = np.full(self.num_envs, None, dtype=object)
-        for lane in np.flatnonzero(ended):
-            final_obs[lane] = last[lane]
+        for b in np.flatnonzero(ended):
+            final_obs[b] = last[b]
         final_info = batch_info(self.game, self.role, ended)
         self._restart(ended)
         return {
@@ -163,20 +165,20 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         if not isinstance(mask, np.ndarray) or mask.shape != everything.shape or mask.dtype != np.bool_:
             raise ValueError(f'options["reset_mask"] must be a boolean numpy array of shape ({self.num_envs},)')
         if not mask.any():
-            raise ValueError('options["reset_mask"] marks no lane')
+            raise ValueError('options["reset_mask"] marks no environment')
         if not self._generators and not mask.all():
-            raise ResetNeeded("the first reset() has to start every lane: leave out the reset_mask")
+            raise ResetNeeded("the first reset() has to start every environment: leave out the reset_mask")
         return mask
 
-    def _seed(self, seed: int | Sequence[int | None] | None, lanes: BoolArray) -> None:
+    def _seed(self, seed: int | Sequence[int | None] | None, envs: BoolArray) -> None:
         seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, (int, np.integer)) else seed
         if seeds is None:
             seeds = [None] * self.num_envs
         if len(seeds) != self.num_envs:
-            raise ValueError(f"one seed per lane is needed: {self.num_envs} lanes, {len(seeds)} seeds")
+            raise ValueError(f"one seed per environment is needed: {self.num_envs} environments, {len(seeds)} seeds")
         first = not self._generators
         if first:
             self._generators = [None] * self.num_envs  # type: ignore[list-item]
-        for lane in np.flatnonzero(lanes).tolist():
-            if first or seeds[lane] is not None:
-                self._generators[lane] = seeding.np_random(seeds[lane])[0]
+        for b in np.flatnonzero(envs).tolist():
+            if first or seeds[b] is not None:
+                self._generators[b] = seeding.np_random(seeds[b])[0]

@@ -42,12 +42,12 @@ def disband(
     budget: NDArray[np.int64],
     legal: NDArray[np.bool_],
     targets: NDArray[np.int64],
-    lanes: NDArray[np.bool_],
+    envs: NDArray[np.bool_],
 ) -> None:
-    """Disband platoon targets[b] of the marked lanes now, where that is legal; anything else means waiting."""
-    for b in range(lanes.shape[0]):
+    """Disband platoon targets[b] of the marked environments now, where that is legal; anything else means waiting."""
+    for b in range(envs.shape[0]):
         i = targets[b]
-        if lanes[b] and i > 0 and legal[b, i]:
+        if envs[b] and i > 0 and legal[b, i]:
             p = parameters[b]
             state.disbanding_s[b, p.num_vehicles // p.vehicles_per_platoon - i] = state.step[b] * p.dt_s
             budget[b] -= 1

@@ -1,4 +1,4 @@
-"""The commanded accelerations (2.2) to (2.6): one law per function, then one pass over a lane."""
+"""The commanded accelerations (2.2) to (2.6): one law per function, then one pass over an episode."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cps_envs.core.compiled import kernel
-from cps_envs.disbanding.lane import Constants
+from cps_envs.disbanding.constants import Constants
 from cps_envs.disbanding.state import State
 
 DEAD_BAND = 0.05  # m/s2, corrections smaller than this leave the plain law alone
@@ -113,22 +113,22 @@ def most_forward_disbanded(disbanding_s: NDArray[np.float64], num_platoons: int,
 
 
 @kernel
-def look_ahead(lane: State, num_vehicles: int, gap: NDArray[np.float64], closing: NDArray[np.float64]) -> None:
+def look_ahead(episode: State, num_vehicles: int, gap: NDArray[np.float64], closing: NDArray[np.float64]) -> None:
     """Fill `gap` (m) and `closing` (m/s, speed ahead minus own) of each vehicle; the front one has a free road."""
     gap[0] = np.inf
     closing[0] = 0.0
     for q in range(1, num_vehicles):
-        gap[q] = lane.position[q - 1] - lane.position[q]
-        closing[q] = lane.speed[q - 1] - lane.speed[q]
+        gap[q] = episode.position[q - 1] - episode.position[q]
+        closing[q] = episode.speed[q - 1] - episode.speed[q]
 
 
 @kernel
 def command_platoons(
-    lane: State, c: Constants, gap: NDArray[np.float64], closing: NDArray[np.float64], u: NDArray[np.float64]
+    episode: State, c: Constants, gap: NDArray[np.float64], closing: NDArray[np.float64], u: NDArray[np.float64]
 ) -> None:
     """Fill `u` (m/s2) with the commands of all vehicles as if every platoon were intact, (2.2) to (2.4)."""
     k_p, k_d, desired_gap, headway = c.proportional_gain, c.derivative_gain, c.desired_gap_m, c.headway_s
-    size, speed = c.vehicles_per_platoon, lane.speed
+    size, speed = c.vehicles_per_platoon, episode.speed
     for q in range(c.num_vehicles - 1):
         u[q] = middle_law(gap[q], closing[q], gap[q + 1], closing[q + 1], desired_gap, k_p, k_d)
     for platoon in range(c.num_vehicles // size):
@@ -139,17 +139,19 @@ def command_platoons(
         if c.transitional_controller:
             command = transitional_law(command, gap[first], closing[first], speed[first], headway)
         u[first] = command
-    u[0] = front_law(lane.speed[0], c.desired_speed_mps, k_d)
+    u[0] = front_law(episode.speed[0], c.desired_speed_mps, k_d)
 
 
 @kernel
-def command_humans(lane: State, c: Constants, gap: NDArray[np.float64], time_s: float, u: NDArray[np.float64]) -> None:
+def command_humans(
+    episode: State, c: Constants, gap: NDArray[np.float64], time_s: float, u: NDArray[np.float64]
+) -> None:
     """Overwrite `u` (m/s2) of the vehicles whose drivers have taken over by `time_s`, (2.5)."""
     size = c.vehicles_per_platoon
     for platoon in range(c.num_vehicles // size):
-        disbanding_s = lane.disbanding_s[platoon]
+        disbanding_s = episode.disbanding_s[platoon]
         if has_begun(time_s, disbanding_s):
             for q in range(platoon * size, (platoon + 1) * size):
-                if has_begun(time_s, disbanding_s + lane.takeover_delay_s[q]):
-                    ahead = lane.speed[max(q - 1, 0)]
-                    u[q] = human_law(gap[q], lane.speed[q], ahead, lane.driver_headway_s[q], c)
+                if has_begun(time_s, disbanding_s + episode.takeover_delay_s[q]):
+                    ahead = episode.speed[max(q - 1, 0)]
+                    u[q] = human_law(gap[q], episode.speed[q], ahead, episode.driver_headway_s[q], c)

@@ -1,6 +1,6 @@
-"""One integration step of a lane in small pieces, and `advance`, the closed loop with a defender's corrections.
+"""One integration step of an episode in small pieces, and `advance`, the closed loop with a defender's corrections.
 
-A *lane* here is a `State` without its lane axis: the rows of one lane as views, its scalars as arrays of length one.
+An *episode* here is a `State` without its axis B: the rows of one episode as views, scalars as arrays of length one.
 Every closed loop composes the same pieces in the order of section 2.6 of the specification: commands by the law,
 mitigation, collision avoidance, integration, accounting.
 """
@@ -21,7 +21,7 @@ from cps_envs.disbanding.commands import (
     look_ahead,
     most_forward_disbanded,
 )
-from cps_envs.disbanding.lane import Constants, constants_of, lane_of
+from cps_envs.disbanding.constants import Constants, constants_of, episode_of
 from cps_envs.disbanding.state import State
 
 STOP_MPS = 0.01  # a vehicle stops when it gets slower than this
@@ -30,32 +30,32 @@ REARM_MPS = 1.0  # a further stop counts once it was faster than this
 
 @kernel
 def command_by_law(
-    lane: State, c: Constants, gap: NDArray[np.float64], closing: NDArray[np.float64], u: NDArray[np.float64]
+    episode: State, c: Constants, gap: NDArray[np.float64], closing: NDArray[np.float64], u: NDArray[np.float64]
 ) -> None:
     """Fill gap (m), closing speed (m/s) and the plain law's command `u` (m/s2) of every vehicle, (2.2) to (2.5)."""
-    look_ahead(lane, c.num_vehicles, gap, closing)
-    command_platoons(lane, c, gap, closing, u)
-    command_humans(lane, c, gap, lane.step[0] * c.dt_s, u)
+    look_ahead(episode, c.num_vehicles, gap, closing)
+    command_platoons(episode, c, gap, closing, u)
+    command_humans(episode, c, gap, episode.step[0] * c.dt_s, u)
 
 
 @kernel
-def first_mitigable(lane: State, c: Constants) -> int:
+def first_mitigable(episode: State, c: Constants) -> int:
     """The most forward vehicle that may be mitigable now: vehicles from here on are, where their platoon is intact."""
     size = c.vehicles_per_platoon
     platoons = c.num_vehicles // size
-    front = most_forward_disbanded(lane.disbanding_s, platoons, lane.step[0] * c.dt_s)
+    front = most_forward_disbanded(episode.disbanding_s, platoons, episode.step[0] * c.dt_s)
     return min(front + 1, platoons) * size
 
 
 @kernel
-def correct_commands(lane: State, c: Constants, correction: NDArray[np.float64]) -> None:
+def correct_commands(episode: State, c: Constants, correction: NDArray[np.float64]) -> None:
     """Apply the defender's corrections (M,) m/s2 to the commands of the mitigable vehicles by rule (2.7)."""
-    size, time_s = c.vehicles_per_platoon, lane.step[0] * c.dt_s
+    size, time_s = c.vehicles_per_platoon, episode.step[0] * c.dt_s
     low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
-    for platoon in range(first_mitigable(lane, c) // size, c.num_vehicles // size):
-        if not has_begun(time_s, lane.disbanding_s[platoon]):
+    for platoon in range(first_mitigable(episode, c) // size, c.num_vehicles // size):
+        if not has_begun(time_s, episode.disbanding_s[platoon]):
             for q in range(platoon * size, (platoon + 1) * size):
-                lane.command[q] = corrected(lane.command[q], correction[q], low, high)
+                episode.command[q] = corrected(episode.command[q], correction[q], low, high)
 
 
 @kernel
@@ -69,9 +69,9 @@ def final_command(command: float, gap: float, speed: float, speed_ahead: float, 
 
 
 @kernel
-def avoid_collisions(lane: State, c: Constants, gap: NDArray[np.float64]) -> None:
+def avoid_collisions(episode: State, c: Constants, gap: NDArray[np.float64]) -> None:
     """Make every command final; the front vehicle has an infinite gap."""
-    u, speed = lane.command, lane.speed
+    u, speed = episode.command, episode.speed
     u[0] = final_command(u[0], gap[0], speed[0], speed[0], c)
     for q in range(1, c.num_vehicles):
         u[q] = final_command(u[q], gap[q], speed[q], speed[q - 1], c)
@@ -85,12 +85,12 @@ def within_speeds(acceleration: float, speed: float, slowest: float, fastest: fl
 
 
 @kernel
-def integrate_euler(lane: State, c: Constants) -> None:
+def integrate_euler(episode: State, c: Constants) -> None:
     """Explicit Euler step of (2.1) from the old state, then the limits of acceleration and speed."""
     dt, tau = c.dt_s, c.tau_s
     low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
     slowest, fastest = c.min_speed_mps, c.max_speed_mps
-    x, v, a, u = lane.position, lane.speed, lane.acceleration, lane.command
+    x, v, a, u = episode.position, episode.speed, episode.acceleration, episode.command
     for q in range(c.num_vehicles):
         speed = v[q] + dt * a[q]
         acceleration = clip(a[q] + dt * (u[q] - a[q]) / tau, low, high)
@@ -100,12 +100,12 @@ def integrate_euler(lane: State, c: Constants) -> None:
 
 
 @kernel
-def integrate_exactly(lane: State, c: Constants) -> None:
+def integrate_exactly(episode: State, c: Constants) -> None:
     """Exact step of (2.1) with the command held; a vehicle that reaches its lowest speed does not move backward."""
     dt, tau = c.dt_s, c.tau_s
     decay = np.exp(-dt / tau)
     slowest, fastest = c.min_speed_mps, c.max_speed_mps
-    x, v, a, u = lane.position, lane.speed, lane.acceleration, lane.command
+    x, v, a, u = episode.position, episode.speed, episode.acceleration, episode.command
     for q in range(c.num_vehicles):
         lag = a[q] - u[q]
         position = x[q] + v[q] * dt + 0.5 * u[q] * dt * dt + lag * tau * (dt - tau * (1.0 - decay))
@@ -116,9 +116,9 @@ def integrate_exactly(lane: State, c: Constants) -> None:
 
 
 @kernel
-def keep_order(lane: State, c: Constants) -> None:
+def keep_order(episode: State, c: Constants) -> None:
     """Inelastic contact, front to rear: who touches its predecessor stays behind it and is not faster."""
-    x, v, a = lane.position, lane.speed, lane.acceleration
+    x, v, a = episode.position, episode.speed, episode.acceleration
     for q in range(1, c.num_vehicles):
         if x[q - 1] - x[q] <= 0.0:
             x[q] = x[q - 1]
@@ -128,69 +128,69 @@ def keep_order(lane: State, c: Constants) -> None:
 
 
 @kernel
-def integrate(lane: State, c: Constants, gap: NDArray[np.float64]) -> None:
+def integrate(episode: State, c: Constants, gap: NDArray[np.float64]) -> None:
     """Move every vehicle by one step under its final command, remember the gaps before, mark who touches whom."""
     for q in range(1, c.num_vehicles):
-        lane.previous_gap[q] = gap[q]
+        episode.previous_gap[q] = gap[q]
     if c.exact_integration:
-        integrate_exactly(lane, c)
+        integrate_exactly(episode, c)
     else:
-        integrate_euler(lane, c)
-    mark_collisions(lane, c)
+        integrate_euler(episode, c)
+    mark_collisions(episode, c)
     if c.inelastic_contact:
-        keep_order(lane, c)
+        keep_order(episode, c)
 
 
 @kernel
-def mark_collisions(lane: State, c: Constants) -> None:
+def mark_collisions(episode: State, c: Constants) -> None:
     """Note the vehicles whose gap ahead is <= 0 after the step, and their predecessors."""
-    x = lane.position
+    x = episode.position
     touching = 0
     for q in range(1, c.num_vehicles):
         touching += x[q - 1] - x[q] <= 0.0
     if touching == 0:
         return
     for q in range(1, c.num_vehicles):
-        if x[q - 1] - x[q] <= 0.0 and not lane.rear_collided[q]:
-            lane.rear_collided[q] = True
-            involve(lane, c, q)
-            involve(lane, c, q - 1)
-            if lane.first_collision_s[0] < 0.0:
-                lane.first_collision_s[0] = (lane.step[0] + 1) * c.dt_s
+        if x[q - 1] - x[q] <= 0.0 and not episode.rear_collided[q]:
+            episode.rear_collided[q] = True
+            involve(episode, c, q)
+            involve(episode, c, q - 1)
+            if episode.first_collision_s[0] < 0.0:
+                episode.first_collision_s[0] = (episode.step[0] + 1) * c.dt_s
 
 
 @kernel
-def involve(lane: State, c: Constants, q: int) -> None:
+def involve(episode: State, c: Constants, q: int) -> None:
     """Mark vehicle `q` as involved in a collision, and whether its platoon was intact when that happened."""
-    if not lane.collided[q]:
-        lane.collided[q] = True
-        disbanding_s = lane.disbanding_s[q // c.vehicles_per_platoon]
-        lane.collided_intact[q] = not has_begun(lane.step[0] * c.dt_s, disbanding_s)
+    if not episode.collided[q]:
+        episode.collided[q] = True
+        disbanding_s = episode.disbanding_s[q // c.vehicles_per_platoon]
+        episode.collided_intact[q] = not has_begun(episode.step[0] * c.dt_s, disbanding_s)
 
 
 @kernel
-def add_speed_errors(lane: State, c: Constants) -> None:
+def add_speed_errors(episode: State, c: Constants) -> None:
     """Add the speed errors of (2.8) after the step: per vehicle, and their mean over the vehicles intact now."""
-    speed, desired_speed, size = lane.speed, c.desired_speed_mps, c.vehicles_per_platoon
-    time_s = lane.step[0] * c.dt_s
+    speed, desired_speed, size = episode.speed, c.desired_speed_mps, c.vehicles_per_platoon
+    time_s = episode.step[0] * c.dt_s
     for q in range(c.num_vehicles):
-        lane.speed_error[q] += abs(speed[q] - desired_speed)
+        episode.speed_error[q] += abs(speed[q] - desired_speed)
     intact, total = 0, 0.0
     for platoon in range(c.num_vehicles // size):
-        if not has_begun(time_s, lane.disbanding_s[platoon]):
+        if not has_begun(time_s, episode.disbanding_s[platoon]):
             platoon_error = 0.0
             for q in range(platoon * size, (platoon + 1) * size):
                 platoon_error += abs(speed[q] - desired_speed)
             intact += size
             total += platoon_error
     if intact > 0:
-        lane.intact_error[0] += total / intact
+        episode.intact_error[0] += total / intact
 
 
 @kernel
-def count_stops(lane: State, c: Constants) -> None:
+def count_stops(episode: State, c: Constants) -> None:
     """Count the vehicles that came to a stop in this step; bitwise logic, as branches cost more than the rest."""
-    speed, moving, stops = lane.speed, lane.moving, lane.stops
+    speed, moving, stops = episode.speed, episode.moving, episode.stops
     for q in range(c.num_vehicles):
         still = speed[q] < STOP_MPS
         stops[q] += still & moving[q]
@@ -198,31 +198,31 @@ def count_stops(lane: State, c: Constants) -> None:
 
 
 @kernel
-def account(lane: State, c: Constants) -> None:
+def account(episode: State, c: Constants) -> None:
     """Everything that is counted after a step: collisions are marked by `integrate`; then the clock moves on."""
-    add_speed_errors(lane, c)
-    count_stops(lane, c)
-    lane.step[0] += 1
+    add_speed_errors(episode, c)
+    count_stops(episode, c)
+    episode.step[0] += 1
 
 
 @kernel
-def has_ended(lane: State, c: Constants) -> bool:
-    """Whether the lane stands still because an intact vehicle has collided and its parameters say so."""
-    return c.stop_at_collision and bool(np.any(lane.collided_intact[: c.num_vehicles]))
+def has_ended(episode: State, c: Constants) -> bool:
+    """Whether the episode stands still because an intact vehicle has collided and its parameters say so."""
+    return c.stop_at_collision and bool(np.any(episode.collided_intact[: c.num_vehicles]))
 
 
 @kernel
-def advance_lane(lane: State, c: Constants, correction: NDArray[np.float64], num_steps: int) -> None:
-    """`advance` for one lane; `correction` (M,) m/s2."""
+def advance_episode(episode: State, c: Constants, correction: NDArray[np.float64], num_steps: int) -> None:
+    """`advance` for one episode; `correction` (M,) m/s2."""
     gap, closing = np.empty(c.num_vehicles), np.empty(c.num_vehicles)
     for _ in range(num_steps):
-        if has_ended(lane, c):
+        if has_ended(episode, c):
             return
-        command_by_law(lane, c, gap, closing, lane.command)
-        correct_commands(lane, c, correction)
-        avoid_collisions(lane, c, gap)
-        integrate(lane, c, gap)
-        account(lane, c)
+        command_by_law(episode, c, gap, closing, episode.command)
+        correct_commands(episode, c, correction)
+        avoid_collisions(episode, c, gap)
+        integrate(episode, c, gap)
+        account(episode, c)
 
 
 @kernel
@@ -233,10 +233,10 @@ def advance(
     active: NDArray[np.bool_],
     num_steps: int,
 ) -> None:
-    """Advance in place every lane b with active[b] by `num_steps` integration steps, holding the corrections.
+    """Advance in place every episode b with active[b] by `num_steps` integration steps, holding the corrections.
 
     `parameters` (B,) records of `parameters.PARAMETERS`; `correction` (B, M) m/s2; `active` (B,).
     """
     for b in range(active.shape[0]):
         if active[b]:
-            advance_lane(lane_of(state, b), constants_of(parameters, b), correction[b], num_steps)
+            advance_episode(episode_of(state, b), constants_of(parameters, b), correction[b], num_steps)

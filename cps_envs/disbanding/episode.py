@@ -1,4 +1,4 @@
-"""Drawing the episodes of a lane: parameters, perturbed start, drivers and the attacker's budget."""
+"""Drawing the episodes of an episode: parameters, perturbed start, drivers and the attacker's budget."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from cps_envs.core.config import IntRange, bounds
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.lane import Constants
+from cps_envs.disbanding.constants import Constants
 from cps_envs.disbanding.parameters import PARAMETERS
 
 MIN_SPEED_MPS = 0.0  # Table 2.1: v_min
 
 
 class Episode(NamedTuple):
-    """What a reset draws for one lane."""
+    """What a reset draws for one episode."""
 
     parameters: Array  # () a record of PARAMETERS
     budget: int  # platoons that the attacker may disband
@@ -41,7 +41,7 @@ def draw_episode(config: DisbandingConfig, generator: np.random.Generator) -> Ep
 
 
 def draw_parameters(config: DisbandingConfig, generator: np.random.Generator) -> Array:
-    """The lane's record of PARAMETERS."""
+    """The episode's record of PARAMETERS."""
     record = np.zeros((), PARAMETERS)
     drawn = {
         "num_vehicles": _draw_whole(config.num_platoons, generator) * config.vehicles_per_platoon,
@@ -61,7 +61,7 @@ def _exact(config: DisbandingConfig) -> dict[str, Any]:
 
 
 def nominal_constants(config: DisbandingConfig) -> Constants:
-    """What is publicly known of every lane, for policies; drawn quantities stand at the middle of their range."""
+    """What is publicly known of every episode, for policies; drawn quantities stand at the middle of their range."""
     middle = {name: sum(bounds(getattr(config, name))) / 2 for name in ("tau_s", "desired_gap_m")}
     return Constants(**(_exact(config) | middle))
 

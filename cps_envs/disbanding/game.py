@@ -39,8 +39,8 @@ class DisbandingGame(Game):
 
     name = "disbanding"
 
-    def __init__(self, config: DisbandingConfig, num_lanes: int) -> None:
-        super().__init__(num_lanes)
+    def __init__(self, config: DisbandingConfig, num_envs: int) -> None:
+        super().__init__(num_envs)
         self.config: DisbandingConfig = config
         self.horizon = round(config.duration_s / config.control_period_s)
         self.step_s = config.control_period_s
@@ -65,30 +65,30 @@ class DisbandingGame(Game):
         self._allocate()
 
     def _allocate(self) -> None:
-        config, lanes = self.config, self.num_lanes
-        self.state: State = allocate(lanes, config.max_platoons, config.vehicles_per_platoon)
-        self.parameters = np.zeros(lanes, PARAMETERS)
-        self.budget = np.zeros(lanes, np.int64)
+        config, envs = self.config, self.num_envs
+        self.state: State = allocate(envs, config.max_platoons, config.vehicles_per_platoon)
+        self.parameters = np.zeros(envs, PARAMETERS)
+        self.budget = np.zeros(envs, np.int64)
         self._account = Account(
-            table=np.zeros((lanes, len(MEASURES))),
-            total=np.zeros(lanes),
-            legal=np.zeros((lanes, config.max_platoons + 1), np.bool_),
+            table=np.zeros((envs, len(MEASURES))),
+            total=np.zeros(envs),
+            legal=np.zeros((envs, config.max_platoons + 1), np.bool_),
         )
-        self._waiting = np.zeros(lanes, np.int64)
-        self._still = np.zeros((lanes, config.max_vehicles))
+        self._waiting = np.zeros(envs, np.int64)
+        self._still = np.zeros((envs, config.max_vehicles))
 
-    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        shape = (self.num_lanes, self.config.max_vehicles)
+    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        shape = (self.num_envs, self.config.max_vehicles)
         factors, offsets, delays, headways = (np.zeros(shape) for _ in range(4))
-        for lane in np.flatnonzero(lanes).tolist():
-            episode = draw_episode(self.config, generators[lane])
-            self.parameters[lane], self.budget[lane] = episode.parameters, episode.budget
-            factors[lane], offsets[lane] = episode.gap_factors, episode.speed_offsets_mps
-            delays[lane], headways[lane] = episode.takeover_delays_s, episode.driver_headways_s
+        for b in np.flatnonzero(envs).tolist():
+            episode = draw_episode(self.config, generators[b])
+            self.parameters[b], self.budget[b] = episode.parameters, episode.budget
+            factors[b], offsets[b] = episode.gap_factors, episode.speed_offsets_mps
+            delays[b], headways[b] = episode.takeover_delays_s, episode.driver_headways_s
         place(
             self.state,
             self.parameters,
-            lanes,
+            envs,
             gap_factors=factors,
             speed_offsets_mps=offsets,
             takeover_delays_s=delays,
@@ -96,11 +96,11 @@ class DisbandingGame(Game):
         )
         self._settle()
 
-    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         targets = actions.get("attacker", self._waiting)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
         before, steps = self._account.total.copy(), num_steps * self.config.steps_per_period
-        moves = (self.budget, targets, correction, lanes, steps)
+        moves = (self.budget, targets, correction, envs, steps)
         take_turn(self.state, self.parameters, *moves, self._rules, self._account)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
@@ -125,7 +125,7 @@ class DisbandingGame(Game):
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""
-        values = np.empty((self.num_lanes, self.fields[role].size))
+        values = np.empty((self.num_envs, self.fields[role].size))
         drawn = isinstance(self.config.num_platoons, tuple)
         if role == "attacker":
             observe_attacker(self.state, self.parameters, self._account.table, self.budget, drawn, values)
@@ -137,26 +137,26 @@ class DisbandingGame(Game):
         """Legal attacks (B, N + 1); the defender's corrections are always legal."""
         return self._account.legal.copy() if role == "attacker" else None
 
-    def lane_mask(self, role: Role, lane: int) -> Array | None:
-        """Legal attacks (N + 1,) of one lane as int8."""
-        return self._account.legal[lane].astype(np.int8) if role == "attacker" else None
+    def episode_mask(self, role: Role, b: int) -> Array | None:
+        """Legal attacks (N + 1,) of one episode as int8."""
+        return self._account.legal[b].astype(np.int8) if role == "attacker" else None
 
     def metrics(self) -> dict[str, Array]:
         """`metrics.METRICS` and `payoff.CHARGES` so far, each (B,)."""
         return dict(zip(MEASURES, self._account.table.T, strict=True))
 
-    def lane_metrics(self, lane: int) -> dict[str, float]:
-        """`metrics` of one lane as Python numbers."""
-        return dict(zip(MEASURES, self._account.table[lane].tolist()))  # noqa: B905, strict costs a microsecond
+    def episode_metrics(self, b: int) -> dict[str, float]:
+        """`metrics` of one episode as Python numbers."""
+        return dict(zip(MEASURES, self._account.table[b].tolist()))  # noqa: B905, strict costs a microsecond
 
-    def model(self, lane: int, num_lanes: int) -> DisbandingGame:
-        """Privileged: copies of one lane in its present state."""
-        copy = DisbandingGame(self.config, num_lanes)
+    def model(self, b: int, num_envs: int) -> DisbandingGame:
+        """Privileged: copies of one episode in its present state."""
+        copy = DisbandingGame(self.config, num_envs)
         for mine, theirs in zip(self.state, copy.state, strict=True):
-            theirs[:] = mine[lane]
-        copy.parameters[:] = self.parameters[lane]
-        copy.budget[:] = self.budget[lane]
-        copy.elapsed[:], copy.terminated[:] = self.elapsed[lane], self.terminated[lane]
+            theirs[:] = mine[b]
+        copy.parameters[:] = self.parameters[b]
+        copy.budget[:] = self.budget[b]
+        copy.elapsed[:], copy.terminated[:] = self.elapsed[b], self.terminated[b]
         copy._settle()
         return copy
 
@@ -167,25 +167,25 @@ class DisbandingGame(Game):
             digest.update(array.tobytes())
         return digest.digest()
 
-    def num_present_platoons(self, lane: int) -> int:
-        """N of a lane, where it is drawn."""
-        return int(self.parameters["num_vehicles"][lane]) // self.config.vehicles_per_platoon
+    def num_present_platoons(self, b: int) -> int:
+        """N of an episode, where it is drawn."""
+        return int(self.parameters["num_vehicles"][b]) // self.config.vehicles_per_platoon
 
-    def scene(self, lane: int) -> Scene:
-        """What the viewer draws of a lane."""
-        p = self.parameters[lane]
+    def scene(self, b: int) -> Scene:
+        """What the viewer draws of an episode."""
+        p = self.parameters[b]
         present = slice(0, int(p["num_vehicles"]))
         state = self.state
         return Scene(
-            time_s=float(state.step[lane] * p["dt_s"]),
+            time_s=float(state.step[b] * p["dt_s"]),
             duration_s=self.config.duration_s,
             vehicles_per_platoon=self.config.vehicles_per_platoon,
-            position=state.position[lane, present].copy(),
-            speed=state.speed[lane, present].copy(),
+            position=state.position[b, present].copy(),
+            speed=state.speed[b, present].copy(),
             max_speed_mps=self.config.max_speed_mps,
-            disbanding_s=state.disbanding_s[lane, : present.stop // self.config.vehicles_per_platoon].copy(),
-            collided=state.collided[lane, present].copy(),
-            metrics=self.lane_metrics(lane),
+            disbanding_s=state.disbanding_s[b, : present.stop // self.config.vehicles_per_platoon].copy(),
+            collided=state.collided[b, present].copy(),
+            metrics=self.episode_metrics(b),
         )
 
     def team(self, role: Role) -> Team:

@@ -7,28 +7,28 @@ from numpy.typing import NDArray
 
 from cps_envs.disbanding.state import State
 
-Lanes = NDArray[np.bool_]
+Envs = NDArray[np.bool_]
 Vehicles = NDArray[np.float64]
 
 
 def place(
     state: State,
     parameters: NDArray[np.void],
-    lanes: Lanes,
+    envs: Envs,
     *,
     gap_factors: Vehicles | None = None,
     speed_offsets_mps: Vehicles | None = None,
     takeover_delays_s: Vehicles | None = None,
     driver_headways_s: Vehicles | None = None,
 ) -> None:
-    """Put the lanes of the mask (B,) at time 0 in steady state: all platoons intact, accumulators cleared.
+    """Put the episodes of the mask (B,) at time 0 in steady state: all platoons intact, accumulators cleared.
 
-    The optional arrays are (B, M); entries of other lanes and of absent vehicles are ignored. `gap_factors` multiply
+    The optional arrays are (B, M); entries of other episodes and of absent vehicles are ignored. `gap_factors` multiply
     the steady gaps (x_d inside a platoon, h v_d ahead of a leader), `speed_offsets_mps` are added to v_d and limited
     to the speed range, drivers take over `takeover_delays_s` after the disbanding (default 0) and keep
     `driver_headways_s` (default: the headway of the leaders).
     """
-    for b in np.flatnonzero(lanes):
+    for b in np.flatnonzero(envs):
         p = parameters[b]
         present = slice(0, int(p["num_vehicles"]))
         for array in state:

@@ -21,7 +21,7 @@ METRICS = (
 
 @kernel
 def measure(state: State, parameters: NDArray[np.void], horizon_steps: int, out: NDArray[np.float64]) -> None:
-    """Fill `out` (B, len(METRICS)) with the metrics of each lane so far.
+    """Fill `out` (B, len(METRICS)) with the metrics of each episode so far.
 
     Velocity errors are divided by the steps of the whole episode, `horizon_steps`: they grow to the final value.
     Shares over an empty set of vehicles are 0.

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from cps_envs.core.compiled import kernel
 from cps_envs.disbanding.commands import avoidance_margin, clip, has_begun
+from cps_envs.disbanding.constants import Constants, constants_of, episode_of
 from cps_envs.disbanding.dynamics import STOP_MPS, command_by_law, final_command, first_mitigable
 from cps_envs.disbanding.fields import MAX_DISTANCE_M, MAX_GAP_M
-from cps_envs.disbanding.lane import Constants, constants_of, lane_of
 from cps_envs.disbanding.metrics import METRICS
 from cps_envs.disbanding.state import State
 
@@ -35,12 +35,12 @@ def observe_attacker(
     """Fill `out` (B, size) with `attacker_fields`; `drawn` tells whether the field `present` is there."""
     out[:] = 0.0
     for b in range(out.shape[0]):
-        c, lane, row = constants_of(parameters, b), lane_of(state, b), out[b]
-        size, rows = c.vehicles_per_platoon, lane.disbanding_s.shape[0]
-        platoons, time_s = c.num_vehicles // size, lane.step[0] * c.dt_s
+        c, episode, row = constants_of(parameters, b), episode_of(state, b), out[b]
+        size, rows = c.vehicles_per_platoon, episode.disbanding_s.shape[0]
+        platoons, time_s = c.num_vehicles // size, episode.step[0] * c.dt_s
         for platoon in range(platoons):
             i = platoons - 1 - platoon  # row of the paper's platoon i + 1
-            fill_platoon(lane, c, platoon, row, i, rows, time_s)
+            fill_platoon(episode, c, platoon, row, i, rows, time_s)
         if drawn:
             row[-6 - rows : platoons - 6 - rows] = 1.0
         row[-6] = budget[b]
@@ -48,44 +48,44 @@ def observe_attacker(
 
 
 @kernel
-def fill_platoon(lane: State, c: Constants, platoon: int, row: Values, i: int, rows: int, time_s: float) -> None:
+def fill_platoon(episode: State, c: Constants, platoon: int, row: Values, i: int, rows: int, time_s: float) -> None:
     """The entries of one platoon (counted from the front) in row `i` of the attacker's `rows` rows."""
     size = c.vehicles_per_platoon
     first = platoon * size
     total, slowest, stopped = 0.0, np.inf, 0
     for q in range(first, first + size):
-        total += lane.speed[q]
-        slowest = min(slowest, lane.speed[q])
-        stopped += lane.speed[q] < STOP_MPS
+        total += episode.speed[q]
+        slowest = min(slowest, episode.speed[q])
+        stopped += episode.speed[q] < STOP_MPS
     narrowest = np.inf
     for q in range(first + 1, first + size):
-        narrowest = min(narrowest, lane.position[q - 1] - lane.position[q])
+        narrowest = min(narrowest, episode.position[q - 1] - episode.position[q])
     row[i] = total / size
     row[rows + i] = slowest
     if platoon > 0:
-        row[2 * rows + i] = lane.position[first - 1] - lane.position[first]
+        row[2 * rows + i] = episode.position[first - 1] - episode.position[first]
     inner = 3 * rows - 1
-    row[inner + i] = (lane.position[first] - lane.position[first + size - 1]) / (size - 1)
+    row[inner + i] = (episode.position[first] - episode.position[first + size - 1]) / (size - 1)
     row[inner + rows + i] = narrowest
     row[inner + 2 * rows + i] = stopped / size
-    if has_begun(time_s, lane.disbanding_s[platoon]):
+    if has_begun(time_s, episode.disbanding_s[platoon]):
         row[inner + 3 * rows + i] = 1.0
-        row[inner + 4 * rows + i] = time_s - lane.disbanding_s[platoon]
+        row[inner + 4 * rows + i] = time_s - episode.disbanding_s[platoon]
 
 
 @kernel
-def nearest_disbanded(lane: State, c: Constants, platoon: int, time_s: float) -> int:
+def nearest_disbanded(episode: State, c: Constants, platoon: int, time_s: float) -> int:
     """The last vehicle of the nearest disbanded platoon ahead of `platoon` (counted from the front); -1 if none."""
     for ahead in range(platoon - 1, -1, -1):
-        if has_begun(time_s, lane.disbanding_s[ahead]):
+        if has_begun(time_s, episode.disbanding_s[ahead]):
             return (ahead + 1) * c.vehicles_per_platoon - 1
     return -1
 
 
 @kernel
-def disbanded_command(lane: State, c: Constants, gap: Values, law: Values, d: int) -> float:
+def disbanded_command(episode: State, c: Constants, gap: Values, law: Values, d: int) -> float:
     """Final command (m/s2) of the disbanded vehicle `d`, which may exceed [u_min, u_max]; 0 if d = -1."""
-    return final_command(law[d], gap[d], lane.speed[d], lane.speed[max(d - 1, 0)], c) if d >= 0 else 0.0
+    return final_command(law[d], gap[d], episode.speed[d], episode.speed[max(d - 1, 0)], c) if d >= 0 else 0.0
 
 
 @kernel
@@ -93,51 +93,51 @@ def observe_defender(state: State, parameters: NDArray[np.void], metrics: Values
     """Fill `out` (B, size) with `defender_fields`; `drawn` tells whether the field `present` is there."""
     out[:] = 0.0
     for b in range(out.shape[0]):
-        c, lane, row = constants_of(parameters, b), lane_of(state, b), out[b]
+        c, episode, row = constants_of(parameters, b), episode_of(state, b), out[b]
         gap, closing, law = np.empty(c.num_vehicles), np.empty(c.num_vehicles), np.empty(c.num_vehicles)
-        command_by_law(lane, c, gap, closing, law)
-        time_s = lane.step[0] * c.dt_s
-        fill_vehicles(lane, c, gap, closing, law, row, time_s)
-        fill_broadcast(lane, c, gap, law, row, time_s)
+        command_by_law(episode, c, gap, closing, law)
+        time_s = episode.step[0] * c.dt_s
+        fill_vehicles(episode, c, gap, closing, law, row, time_s)
+        fill_broadcast(episode, c, gap, law, row, time_s)
         if drawn:
-            rows = lane.disbanding_s.shape[0]
+            rows = episode.disbanding_s.shape[0]
             row[-5 - rows : c.num_vehicles // c.vehicles_per_platoon - 5 - rows] = 1.0
         fill_road(c, time_s, metrics[b], row)
 
 
 @kernel
 def fill_vehicles(
-    lane: State, c: Constants, gap: Values, closing: Values, law: Values, row: Values, time_s: float
+    episode: State, c: Constants, gap: Values, closing: Values, law: Values, row: Values, time_s: float
 ) -> None:
     """The entries of every vehicle, up to and including `mitigable`."""
-    size, width, mitigable = c.vehicles_per_platoon, lane.speed.shape[0], first_mitigable(lane, c)
+    size, width, mitigable = c.vehicles_per_platoon, episode.speed.shape[0], first_mitigable(episode, c)
     for q in range(c.num_vehicles):
-        row[q] = lane.speed[q]
-        row[width + q] = lane.acceleration[q]
+        row[q] = episode.speed[q]
+        row[width + q] = episode.acceleration[q]
         if q > 0:
             row[2 * width + q - 1] = gap[q]
             row[3 * width + q - 2] = closing[q]
         row[4 * width - 2 + q] = clip(law[q], c.min_acceleration_mps2, c.max_acceleration_mps2)
-        if q >= mitigable and not has_begun(time_s, lane.disbanding_s[q // size]):
+        if q >= mitigable and not has_begun(time_s, episode.disbanding_s[q // size]):
             row[5 * width - 2 + q - size] = 1.0
 
 
 @kernel
-def fill_broadcast(lane: State, c: Constants, gap: Values, law: Values, row: Values, time_s: float) -> None:
+def fill_broadcast(episode: State, c: Constants, gap: Values, law: Values, row: Values, time_s: float) -> None:
     """The entries of every platoon: disbanded or not, and the nearest disbanded vehicle ahead of it."""
-    size, width, rows = c.vehicles_per_platoon, lane.speed.shape[0], lane.disbanding_s.shape[0]
+    size, width, rows = c.vehicles_per_platoon, episode.speed.shape[0], episode.disbanding_s.shape[0]
     platoons = c.num_vehicles // size
     start = 6 * width - 2 - size
     ahead = start + rows
     for platoon in range(platoons):
         i = platoons - 1 - platoon
-        row[start + i] = has_begun(time_s, lane.disbanding_s[platoon])
+        row[start + i] = has_begun(time_s, episode.disbanding_s[platoon])
         if platoon > 0:
-            d = nearest_disbanded(lane, c, platoon, time_s)
-            row[ahead + i] = lane.speed[d] if d >= 0 else c.desired_speed_mps
-            row[ahead + rows - 1 + i] = lane.acceleration[d] if d >= 0 else 0.0
-            row[ahead + 2 * (rows - 1) + i] = disbanded_command(lane, c, gap, law, d)
-            distance = lane.position[d] - lane.position[platoon * size] if d >= 0 else MAX_DISTANCE_M
+            d = nearest_disbanded(episode, c, platoon, time_s)
+            row[ahead + i] = episode.speed[d] if d >= 0 else c.desired_speed_mps
+            row[ahead + rows - 1 + i] = episode.acceleration[d] if d >= 0 else 0.0
+            row[ahead + 2 * (rows - 1) + i] = disbanded_command(episode, c, gap, law, d)
+            distance = episode.position[d] - episode.position[platoon * size] if d >= 0 else MAX_DISTANCE_M
             row[ahead + 3 * (rows - 1) + i] = distance
 
 
@@ -146,52 +146,52 @@ def observe_vehicles(state: State, parameters: NDArray[np.void], out: Values) ->
     """Fill `out` (B, M, size) with `vehicle_fields`; absent vehicles keep zeros."""
     out[:] = 0.0
     for b in range(out.shape[0]):
-        c, lane = constants_of(parameters, b), lane_of(state, b)
+        c, episode = constants_of(parameters, b), episode_of(state, b)
         gap, closing, law = np.empty(c.num_vehicles), np.empty(c.num_vehicles), np.empty(c.num_vehicles)
-        command_by_law(lane, c, gap, closing, law)
+        command_by_law(episode, c, gap, closing, law)
         for q in range(c.num_vehicles):
-            fill_vehicle(lane, c, gap, closing, law, q, out[b, q])
+            fill_vehicle(episode, c, gap, closing, law, q, out[b, q])
 
 
 @kernel
-def fill_vehicle(lane: State, c: Constants, gap: Values, closing: Values, law: Values, q: int, row: Values) -> None:
+def fill_vehicle(episode: State, c: Constants, gap: Values, closing: Values, law: Values, q: int, row: Values) -> None:
     """The own row of vehicle `q`."""
-    size, rear, time_s = c.vehicles_per_platoon, c.num_vehicles - 1, lane.step[0] * c.dt_s
+    size, rear, time_s = c.vehicles_per_platoon, c.num_vehicles - 1, episode.step[0] * c.dt_s
     low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
-    platoon, speed, before = q // size, lane.speed[q], max(q - 1, 0)
-    intact = not has_begun(time_s, lane.disbanding_s[platoon])
+    platoon, speed, before = q // size, episode.speed[q], max(q - 1, 0)
+    intact = not has_begun(time_s, episode.disbanding_s[platoon])
     leads, trails = q % size == 0, q % size == size - 1
     desired = c.headway_s * speed if leads else c.desired_gap_m
     row[0] = intact
-    row[1] = intact and q >= first_mitigable(lane, c)
+    row[1] = intact and q >= first_mitigable(episode, c)
     row[2] = leads
     row[3] = trails
     row[4] = q / rear
     row[5] = speed
-    row[6] = lane.acceleration[q]
+    row[6] = episode.acceleration[q]
     row[7] = min(gap[q], MAX_GAP_M)
     row[8] = gap[q] - desired if q > 0 else 0.0
     row[9] = gap[q + 1] - c.desired_gap_m if q < rear else 0.0
     row[10] = closing[q]
     row[11] = closing[q + 1] if q < rear else 0.0
     one_sided = c.one_sided_avoidance
-    row[12] = avoidance_margin(row[7], speed, lane.speed[before], c.standstill_gap_m, -low, one_sided)
+    row[12] = avoidance_margin(row[7], speed, episode.speed[before], c.standstill_gap_m, -low, one_sided)
     row[13] = clip(law[q], low, high)
-    row[14] = lane.acceleration[before] if q > 0 else 0.0
-    row[15] = clip(lane.command[before], low, high) if q > 0 else 0.0
-    row[16] = since_disbanding(lane, platoon, time_s)
-    d = nearest_disbanded(lane, c, platoon, time_s)
-    row[17] = lane.speed[d] if d >= 0 else c.desired_speed_mps
-    row[18] = lane.acceleration[d] if d >= 0 else 0.0
-    row[19] = lane.position[d] - lane.position[q] if d >= 0 else MAX_DISTANCE_M
+    row[14] = episode.acceleration[before] if q > 0 else 0.0
+    row[15] = clip(episode.command[before], low, high) if q > 0 else 0.0
+    row[16] = since_disbanding(episode, platoon, time_s)
+    d = nearest_disbanded(episode, c, platoon, time_s)
+    row[17] = episode.speed[d] if d >= 0 else c.desired_speed_mps
+    row[18] = episode.acceleration[d] if d >= 0 else 0.0
+    row[19] = episode.position[d] - episode.position[q] if d >= 0 else MAX_DISTANCE_M
     row[20] = c.tau_s
     row[21] = c.desired_gap_m
 
 
 @kernel
-def since_disbanding(lane: State, platoon: int, time_s: float) -> float:
+def since_disbanding(episode: State, platoon: int, time_s: float) -> float:
     """Time (s) since the first disbanding ahead of `platoon`; 0 if there was none."""
     longest = 0.0
     for ahead in range(platoon):
-        longest = max(longest, time_s - lane.disbanding_s[ahead])
+        longest = max(longest, time_s - episode.disbanding_s[ahead])
     return longest

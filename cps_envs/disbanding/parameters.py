@@ -1,4 +1,4 @@
-"""The constants of each lane as one structured array, which numba kernels read by field name."""
+"""The constants of each episode as one structured array, which numba kernels read by field name."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 PARAMETERS = np.dtype(
     [
-        ("num_vehicles", np.int64),  # M of this lane; vehicles q >= num_vehicles of the arrays are absent
+        ("num_vehicles", np.int64),  # M of this episode; vehicles q >= num_vehicles of the arrays are absent
         ("vehicles_per_platoon", np.int64),  # n
         ("dt_s", np.float64),  # integration step
         ("tau_s", np.float64),  # actuation lag, (2.1)
@@ -25,7 +25,7 @@ PARAMETERS = np.dtype(
         ("one_sided_avoidance", np.bool_),  # (2.6) with max(0, v^2 - v_p^2)
         ("transitional_controller", np.bool_),  # leaders brake early when they close in (interpretation S1)
         ("inelastic_contact", np.bool_),  # vehicles that touch stay behind one another instead of passing as ghosts
-        ("stop_at_collision", np.bool_),  # the lane stands still from the first collision of an intact vehicle on
+        ("stop_at_collision", np.bool_),  # the episode stands still from the first collision of an intact vehicle on
     ],
     align=True,
 )

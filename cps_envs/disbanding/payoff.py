@@ -49,7 +49,7 @@ def charge(
 
 @kernel
 def disbanded(state: State, b: int) -> int:
-    """Number of disbanded platoons of lane `b`."""
+    """Number of disbanded platoons of episode `b`."""
     count = 0
     for platoon in range(state.disbanding_s.shape[1]):
         if state.disbanding_s[b, platoon] < np.inf:

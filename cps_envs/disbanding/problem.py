@@ -9,7 +9,7 @@ from cps_envs.disbanding.game import DisbandingGame
 
 
 def vehicle_steps(config: DisbandingConfig) -> float:
-    """Integration steps of single vehicles in a game step of a lane; a function of its own so that problems pickle."""
+    """Integration steps of single vehicles in a game step; a function of its own so that problems pickle."""
     return config.max_vehicles * config.steps_per_period
 
 

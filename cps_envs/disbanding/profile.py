@@ -81,7 +81,7 @@ def draw_dot(canvas: Canvas, centre: Point, color: Color, human: bool, collided:
 
 
 def draw_strip(canvas: Canvas, convoy: Convoy, x: FloatArray, box: Box, scale: float) -> None:
-    """The whole string on its lane, whose markings run backwards under the vehicles."""
+    """The whole string on its episode, whose markings run backwards under the vehicles."""
     left, top, width, height = box
     canvas.box(box, ASPHALT)
     period = legible(DASH_M * scale)

@@ -9,7 +9,7 @@ from cps_envs.core.types import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class Scene:
-    """One lane at one time; M vehicles front to rear, N platoons front to rear."""
+    """One episode at one time; M vehicles front to rear, N platoons front to rear."""
 
     time_s: float
     duration_s: float

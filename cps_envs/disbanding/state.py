@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 class State(NamedTuple):
-    """B lanes of N platoons with M = N * n vehicles in all.
+    """B episodes of N platoons with M = N * n vehicles in all.
 
     Vehicles are numbered front to rear along the string: q = 0 is the front vehicle, q - 1 the predecessor of q, and
     platoon p = q // n, also counted from the front (the paper's platoon index is N - p).
@@ -34,25 +34,25 @@ class State(NamedTuple):
     moving: NDArray[np.bool_]  # (B, M) a further stop would count
 
 
-def allocate(num_lanes: int, num_platoons: int, vehicles_per_platoon: int) -> State:
-    """A state with every array zero; `initial.place` fills the lanes."""
-    lanes, vehicles = num_lanes, num_platoons * vehicles_per_platoon
+def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> State:
+    """A state with every array zero; `initial.place` fills the episodes."""
+    envs, vehicles = num_envs, num_platoons * vehicles_per_platoon
     return State(
-        step=np.zeros(lanes, np.int64),
-        position=np.zeros((lanes, vehicles)),
-        speed=np.zeros((lanes, vehicles)),
-        acceleration=np.zeros((lanes, vehicles)),
-        command=np.zeros((lanes, vehicles)),
-        previous_gap=np.full((lanes, vehicles), np.inf),
-        disbanding_s=np.full((lanes, num_platoons), np.inf),
-        takeover_delay_s=np.zeros((lanes, vehicles)),
-        driver_headway_s=np.zeros((lanes, vehicles)),
-        speed_error=np.zeros((lanes, vehicles)),
-        intact_error=np.zeros(lanes),
-        rear_collided=np.zeros((lanes, vehicles), np.bool_),
-        collided=np.zeros((lanes, vehicles), np.bool_),
-        collided_intact=np.zeros((lanes, vehicles), np.bool_),
-        first_collision_s=np.full(lanes, -1.0),
-        stops=np.zeros((lanes, vehicles), np.int64),
-        moving=np.ones((lanes, vehicles), np.bool_),
+        step=np.zeros(envs, np.int64),
+        position=np.zeros((envs, vehicles)),
+        speed=np.zeros((envs, vehicles)),
+        acceleration=np.zeros((envs, vehicles)),
+        command=np.zeros((envs, vehicles)),
+        previous_gap=np.full((envs, vehicles), np.inf),
+        disbanding_s=np.full((envs, num_platoons), np.inf),
+        takeover_delay_s=np.zeros((envs, vehicles)),
+        driver_headway_s=np.zeros((envs, vehicles)),
+        speed_error=np.zeros((envs, vehicles)),
+        intact_error=np.zeros(envs),
+        rear_collided=np.zeros((envs, vehicles), np.bool_),
+        collided=np.zeros((envs, vehicles), np.bool_),
+        collided_intact=np.zeros((envs, vehicles), np.bool_),
+        first_collision_s=np.full(envs, -1.0),
+        stops=np.zeros((envs, vehicles), np.int64),
+        moving=np.ones((envs, vehicles), np.bool_),
     )

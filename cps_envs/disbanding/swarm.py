@@ -31,13 +31,13 @@ class VehicleTeam(Team):
         self.agents = tuple(f"vehicle_{q}" for q in range(game.config.max_vehicles))
         self.fields = vehicle_fields(game.config)
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
-        self._charged = np.zeros((game.num_lanes, len(self.agents)))
+        self._charged = np.zeros((game.num_envs, len(self.agents)))
 
     def observe(self) -> Observation:
         """Own rows (B, M, size), see `fields.vehicle_fields`."""
         game = self._game
-        lanes, agents = game.num_lanes, len(self.agents)
-        values = np.empty((lanes, agents, self.fields.size))
+        envs, agents = game.num_envs, len(self.agents)
+        values = np.empty((envs, agents, self.fields.size))
         observe_vehicles(game.state, game.parameters, values)
         return self.fields.encode(values.reshape(-1, self.fields.size)).reshape(values.shape)
 

@@ -43,12 +43,12 @@ def take_turn(
     budget: NDArray[np.int64],
     targets: NDArray[np.int64],
     correction: NDArray[np.float64],
-    lanes: NDArray[np.bool_],
+    envs: NDArray[np.bool_],
     num_steps: int,
     rules: Rules,
     account: Account,
 ) -> None:
-    """Disband `targets` (B,) where that is legal, advance the marked lanes under `correction` (B, M), and settle."""
-    disband(state, parameters, budget, account.legal, targets, lanes)
-    advance(state, parameters, correction, lanes, num_steps)
+    """Disband `targets` (B,) where that is legal, advance marked environments under `correction` (B, M), and settle."""
+    disband(state, parameters, budget, account.legal, targets, envs)
+    advance(state, parameters, correction, envs, num_steps)
     settle(state, parameters, budget, rules, account)

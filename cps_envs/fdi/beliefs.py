@@ -56,7 +56,7 @@ def beliefs_of(scene: Scene, front: Sequence[float], scale: float) -> list[Belie
 
 
 def draw_beliefs(canvas: Canvas, beliefs: Sequence[Belief], box: Box, length: int) -> None:
-    """Rows from the bottom of a box, on the lane, upwards; `length` is that of a vehicle in pixels."""
+    """Rows from the bottom of a box, on the episode, upwards; `length` is that of a vehicle in pixels."""
     left, top, width, height = box
     spans = [span_of(canvas, belief, left + width, length) for belief in beliefs]
     rows = free_rows(spans)

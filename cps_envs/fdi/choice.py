@@ -6,8 +6,8 @@ import math
 
 from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray, IntArray
-from cps_envs.fdi.lane import Constants, Matrices, Memory
 from cps_envs.fdi.legality import legal_levels, nearest
+from cps_envs.fdi.memory import Constants, Matrices, Memory
 
 
 @inlined

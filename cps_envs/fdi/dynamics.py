@@ -1,11 +1,11 @@
-"""One step of one lane: what the sensors report, what the vehicles command, where that takes the platoon."""
+"""One step of one episode: what the sensors report, what the vehicles command, where that takes the platoon."""
 
 from __future__ import annotations
 
 from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.lane import Constants, Matrices, Memory, add_product, assign, fill
 from cps_envs.fdi.legality import SLACK, inside
+from cps_envs.fdi.memory import Constants, Matrices, Memory, add_product, assign, fill
 
 
 @inlined

@@ -12,7 +12,8 @@ from cps_envs.core.game import Game
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.fields import attacker_fields, defender_fields, is_drawn, num_slots
-from cps_envs.fdi.lane import (
+from cps_envs.fdi.masks import fill_mask, fill_masks
+from cps_envs.fdi.memory import (
     BLOCKS_PER_VEHICLE,
     NUM_COUNTS,
     STEP,
@@ -22,12 +23,11 @@ from cps_envs.fdi.lane import (
     pack_constants,
     pack_matrices,
 )
-from cps_envs.fdi.masks import fill_mask, fill_masks
 from cps_envs.fdi.metrics import BOUND, BOUND_VALID, METRICS, PAID, PAYOFF, VALUE
 from cps_envs.fdi.observation import observe_attacker, observe_defender
 from cps_envs.fdi.scene import Scene
 from cps_envs.fdi.selection import certificates, chosen_tasks
-from cps_envs.fdi.turn import open_lanes, take_turn
+from cps_envs.fdi.turn import open_episodes, take_turn
 
 
 class FdiGame(Game):
@@ -45,8 +45,8 @@ class FdiGame(Game):
     name = "fdi"
     payoff_parts = PAID
 
-    def __init__(self, config: FdiConfig, num_lanes: int) -> None:
-        super().__init__(num_lanes)
+    def __init__(self, config: FdiConfig, num_envs: int) -> None:
+        super().__init__(num_envs)
         self.config: FdiConfig = config
         self.horizon, self.step_s = config.horizon, config.dt_s
         self.decision_interval = {"attacker": 1, "defender": 1}
@@ -84,35 +84,35 @@ class FdiGame(Game):
         self._tasks: IntArray = np.array(rows, np.int64)
 
     def _allocate(self) -> None:
-        lanes, n, config = self.num_lanes, self.config.num_vehicles, self.config
-        self.memories: FloatArray = np.zeros((lanes, BLOCKS_PER_VEHICLE * n))
-        self.counts: IntArray = np.zeros((lanes, NUM_COUNTS), np.int64)
-        self.table: FloatArray = np.zeros((len(METRICS) + 1, lanes))
-        self.legal: IntArray = np.zeros((lanes, num_slots(config), 2), np.int64)
+        envs, n, config = self.num_envs, self.config.num_vehicles, self.config
+        self.memories: FloatArray = np.zeros((envs, BLOCKS_PER_VEHICLE * n))
+        self.counts: IntArray = np.zeros((envs, NUM_COUNTS), np.int64)
+        self.table: FloatArray = np.zeros((len(METRICS) + 1, envs))
+        self.legal: IntArray = np.zeros((envs, num_slots(config), 2), np.int64)
         steps = config.horizon if config.disturbance_mps2 > 0 else 0
-        self._disturbances: FloatArray = np.zeros((lanes, steps, n))
-        self._episodes: IntArray = np.arange(lanes)
-        self._waiting: IntArray = np.repeat(self.neutral_action["attacker"][np.newaxis], lanes, axis=0)
-        self._trusting: IntArray = np.zeros((lanes, 0), np.int64)
+        self._disturbances: FloatArray = np.zeros((envs, steps, n))
+        self._episodes: IntArray = np.arange(envs)
+        self._waiting: IntArray = np.repeat(self.neutral_action["attacker"][np.newaxis], envs, axis=0)
+        self._trusting: IntArray = np.zeros((envs, 0), np.int64)
 
-    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        self.memories[lanes] = 0.0
-        self.counts[lanes] = 0
-        self._episodes[lanes] += self.num_lanes
+    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        self.memories[envs] = 0.0
+        self.counts[envs] = 0
+        self._episodes[envs] += self.num_envs
         if self._random:
-            for lane in np.flatnonzero(lanes).tolist():
-                self._draw(lane, generators[lane])
-        self.table[:, lanes] = self._openings[:, self.counts[lanes, TASK]]
-        open_lanes(self.memories, self.counts, self.legal, lanes, self._packed, self._stacked, self._tasks)
+            for b in np.flatnonzero(envs).tolist():
+                self._draw(b, generators[b])
+        self.table[:, envs] = self._openings[:, self.counts[envs, TASK]]
+        open_episodes(self.memories, self.counts, self.legal, envs, self._packed, self._stacked, self._tasks)
 
-    def _draw(self, lane: int, generator: np.random.Generator) -> None:
+    def _draw(self, b: int, generator: np.random.Generator) -> None:
         """The task, the initial errors and the disturbances of an episode."""
-        self.counts[lane, TASK] = generator.integers(len(self.tasks))
-        self.memories[lane, : len(self._spread)] = generator.uniform(-self._spread, self._spread)
-        disturbances = self._disturbances[lane]
+        self.counts[b, TASK] = generator.integers(len(self.tasks))
+        self.memories[b, : len(self._spread)] = generator.uniform(-self._spread, self._spread)
+        disturbances = self._disturbances[b]
         disturbances[:] = generator.normal(0, self.config.disturbance_mps2, disturbances.shape)
 
-    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         attack, defense = actions.get("attacker", self._waiting), actions.get("defender", self._trusting)
         take_turn(
             self.memories,
@@ -121,7 +121,7 @@ class FdiGame(Game):
             self.legal,
             attack,
             defense,
-            lanes,
+            envs,
             self.terminated,
             num_steps,
             self._disturbances,
@@ -135,7 +135,7 @@ class FdiGame(Game):
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""
         fields = self.fields[role]
-        observations = np.empty((self.num_lanes, fields.size), np.float32)
+        observations = np.empty((self.num_envs, fields.size), np.float32)
         if role == "attacker":
             shared = (self.horizon, self._drawn, self._packed, self._tasks, fields.scale)
             observe_attacker(self.memories, self.counts, *shared, observations)
@@ -147,41 +147,41 @@ class FdiGame(Game):
         """Legal injections (B, sum of levels) in the form "level"; each sensor's row supposes that the others help."""
         if role == "defender" or not self._masked:
             return None
-        masks = np.empty((self.num_lanes, self._mask_size), np.int8)
+        masks = np.empty((self.num_envs, self._mask_size), np.int8)
         fill_masks(self.legal, self._levels, masks)
         return masks.view(np.bool_)
 
-    def lane_mask(self, role: Role, lane: int) -> Array | None:
-        """`action_mask` of one lane as int8."""
+    def episode_mask(self, role: Role, b: int) -> Array | None:
+        """`action_mask` of one episode as int8."""
         if role == "defender" or not self._masked:
             return None
         mask = np.empty(self._mask_size, np.int8)
-        fill_mask(self.legal, lane, self._levels, mask)
+        fill_mask(self.legal, b, self._levels, mask)
         return mask
 
     def metrics(self) -> dict[str, Array]:
         """`metrics.METRICS` so far, each (B,)."""
         return dict(zip(METRICS, self.table, strict=False))
 
-    def lane_metrics(self, lane: int) -> dict[str, float]:
-        """`metrics` of one lane as Python numbers."""
-        return dict(zip(METRICS, self.table[:, lane].tolist(), strict=False))
+    def episode_metrics(self, b: int) -> dict[str, float]:
+        """`metrics` of one episode as Python numbers."""
+        return dict(zip(METRICS, self.table[:, b].tolist(), strict=False))
 
-    def task(self, lane: int) -> str:
-        """The task of a lane, such as "x4>4"."""
-        return str(self.tasks[self.counts[lane, TASK]])
+    def task(self, b: int) -> str:
+        """The task of an episode, such as "x4>4"."""
+        return str(self.tasks[self.counts[b, TASK]])
 
-    def memory(self, lane: int) -> Memory:
-        """Views of what a lane remembers."""
-        views: Memory = memory_of.py_func(self.memories, lane)  # type: ignore[attr-defined]
+    def memory(self, b: int) -> Memory:
+        """Views of what an episode remembers."""
+        views: Memory = memory_of.py_func(self.memories, b)  # type: ignore[attr-defined]
         return views
 
-    def model(self, lane: int, num_lanes: int) -> FdiGame:
-        """Privileged: copies of one lane in its present state."""
-        copy = FdiGame(self.config, num_lanes)
-        copy.table[:] = self.table[:, lane : lane + 1]
+    def model(self, b: int, num_envs: int) -> FdiGame:
+        """Privileged: copies of one episode in its present state."""
+        copy = FdiGame(self.config, num_envs)
+        copy.table[:] = self.table[:, b : b + 1]
         for name in ("memories", "counts", "legal", "_disturbances", "elapsed", "terminated"):
-            getattr(copy, name)[:] = getattr(self, name)[lane]
+            getattr(copy, name)[:] = getattr(self, name)[b]
         return copy
 
     def fingerprint(self) -> bytes:
@@ -189,13 +189,13 @@ class FdiGame(Game):
         arrays = (self.memories, self.counts, self.table, self._disturbances)
         return hashlib.sha256(b"".join(array.tobytes() for array in arrays)).digest()
 
-    def scene(self, lane: int) -> Scene:
-        """What the viewer draws of a lane."""
-        config, n, memory = self.config, self.config.num_vehicles, self.memory(lane)
-        task = self.tasks[self.counts[lane, TASK]]
+    def scene(self, b: int) -> Scene:
+        """What the viewer draws of an episode."""
+        config, n, memory = self.config, self.config.num_vehicles, self.memory(b)
+        task = self.tasks[self.counts[b, TASK]]
         return Scene(
-            episode=int(self._episodes[lane]),
-            time_s=float(self.counts[lane, STEP] * config.dt_s),
+            episode=int(self._episodes[b]),
+            time_s=float(self.counts[b, STEP] * config.dt_s),
             duration_s=config.horizon * config.dt_s,
             task=str(task),
             target=task.target,
@@ -211,5 +211,5 @@ class FdiGame(Game):
             trusted=memory.trust > 0,
             command=memory.command.copy(),
             max_acceleration_mps2=config.max_acceleration_mps2,
-            metrics=self.lane_metrics(lane),
+            metrics=self.episode_metrics(b),
         )

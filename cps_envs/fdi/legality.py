@@ -11,7 +11,7 @@ import math
 
 from cps_envs.core.compiled import inlined
 from cps_envs.core.types import FloatArray, IntArray
-from cps_envs.fdi.lane import Constants, Matrices, Memory
+from cps_envs.fdi.memory import Constants, Matrices, Memory
 
 SLACK = 1e-7  # of every test of legality and of collision, m/s2 and m
 MASK_SLACK = SLACK / 2  # so that rounding never makes an offered injection illegal
@@ -69,7 +69,7 @@ def legal_levels(
     interval: IntArray,
     row: FloatArray,
 ) -> bool:
-    """Fill the intervals (S, 2) of a lane's present state; the first `num_fixed` levels are `fixed` already.
+    """Fill the intervals (S, 2) of an episode's present state; the first `num_fixed` levels are `fixed` already.
 
     Returns False where nothing is legal: a vehicle that nobody attacks has to exceed its limits, or an interval is
     empty. `row` (S,) is scratch.

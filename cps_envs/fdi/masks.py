@@ -14,14 +14,14 @@ def fill_masks(legal: IntArray, bounds: IntArray, masks: Array) -> None:
 
 
 @kernel
-def fill_mask(legal: IntArray, lane: int, bounds: IntArray, mask: Array) -> None:
-    """`fill_masks` of one lane: `mask` is (sum(2 bounds + 1),)."""
-    mark(borrowed(legal)[lane], bounds, borrowed(mask))
+def fill_mask(legal: IntArray, b: int, bounds: IntArray, mask: Array) -> None:
+    """`fill_masks` of one episode: `mask` is (sum(2 bounds + 1),)."""
+    mark(borrowed(legal)[b], bounds, borrowed(mask))
 
 
 @inlined
 def mark(legal: IntArray, bounds: IntArray, mask: Array) -> None:
-    """Fill the mask of one lane.
+    """Fill the mask of one episode.
 
     Where a state leaves a sensor nothing, the mask offers no injection: that move is illegal too, and ends the episode.
     """

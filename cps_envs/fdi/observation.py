@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.compiled import borrowed, inlined, kernel
-from cps_envs.core.fields import encode_lane
+from cps_envs.core.fields import encode_row
 from cps_envs.core.types import FloatArray, IntArray, Observation
-from cps_envs.fdi.lane import STEP, TASK, Constants, Memory, constants_of, memory_of
+from cps_envs.fdi.memory import STEP, TASK, Constants, Memory, constants_of, memory_of
 
 
 @kernel
@@ -26,14 +26,14 @@ def observe_attacker(
     for b in range(observations.shape[0]):
         memory, task = memory_of(borrowed(memories), b), borrowed(tasks)[counts[b, TASK]]
         fill_attacker(memory, c, task, horizon - counts[b, STEP], drawn, values)
-        encode_lane(values, borrowed(scale), borrowed(observations)[b])
+        encode_row(values, borrowed(scale), borrowed(observations)[b])
 
 
 @inlined
 def fill_attacker(
     memory: Memory, c: Constants, task: IntArray, steps_left: int, drawn: bool, values: FloatArray
 ) -> None:
-    """The values (size,) of one lane in the units of the fields."""
+    """The values (size,) of one episode in the units of the fields."""
     n, slots = memory.law.size, task.size - 1
     for j in range(2 * n):
         values[j] = memory.error[j]
@@ -69,12 +69,12 @@ def observe_defender(
     c, values = constants_of(packed), np.empty(observations.shape[1])
     for b in range(observations.shape[0]):
         fill_defender(memory_of(borrowed(memories), b), c, horizon - counts[b, STEP], values)
-        encode_lane(values, borrowed(scale), borrowed(observations)[b])
+        encode_row(values, borrowed(scale), borrowed(observations)[b])
 
 
 @inlined
 def fill_defender(memory: Memory, c: Constants, steps_left: int, values: FloatArray) -> None:
-    """The values (size,) of one lane in the units of the fields."""
+    """The values (size,) of one episode in the units of the fields."""
     n = memory.law.size
     for j in range(2 * n):
         values[j] = memory.reading[j]

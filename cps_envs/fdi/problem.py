@@ -9,7 +9,7 @@ from cps_envs.fdi.game import FdiGame
 
 
 def decisions(config: FdiConfig) -> float:
-    """Decisions in a game step of a lane; a function of its own so that problems pickle."""
+    """Decisions in a game step of an episode; a function of its own so that problems pickle."""
     return 1.0
 
 

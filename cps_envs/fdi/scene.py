@@ -1,4 +1,4 @@
-"""What the viewer draws of one lane."""
+"""What the viewer draws of one episode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the kernels work with besides the lanes themselves."""
+"""What the kernels work with besides the episodes themselves."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cps_envs.core.types import FloatArray, IntArray
 
 
 class Scratch(NamedTuple):
-    """What a turn works with besides a lane's memory; one lane uses it after the other."""
+    """What a turn works with besides an episode's memory; one episode uses it after the other."""
 
     trust: FloatArray  # (2n,) of the defender in the present step, 1 or 0
     correction: FloatArray  # (n,) of the defender in the present step, m/s2

@@ -1,4 +1,4 @@
-"""A turn of the marked lanes: both roles' actions, one step, the end of the episode, the account."""
+"""A turn of the marked environments: both roles' actions, one step, the end of the episode, the account."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.account import settle
 from cps_envs.fdi.choice import choose_levels
 from cps_envs.fdi.dynamics import command, correct, move, predict, sense, within_limits
-from cps_envs.fdi.lane import (
+from cps_envs.fdi.legality import legal_levels, resolution
+from cps_envs.fdi.memory import (
     STEP,
     TASK,
     Constants,
@@ -22,13 +23,12 @@ from cps_envs.fdi.lane import (
     memory_of,
     update_law,
 )
-from cps_envs.fdi.legality import legal_levels, resolution
 from cps_envs.fdi.metrics import ILLEGAL, PAYOFF
 from cps_envs.fdi.scratch import Scratch, lent, new_scratch
 
 
-class Lane(NamedTuple):
-    """What belongs to a lane of the arrays that `take_turn` gets."""
+class Episode(NamedTuple):
+    """What belongs to an episode of the arrays that `take_turn` gets."""
 
     memory: Memory
     counts: IntArray
@@ -48,7 +48,7 @@ def take_turn(
     legal: IntArray,
     attack: IntArray,
     defense: IntArray,
-    lanes: BoolArray,
+    envs: BoolArray,
     over: BoolArray,
     num_steps: int,
     disturbances: FloatArray,
@@ -56,31 +56,31 @@ def take_turn(
     stacked: FloatArray,
     tasks: IntArray,
 ) -> None:
-    """Move the marked lanes by some steps under held actions.
+    """Move the marked environments by some steps under held actions.
 
     Args:
-        memories: (B, 17 n), see `lane.Memory`.
-        counts: (B, NUM_COUNTS), see `lane`.
+        memories: (B, 17 n), see `memory.Memory`.
+        counts: (B, NUM_COUNTS), see `memory`.
         table: (metrics + 1, B), see `metrics`; the last row is filled with the payoff of this turn.
         legal: (B, S, 2), filled with the legal levels of the next turn.
         attack: (B, S) actions.
         defense: (B, 3 n) trust of the readings and correction levels, or (B, 0).
-        lanes: (B,) the lanes to move.
-        over: (B,) lanes that have ended stand still; filled with those that end now.
+        envs: (B,) the environments to move.
+        over: (B,) episodes that have ended stand still; filled with those that end now.
         num_steps: how many.
         disturbances: (B, horizon, n) accelerations in m/s2, or (B, 0, 0).
-        packed: see `lane.pack_constants`.
-        stacked: see `lane.pack_matrices`.
+        packed: see `memory.pack_constants`.
+        stacked: see `memory.pack_matrices`.
         tasks: (T, S + 1) sensors of each slot, -1 where not attacked, and the target's index.
     """
     c, m = constants_of(packed), matrices_of(borrowed(stacked))
     scratch = new_scratch(stacked.shape[1] // 2, tasks.shape[1] - 1)
     table[PAYOFF] = 0.0
-    for step in range(num_steps):  # outside the lanes: what a loop inside them could share costs more than it saves
-        for b in range(lanes.size):
-            if lanes[b] and not over[b]:
+    for step in range(num_steps):  # outside the episodes: what a loop inside them could share costs more than it saves
+        for b in range(envs.size):
+            if envs[b] and not over[b]:
                 count = borrowed(counts)[b]
-                lane = Lane(
+                episode = Episode(
                     memory_of(borrowed(memories), b),
                     count,
                     borrowed(table)[:, b],
@@ -90,33 +90,33 @@ def take_turn(
                     borrowed(disturbances)[b],
                     borrowed(tasks)[count[TASK]],
                 )
-                over[b] = move_lane(lane, c, m, step == num_steps - 1, lent(scratch))
+                over[b] = move_episode(episode, c, m, step == num_steps - 1, lent(scratch))
 
 
 @inlined
-def move_lane(lane: Lane, c: Constants, m: Matrices, last: bool, scratch: Scratch) -> bool:
-    """One step of a lane, and after the `last` of a turn what is legal next; returns whether the episode ended."""
-    memory, count, task = lane.memory, lane.counts, lane.task
-    sensors, defended, step = task[: task.size - 1], lane.defense.size > 0, count[STEP]
+def move_episode(episode: Episode, c: Constants, m: Matrices, last: bool, scratch: Scratch) -> bool:
+    """One step of an episode, and after the `last` of a turn what is legal next; returns whether the episode ended."""
+    memory, count, task = episode.memory, episode.counts, episode.task
+    sensors, defended, step = task[: task.size - 1], episode.defense.size > 0, count[STEP]
     if defended:  # before this step's commands take the place of the last ones
-        read_defense(lane.defense, c, scratch.trust, scratch.correction)
+        read_defense(episode.defense, c, scratch.trust, scratch.correction)
         predict(memory, c, m, scratch.trust, step == 0, scratch.state)
-    choose_levels(lane.attack, memory, c, m, sensors, scratch.interval, scratch.level, scratch.row)
+    choose_levels(episode.attack, memory, c, m, sensors, scratch.interval, scratch.level, scratch.row)
     inject(memory.injection, c, sensors, scratch.level)
     command(memory, m, memory.injection)
     if c.clip == 0 and not within_limits(memory, c):
-        lane.row[ILLEGAL] = 1.0
+        episode.row[ILLEGAL] = 1.0
         return True
     sense(memory, c, scratch.trust, step == 0, scratch.offset)
     if defended:
         command(memory, m, scratch.offset)
     correct(memory, c, scratch.correction)
-    move(memory, c, m, scratch.offset, lane.disturbances, step, scratch.state)
+    move(memory, c, m, scratch.offset, episode.disturbances, step, scratch.state)
     update_law(memory, m)
     count[STEP] = step + 1
-    collided = settle(memory, c, task[task.size - 1], scratch.correction, count, lane.row)
+    collided = settle(memory, c, task[task.size - 1], scratch.correction, count, episode.row)
     if c.by_share == 0 and (last or collided):
-        legal_levels(memory, c, m, sensors, scratch.level, 0, lane.legal, scratch.row)
+        legal_levels(memory, c, m, sensors, scratch.level, 0, episode.legal, scratch.row)
     return collided
 
 
@@ -140,21 +140,21 @@ def read_defense(action: IntArray, c: Constants, trust: FloatArray, correction: 
 
 
 @kernel
-def open_lanes(
+def open_episodes(
     memories: FloatArray,
     counts: IntArray,
     legal: IntArray,
-    lanes: BoolArray,
+    envs: BoolArray,
     packed: FloatArray,
     stacked: FloatArray,
     tasks: IntArray,
 ) -> None:
-    """Fill what follows from the error and the task of lanes that begin; arguments as for `take_turn`."""
+    """Fill what follows from the error and the task of episodes that begin; arguments as for `take_turn`."""
     c, m = constants_of(packed), matrices_of(borrowed(stacked))
     slots = tasks.shape[1] - 1
     scratch = new_scratch(stacked.shape[1] // 2, slots)
-    for b in range(lanes.size):
-        if lanes[b]:
+    for b in range(envs.size):
+        if envs[b]:
             memory, lended = memory_of(borrowed(memories), b), lent(scratch)
             for values in (memory.reading, memory.prediction, memory.used):
                 assign(values, memory.error)

@@ -16,23 +16,23 @@ EDGE = 1.0 / 3.0  # beyond which an entry between them counts as the outer one
 
 
 @inlined
-def sense(model: Model, lane: State, action: FloatArray) -> None:
+def sense(model: Model, episode: State, action: FloatArray) -> None:
     """Read the sensors of k = step, and forge the readings of compromised ones from the onset on.
 
     `action` is (S + 1,), or (S,) where only biases are possible; an entry of 1 is half the sensor range.
     """
-    k = lane.step[0]
+    k = episode.step[0]
     middle = 0.5 * (model.sensor_high_c + model.sensor_low_c)
     reach = 0.5 * (model.sensor_high_c - model.sensor_low_c)
     base = action[-1] if model.any_base else 0.0
     for s in range(len(model.zone)):
-        true = lane.temperature[model.zone[s]]
-        lane.measured[s] = true + model.noise_std_c * lane.noise[k, s]
-        lane.reading[s] = lane.measured[s]
+        true = episode.temperature[model.zone[s]]
+        episode.measured[s] = true + model.noise_std_c * episode.noise[k, s]
+        episode.reading[s] = episode.measured[s]
         own = -EDGE <= base <= EDGE
-        if lane.compromised[s] and k >= lane.onset[0] and not (own and action[s] == 0.0):
-            start = lane.measured[s] if own else (true if base < 0.0 else middle)
-            lane.reading[s] = min(max(start + reach * action[s], model.sensor_low_c), model.sensor_high_c)
+        if episode.compromised[s] and k >= episode.onset[0] and not (own and action[s] == 0.0):
+            start = episode.measured[s] if own else (true if base < 0.0 else middle)
+            episode.reading[s] = min(max(start + reach * action[s], model.sensor_low_c), model.sensor_high_c)
 
 
 def absolute_action(config: HvacConfig, reading_c: Array) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Drawing the episodes of a lane, and putting a lane at its start."""
+"""Drawing the episodes of an episode, and putting an episode at its start."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cps_envs.hvac.state import State
 
 
 class Episode(NamedTuple):
-    """What a reset draws for one lane."""
+    """What a reset draws for one episode."""
 
     noise: FloatArray  # (K, S) standard normal
     onset: int  # t_0, step
@@ -45,14 +45,14 @@ def _draw_whole(value: IntRange, generator: np.random.Generator) -> int:
     return int(generator.integers(int(low), int(high) + 1))
 
 
-def start(state: State, lane: int, episode: Episode, config: HvacConfig) -> None:
-    """Put a lane at k = 0: every zone at the initial temperature, heating off, sums and windows empty."""
+def start(state: State, b: int, episode: Episode, config: HvacConfig) -> None:
+    """Put an episode at k = 0: every zone at the initial temperature, heating off, sums and windows empty."""
     for array in state:
-        array[lane] = 0
-    state.noise[lane] = episode.noise
-    state.onset[lane] = episode.onset
-    state.compromised[lane] = episode.compromised
-    state.plant[lane] = episode.plant
-    state.heat[lane] = episode.heat_w
-    state.temperature[lane] = config.initial_c
-    state.covariance[lane] = UNCERTAIN * np.eye(config.num_zones)
+        array[b] = 0
+    state.noise[b] = episode.noise
+    state.onset[b] = episode.onset
+    state.compromised[b] = episode.compromised
+    state.plant[b] = episode.plant
+    state.heat[b] = episode.heat_w
+    state.temperature[b] = config.initial_c
+    state.covariance[b] = UNCERTAIN * np.eye(config.num_zones)

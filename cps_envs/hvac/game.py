@@ -34,8 +34,8 @@ class HvacGame(Game):
 
     name = "hvac"
 
-    def __init__(self, config: HvacConfig, num_lanes: int) -> None:
-        super().__init__(num_lanes)
+    def __init__(self, config: HvacConfig, num_envs: int) -> None:
+        super().__init__(num_envs)
         self.config: HvacConfig = config
         self.horizon = config.num_steps - 1
         self.step_s = config.step_s
@@ -50,29 +50,29 @@ class HvacGame(Game):
         }
         self.neutral_action = {"attacker": np.zeros(entries), "defender": np.array(READINGS)}
         self.payoff_parts = ("a_impact",)
-        self.state: State = allocate(num_lanes, self.constants)
+        self.state: State = allocate(num_envs, self.constants)
         self._account = Account(
-            payoff=np.zeros(num_lanes),
-            metrics=np.zeros((num_lanes, len(METRICS))),
-            attacker=np.zeros((num_lanes, self.fields["attacker"].size)),
-            defender=np.zeros((num_lanes, self.fields["defender"].size)),
+            payoff=np.zeros(num_envs),
+            metrics=np.zeros((num_envs, len(METRICS))),
+            attacker=np.zeros((num_envs, self.fields["attacker"].size)),
+            defender=np.zeros((num_envs, self.fields["defender"].size)),
         )
         self._board = (tuple(self.constants), tuple(self.state), tuple(self._account))
-        self._episodes: IntArray = np.arange(num_lanes)
-        self._quiet = np.zeros((num_lanes, entries))
-        self._raw = np.full(num_lanes, READINGS)
+        self._episodes: IntArray = np.arange(num_envs)
+        self._quiet = np.zeros((num_envs, entries))
+        self._raw = np.full(num_envs, READINGS)
         self._legal = np.ones((2, choices), np.int8)  # choices before the window is full, and from then on
         self._legal[0, 1:-1] = 0
 
-    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        self._episodes[lanes] += self.num_lanes
-        for lane in np.flatnonzero(lanes).tolist():
-            start(self.state, lane, draw_episode(self.config, generators[lane]), self.config)
-        begin(*self._board, lanes)
+    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        self._episodes[envs] += self.num_envs
+        for b in np.flatnonzero(envs).tolist():
+            start(self.state, b, draw_episode(self.config, generators[b]), self.config)
+        begin(*self._board, envs)
 
-    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         moves = (actions.get("attacker", self._quiet), actions.get("defender", self._raw))
-        take_turn(*self._board, *moves, lanes, num_steps)
+        take_turn(*self._board, *moves, envs, num_steps)
         return self._account.payoff.copy()
 
     def observe(self, role: Role) -> Observation:
@@ -86,43 +86,43 @@ class HvacGame(Game):
         ready = self.state.step >= self.config.window_steps
         return self._legal[ready.astype(np.int64)].astype(np.bool_)
 
-    def lane_mask(self, role: Role, lane: int) -> Array | None:
-        """Legal choices (sets + 2,) of one lane as int8."""
+    def episode_mask(self, role: Role, b: int) -> Array | None:
+        """Legal choices (sets + 2,) of one episode as int8."""
         if role == "attacker":
             return None
-        legal: Array = self._legal[int(self.state.step.item(lane) >= self.config.window_steps)].copy()
+        legal: Array = self._legal[int(self.state.step.item(b) >= self.config.window_steps)].copy()
         return legal
 
     def metrics(self) -> dict[str, Array]:
         """`metrics.METRICS` so far, each (B,)."""
         return dict(zip(METRICS, self._account.metrics.T, strict=True))
 
-    def lane_metrics(self, lane: int) -> dict[str, float]:
-        """`metrics` of one lane as Python numbers."""
-        return dict(zip(METRICS, self._account.metrics[lane].tolist()))  # noqa: B905, strict costs a microsecond
+    def episode_metrics(self, b: int) -> dict[str, float]:
+        """`metrics` of one episode as Python numbers."""
+        return dict(zip(METRICS, self._account.metrics[b].tolist()))  # noqa: B905, strict costs a microsecond
 
     def mean_residuals(self) -> FloatArray:
         """Jm_a(k) of (4.33), (B, sets) C2; 0 until the window is full."""
         samples = self.state.step - self.config.window_steps + 1
         return self.state.residual_sum / np.maximum(samples, 1)[:, np.newaxis]
 
-    def scene(self, lane: int) -> Scene:
-        """What the viewer draws of a lane."""
-        state, k = self.state, int(self.state.step[lane])
+    def scene(self, b: int) -> Scene:
+        """What the viewer draws of an episode."""
+        state, k = self.state, int(self.state.step[b])
         return Scene(
-            episode=int(self._episodes[lane]),
+            episode=int(self._episodes[b]),
             step=k,
-            onset=int(state.onset[lane]),
-            temperature=state.temperature[lane].copy(),
-            estimate=state.fed[lane].copy(),
-            heating=state.heating[lane].copy(),
+            onset=int(state.onset[b]),
+            temperature=state.temperature[b].copy(),
+            estimate=state.fed[b].copy(),
+            heating=state.heating[b].copy(),
             outdoor_c=float(self.constants.outdoor[k]),
-            measured=state.measured[lane].copy(),
-            reading=state.reading[lane].copy(),
-            compromised=state.compromised[lane].copy(),
-            choice=int(state.choice[lane]),
+            measured=state.measured[b].copy(),
+            reading=state.reading[b].copy(),
+            compromised=state.compromised[b].copy(),
+            choice=int(state.choice[b]),
             ready=k >= self.config.window_steps,
-            residual=state.residual[lane].copy(),
-            mean_residual=self.mean_residuals()[lane],
-            metrics=self.lane_metrics(lane),
+            residual=state.residual[b].copy(),
+            mean_residual=self.mean_residuals()[b],
+            metrics=self.episode_metrics(b),
         )

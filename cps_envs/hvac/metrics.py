@@ -23,66 +23,66 @@ FLAWED, MODEL, REJECTING = 0, 1, 2  # columns of State.counts
 
 
 @inlined
-def mean_residual(model: Model, lane: State, a: int) -> float:
+def mean_residual(model: Model, episode: State, a: int) -> float:
     """Jm_a(k), C2: the mean of the residuals of a set since k_0 = N_e, (4.33); k_0 counts too."""
-    return float(lane.residual_sum[a] / (lane.step[0] - len(model.window) + 1))
+    return float(episode.residual_sum[a] / (episode.step[0] - len(model.window) + 1))
 
 
 @inlined
-def passes(model: Model, lane: State, a: int) -> bool:
+def passes(model: Model, episode: State, a: int) -> bool:
     """Whether the mean residual of a set is at most the threshold."""
-    return mean_residual(model, lane, a) <= model.threshold_c2
+    return mean_residual(model, episode, a) <= model.threshold_c2
 
 
 @inlined
-def count_choice(model: Model, lane: State) -> None:
+def count_choice(model: Model, episode: State) -> None:
     """Take note of the choice at k, once the window is full."""
-    if not is_ready(model, lane):
+    if not is_ready(model, episode):
         return
-    sets, a = len(model.member), lane.choice[0] - 1
+    sets, a = len(model.member), episode.choice[0] - 1
     if 0 <= a < sets:
-        lane.used[a] = True
+        episode.used[a] = True
         flawed = False
         for s in range(len(model.zone)):
-            flawed |= model.member[a, s] and lane.compromised[s]
-        lane.counts[FLAWED] += flawed and lane.step[0] >= lane.onset[0]
-    lane.counts[MODEL] += a == sets
+            flawed |= model.member[a, s] and episode.compromised[s]
+        episode.counts[FLAWED] += flawed and episode.step[0] >= episode.onset[0]
+    episode.counts[MODEL] += a == sets
     found = False
     for other in range(sets):
-        found |= passes(model, lane, other)
-    lane.counts[REJECTING] += not found
+        found |= passes(model, episode, other)
+    episode.counts[REJECTING] += not found
 
 
 @inlined
-def count_errors(model: Model, lane: State) -> float:
+def count_errors(model: Model, episode: State) -> float:
     """Add the errors of x(k) to the sums; returns the attacker's payoff for them."""
     square = 0.0
-    for i in range(len(lane.temperature)):
-        error = lane.temperature[i] - model.reference_c
+    for i in range(len(episode.temperature)):
+        error = episode.temperature[i] - model.reference_c
         square += error * error
-        lane.absolute_error[i] += abs(error)
-    if lane.step[0] < lane.onset[0]:
+        episode.absolute_error[i] += abs(error)
+    if episode.step[0] < episode.onset[0]:
         return 0.0
-    lane.squared_error[0] += square
-    return square / attacked_states(model, lane)
+    episode.squared_error[0] += square
+    return square / attacked_states(model, episode)
 
 
 @inlined
-def attacked_states(model: Model, lane: State) -> int:
+def attacked_states(model: Model, episode: State) -> int:
     """T_a: number of states from the onset to the end."""
-    return int(len(model.weather) - lane.onset[0])
+    return int(len(model.weather) - episode.onset[0])
 
 
 @inlined
-def measure(model: Model, lane: State, out: FloatArray) -> None:
+def measure(model: Model, episode: State, out: FloatArray) -> None:
     """Fill `out` (len(METRICS),) with the metrics so far."""
-    n = len(lane.temperature)
-    out[0] = lane.squared_error[0] / attacked_states(model, lane)
-    out[1] = lane.absolute_error.sum() / (n * (lane.step[0] + 1))
-    out[2] = lane.energy_j[0] / 3.6e6
-    out[3] = lane.used.sum()
-    out[4] = lane.counts[FLAWED]
-    out[5] = lane.counts[MODEL]
-    out[6] = lane.counts[REJECTING]
-    out[7] = lane.onset[0]
-    out[8] = lane.compromised.sum()
+    n = len(episode.temperature)
+    out[0] = episode.squared_error[0] / attacked_states(model, episode)
+    out[1] = episode.absolute_error.sum() / (n * (episode.step[0] + 1))
+    out[2] = episode.energy_j[0] / 3.6e6
+    out[3] = episode.used.sum()
+    out[4] = episode.counts[FLAWED]
+    out[5] = episode.counts[MODEL]
+    out[6] = episode.counts[REJECTING]
+    out[7] = episode.onset[0]
+    out[8] = episode.compromised.sum()

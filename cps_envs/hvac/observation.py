@@ -1,4 +1,4 @@
-"""Kernels that read observations off a lane, in physical units and in the order of `fields.py`."""
+"""Kernels that read observations off an episode, in physical units and in the order of `fields.py`."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def put(row: FloatArray, at: int, values: FloatArray) -> int:
 
 
 @inlined
-def put_clock(model: Model, lane: State, row: FloatArray, at: int) -> int:
+def put_clock(model: Model, episode: State, row: FloatArray, at: int) -> int:
     """Hours since the start, sine and cosine of the time of day."""
-    time_s = lane.step[0] * model.step_s
+    time_s = episode.step[0] * model.step_s
     angle = 2.0 * np.pi * time_s / DAY_S
     row[at] = time_s / 3600.0
     row[at + 1] = np.sin(angle)
@@ -33,56 +33,56 @@ def put_clock(model: Model, lane: State, row: FloatArray, at: int) -> int:
 
 
 @inlined
-def put_loop(model: Model, lane: State, row: FloatArray) -> int:
+def put_loop(model: Model, episode: State, row: FloatArray) -> int:
     """Readings, residuals, the last choice and what it led to; returns how many entries that are."""
     sets = len(model.member)
-    at = put(row, 0, lane.reading)
-    if is_ready(model, lane):
+    at = put(row, 0, episode.reading)
+    if is_ready(model, episode):
         for a in range(sets):
-            row[at + a] = np.log1p(lane.residual[a] / model.threshold_c2)
-            row[at + sets + a] = np.log1p(mean_residual(model, lane, a) / model.threshold_c2)
+            row[at + a] = np.log1p(episode.residual[a] / model.threshold_c2)
+            row[at + sets + a] = np.log1p(mean_residual(model, episode, a) / model.threshold_c2)
     at += 2 * sets
-    if lane.step[0] > 0:
-        row[at + lane.choice[0]] = 1.0
-    at = put(row, at + sets + 2, lane.fed)
-    return put(row, at, lane.heating)
+    if episode.step[0] > 0:
+        row[at + episode.choice[0]] = 1.0
+    at = put(row, at + sets + 2, episode.fed)
+    return put(row, at, episode.heating)
 
 
 @inlined
-def observe_attacker(model: Model, lane: State, loop: FloatArray, row: FloatArray) -> None:
+def observe_attacker(model: Model, episode: State, loop: FloatArray, row: FloatArray) -> None:
     """Fill `row` (size,) with `attacker_fields`; `loop` is what the defender sees of the control loop."""
     row[:] = 0.0
-    sensors, age = len(model.zone), lane.step[0] + 1 - lane.onset[0]
+    sensors, age = len(model.zone), episode.step[0] + 1 - episode.onset[0]
     for s in range(sensors):
-        row[s] = lane.measured[s] if lane.compromised[s] else 0.5 * (model.sensor_low_c + model.sensor_high_c)
-        row[sensors + s] = lane.compromised[s]
+        row[s] = episode.measured[s] if episode.compromised[s] else 0.5 * (model.sensor_low_c + model.sensor_high_c)
+        row[sensors + s] = episode.compromised[s]
     row[2 * sensors] = age >= 0
     row[2 * sensors + 1] = max(age, 0) * model.step_s / 3600.0
-    at = put_clock(model, lane, row, 2 * sensors + 2)
+    at = put_clock(model, episode, row, 2 * sensors + 2)
     if model.white_box:
-        put(row, put(row, at, lane.temperature), loop)
+        put(row, put(row, at, episode.temperature), loop)
 
 
 @inlined
-def observe_defender(model: Model, lane: State, row: FloatArray) -> int:
+def observe_defender(model: Model, episode: State, row: FloatArray) -> int:
     """Fill `row` (size,) with `defender_fields`; returns how many of them, the first, are of the control loop."""
     row[:] = 0.0
-    sets, ready = len(model.member), is_ready(model, lane)
-    loop = put_loop(model, lane, row)
+    sets, ready = len(model.member), is_ready(model, episode)
+    loop = put_loop(model, episode, row)
     at = loop
     for choice in range(sets + 2):
-        at = put(row, at, lane.estimate[choice])
+        at = put(row, at, episode.estimate[choice])
     if ready:
-        mark_better_half(lane.residual, row[at : at + sets])
+        mark_better_half(episode.residual, row[at : at + sets])
         for a in range(sets):
-            row[at + sets + a] = passes(model, lane, a)
+            row[at + sets + a] = passes(model, episode, a)
     at += 2 * sets
     row[at] = ready
-    row[at + 1] = max(lane.step[0] - len(model.window) + 1, 0)
+    row[at + 1] = max(episode.step[0] - len(model.window) + 1, 0)
     at += 2
     for i in range(len(model.ahead)):
-        row[at + i] = model.outdoor[lane.step[0] + model.ahead[i]]
-    put_clock(model, lane, row, at + len(model.ahead))
+        row[at + i] = model.outdoor[episode.step[0] + model.ahead[i]]
+    put_clock(model, episode, row, at + len(model.ahead))
     return loop
 
 

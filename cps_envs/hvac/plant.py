@@ -12,29 +12,29 @@ from cps_envs.hvac.vectors import copy, drift
 
 
 @inlined
-def heat(model: Model, lane: State, estimate: FloatArray, change: FloatArray) -> None:
+def heat(model: Model, episode: State, estimate: FloatArray, change: FloatArray) -> None:
     """Set the heating of this step from xh(k) and dxh(k), both (n,) C.
 
     The integrator u_c is continuous and clamped to [0, E]; only what is applied is rounded to a level (4.18).
     """
-    ahead = model.feedforward[lane.step[0]]
+    ahead = model.feedforward[episode.step[0]]
     for i in range(len(ahead)):
         du = -ahead[i]
         for j in range(len(ahead)):
             du += model.error_gain[i, j] * (model.reference_c - estimate[j])
             du -= model.difference_gain[i, j] * change[j]
-        lane.integrator[i] = min(max(lane.integrator[i] + du, 0.0), model.max_heating_w)
-        lane.heating[i] = min(model.level_w * np.rint(lane.integrator[i] / model.level_w), model.max_heating_w)
+        episode.integrator[i] = min(max(episode.integrator[i] + du, 0.0), model.max_heating_w)
+        episode.heating[i] = min(model.level_w * np.rint(episode.integrator[i] / model.level_w), model.max_heating_w)
 
 
 @inlined
-def move(model: Model, lane: State) -> None:
+def move(model: Model, episode: State) -> None:
     """Go from k to k + 1: the plant (4.5) with what the model does not know, and the forced response."""
-    w = model.weather[lane.step[0]]
+    w = model.weather[episode.step[0]]
     supplied = np.empty(len(w))
     for i in range(len(w)):
-        supplied[i] = lane.heating[i] + lane.heat[i]
-        lane.energy_j[0] += lane.heating[i] * model.step_s
-    copy(drift(lane.plant, model.B, model.G, lane.temperature, supplied, w), lane.temperature)
-    copy(drift(model.A, model.B, model.G, lane.forced, lane.heating, w), lane.forced)
-    lane.step[0] += 1
+        supplied[i] = episode.heating[i] + episode.heat[i]
+        episode.energy_j[0] += episode.heating[i] * model.step_s
+    copy(drift(episode.plant, model.B, model.G, episode.temperature, supplied, w), episode.temperature)
+    copy(drift(model.A, model.B, model.G, episode.forced, episode.heating, w), episode.forced)
+    episode.step[0] += 1

@@ -9,7 +9,7 @@ from cps_envs.hvac.game import HvacGame
 
 
 def sensor_steps(config: HvacConfig) -> float:
-    """Closed-loop steps of a lane in a game step, times its sensors; a function of its own so that problems pickle."""
+    """Closed-loop steps in a game step, times the sensors; a function of its own so that problems pickle."""
     return config.num_sensors
 
 

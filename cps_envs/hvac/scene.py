@@ -9,7 +9,7 @@ from cps_envs.core.types import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class Scene:
-    """One lane at one step; n zones, S sensors, sets of sensors."""
+    """One episode at one step; n zones, S sensors, sets of sensors."""
 
     episode: int  # differs between the episodes of a game
     step: int  # k

@@ -12,7 +12,7 @@ from cps_envs.hvac.model import Model
 
 
 class State(NamedTuple):
-    """B lanes, at state x(k). Of the C = sets + 2 choices, 0 is the raw readings and the last is the model.
+    """B episodes, at state x(k). Of the C = sets + 2 choices, 0 is the raw readings and the last is the model.
 
     Residuals count from k = N_e on, when the window is full, and are zero before that; so long the estimates of all
     choices but 0 are those of the recursive least squares.
@@ -46,19 +46,19 @@ class State(NamedTuple):
     counts: IntArray  # (B, 3) steps with a flawed set, with the model, with no set below the threshold
 
 
-def allocate(num_lanes: int, model: Model) -> State:
-    """A state with every array zero; `episode.start` fills the lanes."""
-    lanes, steps = num_lanes, len(model.weather)
+def allocate(num_envs: int, model: Model) -> State:
+    """A state with every array zero; `episode.start` fills the episodes."""
+    envs, steps = num_envs, len(model.weather)
     sets, sensors = model.member.shape
     n = len(model.B)
 
     def zeros(*shape: int) -> FloatArray:
-        return np.zeros((lanes, *shape))
+        return np.zeros((envs, *shape))
 
     return State(
-        step=np.zeros(lanes, np.int64),
-        onset=np.zeros(lanes, np.int64),
-        compromised=np.zeros((lanes, sensors), np.bool_),
+        step=np.zeros(envs, np.int64),
+        onset=np.zeros(envs, np.int64),
+        compromised=np.zeros((envs, sensors), np.bool_),
         plant=zeros(n, n),
         heat=zeros(n),
         noise=zeros(steps, sensors),
@@ -76,18 +76,18 @@ def allocate(num_lanes: int, model: Model) -> State:
         fed=zeros(n),
         residual=zeros(sets),
         residual_sum=zeros(sets),
-        choice=np.zeros(lanes, np.int64),
-        used=np.zeros((lanes, sets), np.bool_),
+        choice=np.zeros(envs, np.int64),
+        used=np.zeros((envs, sets), np.bool_),
         squared_error=zeros(),
         absolute_error=zeros(n),
         energy_j=zeros(),
-        counts=np.zeros((lanes, 3), np.int64),
+        counts=np.zeros((envs, 3), np.int64),
     )
 
 
 @inlined
-def lane_of(state: State, b: int) -> State:
-    """Views of lane `b`: the same fields without the lane axis, per-lane scalars as arrays of length one."""
+def episode_of(state: State, b: int) -> State:
+    """Views of episode `b`: the same fields without the episode axis, per-episode scalars as arrays of length one."""
     return State(
         state.step[b : b + 1],
         state.onset[b : b + 1],

@@ -18,7 +18,7 @@ from cps_envs.hvac.metrics import attacked_states, count_choice, count_errors, m
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.observation import observe_attacker, observe_defender
 from cps_envs.hvac.plant import heat, move
-from cps_envs.hvac.state import State, lane_of
+from cps_envs.hvac.state import State, episode_of
 
 Values: TypeAlias = tuple[Any, ...]  # of a named tuple, without their names
 
@@ -33,17 +33,17 @@ class Account(NamedTuple):
 
 
 @kernel
-def begin(model_values: Values, state_values: Values, account_values: Values, lanes: BoolArray) -> None:
-    """Read the sensors of k = 0, which nobody has forged, in the marked lanes (B,)."""
+def begin(model_values: Values, state_values: Values, account_values: Values, envs: BoolArray) -> None:
+    """Read the sensors of k = 0, which nobody has forged, in the marked environments (B,)."""
     model, state, account = Model(*model_values), State(*state_values), Account(*account_values)
     quiet = np.zeros(len(model.zone) + 1)
-    for b in range(len(lanes)):
-        if lanes[b]:
-            lane = lane_of(state, b)
-            count_errors(model, lane)
-            sense(model, lane, quiet)
-            estimate(model, lane)
-            report(model, lane, account, b)
+    for b in range(len(envs)):
+        if envs[b]:
+            episode = episode_of(state, b)
+            count_errors(model, episode)
+            sense(model, episode, quiet)
+            estimate(model, episode)
+            report(model, episode, account, b)
 
 
 @kernel
@@ -53,35 +53,35 @@ def take_turn(
     account_values: Values,
     forging: FloatArray,
     choices: IntArray,
-    lanes: BoolArray,
+    envs: BoolArray,
     num_steps: int,
 ) -> None:
-    """Take `num_steps` steps in the marked lanes (B,).
+    """Take `num_steps` steps in the marked environments (B,).
 
     The defender's `choices` (B,) answer the readings of k; the attacker's actions `forging` (B, S + 1) or (B, S) make
     those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
     """
     model, state, account = Model(*model_values), State(*state_values), Account(*account_values)
-    for b in range(len(lanes)):
+    for b in range(len(envs)):
         account.payoff[b] = 0.0
-        if lanes[b]:
-            lane = lane_of(state, b)
-            if lane.step[0] == 0:
-                account.payoff[b] = lane.squared_error[0] / attacked_states(model, lane)
+        if envs[b]:
+            episode = episode_of(state, b)
+            if episode.step[0] == 0:
+                account.payoff[b] = episode.squared_error[0] / attacked_states(model, episode)
             for _ in range(num_steps):
-                xh, change = choose(model, lane, choices[b])
-                count_choice(model, lane)
-                heat(model, lane, xh, change)
-                move(model, lane)
-                account.payoff[b] += count_errors(model, lane)
-                sense(model, lane, forging[b])
-                estimate(model, lane)
-            report(model, lane, account, b)
+                xh, change = choose(model, episode, choices[b])
+                count_choice(model, episode)
+                heat(model, episode, xh, change)
+                move(model, episode)
+                account.payoff[b] += count_errors(model, episode)
+                sense(model, episode, forging[b])
+                estimate(model, episode)
+            report(model, episode, account, b)
 
 
 @inlined
-def report(model: Model, lane: State, account: Account, b: int) -> None:
-    """Bring the account of a lane up to its state."""
-    measure(model, lane, account.metrics[b])
-    loop = observe_defender(model, lane, account.defender[b])
-    observe_attacker(model, lane, account.defender[b, :loop], account.attacker[b])
+def report(model: Model, episode: State, account: Account, b: int) -> None:
+    """Bring the account of an episode up to its state."""
+    measure(model, episode, account.metrics[b])
+    loop = observe_defender(model, episode, account.defender[b])
+    observe_attacker(model, episode, account.defender[b, :loop], account.attacker[b])

@@ -1,4 +1,4 @@
-"""Small vectors and matrices in loops, in a fixed order of operations, so that every lane rounds alike.
+"""Small vectors and matrices in loops, in a fixed order of operations, so that every episode rounds alike.
 
 Loops compile to a fraction of what numba makes of array expressions, which bring checks of shapes and their messages.
 """

@@ -1,4 +1,4 @@
-"""The closed loop of a lane, step by step in the order of section 2 of the specification."""
+"""The closed loop of an episode, step by step in the order of section 2 of the specification."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def step(
 
 
 @kernel
-def advance_lane(
+def advance_episode(
     vehicles: NDArray[np.void],
     pairs: NDArray[np.void],
     episode: Record,
@@ -83,7 +83,7 @@ def advance_lane(
     periods: int,
     r: Record,
 ) -> None:
-    """Advance one lane by game steps under held actions, see `turn.take_turn`."""
+    """Advance one episode by game steps under held actions, see `turn.take_turn`."""
     for _ in range(periods):
         hold(action, vehicles[episode.attacker].speed, episode, log, r)
         for _ in range(r.steps_per_period):

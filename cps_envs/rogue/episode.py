@@ -1,4 +1,4 @@
-"""Drawing the episodes of a lane: the vehicles, who is seized, when the attack begins, and the perturbed start."""
+"""Drawing the episodes of an episode: the vehicles, who is seized, when the attack begins, and the perturbed start."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.state import State
 
 
-def start(state: State, lane: int, config: RogueConfig, generator: np.random.Generator) -> None:
-    """Put a lane at time 0 in steady state, perturbed as the configuration says, with everything counted at zero.
+def start(state: State, b: int, config: RogueConfig, generator: np.random.Generator) -> None:
+    """Put an episode at time 0 in steady state, perturbed as the configuration says, with everything counted at zero.
 
     What the configuration leaves exact is drawn too, so that the order of draws is always the same.
     """
     for array in state:
-        array[lane] = 0
-    log, episode, vehicles = state.log[lane], state.episode[lane], state.vehicles[lane]
-    state.pairs["armed"][lane] = True
+        array[b] = 0
+    log, episode, vehicles = state.log[b], state.episode[b], state.vehicles[b]
+    state.pairs["armed"][b] = True
     log["first_collision_s"] = log["first_alarm_s"] = -1.0
     first, last = bounds(config.attacker_index)
     episode["attacker"] = generator.integers(int(first), int(last) + 1) - 1

@@ -38,8 +38,8 @@ class RogueGame(Game):
 
     name = "rogue"
 
-    def __init__(self, config: RogueConfig, num_lanes: int) -> None:
-        super().__init__(num_lanes)
+    def __init__(self, config: RogueConfig, num_envs: int) -> None:
+        super().__init__(num_envs)
         self.config: RogueConfig = config
         self.horizon = round(config.duration_s / config.control_period_s)
         self.step_s = config.control_period_s
@@ -55,22 +55,22 @@ class RogueGame(Game):
         self.rules = rules_of(config)
         self._limits = command_limits(config)
         self._rear_watchers = watches_rear(config)
-        self.state: State = allocate(num_lanes, config.num_vehicles)
-        self._table = np.zeros((num_lanes, len(METRICS)))
-        self._neutral = {role: np.stack([action] * num_lanes) for role, action in self.neutral_action.items()}
-        self._orders = np.full((num_lanes, intact, 2), (COMMANDED, 0))
-        self._accelerations = np.zeros((num_lanes, intact))
+        self.state: State = allocate(num_envs, config.num_vehicles)
+        self._table = np.zeros((num_envs, len(METRICS)))
+        self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
+        self._orders = np.full((num_envs, intact, 2), (COMMANDED, 0))
+        self._accelerations = np.zeros((num_envs, intact))
 
-    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        for lane in np.flatnonzero(lanes).tolist():
-            start(self.state, lane, self.config, generators[lane])
+    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        for b in np.flatnonzero(envs).tolist():
+            start(self.state, b, self.config, generators[b])
         measure(self.state, self.rules, self._table)
 
-    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         before = self._paid()
         attack = actions.get("attacker", self._neutral["attacker"])
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
-        take_turn(self.state, attack, orders, accelerations, lanes, num_steps, self.rules, self._table)
+        take_turn(self.state, attack, orders, accelerations, envs, num_steps, self.rules, self._table)
         return self._paid() - before
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
@@ -87,7 +87,7 @@ class RogueGame(Game):
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""
-        values = np.empty((self.num_lanes, self.fields[role].size))
+        values = np.empty((self.num_envs, self.fields[role].size))
         if role == "attacker":
             observe_attacker(self.state, self.rules, values)
         else:
@@ -98,22 +98,22 @@ class RogueGame(Game):
         """`metrics.METRICS` so far, each (B,)."""
         return dict(zip(METRICS, self._table.T, strict=True))
 
-    def lane_metrics(self, lane: int) -> dict[str, float]:
-        """`metrics` of one lane as Python numbers."""
-        return dict(zip(METRICS, self._table[lane].tolist()))  # noqa: B905, strict costs a microsecond
+    def episode_metrics(self, b: int) -> dict[str, float]:
+        """`metrics` of one episode as Python numbers."""
+        return dict(zip(METRICS, self._table[b].tolist()))  # noqa: B905, strict costs a microsecond
 
-    def model(self, lane: int, num_lanes: int) -> RogueGame:
-        """Privileged: copies of one lane in its present state."""
-        copy = RogueGame(self.config, num_lanes)
+    def model(self, b: int, num_envs: int) -> RogueGame:
+        """Privileged: copies of one episode in its present state."""
+        copy = RogueGame(self.config, num_envs)
         for mine, theirs in zip(self.state, copy.state, strict=True):
-            theirs[:] = mine[lane]
-        copy.elapsed[:] = self.elapsed[lane]
-        copy._table[:] = self._table[lane]
+            theirs[:] = mine[b]
+        copy.elapsed[:] = self.elapsed[b]
+        copy._table[:] = self._table[b]
         return copy
 
-    def scene(self, lane: int) -> Scene:
-        """What the viewer draws of a lane."""
-        return scene_of(self.state, lane, self.config, self.lane_metrics(lane))
+    def scene(self, b: int) -> Scene:
+        """What the viewer draws of an episode."""
+        return scene_of(self.state, b, self.config, self.episode_metrics(b))
 
     def team(self, role: Role) -> Team:
         """The defender as one agent per intact vehicle."""

@@ -27,7 +27,7 @@ PAYOFF_PARTS = METRICS[:2]
 
 @kernel
 def measure(state: State, rules: NDArray[np.void], out: NDArray[np.float64]) -> None:
-    """Fill `out` (B, len(METRICS)) with the metrics of each lane so far."""
+    """Fill `out` (B, len(METRICS)) with the metrics of each episode so far."""
     r = rules[0]
     for b in range(out.shape[0]):
         vehicles, pairs, episode, log, row = state.vehicles[b], state.pairs[b], state.episode[b], state.log[b], out[b]

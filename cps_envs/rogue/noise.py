@@ -1,4 +1,4 @@
-"""Sensor noise as a function of lane, step and entry, so that looking twice shows the same."""
+"""Sensor noise as a function of episode, step and entry, so that looking twice shows the same."""
 
 from __future__ import annotations
 

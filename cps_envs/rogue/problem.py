@@ -15,7 +15,7 @@ LEARNING_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disb
 
 
 def platoon_steps(config: RogueConfig) -> float:
-    """Integration steps of the platoon in a game step of a lane; a function of its own so that problems pickle."""
+    """Integration steps of the platoon in a game step of an episode; a function of its own so that problems pickle."""
     return config.steps_per_period
 
 

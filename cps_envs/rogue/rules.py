@@ -1,4 +1,4 @@
-"""What is the same in every lane of a game, as one record that kernels read."""
+"""What is the same in every episode of a game, as one record that kernels read."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from cps_envs.core.types import BoolArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Scene:
-    """One lane at one time; n vehicles from the rear to the leader, pair i being vehicle i and the one ahead."""
+    """One episode at one time; n vehicles from the rear to the leader, pair i being vehicle i and the one ahead."""
 
     episode: int  # differs between the episodes of a game
     time_s: float

@@ -1,4 +1,4 @@
-"""Reading the scene of a lane off the state."""
+"""Reading the scene of an episode off the state."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from cps_envs.rogue.scene import Scene
 from cps_envs.rogue.state import State
 
 
-def scene_of(state: State, lane: int, config: RogueConfig, metrics: dict[str, float]) -> Scene:
-    """Copies of what a picture shows of a lane."""
-    episode, log = state.episode[lane], state.log[lane]
-    vehicles, pairs = state.vehicles[lane].copy(), state.pairs[lane].copy()
+def scene_of(state: State, b: int, config: RogueConfig, metrics: dict[str, float]) -> Scene:
+    """Copies of what a picture shows of an episode."""
+    episode, log = state.episode[b], state.log[b]
+    vehicles, pairs = state.vehicles[b].copy(), state.pairs[b].copy()
     position = vehicles["position"]
     seized = int(episode["attacker"])
     names = ["commanded" if law == COMMANDED else DRIVEN[law] for law in vehicles["law"].tolist()]

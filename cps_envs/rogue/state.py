@@ -56,7 +56,7 @@ LOG = np.dtype(
 
 
 class State(NamedTuple):
-    """B lanes of n vehicles from the rear (0) to the leader (n - 1); pair i is vehicle i and the one ahead of it."""
+    """B episodes of n vehicles from the rear (0) to the leader (n - 1); pair i is vehicle i and the one ahead of it."""
 
     vehicles: NDArray[np.void]  # (B, n) of VEHICLE
     pairs: NDArray[np.void]  # (B, n - 1) of PAIR
@@ -64,11 +64,11 @@ class State(NamedTuple):
     log: NDArray[np.void]  # (B,) of LOG
 
 
-def allocate(num_lanes: int, num_vehicles: int) -> State:
-    """A state with everything zero; `episode.start` fills the lanes."""
+def allocate(num_envs: int, num_vehicles: int) -> State:
+    """A state with everything zero; `episode.start` fills the episodes."""
     return State(
-        vehicles=np.zeros((num_lanes, num_vehicles), VEHICLE),
-        pairs=np.zeros((num_lanes, num_vehicles - 1), PAIR),
-        episode=np.zeros(num_lanes, EPISODE),
-        log=np.zeros(num_lanes, LOG),
+        vehicles=np.zeros((num_envs, num_vehicles), VEHICLE),
+        pairs=np.zeros((num_envs, num_vehicles - 1), PAIR),
+        episode=np.zeros(num_envs, EPISODE),
+        log=np.zeros(num_envs, LOG),
     )

@@ -29,7 +29,7 @@ class VehicleTeam(Team):
     def observe(self) -> Observation:
         """Own rows (B, n - 1, size), see `fields.vehicle_fields`."""
         game = self._game
-        values = np.empty((game.num_lanes, len(self.agents), self.fields.size))
+        values = np.empty((game.num_envs, len(self.agents), self.fields.size))
         observe_vehicles(game.state, game.rules, game.modes, values)
         return self.fields.encode(values.reshape(-1, self.fields.size)).reshape(values.shape)
 

@@ -16,8 +16,8 @@ PROBLEM = find_problem("disbanding")
 
 
 @pytest.fixture
-def few_lanes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(faces, "LANES", (1, 2))
+def few_envs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(faces, "NUM_ENVS", (1, 2))
     monkeypatch.setattr(suite, "KERNEL_LANES", (1,))
 
 
@@ -28,11 +28,11 @@ def test_calls_are_counted_by_cpu_time() -> None:
     assert len(calls) > 3
 
 
-@pytest.mark.usefixtures("few_lanes")
+@pytest.mark.usefixtures("few_envs")
 def test_everything_is_measured() -> None:
     reports: list[tuple[int, int, str]] = []
     found = measure_all([PROBLEM], 0.01, lambda *report: reports.append(report))
-    measured = {(speed.env, speed.form, speed.lanes) for speed in found["speeds"]}
+    measured = {(speed.env, speed.form, speed.envs) for speed in found["speeds"]}
     assert ("CartPole-v1", "vector", 2) in measured
     assert ("cps_envs/DisbandingAttack-v0", "single", 1) in measured
     assert ("cps_envs/disbanding-v0", "parallel", 1) in measured
@@ -50,7 +50,7 @@ def test_work_is_counted_per_decision() -> None:
     assert duel.decisions == pytest.approx(1.1)
 
 
-@pytest.mark.usefixtures("few_lanes")
+@pytest.mark.usefixtures("few_envs")
 def test_the_command_prints_whether_targets_are_met() -> None:
     result = CliRunner().invoke(app, ["bench", "--seconds", "0.01", "--json"])
     assert result.exit_code == 0, result.output

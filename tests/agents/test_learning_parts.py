@@ -1,4 +1,4 @@
-"""The parts of training: recipes, lanes, input scaling, demonstrations, imitation, export."""
+"""The parts of training: recipes, environments, input scaling, demonstrations, imitation, export."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from agents.errors import CommandError
 from agents.learning.demonstrations import demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
-from agents.learning.lanes import TrainingLanes, make_lanes
 from agents.learning.model import CLASSES, check_fit, make_model
 from agents.learning.recipe import Recipe, changed
 from agents.learning.scaling import seen_columns, spread, wander
 from agents.learning.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
+from agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
 
@@ -30,7 +30,7 @@ ROGUE = Recipe(
     role="attacker",
     opponent="pd",
     overrides={"duration_s": 3.0},
-    num_lanes=4,
+    num_envs=4,
     total_steps=64,
     steps_per_update=16,
     batch_size=32,
@@ -73,23 +73,23 @@ def test_seeds_do_not_overlap() -> None:
     assert training_seed(1) - training_seed(0) > 19 * 1024
 
 
-def run_out(lanes: TrainingLanes, action: Any) -> tuple[np.ndarray, list[dict[str, Any]]]:
+def run_out(envs: TrainingEnvs, action: Any) -> tuple[np.ndarray, list[dict[str, Any]]]:
     """Scaled returns of every row over one episode under a constant action, and the last infos."""
-    lanes.reset()
-    total = np.zeros(lanes.num_envs)
+    envs.reset()
+    total = np.zeros(envs.num_envs)
     while True:
-        lanes.step_async(np.stack([action] * lanes.num_envs))
-        _, reward, done, infos = lanes.step_wait()
+        envs.step_async(np.stack([action] * envs.num_envs))
+        _, reward, done, infos = envs.step_wait()
         total += reward
         if done.all():
             return total, infos
 
 
 @pytest.mark.parametrize("hold", [1, 3])
-def test_lanes_pay_the_return(hold: int) -> None:
+def test_environments_pay_the_return(hold: int) -> None:
     recipe = replace(ROGUE, hold=hold, reward_scale=0.5)
-    lanes = make_lanes(recipe, 7)
-    total, infos = run_out(lanes, np.array([0.7], np.float32))
+    envs = make_envs(recipe, 7)
+    total, infos = run_out(envs, np.array([0.7], np.float32))
     unscaled = np.array([info["episode"]["r"] for info in infos])
     np.testing.assert_allclose(total, 0.5 * unscaled, rtol=1e-5)
     config = find_problem("rogue").config("learning", recipe.overrides)
@@ -99,36 +99,36 @@ def test_lanes_pay_the_return(hold: int) -> None:
     assert not infos[0]["TimeLimit.truncated"]
 
 
-def test_swarm_lanes_share_or_split_the_payoff() -> None:
-    team, _infos = run_out(make_lanes(SWARM, 0), np.zeros(1, np.float32))
+def test_swarm_environments_share_or_split_the_payoff() -> None:
+    team, _infos = run_out(make_envs(SWARM, 0), np.zeros(1, np.float32))
     assert team.shape == (4 * 9,)
     np.testing.assert_allclose(team.reshape(4, 9), team.reshape(4, 9)[:, :1].repeat(9, axis=1))
     local = replace(SWARM, overrides={**SWARM.overrides, "swarm_reward": "local", "collision_penalty": 0.0})
-    own, _ = run_out(make_lanes(local, 0), np.zeros(1, np.float32))
+    own, _ = run_out(make_envs(local, 0), np.zeros(1, np.float32))
     np.testing.assert_allclose(own.reshape(4, 9).mean(axis=1), team.reshape(4, 9)[:, 0], rtol=0.02)
 
 
 def test_bootstrapping_is_told_to_the_learner() -> None:
-    _, infos = run_out(make_lanes(replace(ROGUE, bootstrap=True), 0), np.zeros(1, np.float32))
+    _, infos = run_out(make_envs(replace(ROGUE, bootstrap=True), 0), np.zeros(1, np.float32))
     assert all(info["TimeLimit.truncated"] for info in infos)
-    assert infos[0]["terminal_observation"].shape == make_lanes(ROGUE, 0).observation_space.shape
+    assert infos[0]["terminal_observation"].shape == make_envs(ROGUE, 0).observation_space.shape
 
 
 def test_unseen_fields_are_not_seen() -> None:
-    lanes = make_lanes(ROGUE, 0)
-    names = list(lanes.env.game.fields["attacker"].slices)
-    columns = seen_columns(lanes, replace(ROGUE, unseen=(names[0],)))
-    assert not set(columns) & set(range(*lanes.env.game.fields["attacker"].slices[names[0]].indices(1000)))
+    envs = make_envs(ROGUE, 0)
+    names = list(envs.env.game.fields["attacker"].slices)
+    columns = seen_columns(envs, replace(ROGUE, unseen=(names[0],)))
+    assert not set(columns) & set(range(*envs.env.game.fields["attacker"].slices[names[0]].indices(1000)))
     with pytest.raises(ValueError, match="no field 'nonsense'"):
-        seen_columns(lanes, replace(ROGUE, unseen=("nonsense",)))
+        seen_columns(envs, replace(ROGUE, unseen=("nonsense",)))
 
 
-def build(recipe: Recipe, folder: Path) -> tuple[Any, TrainingLanes]:
-    lanes = make_lanes(recipe, 0)
-    columns = seen_columns(lanes, recipe)
-    mean, deviation = spread(wander(lanes, 0), columns)
+def build(recipe: Recipe, folder: Path) -> tuple[Any, TrainingEnvs]:
+    envs = make_envs(recipe, 0)
+    columns = seen_columns(envs, recipe)
+    mean, deviation = spread(wander(envs, 0), columns)
     scaling = {"columns": columns, "mean": mean, "deviation": deviation}
-    return make_model(recipe, lanes, scaling, 0, "cpu", folder), lanes
+    return make_model(recipe, envs, scaling, 0, "cpu", folder), envs
 
 
 CASES = {
@@ -151,9 +151,9 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_exported_networks_act_like_the_model(case: str, tmp_path: Path) -> None:
     recipe = CASES[case]
-    model, lanes = build(recipe, tmp_path)
+    model, envs = build(recipe, tmp_path)
     network = network_of_model(model, recipe.activation)
-    observation = wander(lanes, 1)[-50:]
+    observation = wander(envs, 1)[-50:]
     state = np.zeros((len(observation), network.units), np.float32)
     outputs, *_ = network.forward(observation, state, state)
     actions, _ = model.predict(observation, deterministic=True)
@@ -162,7 +162,7 @@ def test_exported_networks_act_like_the_model(case: str, tmp_path: Path) -> None
     if actions.dtype.kind == "f":
         np.testing.assert_allclose(np.clip(outputs, -1, 1), actions, atol=1e-5)
     else:
-        counts = np.ravel(getattr(lanes.action_space, "nvec", getattr(lanes.action_space, "n", 0)))
+        counts = np.ravel(getattr(envs.action_space, "nvec", getattr(envs.action_space, "n", 0)))
         parts = np.split(outputs, np.cumsum(counts)[:-1], axis=1)
         np.testing.assert_array_equal(
             np.stack([part.argmax(axis=1) for part in parts], axis=1).squeeze(), actions.squeeze()
@@ -181,7 +181,7 @@ def test_exported_networks_act_like_the_model(case: str, tmp_path: Path) -> None
 )
 def test_algorithms_that_do_not_fit_are_refused(recipe: Recipe, message: str) -> None:
     with pytest.raises(CommandError, match=message):
-        check_fit(recipe, make_lanes(recipe, 0))
+        check_fit(recipe, make_envs(recipe, 0))
 
 
 def test_every_algorithm_has_a_class() -> None:

@@ -155,7 +155,7 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
         captured = capsys.readouterr()
         return int(ended.value.code or 0), captured.out, captured.err
 
-    small = ("--knob", "num_lanes=4", "--knob", "steps_per_update=20", "--knob", "batch_size=64")
+    small = ("--knob", "num_envs=4", "--knob", "steps_per_update=20", "--knob", "batch_size=64")
     few = ("--knob", "evaluations=1", "--knob", "evaluation_episodes=2", "--knob", "search_steps=0")
     base = ("FdiAttack-v0", "--steps", "80", "--seeds", "1", "--jobs", "1", "--out", str(tmp_path), *small, *few)
     code, printed, _ = run(*base, "--json")

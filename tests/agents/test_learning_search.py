@@ -14,11 +14,11 @@ pytest.importorskip("sb3_contrib")
 from agents.errors import CommandError
 from agents.learning.best_episodes import BestEpisodes
 from agents.learning.demonstrations import Demonstrations
-from agents.learning.lanes import TrainingLanes, make_lanes
 from agents.learning.plan_search import search_plans
 from agents.learning.recipe import Recipe
 from agents.learning.scaling import focus, seen_columns
 from agents.learning.training import Job, train
+from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.recipes.fdi_attack import FdiAttack
 from agents.recipes.fdi_defense import FdiDefense
 from cps_envs.fdi.game import FdiGame
@@ -31,7 +31,7 @@ TINY = FdiAttack(
         "shield": True,
         "tasks": "x4>4 v1>1",
     },
-    num_lanes=16,
+    num_envs=16,
     total_steps=640,
     batch_size=160,
     hidden=(32,),
@@ -58,44 +58,44 @@ def test_the_best_episode_of_each_start_is_kept() -> None:
     assert best.mean_return() == 1.0
 
 
-def played(lanes: TrainingLanes, shown: Demonstrations) -> list[float]:
+def played(envs: TrainingEnvs, shown: Demonstrations) -> list[float]:
     """The learned return of each demonstrated episode when its actions are played again from its start."""
-    starts = lanes.reset()
+    starts = envs.reset()
     first = [
         row for row in range(len(shown.actions)) if any(np.array_equal(shown.observations[row], s) for s in starts)
     ]
     returns = []
     for begin, end in zip(first, [*first[1:], len(shown.actions)], strict=True):
-        starts = lanes.reset()
-        lane = next(i for i, s in enumerate(starts) if np.array_equal(s, shown.observations[begin]))
+        starts = envs.reset()
+        episode = next(i for i, s in enumerate(starts) if np.array_equal(s, shown.observations[begin]))
         total = 0.0
         for row in range(begin, end):
-            lanes.step_async(np.repeat(shown.actions[row][np.newaxis], lanes.num_envs, axis=0))
-            _, rewards, _, _ = lanes.step_wait()
-            total += float(rewards[lane])
+            envs.step_async(np.repeat(shown.actions[row][np.newaxis], envs.num_envs, axis=0))
+            _, rewards, _, _ = envs.step_wait()
+            total += float(rewards[episode])
         returns.append(total)
     return returns
 
 
 def test_a_search_finds_good_plans_that_attain_what_it_says() -> None:
-    lanes = make_lanes(TINY, 2_000_000)
+    envs = make_envs(TINY, 2_000_000)
     first, best = BestEpisodes(), BestEpisodes()
-    search_plans(lanes, replace(TINY, search_steps=640), first, 0, lambda steps, mean: None)
-    search_plans(lanes, TINY, best, 0, lambda steps, mean: None)
+    search_plans(envs, replace(TINY, search_steps=640), first, 0, lambda steps, mean: None)
+    search_plans(envs, TINY, best, 0, lambda steps, mean: None)
     assert best.mean_return() > max(first.mean_return(), 0.8)  # shares of the certified optima
     shown = best.demonstrations()
     assert shown is not None
     assert shown.masks is not None
-    assert np.mean(played(lanes, shown)) == pytest.approx(best.mean_return(), abs=1e-6)
-    ends = np.cumsum(lanes.action_space.nvec)  # type: ignore[attr-defined]
+    assert np.mean(played(envs, shown)) == pytest.approx(best.mean_return(), abs=1e-6)
+    ends = np.cumsum(envs.action_space.nvec)  # type: ignore[attr-defined]
     chosen = shown.actions + np.concatenate([[0], ends[:-1]])
     assert np.take_along_axis(shown.masks, chosen, axis=1).all()
 
 
 def test_a_search_needs_discrete_entries() -> None:
-    recipe = Recipe(problem="hvac", num_lanes=2, search_steps=10)
+    recipe = Recipe(problem="hvac", num_envs=2, search_steps=10)
     with pytest.raises(CommandError, match="MultiDiscrete"):
-        search_plans(make_lanes(recipe, 2_000_000), recipe, BestEpisodes(), 0, lambda steps, mean: None)
+        search_plans(make_envs(recipe, 2_000_000), recipe, BestEpisodes(), 0, lambda steps, mean: None)
 
 
 def test_a_run_imitates_the_plans_of_its_search(tmp_path: Path) -> None:
@@ -105,9 +105,9 @@ def test_a_run_imitates_the_plans_of_its_search(tmp_path: Path) -> None:
 
 
 def test_misses_cost_by_distance_and_hits_pay_in_shares() -> None:
-    lanes = make_lanes(TINY, 2_000_000)
-    lanes.reset()
-    game = lanes.env.game
+    envs = make_envs(TINY, 2_000_000)
+    envs.reset()
+    game = envs.env.game
     assert isinstance(game, FdiGame)
     game.memories[0, 3], game.memories[0, 0] = -2.0, -2.0  # the target is the lead or the last
     none, ended = np.zeros(16), np.ones(16, np.bool_)
@@ -118,39 +118,39 @@ def test_misses_cost_by_distance_and_hits_pay_in_shares() -> None:
 
 
 def test_unattacked_entries_are_fixed() -> None:
-    lanes = make_lanes(TINY, 2_000_000)
-    lanes.reset()
-    masks = lanes.action_masks().reshape(16, 8, 4)
-    attacked = lanes.observe()[:, lanes.env.game.fields["attacker"].slices["attacked"]] > 0
+    envs = make_envs(TINY, 2_000_000)
+    envs.reset()
+    masks = envs.action_masks().reshape(16, 8, 4)
+    attacked = envs.observe()[:, envs.env.game.fields["attacker"].slices["attacked"]] > 0
     assert (attacked.sum(axis=1) == 1).all()
     assert masks[attacked].tolist() == [[False, True, True, True]] * 16
     assert (masks[~attacked] == [True, False, False, False]).all()
 
 
 def test_focus_scales_about_zero_by_units() -> None:
-    recipe = FdiDefense(num_lanes=2, opponent="none")
-    lanes = make_lanes(recipe, 2_000_000)
-    columns = seen_columns(lanes, recipe)
+    recipe = FdiDefense(num_envs=2, opponent="none")
+    envs = make_envs(recipe, 2_000_000)
+    columns = seen_columns(envs, recipe)
     ones = np.ones(len(columns))
-    mean, deviation = focus(lanes, recipe, columns, ones, ones)
-    fields = lanes.env.game.fields["defender"]
+    mean, deviation = focus(envs, recipe, columns, ones, ones)
+    fields = envs.env.game.fields["defender"]
     values = np.zeros((1, fields.size))
     values[0, fields.slices["rate_innovation"]] = 0.125
     part = fields.slices["rate_innovation"]
     assert ((fields.encode(values)[0] - mean) / deviation)[part] == pytest.approx(1.0, abs=1e-4)
     assert (deviation[fields.slices["trust"]] == 1).all()
     with pytest.raises(ValueError, match="no field 'range_inovation'"):
-        focus(lanes, replace(recipe, focus={"range_inovation": 1.0}), columns, ones, ones)
+        focus(envs, replace(recipe, focus={"range_inovation": 1.0}), columns, ones, ones)
 
 
 def test_false_alarms_of_the_defender_cost_in_training_and_in_choosing_the_best() -> None:
-    recipe = FdiDefense(num_lanes=2, opponent="none")
-    lanes = make_lanes(recipe, 2_000_000)
-    lanes.reset()
-    doubt = np.repeat(lanes.env.game.neutral_action["defender"][np.newaxis], 2, axis=0)
+    recipe = FdiDefense(num_envs=2, opponent="none")
+    envs = make_envs(recipe, 2_000_000)
+    envs.reset()
+    doubt = np.repeat(envs.env.game.neutral_action["defender"][np.newaxis], 2, axis=0)
     doubt[0, :3] = 0
-    _, own, _, _, _ = lanes.env.step(doubt)
-    cost = own - recipe.learned(lanes.env.game, own, np.zeros(2, np.bool_))
+    _, own, _, _, _ = envs.env.step(doubt)
+    cost = own - recipe.learned(envs.env.game, own, np.zeros(2, np.bool_))
     assert cost == pytest.approx([3 * recipe.false_alarm_cost_mps, 0])
     quiet = {"return": np.array([0.2, 0.4]), "false_alarm_rate": np.zeros(2)}
     noisy = {**quiet, "false_alarm_rate": np.array([0.0, 0.02])}

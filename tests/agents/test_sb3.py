@@ -24,7 +24,7 @@ from stable_baselines3 import PPO  # noqa: E402
 from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
 from stable_baselines3.common.vec_env import VecMonitor  # noqa: E402
 
-from agents.sb3 import LanesVecEnv, as_sb3  # noqa: E402
+from agents.sb3 import BatchVecEnv, as_sb3  # noqa: E402
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/DisbandingAttack-v0", "cps_envs:cps_envs/DisbandingDefense-v0"
 SMALL = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 10.0, "control_period_s": 0.5}
@@ -39,7 +39,7 @@ def _one_thread() -> Any:
     torch.set_num_threads(before)
 
 
-def lanes(env_id: str, num_envs: int = 4, **kwargs: Any) -> LanesVecEnv:
+def envs(env_id: str, num_envs: int = 4, **kwargs: Any) -> BatchVecEnv:
     settings = {"preset": "learning", "attack_budget": 2, "autoreset_mode": "SameStep", **SMALL, **kwargs}
     return as_sb3(gymnasium.make_vec(env_id, num_envs, "vector_entry_point", **settings))
 
@@ -50,13 +50,13 @@ def single(env_id: str, **kwargs: Any) -> Any:
 
 @pytest.fixture(scope="module")
 def attacker() -> MaskablePPO:
-    model = MaskablePPO("MlpPolicy", VecMonitor(lanes(ATTACK, 16)), n_steps=32, **FAST)
+    model = MaskablePPO("MlpPolicy", VecMonitor(envs(ATTACK, 16)), n_steps=32, **FAST)
     return model.learn(2048)
 
 
 @pytest.fixture(scope="module")
 def defender() -> PPO:
-    model = PPO("MlpPolicy", VecMonitor(lanes(DEFENSE, 16, defense_action="platoon")), n_steps=32, **FAST)
+    model = PPO("MlpPolicy", VecMonitor(envs(DEFENSE, 16, defense_action="platoon")), n_steps=32, **FAST)
     return model.learn(2048)
 
 
@@ -65,7 +65,7 @@ def test_maskable_ppo_trains_on_the_attack(attacker: MaskablePPO) -> None:
     episodes = [episode["l"] for episode in attacker.ep_info_buffer]
     assert episodes
     assert set(episodes) == {10}  # decisions in 10 s
-    mean, _ = evaluate_maskable(attacker, VecMonitor(lanes(ATTACK)), n_eval_episodes=8)
+    mean, _ = evaluate_maskable(attacker, VecMonitor(envs(ATTACK)), n_eval_episodes=8)
     assert np.isfinite(mean)
     assert mean > 0
 
@@ -73,7 +73,7 @@ def test_maskable_ppo_trains_on_the_attack(attacker: MaskablePPO) -> None:
 def test_ppo_trains_on_the_defence(defender: PPO) -> None:
     assert defender.num_timesteps >= 2048
     assert {episode["l"] for episode in defender.ep_info_buffer} == {20}
-    mean, _ = evaluate_policy(defender, VecMonitor(lanes(DEFENSE, defense_action="platoon")), n_eval_episodes=8)
+    mean, _ = evaluate_policy(defender, VecMonitor(envs(DEFENSE, defense_action="platoon")), n_eval_episodes=8)
     assert np.isfinite(mean)
     assert mean < 0
 
@@ -100,7 +100,7 @@ def test_a_masked_opponent_is_handed_its_masks(attacker: MaskablePPO) -> None:
             assert action_masks[np.arange(len(actions)), actions].all()
             return actions, state
 
-    env = lanes(DEFENSE, 3, opponent=Spy())
+    env = envs(DEFENSE, 3, opponent=Spy())
     env.reset()
     for _ in range(25):
         env.step(np.zeros((3, 9)))
@@ -108,11 +108,11 @@ def test_a_masked_opponent_is_handed_its_masks(attacker: MaskablePPO) -> None:
 
 
 def test_terminal_observation_and_info_are_those_of_the_single_environment() -> None:
-    batch = lanes(ATTACK, 3, opponent="none")
+    batch = envs(ATTACK, 3, opponent="none")
     batch.seed(5)
     first = batch.reset()
     singles = [single(ATTACK, opponent="none") for _ in range(3)]
-    results = [env.reset(seed=5 + lane) for lane, env in enumerate(singles)]
+    results = [env.reset(seed=5 + b) for b, env in enumerate(singles)]
     np.testing.assert_array_equal(first, [observation for observation, _ in results])
     crew = Crew(batch.env, 3)
     for step in range(10):
@@ -123,32 +123,30 @@ def test_terminal_observation_and_info_are_those_of_the_single_environment() -> 
         assert done.tolist() == [step == 9] * 3
         if step < 9:
             assert infos == [{}] * 3
-    for lane, (last, _, _, truncated, info) in enumerate(expected):
-        np.testing.assert_array_equal(infos[lane].pop("terminal_observation"), last)
-        assert infos[lane].pop("TimeLimit.truncated") is truncated is True
-        assert infos[lane] == {name: value for name, value in info.items() if name != "action_mask"}
-        np.testing.assert_array_equal(observation[lane], singles[lane].reset()[0])
+    for b, (last, _, _, truncated, info) in enumerate(expected):
+        np.testing.assert_array_equal(infos[b].pop("terminal_observation"), last)
+        assert infos[b].pop("TimeLimit.truncated") is truncated is True
+        assert infos[b] == {name: value for name, value in info.items() if name != "action_mask"}
+        np.testing.assert_array_equal(observation[b], singles[b].reset()[0])
 
 
 def test_an_end_by_physics_is_no_time_limit() -> None:
-    batch = lanes(
-        DEFENSE, 8, on_collision="end", opponent="lead", duration_s=60.0, gap_spread=0.5, speed_spread_mps=5.0
-    )
+    batch = envs(DEFENSE, 8, on_collision="end", opponent="lead", duration_s=60.0, gap_spread=0.5, speed_spread_mps=5.0)
     batch.seed(0)
     batch.reset()
     ends = []
     for _ in range(120):
         _, _, done, infos = batch.step(np.ones((8, 9)))
-        ends += [infos[lane]["TimeLimit.truncated"] for lane in np.flatnonzero(done)]
+        ends += [infos[b]["TimeLimit.truncated"] for b in np.flatnonzero(done)]
     assert False in ends
 
 
 def test_attributes_methods_and_seeds() -> None:
-    batch = lanes(ATTACK, 4)
+    batch = envs(ATTACK, 4)
     assert batch.get_attr("render_mode") == [None] * 4
     assert batch.has_attr("action_masks")
     assert not batch.has_attr("no_such_thing")
-    assert not lanes(DEFENSE).has_attr("action_masks")
+    assert not envs(DEFENSE).has_attr("action_masks")
     assert batch.get_attr("num_envs", indices=[0, 2]) == [4, 4]
     batch.seed(3)
     first = batch.reset()
@@ -166,7 +164,7 @@ def test_attributes_methods_and_seeds() -> None:
 
 def test_frames_are_tiled() -> None:
     pytest.importorskip("matplotlib")
-    batch = lanes(ATTACK, 2, render_mode="rgb_array")
+    batch = envs(ATTACK, 2, render_mode="rgb_array")
     batch.reset()
     frame = batch.render()
     assert frame is not None

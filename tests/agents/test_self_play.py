@@ -186,7 +186,7 @@ def test_the_report_holds_everything(tmp_path: Path, oracle: Respond) -> None:
 
 
 TINY = (
-    *("--set", "duration_s=3", "--steps", "128", "--jobs", "1", "--episodes", "2", "--knob", "num_lanes=4"),
+    *("--set", "duration_s=3", "--steps", "128", "--jobs", "1", "--episodes", "2", "--knob", "num_envs=4"),
     *("--knob", "steps_per_update=16", "--knob", "batch_size=32", "--knob", "evaluations=1"),
     *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8]", "--knob", "teacher_episodes=2"),
 )

@@ -47,7 +47,7 @@ def test_plays_a_team(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("deterministic", [True, False])
-def test_lanes_equal_single_environments(deterministic: bool, tmp_path: Path) -> None:
+def test_environments_equal_single_environments(deterministic: bool, tmp_path: Path) -> None:
     save_tiny(tmp_path / "tiny.json", "rogue", "defender", preset="learning", hold=3)
     config = find_problem("rogue").config("learning", {"duration_s": 4.0})
     reference = f"zoo:{tmp_path / 'tiny.json'}?deterministic={str(deterministic).lower()}"

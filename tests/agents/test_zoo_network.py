@@ -64,14 +64,14 @@ def test_equals_torch(activation: str, units: int) -> None:
         np.testing.assert_allclose(ours, theirs, atol=1e-5)
 
 
-@given(seed=st.integers(0, 100), lanes=st.integers(1, 9), units=st.sampled_from([0, 4]))
-def test_a_lane_does_not_depend_on_the_others(seed: int, lanes: int, units: int) -> None:
+@given(seed=st.integers(0, 100), envs=st.integers(1, 9), units=st.sampled_from([0, 4]))
+def test_an_environment_does_not_depend_on_the_others(seed: int, envs: int, units: int) -> None:
     network = make_network(seed, units=units)
-    observation = np.random.default_rng(seed).uniform(-1, 1, (lanes, 7)).astype(np.float32)
-    state = np.zeros((lanes, units), np.float32)
+    observation = np.random.default_rng(seed).uniform(-1, 1, (envs, 7)).astype(np.float32)
+    state = np.zeros((envs, units), np.float32)
     together, *_ = network.forward(observation, state, state)
-    for lane in range(lanes):
-        part = slice(lane, lane + 1)
+    for b in range(envs):
+        part = slice(b, b + 1)
         alone, *_ = network.forward(observation[part], state[part], state[part])
         np.testing.assert_array_equal(alone, together[part])
 

@@ -91,9 +91,9 @@ class DoubleObservation(ToyDefenseEnv):
 class CarriesOver(ToyGame):
     wind = 0.0
 
-    def _step(self, lane: int, move: Any, push: Any) -> None:
+    def _step(self, b: int, move: Any, push: Any) -> None:
         self.wind += 1e-4
-        super()._step(lane, move + self.wind, push)
+        super()._step(b, move + self.wind, push)
 
 
 @mutant("seeding", part="single_class")
@@ -106,23 +106,23 @@ class ForgetsGenerator(ToyAttackEnv):
 
 @mutant("global_random_state")
 class DrawsGlobally(ToyGame):
-    def _step(self, lane: int, move: Any, push: Any) -> None:
+    def _step(self, b: int, move: Any, push: Any) -> None:
         np.random.random()
-        super()._step(lane, move, push)
+        super()._step(b, move, push)
 
 
 @mutant("global_random_state")
 class SeedsGlobally(ToyGame):
-    def _reset(self, lanes: Any, generators: Any) -> None:
+    def _reset(self, envs: Any, generators: Any) -> None:
         random.seed(random.random())  # another state, whatever earlier tests have seeded
-        super()._reset(lanes, generators)
+        super()._reset(envs, generators)
 
 
 @mutant("batch", "autoreset")
 class SharesGenerator(ToyGame):
-    def _step(self, lane: int, move: Any, push: Any) -> None:
-        self.generators[lane] = self.generators[0]
-        super()._step(lane, move, push)
+    def _step(self, b: int, move: Any, push: Any) -> None:
+        self.generators[b] = self.generators[0]
+        super()._step(b, move, push)
 
 
 @mutant("parallel", part="duel_class")
@@ -135,8 +135,8 @@ class DropsDefender(DuelEnv):
 class PaysPerCall(ToyGame):
     """A bonus per call of `advance`: a decision of three steps gets it once, three steps get it three times."""
 
-    def _advance(self, actions: Any, lanes: Any, num_steps: int) -> Any:
-        return super()._advance(actions, lanes, num_steps) + 0.01 * lanes
+    def _advance(self, actions: Any, envs: Any, num_steps: int) -> Any:
+        return super()._advance(actions, envs, num_steps) + 0.01 * envs
 
 
 @mutant("held_actions", part="duel_class")
@@ -149,7 +149,7 @@ class TakesEveryAction(DuelEnv):
 @mutant("swarm", role="defender", part="swarm_class")
 class SwarmSkipsSteps(SwarmEnv):
     def step(self, actions: Any) -> Any:
-        self._match.step({}, self._lane, 1)
+        self._match.step({}, self._envs, 1)
         return super().step(actions)
 
 
@@ -157,8 +157,8 @@ class SwarmSkipsSteps(SwarmEnv):
 class FinalAfterReset(ToyAttackVectorEnv):
     def _restart_ended(self) -> Any:
         final = super()._restart_ended()
-        for lane in np.flatnonzero(final.get("_final_obs", [])):
-            final["final_obs"][lane] = self.game.observe(self.role)[lane]
+        for b in np.flatnonzero(final.get("_final_obs", [])):
+            final["final_obs"][b] = self.game.observe(self.role)[b]
         return final
 
 
@@ -233,9 +233,9 @@ class LeavesBounds(ToyGame):
 
 @mutant("observations")
 class ShowsNaN(ToyGame):
-    def _step(self, lane: int, move: Any, push: Any) -> None:
-        super()._step(lane, move, push)
-        self.guard[lane] = np.nan
+    def _step(self, b: int, move: Any, push: Any) -> None:
+        super()._step(b, move, push)
+        self.guard[b] = np.nan
 
 
 @mutant("live_observations")
@@ -259,15 +259,15 @@ class DeadTeam(ToyGame):
 
 @mutant("endings")
 class ClockTerminates(ToyGame):
-    def _step(self, lane: int, move: Any, push: Any) -> None:
-        super()._step(lane, move, push)
-        self.terminated[lane] |= self.steps[lane] >= self.horizon
+    def _step(self, b: int, move: Any, push: Any) -> None:
+        super()._step(b, move, push)
+        self.terminated[b] |= self.steps[b] >= self.horizon
 
 
 @mutant("endings")
 class OddHorizon(ToyGame):
-    def __init__(self, config: Any, num_lanes: int) -> None:
-        super().__init__(config, num_lanes)
+    def __init__(self, config: Any, num_envs: int) -> None:
+        super().__init__(config, num_envs)
         self.horizon = 11
 
 
@@ -294,8 +294,8 @@ class StartsUnasked(ToyAttackVectorEnv):
 
 @mutant("return")
 class PaysDouble(ToyGame):
-    def _advance(self, actions: Any, lanes: Any, num_steps: int) -> Any:
-        return 2 * super()._advance(actions, lanes, num_steps)
+    def _advance(self, actions: Any, envs: Any, num_steps: int) -> Any:
+        return 2 * super()._advance(actions, envs, num_steps)
 
 
 @mutant("zero_sum", part="duel_class")
@@ -314,13 +314,13 @@ class MoreInfo(DuelEnv):
 @mutant("metrics", "gymnasium")
 class InfiniteMetric(ToyGame):
     def metrics(self) -> Any:
-        return {**super().metrics(), "distance_m": np.full(self.num_lanes, np.nan)}
+        return {**super().metrics(), "distance_m": np.full(self.num_envs, np.nan)}
 
 
 @mutant("metrics")
 class UnknownPart(ToyGame):
-    def __init__(self, config: Any, num_lanes: int) -> None:
-        super().__init__(config, num_lanes)
+    def __init__(self, config: Any, num_envs: int) -> None:
+        super().__init__(config, num_envs)
         self.payoff_parts = ("closeness", "fees")
 
 

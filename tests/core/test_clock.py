@@ -9,16 +9,16 @@ from cps_envs.core.clock import mark_due, tick
 
 
 @pytest.mark.parametrize("interval", [1, 3])
-def test_decisions_are_due_in_marked_lanes_at_multiples_of_the_interval(interval):
-    elapsed, lanes = np.arange(12), np.arange(12) % 5 != 0
+def test_decisions_are_due_in_marked_environments_at_multiples_of_the_interval(interval):
+    elapsed, envs = np.arange(12), np.arange(12) % 5 != 0
     due = np.ones(12, np.bool_)
-    assert mark_due(elapsed, lanes, interval, due) == due.sum() > 0
-    assert (due == (lanes & (elapsed % interval == 0))).all()
+    assert mark_due(elapsed, envs, interval, due) == due.sum() > 0
+    assert (due == (envs & (elapsed % interval == 0))).all()
     assert mark_due(elapsed, np.zeros(12, np.bool_), interval, due) == 0
     assert not due.any()
 
 
-def test_time_passes_in_marked_lanes_only():
-    elapsed, lanes = np.array([4, 5, 6]), np.array([True, False, True])
-    tick(elapsed, lanes, 10)
+def test_time_passes_in_marked_environments_only():
+    elapsed, envs = np.array([4, 5, 6]), np.array([True, False, True])
+    tick(elapsed, envs, 10)
     assert elapsed.tolist() == [14, 5, 16]

@@ -42,10 +42,10 @@ def test_wrong_arguments(kwargs: dict[str, Any], message: str) -> None:
             make(**kwargs)
 
 
-def test_wrong_numbers_of_lanes_seeds_and_modes() -> None:
+def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
     with pytest.raises(ConfigurationError, match="num_envs = 0 must be at least 1"):
         ToyAttackVectorEnv(0)
-    with pytest.raises(ValueError, match="3 lanes, 2 seeds"):
+    with pytest.raises(ValueError, match="3 environments, 2 seeds"):
         ToyAttackVectorEnv(3).reset(seed=[1, 2])
     with pytest.raises(ValueError, match="Sometimes"):
         ToyAttackVectorEnv(1, autoreset_mode="Sometimes")
@@ -62,7 +62,7 @@ def test_opponents_by_preset_name_and_object() -> None:
     np.testing.assert_array_equal(one.step(1)[0], two.step(1)[0])
 
 
-def test_a_batch_steps_only_when_all_lanes_run() -> None:
+def test_a_batch_steps_only_when_all_environments_run() -> None:
     batch = ToyAttackVectorEnv(2, autoreset_mode=AutoresetMode.DISABLED)
     with pytest.raises(ResetNeeded, match="reset"):
         batch.step([0, 0])
@@ -70,7 +70,7 @@ def test_a_batch_steps_only_when_all_lanes_run() -> None:
         batch.reset(options={"reset_mask": np.array([True, False])})
     batch.reset(seed=0)
     batch._ended[1] = True
-    with pytest.raises(ResetNeeded, match=r"lanes \[1\] have ended"):
+    with pytest.raises(ResetNeeded, match=r"environments \[1\] have ended"):
         batch.step([0, 0])
 
 
@@ -102,7 +102,7 @@ def test_what_a_game_does_not_offer_is_said() -> None:
         AnalyticPolicy(game.spec("defender")).predict(np.zeros((1, 5)))
 
 
-def test_idle_plays_neutral_for_every_lane() -> None:
+def test_idle_plays_neutral_for_every_environment() -> None:
     idle = Idle(ToyGame(ToyConfig(), 1).spec("defender"))
     assert isinstance(idle, Policy)
     assert idle.predict(np.zeros((3, 5)))[0].tolist() == [[0, 0]] * 3
@@ -113,7 +113,7 @@ def test_a_spec_tells_what_a_policy_may_know() -> None:
     assert (spec.problem, spec.role, spec.decision_interval_s, spec.config) == ("toy", "attacker", 3.0, ToyConfig())
 
 
-def test_lane_metrics_are_plain_numbers() -> None:
+def test_environment_metrics_are_plain_numbers() -> None:
     env = ToyAttackEnv()
     _, info = env.reset(seed=0)
     assert {type(info[name]) for name in ("closeness", "fee", "distance_m")} == {float}

@@ -24,11 +24,11 @@ def layouts(draw: st.DrawFn) -> Fields:
 
 
 @given(layouts(), st.integers(1, 4), st.randoms())
-def test_decode_gives_back_what_encode_was_given(layout: Fields, lanes: int, random: Any) -> None:
+def test_decode_gives_back_what_encode_was_given(layout: Fields, envs: int, random: Any) -> None:
     rng = np.random.default_rng(random.randrange(2**32))
     low = np.concatenate([np.full(field.size, field.low) for field in layout])
     high = np.concatenate([np.full(field.size, field.high) for field in layout])
-    values = low + rng.random((lanes, layout.size)) * (high - low)
+    values = low + rng.random((envs, layout.size)) * (high - low)
     encoded = layout.encode(values)
     assert encoded.dtype == np.float32
     assert np.abs(encoded).max() <= 1
@@ -36,7 +36,7 @@ def test_decode_gives_back_what_encode_was_given(layout: Fields, lanes: int, ran
     decoded = layout.decode(encoded)
     for field in layout:
         part = decoded[field.name]
-        assert part.shape == (lanes, *field.shape)
+        assert part.shape == (envs, *field.shape)
         expected = values[:, layout.slices[field.name]].reshape(part.shape)
         np.testing.assert_allclose(part, expected, rtol=0, atol=1e-6 * (field.high - field.low) + 1e-9 * abs(field.low))
 

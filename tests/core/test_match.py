@@ -17,7 +17,7 @@ ALL = np.ones(3, np.bool_)
 
 
 class Witness:
-    """Plays one fixed action and writes down each call: how many lanes, their clocks, states and fresh starts."""
+    """Plays one fixed action and writes down each call: how many environments, clocks, states, fresh starts."""
 
     def __init__(self, action: Any, dtype: Any = np.float32) -> None:
         self.action, self.dtype = action, dtype
@@ -33,12 +33,12 @@ class Witness:
         return np.array([self.action] * len(observation), self.dtype), (count + 1,)
 
 
-def game(num_lanes: int = 3, **kwargs: Any) -> ToyGame:
-    return ToyGame(ToyConfig(reach_m=0.0, **kwargs), num_lanes)
+def game(num_envs: int = 3, **kwargs: Any) -> ToyGame:
+    return ToyGame(ToyConfig(reach_m=0.0, **kwargs), num_envs)
 
 
-def generators(num_lanes: int = 3) -> list[np.random.Generator]:
-    return [seeding.np_random(lane)[0] for lane in range(num_lanes)]
+def generators(num_envs: int = 3) -> list[np.random.Generator]:
+    return [seeding.np_random(b)[0] for b in range(num_envs)]
 
 
 def test_each_role_decides_at_its_own_interval() -> None:
@@ -52,33 +52,33 @@ def test_each_role_decides_at_its_own_interval() -> None:
     assert [call[2] for call in attacker.calls] == [[True] * 3, [False] * 3]
 
 
-def test_lanes_out_of_phase_are_asked_when_they_are_due() -> None:
+def test_environments_out_of_phase_are_asked_when_they_are_due() -> None:
     attacker = Witness(1, np.int64)
     match = Match(game(), {"attacker": attacker})
-    lanes = generators()
-    match.reset(ALL, lanes)
+    envs = generators()
+    match.reset(ALL, envs)
     match.step({"defender": np.zeros((3, 2))}, ALL, 1)
-    match.reset(np.array([False, True, False]), lanes)
+    match.reset(np.array([False, True, False]), envs)
     for _ in range(3):
         match.step({"defender": np.zeros((3, 2))}, ALL, 1)
     assert [(clock, fresh) for clock, _, fresh in attacker.calls] == [
         ([0, 0, 0], [True] * 3),
-        ([0], [True]),  # the lane that was reset
+        ([0], [True]),  # the environment that was reset
         ([3, 3], [False] * 2),  # the others at their own third step
     ]
     match.step({"defender": np.zeros((3, 2))}, ALL, 1)
     assert attacker.calls[-1] == ([3], [1], [False])
 
 
-def test_a_part_of_the_lanes_plays_as_all_of_them() -> None:
-    """An action of single precision means the same whether it is asked of all lanes or of some."""
+def test_a_part_of_the_environments_plays_as_all_of_them() -> None:
+    """An action of single precision means the same whether it is asked of all environments or of some."""
     results = []
     for stagger in (False, True):
         defender = Witness([0.1, -0.3])
         played = game(guard_speed=0.7)
         match = Match(played, {"defender": defender})
-        lanes = generators()
-        match.reset(ALL, lanes)
+        envs = generators()
+        match.reset(ALL, envs)
         if stagger:
             match.step({}, np.array([True, False, False]), 3)
             match.step({}, np.array([False, True, True]), 3)
@@ -88,7 +88,7 @@ def test_a_part_of_the_lanes_plays_as_all_of_them() -> None:
     np.testing.assert_array_equal(*results)
 
 
-def test_a_terminated_lane_is_not_asked_again() -> None:
+def test_a_terminated_environment_is_not_asked_again() -> None:
     defender = Witness([0, 0])
     played = game()
     match = Match(played, {"defender": defender})
@@ -170,9 +170,9 @@ def test_draws_of_a_policy_shift_no_draw_of_the_physics() -> None:
     for player in (Drawing([0, 0]), Idle(game().spec("defender"))):
         played = game()
         match = Match(played, {"defender": player})
-        lanes = generators()
+        envs = generators()
         for _ in range(2):
-            match.reset(ALL, lanes)
+            match.reset(ALL, envs)
             match.step({}, ALL, 3)
         courses.append(played.intruder.copy())
     np.testing.assert_array_equal(*courses)

@@ -1,4 +1,4 @@
-"""Opponents drawn from several: shares, lanes that stay independent, states of every kind, and what is refused."""
+"""Opponents drawn from several: shares, environments stay independent, states of every kind, and what is refused."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from tests.core.toy import TOY
 MEMBERS = ("cps_envs.core.policy:Idle", "tests.core.toy_policies:Approach", "tests.core.toy_policies:Wander")
 
 
-def mixture(policies=MEMBERS, weights=None, num_lanes=1):
-    return Mixture(TOY.game(TOY.config("paper", {}), num_lanes).spec("attacker"), policies, weights)
+def mixture(policies=MEMBERS, weights=None, num_envs=1):
+    return Mixture(TOY.game(TOY.config("paper", {}), num_envs).spec("attacker"), policies, weights)
 
 
-def play(opponent, num_lanes, seed, steps=40):
+def play(opponent, num_envs, seed, steps=40):
     """Observations of a batch in which the mixture attacks, across several episodes."""
-    envs = gymnasium.make_vec("toys/ToyDefense-v0", num_envs=num_lanes, opponent=opponent)
+    envs = gymnasium.make_vec("toys/ToyDefense-v0", num_envs=num_envs, opponent=opponent)
     still = np.zeros(envs.action_space.shape, np.float32)
     return np.array([envs.reset(seed=seed)[0], *(envs.step(still)[0] for _ in range(steps))])
 
@@ -34,10 +34,10 @@ def test_a_mixture_of_one_is_that_one(member):
         np.testing.assert_array_equal(whole, alone)
 
 
-def test_lanes_are_independent():
+def test_environments_are_independent():
     batch = play(mixture(), 6, 11)
-    for lane in range(6):
-        np.testing.assert_array_equal(batch[:, lane], play(mixture(), 1, 11 + lane)[:, 0])
+    for b in range(6):
+        np.testing.assert_array_equal(batch[:, b], play(mixture(), 1, 11 + b)[:, 0])
 
 
 def test_weights_are_the_shares_of_the_episodes():

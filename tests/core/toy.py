@@ -78,8 +78,8 @@ class ToyGame(Game):
 
     name = "toy"
 
-    def __init__(self, config: ToyConfig, num_lanes: int) -> None:
-        super().__init__(num_lanes)
+    def __init__(self, config: ToyConfig, num_envs: int) -> None:
+        super().__init__(num_envs)
         self.config = config
         self.horizon, self.step_s = round(config.duration_s), 1.0
         self.decision_interval = {"attacker": 3, "defender": 1}
@@ -87,37 +87,37 @@ class ToyGame(Game):
         self.action_space = {"attacker": spaces.Discrete(5), "defender": spaces.Box(-1.0, 1.0, (2,), np.float32)}
         self.neutral_action = {"attacker": np.int64(0), "defender": np.zeros(2)}
         self.payoff_parts = ("closeness", "fee")
-        self.intruder, self.guard = np.zeros((num_lanes, 2)), np.zeros((num_lanes, 2))
-        self.speed, self.steps = np.zeros(num_lanes), np.zeros(num_lanes, np.int64)
-        self.closeness, self.fee = np.zeros(num_lanes), np.zeros(num_lanes)
-        self.generators: list[np.random.Generator | None] = [None] * num_lanes
+        self.intruder, self.guard = np.zeros((num_envs, 2)), np.zeros((num_envs, 2))
+        self.speed, self.steps = np.zeros(num_envs), np.zeros(num_envs, np.int64)
+        self.closeness, self.fee = np.zeros(num_envs), np.zeros(num_envs)
+        self.generators: list[np.random.Generator | None] = [None] * num_envs
 
-    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        for lane in np.flatnonzero(lanes):
-            generator = self.generators[lane] = generators[lane]
-            self.intruder[lane], self.guard[lane] = generator.uniform(-3, 3, 2), generator.uniform(-1, 1, 2)
-            self.speed[lane] = generator.uniform(*bounds(self.config.intruder_speed))
+    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        for b in np.flatnonzero(envs):
+            generator = self.generators[b] = generators[b]
+            self.intruder[b], self.guard[b] = generator.uniform(-3, 3, 2), generator.uniform(-1, 1, 2)
+            self.speed[b] = generator.uniform(*bounds(self.config.intruder_speed))
         for array in (self.steps, self.closeness, self.fee):
-            array[lanes] = 0
+            array[envs] = 0
 
-    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         before = self.closeness + self.fee
-        moves = MOVES[actions.get("attacker", np.zeros(self.num_lanes, np.int64))]
-        pushes = actions.get("defender", np.zeros((self.num_lanes, 2)))
+        moves = MOVES[actions.get("attacker", np.zeros(self.num_envs, np.int64))]
+        pushes = actions.get("defender", np.zeros((self.num_envs, 2)))
         for _ in range(num_steps):
-            for lane in np.flatnonzero(lanes & ~self.terminated):
-                self._step(lane, moves[lane], pushes[lane])
+            for b in np.flatnonzero(envs & ~self.terminated):
+                self._step(b, moves[b], pushes[b])
         return self.closeness + self.fee - before
 
-    def _step(self, lane: int, move: Array, push: Array) -> None:
-        drift = self.config.drift * self.generators[lane].standard_normal(2)
-        self.intruder[lane] = np.clip(self.intruder[lane] + self.speed[lane] * move + drift, -ARENA, ARENA)
-        self.guard[lane] = np.clip(self.guard[lane] + self.config.guard_speed * push, -ARENA, ARENA)
-        self.steps[lane] += 1
-        self.closeness[lane] += 1.0 - np.abs(self.intruder[lane]).max() / ARENA
-        if np.linalg.norm(self.intruder[lane] - self.guard[lane]) < self.config.reach_m:
-            self.fee[lane] -= self.config.catch_fee
-            self.terminated[lane] = True
+    def _step(self, b: int, move: Array, push: Array) -> None:
+        drift = self.config.drift * self.generators[b].standard_normal(2)
+        self.intruder[b] = np.clip(self.intruder[b] + self.speed[b] * move + drift, -ARENA, ARENA)
+        self.guard[b] = np.clip(self.guard[b] + self.config.guard_speed * push, -ARENA, ARENA)
+        self.steps[b] += 1
+        self.closeness[b] += 1.0 - np.abs(self.intruder[b]).max() / ARENA
+        if np.linalg.norm(self.intruder[b] - self.guard[b]) < self.config.reach_m:
+            self.fee[b] -= self.config.catch_fee
+            self.terminated[b] = True
 
     def observe(self, role: Role) -> Observation:
         own, rival = (self.intruder, self.guard) if role == "attacker" else (self.guard, self.intruder)
@@ -140,8 +140,8 @@ class ToyGame(Game):
     def team(self, role: Role) -> Team:
         return Axes(self) if role == "defender" else super().team(role)
 
-    def scene(self, lane: int) -> Any:
-        return self.intruder[lane].copy(), self.guard[lane].copy()
+    def scene(self, b: int) -> Any:
+        return self.intruder[b].copy(), self.guard[b].copy()
 
 
 class ToyViewer:

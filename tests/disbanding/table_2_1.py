@@ -1,4 +1,4 @@
-"""Lanes with the parameters of Table 2.1, and what the tests do with them."""
+"""Environments with the parameters of Table 2.1, and what the tests do with them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from baselines.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
 from baselines.disbanding.mpc import PAPER_MATCHING, MpcSettings, stack_mpc
+from cps_envs.disbanding.constants import constants_of, episode_of
 from cps_envs.disbanding.dynamics import advance, command_by_law
 from cps_envs.disbanding.initial import place
 from cps_envs.disbanding.interpretation import INTERPRETATIONS
-from cps_envs.disbanding.lane import constants_of, lane_of
 from cps_envs.disbanding.metrics import METRICS, measure
 from cps_envs.disbanding.parameters import PARAMETERS
 from cps_envs.disbanding.state import State, allocate
@@ -43,16 +43,16 @@ LEAD = ((10, 1.0),)
 TWO = ((10, 2.0), (9, 100.0))
 
 
-def table_2_1(num_lanes: int = 1, interpretation: str = "S0", **changes: Any) -> NDArray[np.void]:
-    """Parameters (B,) of Table 2.1 with `changes`, each a value or one value per lane."""
-    parameters = np.zeros(num_lanes, PARAMETERS)
+def table_2_1(num_envs: int = 1, interpretation: str = "S0", **changes: Any) -> NDArray[np.void]:
+    """Parameters (B,) of Table 2.1 with `changes`, each a value or one value per environment."""
+    parameters = np.zeros(num_envs, PARAMETERS)
     for name, value in (TABLE_2_1 | asdict(INTERPRETATIONS[interpretation]) | changes).items():
         parameters[name] = value
     return parameters
 
 
 def start(parameters: NDArray[np.void], attack: Attack = (), num_platoons: int = 10, **perturbation: Any) -> State:
-    """Every lane in steady state with the same attack; paper platoons count from the rear."""
+    """Every environment in steady state with the same attack; paper platoons count from the rear."""
     state = allocate(len(parameters), num_platoons, int(parameters["vehicles_per_platoon"][0]))
     place(state, parameters, np.ones(len(parameters), np.bool_), **perturbation)
     for platoon, time_s in attack:
@@ -67,7 +67,7 @@ def steps(parameters: NDArray[np.void], seconds: float) -> int:
 def run(
     state: State, parameters: NDArray[np.void], seconds: float, correction: NDArray[np.float64] | None = None
 ) -> None:
-    """Advance every lane with a constant correction (B, M), by default none."""
+    """Advance every environment with a constant correction (B, M), by default none."""
     correction = np.zeros_like(state.position) if correction is None else correction
     advance(state, parameters, correction, np.ones(len(parameters), np.bool_), steps(parameters, seconds))
 
@@ -76,27 +76,27 @@ def law_commands(state: State, parameters: NDArray[np.void]) -> NDArray[np.float
     """Commands (B, M) that the plain law gives now."""
     gap, closing, law = (np.empty_like(state.position) for _ in range(3))
     for b in range(len(parameters)):
-        command_by_law(lane_of(state, b), constants_of(parameters, b), gap[b], closing[b], law[b])
+        command_by_law(episode_of(state, b), constants_of(parameters, b), gap[b], closing[b], law[b])
     return law
 
 
 def run_heuristic(
     state: State, parameters: NDArray[np.void], seconds: float, period_steps: int = 1, release: bool = True
 ) -> None:
-    """Advance every lane from the start under Algorithm 1."""
+    """Advance every environment from the start under Algorithm 1."""
     on, held = np.ones(len(parameters), np.bool_), np.zeros_like(state.position)
     advance_with_heuristic(state, parameters, on, steps(parameters, seconds), period_steps, release, held)
 
 
 def run_mpc(state: State, parameters: NDArray[np.void], seconds: float, settings: MpcSettings = PAPER_MATCHING) -> None:
-    """Advance every lane from the start under the predictive controller."""
+    """Advance every environment from the start under the predictive controller."""
     on, mpc = np.ones(len(parameters), np.bool_), stack_mpc(settings, parameters["tau_s"])
     memory = mpc_memory(mpc, state.position.shape[1])
     advance_with_mpc(state, parameters, on, steps(parameters, seconds), mpc, settings.release, memory)
 
 
-def metrics(state: State, parameters: NDArray[np.void], lane: int = 0) -> dict[str, float]:
-    """The metrics of one lane over the paper's 180 s."""
+def metrics(state: State, parameters: NDArray[np.void], b: int = 0) -> dict[str, float]:
+    """The metrics of one environment over the paper's 180 s."""
     out = np.empty((len(parameters), len(METRICS)))
     measure(state, parameters, steps(parameters, HORIZON_S), out)
-    return dict(zip(METRICS, out[lane].tolist(), strict=True))
+    return dict(zip(METRICS, out[b].tolist(), strict=True))

@@ -3,19 +3,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cps_envs.disbanding.constants import Constants
 from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.initial import place
 from cps_envs.disbanding.interpretation import INTERPRETATIONS
-from cps_envs.disbanding.lane import Constants
 from cps_envs.disbanding.parameters import PARAMETERS
 from cps_envs.disbanding.state import State, allocate
 from tests.disbanding.table_2_1 import CELLS, LEAD, TWO, law_commands, metrics, run, start, steps, table_2_1
 
 
-def assert_same(ours: State, theirs: State, lane: int = 0) -> None:
-    """All arrays of the single lane `ours` equal those of one lane of `theirs`, bit for bit."""
+def assert_same(ours: State, theirs: State, b: int = 0) -> None:
+    """All arrays of the single environment `ours` equal those of one environment of `theirs`, bit for bit."""
     for name in State._fields:
-        np.testing.assert_array_equal(getattr(ours, name)[0], getattr(theirs, name)[lane], err_msg=name)
+        np.testing.assert_array_equal(getattr(ours, name)[0], getattr(theirs, name)[b], err_msg=name)
 
 
 def test_constants_mirror_the_parameters() -> None:
@@ -32,7 +32,7 @@ def test_steady_state_stays(interpretation: str) -> None:
     np.testing.assert_allclose(-np.diff(state.position), gaps, rtol=0.0, atol=1e-8)
 
 
-def test_lanes_of_a_batch_equal_single_runs() -> None:
+def test_environments_of_a_batch_equal_single_runs() -> None:
     rng = np.random.default_rng(3)
     names = ("S0", "S1", "S2", "S0")
     singles = [table_2_1(1, name, tau_s=tau) for name, tau in zip(names, (0.1, 0.2, 0.3, 0.5), strict=True)]
@@ -45,11 +45,11 @@ def test_lanes_of_a_batch_equal_single_runs() -> None:
     correction = rng.uniform(-1.0, 1.0, (4, 100))
     together = start(batch, TWO, **drawn)
     advance(together, batch, correction, np.ones(4, np.bool_), 2000)
-    for lane, parameters in enumerate(singles):
-        row = slice(lane, lane + 1)
+    for b, parameters in enumerate(singles):
+        row = slice(b, b + 1)
         alone = start(parameters, TWO, **{name: array[row] for name, array in drawn.items()})
         advance(alone, parameters, correction[row], np.ones(1, np.bool_), 2000)
-        assert_same(alone, together, lane)
+        assert_same(alone, together, b)
 
 
 def test_one_call_equals_many() -> None:
@@ -61,7 +61,7 @@ def test_one_call_equals_many() -> None:
     assert_same(often, once)
 
 
-def test_inactive_lanes_stand_still() -> None:
+def test_inactive_environments_stand_still() -> None:
     parameters = table_2_1(2)
     state, before = start(parameters, LEAD), start(parameters, LEAD)
     advance(state, parameters, np.zeros((2, 100)), np.array([True, False]), 500)
@@ -134,7 +134,7 @@ def test_fewer_vehicles_than_the_arrays_hold() -> None:
     assert metrics(few, small) == metrics(many, wide)
 
 
-def test_a_lane_may_end_with_the_first_collision_of_an_intact_vehicle() -> None:
+def test_an_environment_may_end_with_the_first_collision_of_an_intact_vehicle() -> None:
     parameters = table_2_1(2, tau_s=[0.5, 0.1], stop_at_collision=True)
     state = start(parameters, LEAD)
     for _ in range(3):
@@ -173,7 +173,7 @@ def test_holding_the_speed_does_not_pay(tau_s: float, expected: float) -> None:
     assert ours["collided_intact"] == 90
 
 
-def test_place_touches_the_given_lanes_only_and_clears_them() -> None:
+def test_place_touches_the_given_environments_only_and_clears_them() -> None:
     parameters = table_2_1(2)
     state = start(parameters, LEAD)
     run(state, parameters, 10.0)

@@ -22,10 +22,10 @@ def started(seeds=(0,), preset="paper", **overrides):
 
 
 def go(game, attack=0, correction=None, num_steps=10):
-    actions = {"attacker": np.full(game.num_lanes, attack)}
+    actions = {"attacker": np.full(game.num_envs, attack)}
     if correction is not None:
         actions["defender"] = correction
-    return game.advance(actions, np.ones(game.num_lanes, bool), num_steps)
+    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
 def seen(game, role):
@@ -192,7 +192,7 @@ def test_a_model_goes_on_like_the_original():
     game = started(seeds=(3,), preset="learning")
     go(game)
     copies = game.model(0, 2)
-    assert copies.fingerprint() != game.fingerprint()  # two lanes
+    assert copies.fingerprint() != game.fingerprint()  # two environments
     assert game.model(0, 1).fingerprint() == game.fingerprint()
     assert go(copies, attack=4).tolist() == [go(game, attack=4)[0]] * 2
     assert np.array_equal(copies.state.position[1], game.state.position[0])

@@ -13,7 +13,7 @@ from baselines.disbanding.heuristic import (
     travelled_distance,
     travelled_distance_command,
 )
-from cps_envs.disbanding.lane import constants_of
+from cps_envs.disbanding.constants import constants_of
 from tests.disbanding.table_2_1 import LEAD, metrics, run, run_heuristic, start, steps, table_2_1
 
 CONSTANTS = constants_of(table_2_1(), 0)
@@ -118,9 +118,9 @@ def test_holding_the_difference() -> None:
     parameters = table_2_1(5, tau_s=[0.1, 0.1, 0.5, 0.5, 0.1])
     expected = (25.3, 38.9, 30.5, 42.4, 25.44 + 2.5)
     errors = []
-    for lane, period_s in enumerate((0.1, 1.0, 0.1, 1.0, 0.01)):
-        row = parameters[lane : lane + 1]
+    for b, period_s in enumerate((0.1, 1.0, 0.1, 1.0, 0.01)):
+        row = parameters[b : b + 1]
         state = start(row, LEAD)
-        run_heuristic(state, row, 180.0, steps(row, period_s), release=lane < 4)
+        run_heuristic(state, row, 180.0, steps(row, period_s), release=b < 4)
         errors.append(metrics(state, row)["velocity_error_intact"])
     np.testing.assert_allclose(errors, expected, atol=0.06)

@@ -14,7 +14,7 @@ from baselines.disbanding.mpc import (
     stack_mpc,
 )
 from baselines.disbanding.osqp_solver import OsqpSolver
-from cps_envs.disbanding.lane import constants_of
+from cps_envs.disbanding.constants import constants_of
 from tests.disbanding.table_2_1 import CELLS, LEAD, metrics, run_mpc, start, table_2_1
 
 CONSTANTS = constants_of(table_2_1(), 0)
@@ -104,8 +104,8 @@ def test_a_lag_below_half_the_period_is_refused(tau_s: float) -> None:
 def test_a_stack_holds_the_designs() -> None:
     taus_s = np.array([0.1, 0.4])
     stack = stack_mpc(PAPER_MATCHING, taus_s)
-    for lane, tau_s in enumerate(taus_s):
-        ours, single = mpc_of(stack, lane), design_mpc(PAPER_MATCHING, float(tau_s))
+    for b, tau_s in enumerate(taus_s):
+        ours, single = mpc_of(stack, b), design_mpc(PAPER_MATCHING, float(tau_s))
         np.testing.assert_equal(tuple(ours[:-1]) + tuple(ours.qp), tuple(single[:-1]) + tuple(single.qp))
 
 
@@ -114,6 +114,6 @@ def test_best_tuned_is_far_below_the_paper() -> None:
     parameters = table_2_1(6, desired_gap_m=[x for x, _ in CELLS], tau_s=[tau for _, tau in CELLS])
     state = start(parameters, LEAD)
     run_mpc(state, parameters, 180.0, BEST_TUNED)
-    errors = [metrics(state, parameters, lane)["velocity_error_intact"] for lane in range(6)]
+    errors = [metrics(state, parameters, b)["velocity_error_intact"] for b in range(6)]
     np.testing.assert_allclose([min(errors), max(errors)], [18.7, 20.5], atol=0.06)
     assert not state.collided.any()

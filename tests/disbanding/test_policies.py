@@ -196,7 +196,7 @@ def test_every_registered_policy_plays(role):
         assert np.isfinite(outcome["return"]).all(), name
 
 
-def test_the_script_spread_follows_each_lane_s_budget():
+def test_the_script_spread_follows_each_environment_s_budget():
     def disbanding_s(seeds, **overrides):
         seen = []
         config = DISBANDING.config("learning", {"tau_s": 0.3, **overrides})
@@ -214,7 +214,7 @@ def test_the_script_spread_follows_each_lane_s_budget():
         np.testing.assert_allclose(times, fixed[budget])
 
 
-def test_feedback_takes_one_set_of_weights_per_lane():
+def test_feedback_takes_one_set_of_weights_per_environment():
     weights = np.stack([shipped_weights(), np.array(PRINTED_FEEDBACK)])
     feedback = LinearFeedback(spec_of("defender"), weights)
     both = play("lead", feedback, seeds=(0, 0), duration_s=30.0)["velocity_error_all"]

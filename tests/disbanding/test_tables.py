@@ -35,11 +35,11 @@ ROWS = [(table, *row) for table, (rows, _, _) in TABLES.items() for row in rows]
 
 
 def play(interpretation: str, mitigation: str, attack: Any) -> list[dict[str, float]]:
-    """The metrics of the six cells, one lane each."""
+    """The metrics of the six cells, one environment each."""
     parameters = table_2_1(6, interpretation, desired_gap_m=[x for x, _ in CELLS], tau_s=[tau for _, tau in CELLS])
     state = start(parameters, attack)
     {"baseline": run, "heuristic": run_heuristic, "mpc": run_mpc}[mitigation](state, parameters, 180.0)
-    return [metrics(state, parameters, lane) for lane in range(6)]
+    return [metrics(state, parameters, b) for b in range(6)]
 
 
 @pytest.mark.parametrize(("table", "interpretation", "mitigation"), ROWS)
@@ -79,14 +79,14 @@ def test_stops_under_mitigation(mitigation: str, stopped: list[int]) -> None:
     ],
 )
 def test_error_grows_with_the_number_of_platoons(tau_s: float, expected: Row) -> None:
-    """Figure 2.3c, claim P25; one lane for N = 2..10, the absent vehicles at the rear."""
+    """Figure 2.3c, claim P25; one environment for N = 2..10, the absent vehicles at the rear."""
     platoons = np.arange(2, 11)
     parameters = table_2_1(9, tau_s=tau_s, num_vehicles=10 * platoons)
     state = start(parameters)
     state.disbanding_s[:, 0] = 1.0
     run(state, parameters, 180.0)
     errors = []
-    for lane, count in enumerate(platoons):
-        state.disbanding_s[lane, count:] = np.inf
-        errors.append(metrics(state, parameters, lane)["velocity_error_intact"])
+    for b, count in enumerate(platoons):
+        state.disbanding_s[b, count:] = np.inf
+        errors.append(metrics(state, parameters, b)["velocity_error_intact"])
     np.testing.assert_allclose(errors, expected, rtol=0.0, atol=0.0051)

@@ -210,14 +210,14 @@ def test_the_printed_sign_is_another_condition() -> None:
         assert level == math.floor(edge / 0.5)
 
 
-def test_lanes_do_not_disturb_one_another() -> None:
+def test_environments_do_not_disturb_one_another() -> None:
     errors = np.random.default_rng(2).uniform(-2.0, 2.0, (50, 8))
     search = make_search(BROAD, 2, "xv", 1)
     together = find_injections(search, errors)
-    for lane in range(len(errors)):
-        alone = find_injections(search, errors[lane : lane + 1])
+    for b in range(len(errors)):
+        alone = find_injections(search, errors[b : b + 1])
         for ours, theirs in zip(alone, together, strict=True):
-            np.testing.assert_array_equal(ours[0], theirs[lane])
+            np.testing.assert_array_equal(ours[0], theirs[b])
 
 
 def test_the_lead_has_a_reference_ahead_that_commands_nothing() -> None:

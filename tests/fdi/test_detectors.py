@@ -71,7 +71,7 @@ def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset)
     residuals = []
 
     def look(game):
-        residuals.append(np.abs([game.memory(lane).residual[:3] for lane in range(game.num_lanes)]).max())
+        residuals.append(np.abs([game.memory(b).residual[:3] for b in range(game.num_envs)]).max())
 
     play_episodes(FDI, config, {"attacker": "bang_bang"}, range(50), on_step=look)
     assert max(residuals) <= quiet_residual_m(config) + ROUNDING

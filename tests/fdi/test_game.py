@@ -22,14 +22,14 @@ def started(seeds=(0,), preset="paper", **overrides):
 
 
 def go(game, levels, trust=None, correction=None):
-    """One step under levels (S,) of every lane, and the defender's trust (2n,) and correction levels (n,)."""
+    """One step under levels (S,) of every environment, and the defender's trust (2n,) and correction levels (n,)."""
     bounds = game.neutral_action["attacker"]
-    actions = {"attacker": np.tile(np.asarray(levels) + bounds, (game.num_lanes, 1))}
+    actions = {"attacker": np.tile(np.asarray(levels) + bounds, (game.num_envs, 1))}
     if trust is not None or correction is not None:
         n, none = game.config.num_vehicles, game.config.correction_levels
         doubts = np.ones(2 * n, int) if trust is None else np.asarray(trust)
         held = np.full(n, none) if correction is None else none + np.asarray(correction)
-        actions["defender"] = np.tile(np.concatenate([doubts, held]), (game.num_lanes, 1))
+        actions["defender"] = np.tile(np.concatenate([doubts, held]), (game.num_envs, 1))
     return game.advance(actions, ~game.terminated, 1)
 
 
@@ -241,17 +241,17 @@ def test_drawn_tasks_are_observed_and_masked():
     game = started(seeds=range(64), preset="learning")
     shown = game.fields["attacker"].decode(game.observe("attacker"))
     masks = np.split(game.action_mask("attacker"), np.cumsum(game.action_space["attacker"].nvec)[:-1], axis=1)
-    for lane in range(64):
-        task = game.tasks[game.counts[lane, 1]]
-        assert str(task) == game.task(lane)
-        assert (shown["attacked"][lane] > 0.5).tolist() == task.sensors.flags(4).tolist()
-        assert shown["target"][lane].argmax() + 1 == task.target
-        free = [part[lane].sum() > 1 for part in masks]
+    for b in range(64):
+        task = game.tasks[game.counts[b, 1]]
+        assert str(task) == game.task(b)
+        assert (shown["attacked"][b] > 0.5).tolist() == task.sensors.flags(4).tolist()
+        assert shown["target"][b].argmax() + 1 == task.target
+        free = [part[b].sum() > 1 for part in masks]
         assert free == task.sensors.flags(4).tolist()
-    assert len({game.task(lane) for lane in range(64)}) > 20
+    assert len({game.task(b) for b in range(64)}) > 20
 
 
-def test_a_lane_is_what_its_copy_is():
+def test_an_environment_is_what_its_copy_is():
     game, generator = started(seeds=(1, 2), preset="defense"), np.random.default_rng(0)
     for _ in range(5):
         go(game, generator.integers(-2, 3, 8))
@@ -265,13 +265,13 @@ def test_a_lane_is_what_its_copy_is():
 
 @pytest.mark.parametrize("preset", ["clip", "fig32"])
 def test_a_turn_of_several_steps_is_as_many_turns(preset):
-    """Some lanes collide on the way: they stand still from there on, and what is legal is that of their end."""
+    """Some environments collide on the way: they stand still from there on, and what is legal is that of their end."""
     whole, parts, steps = started(range(20), preset), started(range(20), preset), 30
     low, high = np.moveaxis(whole.legal, 2, 0)
     levels = np.random.default_rng(0).integers(low, high + 1)
-    actions, lanes = {"attacker": levels + whole.neutral_action["attacker"]}, np.ones(20, bool)
-    payoff = whole.advance(actions, lanes, steps)
-    np.testing.assert_array_equal(payoff, sum(parts.advance(actions, lanes, 1) for _ in range(steps)))
+    actions, envs = {"attacker": levels + whole.neutral_action["attacker"]}, np.ones(20, bool)
+    payoff = whole.advance(actions, envs, steps)
+    np.testing.assert_array_equal(payoff, sum(parts.advance(actions, envs, 1) for _ in range(steps)))
     assert 0 < whole.terminated.sum() < 20
     np.testing.assert_array_equal(whole.table[:-1], parts.table[:-1])
     for name in ("memories", "counts", "legal", "terminated"):

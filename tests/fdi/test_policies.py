@@ -107,7 +107,7 @@ def test_random_injections_are_legal(task):
     def look(game):
         legal, active = game.legal, ~game.terminated
         dead_ends.append(np.any(legal[..., 0] > legal[..., 1], axis=1) & active)
-        law = np.stack([game.memory(lane).law for lane in range(game.num_lanes)])
+        law = np.stack([game.memory(b).law for b in range(game.num_envs)])
         free = np.setdiff1d(np.arange(4), game.tasks[0].sensors.vehicles - np.ones(1, int))
         dead_ends[-1] |= np.any(np.abs(law[:, free]) > 5, axis=1) & active
 

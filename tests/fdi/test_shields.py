@@ -31,9 +31,9 @@ def state_before_a_dead_end():
     """A legal move (error, step, levels) after which the LP has no legal continuation, from masked episodes."""
     config = FDI.config("paper", task_settings(DEAD_END))
     game, generator = FDI.game(config, 1), np.random.default_rng(0)
-    shield, lane = LpShield(config), np.ones(1, np.bool_)
+    shield, episode = LpShield(config), np.ones(1, np.bool_)
     for _ in range(300):
-        game.reset(lane, [generator])
+        game.reset(episode, [generator])
         side = generator.integers(0, 2, 2)
         while not game.terminated[0] and game.elapsed[0] < game.horizon:
             side = np.where(generator.random(2) < 0.8, side, generator.integers(0, 2, 2))
@@ -43,7 +43,7 @@ def state_before_a_dead_end():
             after = shield.form.error_after(error, levels)
             if not shield._over(after) and not legal_continuation(config, config.fixed_task, after, step + 1):
                 return config, error, step, levels
-            game.advance({"attacker": (levels + 100)[np.newaxis]}, lane, 1)
+            game.advance({"attacker": (levels + 100)[np.newaxis]}, episode, 1)
     raise AssertionError("no dead end was met")
 
 

@@ -309,12 +309,12 @@ def test_history_takes_a_moment_once_and_keeps_what_preceded_an_illegal_injectio
     np.testing.assert_allclose(history.rows()[:, SENSED], [0.0, 0.0, 0.2, 0.4])
 
 
-def test_lanes_and_episodes_are_told_apart() -> None:
+def test_environments_and_episodes_are_told_apart() -> None:
     game = FdiGame(CONFIG, 3)
     seen = []
     for _ in range(3):
         game.reset(np.ones(3, np.bool_), [np.random.default_rng(0)] * 3)
-        seen += [game.scene(lane).episode for lane in range(3)]
+        seen += [game.scene(b).episode for b in range(3)]
     assert len(set(seen)) == 9
 
 

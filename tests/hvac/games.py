@@ -19,10 +19,10 @@ def started(seeds=(0,), preset="paper", **overrides):
 
 
 def go(game, choice=0, attack=None, num_steps=1):
-    actions = {"defender": np.full(game.num_lanes, choice)}
+    actions = {"defender": np.full(game.num_envs, choice)}
     if attack is not None:
-        actions["attacker"] = np.broadcast_to(attack, (game.num_lanes, game.action_space["attacker"].shape[0])).copy()
-    return game.advance(actions, np.ones(game.num_lanes, bool), num_steps)
+        actions["attacker"] = np.broadcast_to(attack, (game.num_envs, game.action_space["attacker"].shape[0])).copy()
+    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
 def seen(game, role):

@@ -9,13 +9,13 @@ from cps_envs.hvac.attack import absolute_action
 
 
 class Seeded(AnalyticPolicy):
-    """Base of policies that draw: the state is one generator's key and a counter per lane."""
+    """Base of policies that draw: the state is one generator's key and a counter per environment."""
 
     def begin(self, generators, knowledge):
         return (np.array([generator.integers(2**62) for generator in generators]), np.zeros(len(generators), np.int64))
 
     def draw(self, state, options):
-        """One of the marked options (B, k) for each lane, and the next state."""
+        """One of the marked options (B, k) for each environment, and the next state."""
         keys, count = state
         chosen = [
             np.random.default_rng([key, n]).choice(np.flatnonzero(row))

@@ -156,13 +156,13 @@ def test_choices_before_the_window_is_full_are_recursive_least_squares():
     first, second = started(**SHORT), started(**SHORT)
     for _ in range(40):
         assert np.flatnonzero(first.action_mask("defender")[0]).tolist() == [0, MODEL]
-        assert np.array_equal(first.lane_mask("defender", 0), first.action_mask("defender")[0])
+        assert np.array_equal(first.episode_mask("defender", 0), first.action_mask("defender")[0])
         go(first, MODEL)
         go(second, 5)
         assert (first.state.fed == second.state.fed).all()
     assert first.action_mask("defender").all()
-    assert first.lane_mask("defender", 0).all()
-    assert first.action_mask("attacker") is first.lane_mask("attacker", 0) is None
+    assert first.episode_mask("defender", 0).all()
+    assert first.action_mask("attacker") is first.episode_mask("attacker", 0) is None
 
 
 def test_a_change_of_the_chosen_set_is_no_kick():
@@ -214,8 +214,8 @@ def test_whatever_happens_the_return_is_the_impact_and_the_building_stays_physic
             assert np.abs(game.observe(role)).max() <= 1
     impact = ((np.array(states)[onset:] - 25) ** 2).sum(axis=2).mean(axis=0)
     assert game.metrics()["a_impact"] == pytest.approx(impact, rel=1e-9)
-    for lane in range(2):
-        assert math.fsum(payoff[lane] for payoff in paid) == pytest.approx(impact[lane], rel=1e-9)
+    for b in range(2):
+        assert math.fsum(payoff[b] for payoff in paid) == pytest.approx(impact[b], rel=1e-9)
 
 
 def test_steps_taken_at_once_are_steps_taken_one_by_one():
@@ -264,9 +264,9 @@ def test_defender_sees_what_moving_targets_need():
     assert game.mean_residuals() == pytest.approx(game.state.residual_sum / 80)
     assert ((view["passes"] == 1) == (game.mean_residuals() <= eps)).all()
     assert view["better_half"].sum(axis=1).tolist() == [7, 7]
-    for lane in range(2):
-        best = np.argsort(game.state.residual[lane], kind="stable")[:7]
-        assert set(np.flatnonzero(view["better_half"][lane])) == set(best)
+    for b in range(2):
+        best = np.argsort(game.state.residual[b], kind="stable")[:7]
+        assert set(np.flatnonzero(view["better_half"][b])) == set(best)
     assert view["estimate"] == pytest.approx(np.clip(game.state.estimate, 15, 35), abs=1e-5)
     assert view["reading"] == pytest.approx(game.state.reading, abs=1e-5)
     assert view["heating"] == pytest.approx(game.state.heating, abs=1e-3)
@@ -316,7 +316,7 @@ def test_counters():
     assert game.metrics()["energy_kwh"][0] == pytest.approx(game.state.energy_j[0] / 3.6e6)
 
 
-def test_scene_is_a_copy_of_the_lane():
+def test_scene_is_a_copy_of_the_environment():
     game = started([0, 1], **SHORT)
     go(game, 3, READS_22, num_steps=60)
     scene = game.scene(1)

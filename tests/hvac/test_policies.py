@@ -23,13 +23,13 @@ def spec_of(role, preset="paper", **overrides):
     return HVAC.game(HVAC.config(preset, overrides), 1).spec(role)
 
 
-def fresh(policy, lanes):
-    return policy.begin([np.random.default_rng(lane) for lane in range(lanes)], [{}] * lanes)
+def fresh(policy, envs):
+    return policy.begin([np.random.default_rng(b) for b in range(envs)], [{}] * envs)
 
 
-def defender_sees(spec, lanes, *, ready=True, passes=(), better=(), means=None):
+def defender_sees(spec, envs, *, ready=True, passes=(), better=(), means=None):
     """Observations that are neutral but for what a moving target reads."""
-    observation = np.zeros((lanes, spec.fields.size), np.float32)
+    observation = np.zeros((envs, spec.fields.size), np.float32)
     slices, sets = spec.fields.slices, len(sensor_sets(spec.config))
     observation[:, slices["ready"]] = 1 if ready else -1
     for name, marked in (("passes", passes), ("better_half", better)):
@@ -83,7 +83,7 @@ def test_the_default_rate_depends_on_whether_a_sensor_is_left():
     assert (game.state.temperature - reading)[:, [0, 1, 3]] == pytest.approx(np.full((2, 3), 0.7))
 
 
-def test_rates_are_drawn_per_lane_and_kept():
+def test_rates_are_drawn_per_environment_and_kept():
     biases = []
     for age in (15, 30):
         reading, game = forged_readings("ramp?rate_c_per_h=[0.3,1.0]", age)
@@ -148,19 +148,19 @@ def algorithm_4(passes, generator):
 
 @pytest.mark.parametrize("marked", [[1, 2, 3, 8, 9, 10, 11], [4, 14], [5]])
 def test_draws_are_those_of_algorithm_4_and_uniform(marked):
-    spec, lanes = spec_of("defender"), 21_000
+    spec, envs = spec_of("defender"), 21_000
     for policy, seen in ((Mtd2(spec), {"passes": marked}), (Mtd1(spec), {"better": marked})):
-        state = (np.random.default_rng(0).random((lanes, 1)), np.zeros(lanes, np.int64))
-        choices, _ = policy.predict(defender_sees(spec, lanes, **seen), state)
+        state = (np.random.default_rng(0).random((envs, 1)), np.zeros(envs, np.int64))
+        choices, _ = policy.predict(defender_sees(spec, envs, **seen), state)
         assert set(choices) == set(marked)
         counts = np.array([(choices == each).sum() for each in marked])
-        assert counts == pytest.approx(np.full(len(marked), lanes / len(marked)), rel=0.07)
+        assert counts == pytest.approx(np.full(len(marked), envs / len(marked)), rel=0.07)
     generator = np.random.default_rng(1)
-    literal = [algorithm_4(marked, generator) for _ in range(lanes)]
+    literal = [algorithm_4(marked, generator) for _ in range(envs)]
     assert [literal.count(each) for each in marked] == pytest.approx(counts, rel=0.07)
 
 
-def test_draws_are_independent_between_steps_and_lanes():
+def test_draws_are_independent_between_steps_and_environments():
     spec = spec_of("defender")
     policy = Mtd2(spec)
     observation, state, rounds = defender_sees(spec, 4, passes=range(1, 15)), fresh(policy, 4), []
@@ -229,14 +229,14 @@ def test_model_only_cannot_be_reached_after_the_window_is_full():
 @pytest.mark.parametrize(
     ("attacker", "defender"), [("random", "mtd2"), ("ramp?rate_c_per_h=[0.3,1.0]", "mtd1"), ("mixture", "mixture")]
 )
-def test_a_lane_plays_as_the_same_episode_alone(attacker, defender):
+def test_an_environment_plays_as_the_same_episode_alone(attacker, defender):
     if attacker == "mixture":
         attacker = HVAC.opponents["learning"]["attacker"]
         defender = 'mixture?policies=["mtd1","mtd2","model_only"]'
     together = play(attacker, defender, seeds=(4, 5, 6), preset="learning")
-    for lane, seed in enumerate((4, 5, 6)):
+    for b, seed in enumerate((4, 5, 6)):
         alone = play(attacker, defender, seeds=(seed,), preset="learning")
-        assert {name: values[lane] for name, values in together.items()} == {
+        assert {name: values[b] for name, values in together.items()} == {
             name: values[0] for name, values in alone.items()
         }
 

@@ -128,7 +128,7 @@ def test_the_onset_delays_the_attack() -> None:
 
 
 def bump(contact: str, gap_m: float, rear_mps: float, front_mps: float, *, armed: bool = True, times: int = 1):
-    """Vehicles 1 and 2 of a lane, `gap_m` between bumpers, after `times` accounts of contact."""
+    """Vehicles 1 and 2 of an environment, `gap_m` between bumpers, after `times` accounts of contact."""
     rules = rules_of(ROGUE.config("paper", {"contact": contact}))[0]
     state = allocate(1, 2)
     vehicles, pair, log = state.vehicles[0], state.pairs[0, 0], state.log[0]

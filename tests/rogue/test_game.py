@@ -23,10 +23,10 @@ def started(seeds=(0,), preset="paper", **overrides):
 
 
 def go(game, attack=1.0, defense=None, num_steps=1):
-    actions = {"attacker": np.full((game.num_lanes, 1), attack)}
+    actions = {"attacker": np.full((game.num_envs, 1), attack)}
     if defense is not None:
-        actions["defender"] = np.stack([np.asarray(defense)] * game.num_lanes)
-    return game.advance(actions, np.ones(game.num_lanes, bool), num_steps)
+        actions["defender"] = np.stack([np.asarray(defense)] * game.num_envs)
+    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
 def seen(game, role):

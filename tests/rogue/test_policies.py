@@ -60,14 +60,14 @@ def test_a_square_wave_applies_its_mean_over_each_hold(frequency_hz, duty):
 def test_a_square_wave_begins_at_the_onset():
     found, game = efforts("square?frequency_hz=0.1", range(4), "learning", duration_s=30.0)
     onsets_s = game.state.episode["onset_step"] * game.config.dt_s
-    for lane, onset_s in enumerate(onsets_s):
+    for b, onset_s in enumerate(onsets_s):
         first = int(np.ceil(onset_s / 0.1)) + 1
-        assert found[first : first + 47, lane] == pytest.approx(1.0, abs=1e-4)
-        assert found[first + 50 : first + 97, lane] == pytest.approx(-1.0, abs=1e-4)
+        assert found[first : first + 47, b] == pytest.approx(1.0, abs=1e-4)
+        assert found[first + 50 : first + 97, b] == pytest.approx(-1.0, abs=1e-4)
     assert np.ptp(onsets_s) > 0.5
 
 
-def test_each_lane_has_its_own_wave_and_keeps_its_onset_when_others_start_anew():
+def test_each_environment_has_its_own_wave_and_keeps_its_onset_when_others_start_anew():
     spec = spec_of("attacker", "learning")
     wave = SquareWave(spec, np.array([0.1, 0.2]))
     game = ROGUE.game(config_of("learning"), 2)

@@ -41,10 +41,10 @@ def test_without_disbanding_speeds_gaps_and_tracks_are_kept(quiet: RobotGame) ->
     error = 100 * np.abs(robots.speeds[:, 401:1001, 3:] - 0.25).mean(axis=(1, 2)) / 0.25
     assert error.max() < 6.5
     assert error.mean() == pytest.approx(3.2, abs=1.0)  # the specification's mean over ten seeds
-    for lane in range(6):
+    for b in range(6):
         for period in range(0, 400, 20):
-            speeds, arcs = robots.speeds[lane, period], robots.arcs[lane, period]
-            wanted = desired_arcs(arcs, speeds, quiet.string.disbanding_s[lane], BASELINE)
+            speeds, arcs = robots.speeds[b, period], robots.arcs[b, period]
+            wanted = desired_arcs(arcs, speeds, quiet.string.disbanding_s[b], BASELINE)
             assert np.nanmax(np.abs(arcs - wanted)) < 0.15
     assert np.abs(np.hypot(robots.pose[..., 0], robots.pose[..., 1]) - 1.5).max() < 0.03
     assert not quiet.string.collided.any()
@@ -67,12 +67,12 @@ def test_the_attacker_sees_the_string_too(quiet: RobotGame) -> None:
     assert quiet.action_mask("attacker")[0].tolist() == [True] * 4
 
 
-def test_lanes_are_the_single_episodes_and_seeds_differ() -> None:
+def test_environments_are_the_single_episodes_and_seeds_differ() -> None:
     batch, _ = play("heuristic", SHORT, (3, 4, 5), EARLY)
-    for lane, seed in enumerate((3, 4, 5)):
+    for b, seed in enumerate((3, 4, 5)):
         alone, _ = play("heuristic", SHORT, (seed,), EARLY)
         for name, values in alone.items():
-            assert values[0] == batch[name][lane], name
+            assert values[0] == batch[name][b], name
     assert len(set(batch["velocity_error"])) == 3
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cps_envs.disbanding.testbed.config import BASELINE
-from cps_envs.disbanding.testbed.metrics import METRICS, measure_lane, velocity_errors
+from cps_envs.disbanding.testbed.metrics import METRICS, measure_episode, velocity_errors
 from cps_envs.disbanding.testbed.rules import rules_of
 from cps_envs.disbanding.testbed.state import Robots, allocate
 
@@ -12,7 +12,7 @@ INTACT = np.array([False] * 3 + [True] * 6)
 
 
 def robots() -> Robots:
-    """One lane in which robots drive at 0.25 m/s with gaps of 0.35 m for 60 s."""
+    """One environment in which robots drive at 0.25 m/s with gaps of 0.35 m for 60 s."""
     made = allocate(BASELINE, 1)
     made.speeds[:] = 0.25
     made.arcs[:] = 0.25 * 0.05 * np.arange(1201)[:, np.newaxis] - 0.35 * np.arange(9)
@@ -22,7 +22,7 @@ def robots() -> Robots:
 def measured(made: Robots, period: int = 1200) -> dict[str, float]:
     error = np.empty(1)
     velocity_errors(made.error, np.array([[20.0, np.inf, np.inf]]), rules_of(BASELINE), error)
-    return dict(zip(METRICS, [*error, *measure_lane(made, 0, period, INTACT, BASELINE)], strict=True))
+    return dict(zip(METRICS, [*error, *measure_episode(made, 0, period, INTACT, BASELINE)], strict=True))
 
 
 def test_steady_driving() -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cps_envs.disbanding.constants import constants_of, episode_of
 from cps_envs.disbanding.initial import place
-from cps_envs.disbanding.lane import constants_of, lane_of
 from cps_envs.disbanding.state import State, allocate
 from cps_envs.disbanding.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.disbanding.testbed.platoons import decide, mark_touching
@@ -31,7 +31,7 @@ def ours(state: State, config: RobotConfig, correction: np.ndarray | None = None
     """Final commands (9,) in the robots' m/s2; `correction` in those of the road."""
     parameters = np.stack([string_parameters(config)])
     held = np.zeros(9) if correction is None else correction
-    decide(lane_of(state, 0), constants_of(parameters, 0), rules_of(config), held, np.empty(9), np.empty(9))
+    decide(episode_of(state, 0), constants_of(parameters, 0), rules_of(config), held, np.empty(9), np.empty(9))
     return state.command[0] / 10.0
 
 
@@ -102,9 +102,9 @@ def test_robots_touch_at_the_length_of_a_body() -> None:
     s[4:] += 0.2495  # robot 5 (q = 4) is 0.1005 m behind robot 6
     state = string(s, np.full(9, V_D), 5.0)
     parameters = np.stack([string_parameters(BASELINE)])
-    mark_touching(lane_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
+    mark_touching(episode_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
     assert not state.collided.any()
     state.position[0, 4:] += 0.01
-    mark_touching(lane_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
+    mark_touching(episode_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
     assert np.flatnonzero(state.collided[0]).tolist() == [3, 4]
     assert np.flatnonzero(state.rear_collided[0]).tolist() == [4]

@@ -91,7 +91,7 @@ class Scenario:
 
 
 def begin(scenario: Scenario) -> tuple[State, Array]:
-    """One lane at time 0 with the attack written into it, and its parameters (1,)."""
+    """One episode at time 0 with the attack written into it, and its parameters (1,)."""
     config = scenario.config
     parameters = draw_parameters(config, np.random.default_rng(0))[np.newaxis]  # nothing is left to chance
     state = allocate(1, config.max_platoons, config.vehicles_per_platoon)
@@ -103,19 +103,19 @@ def begin(scenario: Scenario) -> tuple[State, Array]:
 
 def driver(scenario: Scenario, state: State, parameters: Array) -> Advance:
     """The closed loop of the scenario's controller: every step for the heuristic, the MPC by its own period."""
-    lanes = np.ones(1, np.bool_)
+    envs = np.ones(1, np.bool_)
     zeros = np.zeros_like(state.position)
     if scenario.controller == "baseline":
-        return lambda steps: advance(state, parameters, zeros, lanes, steps)
+        return lambda steps: advance(state, parameters, zeros, envs, steps)
     if scenario.controller == "heuristic":
-        return lambda steps: advance_with_heuristic(state, parameters, lanes, steps, 1, True, zeros)
+        return lambda steps: advance_with_heuristic(state, parameters, envs, steps, 1, True, zeros)
     mpc = stack_mpc(PAPER_MATCHING, parameters["tau_s"])
     memory = mpc_memory(mpc, zeros.shape[1])
-    return lambda steps: advance_with_mpc(state, parameters, lanes, steps, mpc, PAPER_MATCHING.release, memory)
+    return lambda steps: advance_with_mpc(state, parameters, envs, steps, mpc, PAPER_MATCHING.release, memory)
 
 
 def outcome(state: State, parameters: Array, horizon_steps: int) -> Outcome:
-    """Read the first lane."""
+    """Read the first episode."""
     table: FloatArray = np.empty((len(parameters), len(METRICS)))
     measure(state, parameters, horizon_steps, table)
     metrics = dict(zip(METRICS, table[0].tolist(), strict=True))

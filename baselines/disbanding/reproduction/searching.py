@@ -64,12 +64,12 @@ def evaluator(scenario: Scenario) -> Evaluate:
     record = draw_parameters(config, np.random.default_rng(0))
 
     def evaluate(plans: FloatArray) -> FloatArray:
-        lanes = np.ones(len(plans), np.bool_)
+        envs = np.ones(len(plans), np.bool_)
         parameters = np.repeat(record[np.newaxis], len(plans))
         state = allocate(len(plans), config.max_platoons, config.vehicles_per_platoon)
-        place(state, parameters, lanes)
+        place(state, parameters, envs)
         state.disbanding_s[:] = plans[:, ::-1]
-        advance(state, parameters, np.zeros_like(state.position), lanes, config.horizon_steps)
+        advance(state, parameters, np.zeros_like(state.position), envs, config.horizon_steps)
         table = np.empty((len(plans), len(METRICS)))
         measure(state, parameters, config.horizon_steps, table)
         return table[:, METRICS.index("velocity_error_all")]

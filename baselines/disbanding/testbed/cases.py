@@ -89,16 +89,16 @@ class Runs:
         players = {"attacker": ATTACK, "defender": self.case.defender}
         metrics = play_episodes(TESTBED, config, players, range(self.num_seeds), on_step=keep)  # type: ignore[arg-type]
         (game,) = ended
-        late = [_late(game, lane) for lane in range(self.num_seeds)]
+        late = [_late(game, b) for b in range(self.num_seeds)]
         speeds, errors = np.array(late).T
         return Outcome(metrics, speeds, errors, game.robots.speeds[0].copy(), game.step_s)
 
 
-def _late(game: RobotGame, lane: int) -> tuple[float, float]:
+def _late(game: RobotGame, b: int) -> tuple[float, float]:
     """Mean speed and mean gap error of the intact robots at the end of a run."""
-    config, disbanding_s = game.config, game.string.disbanding_s[lane]
+    config, disbanding_s = game.config, game.string.disbanding_s[b]
     periods = range(game.horizon - round(LATE_S / game.step_s), game.horizon + 1)
-    intact = game.intact[lane]
-    arcs, speeds = game.robots.arcs[lane], game.robots.speeds[lane]
+    intact = game.intact[b]
+    arcs, speeds = game.robots.arcs[b], game.robots.speeds[b]
     errors = [arcs[k] - desired_arcs(arcs[k], speeds[k], disbanding_s, config) for k in periods]
     return float(speeds[list(periods)][:, intact].mean()), float(np.abs(np.array(errors)[:, intact]).mean())

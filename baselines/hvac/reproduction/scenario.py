@@ -61,8 +61,8 @@ class Scenario:
     def cost(self) -> float:
         """How long it takes, in seconds."""
         config = self.config
-        lane_s = LANE_S + (0.0 if self.defender == "none" else SET_S * len(sensor_sets(config)))
-        return config.num_steps * (CALL_S + lane_s * self.days)
+        env_s = LANE_S + (0.0 if self.defender == "none" else SET_S * len(sensor_sets(config)))
+        return config.num_steps * (CALL_S + env_s * self.days)
 
     @property
     def label(self) -> str:
@@ -73,14 +73,14 @@ class Scenario:
 
     def play(self, watch: Watch) -> HvacGame:
         """Simulate all days; `watch` is called with the game at k = 0 and after every step."""
-        lanes = np.ones(self.days, np.bool_)
+        envs = np.ones(self.days, np.bool_)
         match = HVAC.match(self.config, self.days, {"attacker": self.attacker, "defender": self.defender})
         game = match.game
         assert isinstance(game, HvacGame)
-        match.reset(lanes, [np.random.default_rng(seed) for seed in range(self.days)])
+        match.reset(envs, [np.random.default_rng(seed) for seed in range(self.days)])
         watch(game)
         for _ in range(game.horizon):
-            match.step({}, lanes, 1)
+            match.step({}, envs, 1)
             watch(game)
         return game
 

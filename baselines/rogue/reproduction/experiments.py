@@ -21,7 +21,7 @@ from cps_envs.rogue.scene import Scene
 
 Wave = tuple[float, float]  # frequency in Hz, duty
 Overrides = tuple[tuple[str, Any], ...]
-ADVANCE_S = 1.2e-4  # rough CPU time of a simulated second of a lane
+ADVANCE_S = 1.2e-4  # rough CPU time of a simulated second of an episode
 VERIFYING_WORLDS = 6
 
 

@@ -77,7 +77,7 @@ def allows(space: Any, mask: Array | None, action: Array) -> bool:
 
 
 class Crew:
-    """The actors of an environment of any face, one for each lane or agent."""
+    """The actors of an environment of any face, one for each environment or agent."""
 
     def __init__(self, env: Any, seed: int = 0, boldness: float = 0.7) -> None:
         self._env = env
@@ -96,7 +96,7 @@ class Crew:
 
 
 def _seats(env: Any) -> list[tuple[Any, Array]]:
-    """Action space and neutral action of each lane or agent."""
+    """Action space and neutral action of each environment or agent."""
     game = env.game
     if isinstance(env, RoleEnv):
         return [(env.action_space, game.neutral_action[env.role])]

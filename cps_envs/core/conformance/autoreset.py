@@ -1,4 +1,4 @@
-"""Batches start ended lanes anew as Gymnasium says, and only the lanes that are asked for."""
+"""Batches start ended environments anew as Gymnasium says, and only the environments that are asked for."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.recording import EXTRA_STEPS, difference, episode_steps
-from cps_envs.core.conformance.subject import LANES, Subject
+from cps_envs.core.conformance.subject import NUM_ENVS, Subject
 from cps_envs.core.types import Array
 
 NAMES = ("observation", "reward", "terminated", "truncated", "info")
 
 
 def check_autoreset(subject: Subject) -> None:
-    """All three autoreset modes equal Gymnasium's own SyncVectorEnv over single environments, lanes out of phase."""
+    """All three autoreset modes equal Gymnasium's own SyncVectorEnv, with environments out of phase."""
     for mode in AutoresetMode:
         native = subject.batch(autoreset_mode=mode)
-        reference = SyncVectorEnv([partial(subject.single)] * LANES, autoreset_mode=mode)
+        reference = SyncVectorEnv([partial(subject.single)] * NUM_ENVS, autoreset_mode=mode)
         assert native.metadata.get("autoreset_mode") == mode, f"metadata['autoreset_mode'] has to be {mode}"
         _compare(native, reference, mode)
 
@@ -31,15 +31,15 @@ def _compare(native: Any, reference: SyncVectorEnv, mode: AutoresetMode) -> None
     ours: tuple[Any, ...] = native.reset(seed=31)
     theirs: tuple[Any, ...] = reference.reset(seed=31)
     _assert_equal(ours, theirs, f"{mode}: after the first reset")
-    ended = np.zeros(LANES, np.bool_)
+    ended = np.zeros(NUM_ENVS, np.bool_)
     for step in range(steps + max(EXTRA_STEPS, steps // 2)):
-        staggered = step == max(1, steps // 3)  # one lane starts anew early, so that episodes end apart
+        staggered = step == max(1, steps // 3)  # one environment starts anew early, so that episodes end apart
         if staggered or (mode == AutoresetMode.DISABLED and ended.any()):
-            mask = ended | (np.arange(LANES) == 1) if staggered else ended
+            mask = ended | (np.arange(NUM_ENVS) == 1) if staggered else ended
             seeds = [None, 77, None] if staggered else None
             ours = native.reset(seed=seeds, options={"reset_mask": mask.copy()})
             theirs = reference.reset(seed=seeds, options={"reset_mask": mask.copy()})
-            _assert_equal(ours, theirs, f"{mode}: after a reset of lanes {np.flatnonzero(mask)} at step {step}")
+            _assert_equal(ours, theirs, f"{mode}: after a reset of environments {np.flatnonzero(mask)} at step {step}")
         actions = crew.act({**ours[-1], **_all_masks(native)})
         ours, theirs = native.step(actions), reference.step(actions)
         _assert_equal(ours, theirs, f"{mode}: at step {step}")
@@ -69,7 +69,7 @@ def _info_difference(ours: Mapping[str, Any], theirs: Mapping[str, Any], path: s
         if found is None and isinstance(expected, Mapping):
             found = _info_difference(mine, expected, f"{path}[{key!r}]")
         elif found is None:
-            pairs = [(mine[lane], expected[lane]) for lane in np.flatnonzero(mask)]
+            pairs = [(mine[b], expected[b]) for b in np.flatnonzero(mask)]
             left, right = ([np.asarray(pair[side]) for pair in pairs] for side in (0, 1))
             found = difference(left, right, f"{path}[{key!r}]")
         if found is not None:
@@ -78,7 +78,7 @@ def _info_difference(ours: Mapping[str, Any], theirs: Mapping[str, Any], path: s
 
 
 def check_reset_mask(subject: Subject) -> None:
-    """`options["reset_mask"]` starts the marked lanes anew and leaves the others alone; wrong masks are refused."""
+    """`options["reset_mask"]` restarts the marked environments and leaves the others alone; wrong masks are refused."""
     batch, twin = subject.batch(), subject.batch()
     crew = Crew(batch, 32)
     before: tuple[Any, ...] = batch.reset(seed=32)
@@ -86,20 +86,25 @@ def check_reset_mask(subject: Subject) -> None:
     for _ in range(min(3, episode_steps(batch) - EXTRA_STEPS - 1)):
         actions = crew.act(before[-1])
         before, other = batch.step(actions), twin.step(actions)
-    mask = np.arange(LANES) == 1
+    mask = np.arange(NUM_ENVS) == 1
     observation, _ = batch.reset(seed=[None, 99, None], options={"reset_mask": mask})
-    for lane in range(LANES):
-        expected = subject.single().reset(seed=99)[0] if mask[lane] else other[0][lane]
-        found = difference(observation[lane], expected)
-        does = "does not start as the single environment does" if mask[lane] else "is changed though it is not marked"
-        assert found is None, f"lane {lane} {does} when lane 1 is reset by a mask: {found}"
+    for b in range(NUM_ENVS):
+        expected = subject.single().reset(seed=99)[0] if mask[b] else other[0][b]
+        found = difference(observation[b], expected)
+        does = "does not start as the single environment does" if mask[b] else "is changed though it is not marked"
+        assert found is None, f"environment {b} {does} when environment 1 is reset by a mask: {found}"
     _check_refusals(subject)
 
 
 def _check_refusals(subject: Subject) -> None:
     batch = subject.batch()
     batch.reset(seed=0)
-    for wrong in (np.ones(LANES + 1, np.bool_), np.ones(LANES, np.int64), np.zeros(LANES, np.bool_), [True] * LANES):
+    for wrong in (
+        np.ones(NUM_ENVS + 1, np.bool_),
+        np.ones(NUM_ENVS, np.int64),
+        np.zeros(NUM_ENVS, np.bool_),
+        [True] * NUM_ENVS,
+    ):
         try:
             batch.reset(options={"reset_mask": wrong})
         except (TypeError, ValueError, AssertionError):

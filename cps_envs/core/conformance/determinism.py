@@ -39,4 +39,6 @@ def check_global_random_state(subject: Subject) -> None:
         after = (random.getstate(), np.random.get_state(legacy=False))
         assert before[0] == after[0], f"the {name} face changes the state of Python's global `random`"
         found = difference(before[1], after[1])
-        assert found is None, f"the {name} face changes the state of the global numpy.random: use the lane's generator"
+        assert found is None, (
+            f"the {name} face changes the state of the global numpy.random: use the environment's generator"
+        )

@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode
 from cps_envs.core.conformance.actors import Crew, flat
 from cps_envs.core.conformance.recording import assert_same, difference, episode_steps, record
 from cps_envs.core.conformance.replay import Replay
-from cps_envs.core.conformance.subject import LANES, Subject
+from cps_envs.core.conformance.subject import NUM_ENVS, Subject
 from cps_envs.core.types import AGENTS, ROLES, Role, other
 
 Actions = list[dict[str, Any]]
@@ -19,32 +19,32 @@ Due = dict[Role, list[int]]
 
 
 def check_batch(subject: Subject) -> None:
-    """Lane i of a batch seeded s is the single environment seeded s + i, bit for bit, for a whole episode."""
+    """Environment i of a batch seeded s is the single environment seeded s + i, bit for bit, for a whole episode."""
     seed = 21
-    singles = [record(subject.single(), seed=seed + lane) for lane in range(LANES)]
+    singles = [record(subject.single(), seed=seed + b) for b in range(NUM_ENVS)]
     batch = subject.batch(autoreset_mode=AutoresetMode.NEXT_STEP)
-    lanes: list[Results] = [[] for _ in range(LANES)]
+    envs: list[Results] = [[] for _ in range(NUM_ENVS)]
     result: tuple[Any, ...] = batch.reset(seed=seed)
     neutral = batch.game.neutral_action[subject.role].astype(batch.single_action_space.dtype)
     for step in range(max(len(actions) for actions, _ in singles) + 1):
-        for lane in range(LANES):
-            if step <= len(singles[lane][0]):
-                lanes[lane].append(lane_of(result, lane))
+        for b in range(NUM_ENVS):
+            if step <= len(singles[b][0]):
+                envs[b].append(episode_of(result, b))
         played = [actions[step] if step < len(actions) else neutral for actions, _ in singles]
         result = batch.step(np.stack(played))
-    for lane, (_, expected) in enumerate(singles):
-        message = f"lane {lane} of a batch seeded {seed} is not the single environment seeded {seed + lane}"
-        assert_same(expected, lanes[lane], message)
+    for b, (_, expected) in enumerate(singles):
+        message = f"environment {b} of a batch seeded {seed} is not the single environment seeded {seed + b}"
+        assert_same(expected, envs[b], message)
 
 
-def lane_of(result: tuple[Any, ...], lane: int) -> tuple[Any, ...]:
-    """What a single environment would have returned for one lane of a batch's result."""
+def episode_of(result: tuple[Any, ...], b: int) -> tuple[Any, ...]:
+    """What a single environment would have returned for one environment of a batch's result."""
     *arrays, info = result
-    keys = [key for key in info if not key.startswith("_") and f"_{key}" in info and info[f"_{key}"][lane]]
-    values = {key: info[key][lane] for key in keys}
+    keys = [key for key in info if not key.startswith("_") and f"_{key}" in info and info[f"_{key}"][b]]
+    values = {key: info[key][b] for key in keys}
     own = {key: value if isinstance(value, np.ndarray) else value.item() for key, value in values.items()}
-    first = arrays[0][lane]
-    return (first, *(array[lane].item() for array in arrays[1:]), own)
+    first = arrays[0][b]
+    return (first, *(array[b].item() for array in arrays[1:]), own)
 
 
 def check_parallel(subject: Subject) -> None:

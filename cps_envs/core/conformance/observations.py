@@ -15,7 +15,7 @@ from cps_envs.core.conformance.subject import NotApplicableError, Subject
 from cps_envs.core.fields import Fields
 from cps_envs.core.types import Array, Observation
 
-LIVE_LANES = 8
+LIVE_ENVS = 8
 
 
 def check_observations(subject: Subject) -> None:
@@ -47,7 +47,7 @@ def check_live_observations(subject: Subject) -> None:
     """
     extremes = Extremes()
     for variant in ({}, *subject.variants):
-        batch = subject.batch(LIVE_LANES, **{**variant, "autoreset_mode": AutoresetMode.NEXT_STEP})
+        batch = subject.batch(LIVE_ENVS, **{**variant, "autoreset_mode": AutoresetMode.NEXT_STEP})
         for rows in _batch_rows(batch):
             extremes.see(batch.game.fields[subject.role], rows)
     extremes.assert_live(subject.role)

@@ -13,7 +13,7 @@ from pettingzoo import ParallelEnv
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.vector_env import RoleVectorEnv
 
-EXTRA_STEPS = 3  # of a batch beyond its longest episode, so that lanes start anew
+EXTRA_STEPS = 3  # of a batch beyond its longest episode, so that environments start anew
 
 
 def episode_steps(env: Any) -> int:

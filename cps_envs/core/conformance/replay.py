@@ -18,7 +18,7 @@ class Replay:
         self._actions = np.stack(actions)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Count each lane's decisions from zero."""
+        """Count each environment's decisions from zero."""
         return (np.zeros(len(generators), np.int64),)
 
     def predict(
@@ -28,7 +28,7 @@ class Replay:
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
     ) -> tuple[Array, State]:
-        """The next recorded action of each lane."""
+        """The next recorded action of each environment."""
         assert state is not None
         decision = np.minimum(state[0], len(self._actions) - 1)
         return self._actions[decision], (state[0] + 1,)

@@ -20,7 +20,7 @@ from cps_envs.core.swarm_env import SwarmEnv
 from cps_envs.core.types import Role
 from cps_envs.core.vector_env import RoleVectorEnv
 
-LANES = 3  # of the batches that the checks make
+NUM_ENVS = 3  # of the batches that the checks make
 
 
 class NotApplicableError(Exception):
@@ -66,8 +66,8 @@ class Subject:
         """A fresh `gymnasium.Env`."""
         return self.single_class(**{**self.kwargs, **extra})
 
-    def batch(self, num_envs: int = LANES, **extra: Any) -> RoleVectorEnv:
-        """A fresh vector environment, which resets ended lanes in the same step unless told otherwise."""
+    def batch(self, num_envs: int = NUM_ENVS, **extra: Any) -> RoleVectorEnv:
+        """A fresh vector environment, which resets ended environments in the same step unless told otherwise."""
         return self.vector_class(num_envs, **{"autoreset_mode": AutoresetMode.SAME_STEP, **self.kwargs, **extra})
 
     def duel(self, **extra: Any) -> DuelEnv:
@@ -86,7 +86,7 @@ class Subject:
             raise NotApplicableError(f"no swarm form: {error}") from error
 
     def game(self) -> Game:
-        """A game of one lane."""
+        """A game of one environment."""
         return self.single().game
 
     def faces(self) -> dict[str, Callable[[], Any]]:

@@ -19,11 +19,11 @@ from cps_envs.disbanding.observation import observe_attacker
 from cps_envs.disbanding.state import State
 from cps_envs.disbanding.state import allocate as allocate_string
 from cps_envs.disbanding.testbed.config import RobotConfig
-from cps_envs.disbanding.testbed.metrics import METRICS, measure_lane
+from cps_envs.disbanding.testbed.metrics import METRICS, measure_episode
 from cps_envs.disbanding.testbed.observation import observe_robots
 from cps_envs.disbanding.testbed.rules import rules_of
 from cps_envs.disbanding.testbed.scene import Scene, scene_of
-from cps_envs.disbanding.testbed.start import draw_lane, place_robots, string_parameters
+from cps_envs.disbanding.testbed.start import draw_episode, place_robots, string_parameters
 from cps_envs.disbanding.testbed.state import Robots, allocate
 from cps_envs.disbanding.testbed.team import RobotTeam
 from cps_envs.disbanding.testbed.turn import Account, settle, take_turn
@@ -41,8 +41,8 @@ class RobotGame(Game):
     name = "testbed"
     payoff_parts = ("velocity_error",)
 
-    def __init__(self, config: RobotConfig, num_lanes: int) -> None:
-        super().__init__(num_lanes)
+    def __init__(self, config: RobotConfig, num_envs: int) -> None:
+        super().__init__(num_envs)
         road = config.road
         self.config: RobotConfig = config
         self.horizon, self.step_s = config.num_periods, config.control_period_s
@@ -55,43 +55,43 @@ class RobotGame(Game):
         self.neutral_action = {"attacker": np.array(0), "defender": np.zeros(config.num_robots)}
         self.max_correction_mps2 = road.max_acceleration_mps2 - road.min_acceleration_mps2
         self.rules = rules_of(config)
-        self.robots: Robots = allocate(config, num_lanes)
-        self.string: State = allocate_string(num_lanes, config.num_platoons, config.vehicles_per_platoon)
-        self.parameters = np.stack([string_parameters(config)] * num_lanes)
-        self._headways = np.full((num_lanes, config.num_robots), config.driver_headway_s)
+        self.robots: Robots = allocate(config, num_envs)
+        self.string: State = allocate_string(num_envs, config.num_platoons, config.vehicles_per_platoon)
+        self.parameters = np.stack([string_parameters(config)] * num_envs)
+        self._headways = np.full((num_envs, config.num_robots), config.driver_headway_s)
         self._account = Account(
-            table=np.zeros((num_lanes, len(STRING_METRICS))),
-            velocity_error=np.zeros(num_lanes),
-            budget=np.zeros(num_lanes, np.int64),
-            legal=np.zeros((num_lanes, config.num_platoons + 1), np.bool_),
+            table=np.zeros((num_envs, len(STRING_METRICS))),
+            velocity_error=np.zeros(num_envs),
+            budget=np.zeros(num_envs, np.int64),
+            legal=np.zeros((num_envs, config.num_platoons + 1), np.bool_),
         )
-        self._waiting = np.zeros(num_lanes, np.int64)
-        self._still = np.zeros((num_lanes, config.num_robots))
+        self._waiting = np.zeros(num_envs, np.int64)
+        self._still = np.zeros((num_envs, config.num_robots))
 
     def spec(self, role: Role) -> RoleSpec:
         """The interface of a role of the disbanding problem, whose policies play here."""
         return replace(super().spec(role), problem="disbanding", config=self.config.road)
 
-    def _reset(self, lanes: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        place(self.string, self.parameters, lanes, driver_headways_s=self._headways)
-        self._account.budget[lanes] = self.config.road.max_budget
-        for lane in np.flatnonzero(lanes).tolist():
-            draw_lane(self.robots, lane, self.config, generators[lane])
-            place_robots(self.robots, lane, self.config, self.string.position[lane] / self.config.scale)
-            self.string.speed[lane] = self.config.scale * self.robots.speed[lane]
+    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+        place(self.string, self.parameters, envs, driver_headways_s=self._headways)
+        self._account.budget[envs] = self.config.road.max_budget
+        for b in np.flatnonzero(envs).tolist():
+            draw_episode(self.robots, b, self.config, generators[b])
+            place_robots(self.robots, b, self.config, self.string.position[b] / self.config.scale)
+            self.string.speed[b] = self.config.scale * self.robots.speed[b]
         settle(self.robots, self.string, self.parameters, self.rules, self._account)
 
-    def _advance(self, actions: Mapping[Role, Array], lanes: BoolArray, num_steps: int) -> FloatArray:
+    def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         before = self._account.velocity_error.copy()
         targets = actions.get("attacker", self._waiting)
         correction = self.max_correction_mps2 * actions["defender"] if "defender" in actions else self._still
-        moves = (targets, correction, lanes, num_steps)
+        moves = (targets, correction, envs, num_steps)
         take_turn(self.robots, self.string, self.parameters, *moves, self.rules, self._account)
         return self._account.velocity_error - before
 
     def observe(self, role: Role) -> Observation:
         """See `disbanding.fields`."""
-        values = np.empty((self.num_lanes, self.fields[role].size))
+        values = np.empty((self.num_envs, self.fields[role].size))
         if role == "attacker":
             account = self._account
             observe_attacker(self.string, self.parameters, account.table, account.budget, False, values)
@@ -117,11 +117,11 @@ class RobotGame(Game):
         """`metrics.METRICS` so far, each (B,)."""
         intact = self.intact
         rows = [
-            measure_lane(self.robots, lane, int(self.string.step[lane]), intact[lane], self.config)
-            for lane in range(self.num_lanes)
+            measure_episode(self.robots, b, int(self.string.step[b]), intact[b], self.config)
+            for b in range(self.num_envs)
         ]
         return dict(zip(METRICS, (self._account.velocity_error.copy(), *np.array(rows).T), strict=True))
 
-    def scene(self, lane: int) -> Scene:
-        """What the viewer draws of a lane."""
-        return scene_of(self.robots, self.string, lane, self.config, self.lane_metrics(lane))
+    def scene(self, b: int) -> Scene:
+        """What the viewer draws of an episode."""
+        return scene_of(self.robots, self.string, b, self.config, self.episode_metrics(b))

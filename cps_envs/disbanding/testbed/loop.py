@@ -1,4 +1,4 @@
-"""One control period of a lane: decide, order by radio, then drive, look and filter at every plant step."""
+"""One control period of an episode: decide, order by radio, then drive, look and filter at every plant step."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cps_envs.core.compiled import kernel
+from cps_envs.disbanding.constants import Constants, constants_of, episode_of
 from cps_envs.disbanding.dynamics import account
-from cps_envs.disbanding.lane import Constants, constants_of, lane_of
 from cps_envs.disbanding.state import State
 from cps_envs.disbanding.testbed.kalman import correct, predict
 from cps_envs.disbanding.testbed.platoons import decide, mark_touching
@@ -31,7 +31,7 @@ def send_orders(robots: Robots, b: int, command: Floats, rules: Rules) -> None:
 
 @kernel
 def step_robots(robots: Robots, b: int, step: int, rules: Rules) -> None:
-    """One plant step of every robot of a lane, a camera picture, and what the filters make of it."""
+    """One plant step of every robot of an episode, a camera picture, and what the filters make of it."""
     decided, acting = robots.orders[b, 0], robots.orders[b, -1]
     for q in range(robots.speed.shape[1]):
         pose, draw, estimate, covariance = (
@@ -50,16 +50,20 @@ def step_robots(robots: Robots, b: int, step: int, rules: Rules) -> None:
 
 
 @kernel
-def look(robots: Robots, b: int, lane: State, rules: Rules) -> None:
-    """Fill the lane's positions (m), speeds (m/s) and accelerations (m/s2) of road from the filters.
+def look(robots: Robots, b: int, episode: State, rules: Rules) -> None:
+    """Fill the episode's positions (m), speeds (m/s) and accelerations (m/s2) of road from the filters.
 
     Robots have no accelerometer: the command of the last period stands for the acceleration.
     """
     scale = rules.scale
     for q in range(robots.speed.shape[1]):
         estimate = robots.estimate[b, q]
-        arc = advanced_arc(lane.position[q] / scale, estimate[0], estimate[1], rules.radius_m)
-        lane.position[q], lane.speed[q], lane.acceleration[q] = scale * arc, scale * estimate[3], lane.command[q]
+        arc = advanced_arc(episode.position[q] / scale, estimate[0], estimate[1], rules.radius_m)
+        episode.position[q], episode.speed[q], episode.acceleration[q] = (
+            scale * arc,
+            scale * estimate[3],
+            episode.command[q],
+        )
 
 
 @kernel
@@ -74,21 +78,21 @@ def record(robots: Robots, b: int, period: int, rules: Rules) -> None:
 
 
 @kernel
-def run_lane(
-    robots: Robots, b: int, lane: State, c: Constants, correction: Floats, num_periods: int, rules: Rules
+def run_episode(
+    robots: Robots, b: int, episode: State, c: Constants, correction: Floats, num_periods: int, rules: Rules
 ) -> None:
-    """Advance a lane by control periods, holding the corrections (M,) in m/s2 of road."""
+    """Advance an episode by control periods, holding the corrections (M,) in m/s2 of road."""
     gap, closing = np.empty(c.num_vehicles), np.empty(c.num_vehicles)
     for _ in range(num_periods):
-        decide(lane, c, rules, correction, gap, closing)
-        send_orders(robots, b, lane.command, rules)
-        first = lane.step[0] * rules.steps_per_period
+        decide(episode, c, rules, correction, gap, closing)
+        send_orders(robots, b, episode.command, rules)
+        first = episode.step[0] * rules.steps_per_period
         for step in range(first, first + rules.steps_per_period):
             step_robots(robots, b, step, rules)
-        look(robots, b, lane, rules)
-        mark_touching(lane, c, rules)
-        account(lane, c)
-        record(robots, b, lane.step[0], rules)
+        look(robots, b, episode, rules)
+        mark_touching(episode, c, rules)
+        account(episode, c)
+        record(robots, b, episode.step[0], rules)
 
 
 @kernel
@@ -97,11 +101,13 @@ def run(
     string: State,
     parameters: NDArray[np.void],
     correction: Floats,
-    lanes: NDArray[np.bool_],
+    envs: NDArray[np.bool_],
     num_periods: int,
     rules: Rules,
 ) -> None:
-    """Advance the marked lanes (B,) by control periods under corrections (B, M) in m/s2 of road."""
-    for b in range(lanes.shape[0]):
-        if lanes[b]:
-            run_lane(robots, b, lane_of(string, b), constants_of(parameters, b), correction[b], num_periods, rules)
+    """Advance the marked environments (B,) by control periods under corrections (B, M) in m/s2 of road."""
+    for b in range(envs.shape[0]):
+        if envs[b]:
+            run_episode(
+                robots, b, episode_of(string, b), constants_of(parameters, b), correction[b], num_periods, rules
+            )

@@ -37,10 +37,10 @@ def velocity_errors(error: FloatArray, disbanding_s: FloatArray, rules: Rules, o
         out[b] = 100.0 * total / (samples * rules.desired_speed_mps * max(intact, 1))
 
 
-def measure_lane(robots: Robots, lane: int, period: int, intact: BoolArray, config: RobotConfig) -> FloatArray:
-    """All METRICS but the first of a lane after so many control periods, for its intact robots (M,)."""
+def measure_episode(robots: Robots, b: int, period: int, intact: BoolArray, config: RobotConfig) -> FloatArray:
+    """All METRICS but the first of an episode after so many control periods, for its intact robots (M,)."""
     first, last = config.window
-    speeds, arcs = robots.speeds[lane, : period + 1], robots.arcs[lane, : period + 1]
+    speeds, arcs = robots.speeds[b, : period + 1], robots.arcs[b, : period + 1]
     since = slice(min(first, period), None)
     slowest = speeds[since, intact].min(axis=0, initial=np.inf)
     behind = intact[1:]  # the front robot has nobody ahead

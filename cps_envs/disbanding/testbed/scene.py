@@ -14,7 +14,7 @@ from cps_envs.disbanding.testbed.state import Robots
 
 @dataclass(frozen=True)
 class Scene:
-    """One lane at one time; M robots and N platoons front to rear; k - 1 control periods are over."""
+    """One episode at one time; M robots and N platoons front to rear; k - 1 control periods are over."""
 
     time_s: float
     pose: FloatArray  # (M, 3) x in m, y in m, heading in rad
@@ -37,17 +37,17 @@ class Scene:
         return disbanded
 
 
-def scene_of(robots: Robots, string: State, lane: int, config: RobotConfig, metrics: dict[str, float]) -> Scene:
-    """The scene of a lane."""
-    step = int(string.step[lane])
+def scene_of(robots: Robots, string: State, b: int, config: RobotConfig, metrics: dict[str, float]) -> Scene:
+    """The scene of an episode."""
+    step = int(string.step[b])
     return Scene(
         time_s=step * config.control_period_s,
-        pose=robots.pose[lane].copy(),
-        desired_arc_m=desired_arcs(robots.arc[lane], robots.speed[lane], string.disbanding_s[lane], config),
-        speeds=robots.speeds[lane, : step + 1].copy(),
-        gaps=-np.diff(robots.arcs[lane, : step + 1], axis=1),
-        collided=string.collided[lane].copy(),
-        disbanding_s=string.disbanding_s[lane].copy(),
+        pose=robots.pose[b].copy(),
+        desired_arc_m=desired_arcs(robots.arc[b], robots.speed[b], string.disbanding_s[b], config),
+        speeds=robots.speeds[b, : step + 1].copy(),
+        gaps=-np.diff(robots.arcs[b, : step + 1], axis=1),
+        collided=string.collided[b].copy(),
+        disbanding_s=string.disbanding_s[b].copy(),
         metrics=metrics,
     )
 

@@ -16,11 +16,11 @@ from cps_envs.disbanding.testbed.rules import rules_of
 from cps_envs.disbanding.testbed.state import Robots
 
 
-def draw_lane(robots: Robots, lane: int, config: RobotConfig, generator: np.random.Generator) -> None:
-    """Draw the errors of a lane's wheels and all the noise of its episode."""
-    shape = robots.gains[lane].shape
-    robots.gains[lane] = 1.0 + config.wheel_gain_spread * generator.standard_normal(shape)
-    generator.standard_normal(out=robots.noise[lane])
+def draw_episode(robots: Robots, b: int, config: RobotConfig, generator: np.random.Generator) -> None:
+    """Draw the errors of an episode's wheels and all the noise of its episode."""
+    shape = robots.gains[b].shape
+    robots.gains[b] = 1.0 + config.wheel_gain_spread * generator.standard_normal(shape)
+    generator.standard_normal(out=robots.noise[b])
 
 
 def string_parameters(config: RobotConfig) -> Array:
@@ -31,19 +31,19 @@ def string_parameters(config: RobotConfig) -> Array:
     return record
 
 
-def place_robots(robots: Robots, lane: int, config: RobotConfig, arcs_m: NDArray[np.float64]) -> None:
-    """Put a lane's robots on the circle at `arcs_m` (M,), all at the desired speed, and tell the filters."""
+def place_robots(robots: Robots, b: int, config: RobotConfig, arcs_m: NDArray[np.float64]) -> None:
+    """Put an episode's robots on the circle at `arcs_m` (M,), all at the desired speed, and tell the filters."""
     radius, speed = config.radius_m, config.desired_speed_mps
     turning, rules, angle = speed / radius, rules_of(config), arcs_m / radius
     targets = np.array([wheel_target(speed, turning, side, rules) for side in (-1.0, 1.0)])
     for array in (robots.integral, robots.error, robots.speeds, robots.arcs):
-        array[lane] = 0.0
-    robots.pose[lane] = np.stack([radius * np.cos(angle), radius * np.sin(angle), angle + math.pi / 2], axis=1)
-    robots.arc[lane] = arcs_m
-    robots.wheels[lane] = targets * robots.gains[lane]
-    robots.speed[lane] = config.wheel_radius_m * robots.wheels[lane].mean(axis=1)
-    robots.estimate[lane, :, :3] = robots.pose[lane]
-    robots.estimate[lane, :, 3] = robots.speed[lane]
-    robots.covariance[lane] = INITIAL_VARIANCE * np.eye(4)
-    robots.orders[lane] = speed, turning
-    robots.speeds[lane, 0], robots.arcs[lane, 0] = robots.speed[lane], robots.arc[lane]
+        array[b] = 0.0
+    robots.pose[b] = np.stack([radius * np.cos(angle), radius * np.sin(angle), angle + math.pi / 2], axis=1)
+    robots.arc[b] = arcs_m
+    robots.wheels[b] = targets * robots.gains[b]
+    robots.speed[b] = config.wheel_radius_m * robots.wheels[b].mean(axis=1)
+    robots.estimate[b, :, :3] = robots.pose[b]
+    robots.estimate[b, :, 3] = robots.speed[b]
+    robots.covariance[b] = INITIAL_VARIANCE * np.eye(4)
+    robots.orders[b] = speed, turning
+    robots.speeds[b, 0], robots.arcs[b, 0] = robots.speed[b], robots.arc[b]

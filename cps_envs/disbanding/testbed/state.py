@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 
 class Robots(NamedTuple):
-    """B lanes of M robots, numbered front to rear as the vehicles of a `disbanding.state.State`.
+    """B episodes of M robots, numbered front to rear as the vehicles of a `disbanding.state.State`.
 
     What the controllers know of the robots is such a State, filled from the filters' estimates and as large as the road
     (`RobotConfig.scale`); what follows is in the robots' own metres.
@@ -34,21 +34,21 @@ class Robots(NamedTuple):
     arcs: Floats  # (B, P + 1, M) m, likewise
 
 
-def allocate(config: RobotConfig, num_lanes: int) -> Robots:
-    """Robots with every array zero; `start.place_robots` fills the lanes."""
-    lanes, robots, periods = num_lanes, config.num_robots, config.num_periods
+def allocate(config: RobotConfig, num_envs: int) -> Robots:
+    """Robots with every array zero; `start.place_robots` fills the episodes."""
+    envs, robots, periods = num_envs, config.num_robots, config.num_periods
     return Robots(
-        pose=np.zeros((lanes, robots, 3)),
-        arc=np.zeros((lanes, robots)),
-        speed=np.zeros((lanes, robots)),
-        wheels=np.zeros((lanes, robots, 2)),
-        gains=np.ones((lanes, robots, 2)),
-        estimate=np.zeros((lanes, robots, 4)),
-        covariance=np.zeros((lanes, robots, 4, 4)),
-        orders=np.zeros((lanes, config.delay_periods + 1, robots, 2)),
-        integral=np.zeros((lanes, robots)),
-        noise=np.zeros((lanes, periods * config.steps_per_period, robots, 3)),
-        error=np.zeros((lanes, robots)),
-        speeds=np.zeros((lanes, periods + 1, robots)),
-        arcs=np.zeros((lanes, periods + 1, robots)),
+        pose=np.zeros((envs, robots, 3)),
+        arc=np.zeros((envs, robots)),
+        speed=np.zeros((envs, robots)),
+        wheels=np.zeros((envs, robots, 2)),
+        gains=np.ones((envs, robots, 2)),
+        estimate=np.zeros((envs, robots, 4)),
+        covariance=np.zeros((envs, robots, 4, 4)),
+        orders=np.zeros((envs, config.delay_periods + 1, robots, 2)),
+        integral=np.zeros((envs, robots)),
+        noise=np.zeros((envs, periods * config.steps_per_period, robots, 3)),
+        error=np.zeros((envs, robots)),
+        speeds=np.zeros((envs, periods + 1, robots)),
+        arcs=np.zeros((envs, periods + 1, robots)),
     )

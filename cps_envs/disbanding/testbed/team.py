@@ -31,7 +31,7 @@ class RobotTeam(Team):
     def observe(self) -> Observation:
         """Own rows (B, M, size), see `disbanding.fields.vehicle_fields`."""
         game = self._game
-        values = np.empty((game.num_lanes, len(self.agents), self.fields.size))
+        values = np.empty((game.num_envs, len(self.agents), self.fields.size))
         observe_vehicles(game.string, game.parameters, values)
         return self.fields.encode(values.reshape(-1, self.fields.size)).reshape(values.shape)
 

@@ -14,7 +14,7 @@ from cps_envs.disbanding.testbed.palette import CONTACT, platoon_color
 from cps_envs.disbanding.testbed.scene import Scene
 
 LANE = 17.0  # pixels of width
-LABEL, BAR_START, BAR_LENGTH = 22.0, 17.0, 52.0  # pixels from the middle of the lane: outward, and two inward
+LABEL, BAR_START, BAR_LENGTH = 22.0, 17.0, 52.0  # pixels from the middle of the episode: outward, and two inward
 ROW = 20  # pixels of a line of the legend
 
 
@@ -27,7 +27,7 @@ class Track:
     radius_m: float
 
     def at(self, angle: float, outward: float = 0.0) -> Point:
-        """The pixel at an angle (rad, counterclockwise), so many pixels outside the middle of the lane."""
+        """The pixel at an angle (rad, counterclockwise), so many pixels outside the middle of the episode."""
         reach = self.radius + outward
         return self.center[0] + reach * math.cos(angle), self.center[1] - reach * math.sin(angle)
 

@@ -41,12 +41,12 @@ def take_turn(
     parameters: NDArray[np.void],
     targets: NDArray[np.int64],
     correction: Floats,
-    lanes: NDArray[np.bool_],
+    envs: NDArray[np.bool_],
     num_periods: int,
     rules: Rules,
     account: Account,
 ) -> None:
-    """Disband `targets` (B,) where legal, run the marked lanes under `correction` (B, M) in m/s2 of road; settle."""
-    disband(string, parameters, account.budget, account.legal, targets, lanes)
-    run(robots, string, parameters, correction, lanes, num_periods, rules)
+    """Disband `targets` (B,) where legal, run marked environments under `correction` (B, M) in m/s2 of road; settle."""
+    disband(string, parameters, account.budget, account.legal, targets, envs)
+    run(robots, string, parameters, correction, envs, num_periods, rules)
     settle(robots, string, parameters, rules, account)

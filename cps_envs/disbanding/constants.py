@@ -1,4 +1,4 @@
-"""One lane of a batch as kernels see it: views of its state and its constants as plain numbers."""
+"""One episode of a batch as kernels see it: views of its state and its constants as plain numbers."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Constants(NamedTuple):
 
 @kernel
 def constants_of(parameters: NDArray[np.void], b: int) -> Constants:
-    """The constants of lane `b` of the parameters (B,)."""
+    """The constants of episode `b` of the parameters (B,)."""
     p = parameters[b]
     return Constants(
         p.num_vehicles,
@@ -69,8 +69,8 @@ def constants_of(parameters: NDArray[np.void], b: int) -> Constants:
 
 
 @kernel
-def lane_of(state: State, b: int) -> State:
-    """Views of lane `b`: the same fields without the lane axis, per-lane scalars as arrays of length one."""
+def episode_of(state: State, b: int) -> State:
+    """Views of episode `b`: the same fields without the episode axis, per-episode scalars as arrays of length one."""
     return State(
         state.step[b : b + 1],
         state.position[b],

@@ -2,29 +2,29 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.lanes import put, take
+from cps_envs.core.policy_state import put, take
 
-LANES = np.array([True, False, True])
+NUM_ENVS = np.array([True, False, True])
 
 
 def test_no_state_stays_none() -> None:
-    assert take(None, LANES) is None
-    assert put(None, LANES, None) is None
+    assert take(None, NUM_ENVS) is None
+    assert put(None, NUM_ENVS, None) is None
 
 
 def test_parts_are_put_and_taken() -> None:
     state = (np.arange(3), np.arange(6.0).reshape(3, 2))
-    part = take(state, LANES)
+    part = take(state, NUM_ENVS)
     assert part is not None
     assert part[0].tolist() == [0, 2]
-    state = put(state, LANES, (np.array([7, 8]), np.full((2, 2), -1.0)))
+    state = put(state, NUM_ENVS, (np.array([7, 8]), np.full((2, 2), -1.0)))
     assert state is not None
     assert state[0].tolist() == [7, 1, 8]
     assert state[1].tolist() == [[-1, -1], [2, 3], [-1, -1]]
 
 
-def test_lanes_not_seen_before_are_zero() -> None:
-    state = put(None, LANES, (np.array([5, 6]), np.array([object(), "x"], object)))
+def test_environments_not_seen_before_are_zero() -> None:
+    state = put(None, NUM_ENVS, (np.array([5, 6]), np.array([object(), "x"], object)))
     assert state is not None
     assert state[0].tolist() == [5, 0, 6]
     assert state[1].dtype == object
@@ -32,4 +32,4 @@ def test_lanes_not_seen_before_are_zero() -> None:
 
 def test_a_part_without_state_leaves_the_whole_as_it_is() -> None:
     state = (np.arange(3),)
-    assert put(state, LANES, None) is state
+    assert put(state, NUM_ENVS, None) is state

@@ -1,4 +1,4 @@
-"""One lane of a batch as kernels see it: views of its memory, its constants as plain numbers, the shared matrices."""
+"""One episode as kernels see it: views of its memory, its constants as plain numbers, the shared matrices."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NUM_COUNTS = 5
 
 
 class Memory(NamedTuple):
-    """What a lane remembers; error coordinates, ranges (m) of vehicles 1..n, then range-rates (m/s).
+    """What an episode remembers; error coordinates, ranges (m) of vehicles 1..n, then range-rates (m/s).
 
     All but `error` and `law` describes the last step; `used` is what the commands were computed from.
     """
@@ -38,7 +38,7 @@ BLOCKS_PER_VEHICLE = 2 * 6 + 5
 
 @inlined
 def memory_of(memories: FloatArray, b: int) -> Memory:
-    """Views of lane b of the memories (B, 17 n)."""
+    """Views of episode b of the memories (B, 17 n)."""
     row = memories[b]
     n = row.size // BLOCKS_PER_VEHICLE
     return Memory(

@@ -1,4 +1,4 @@
-"""Lanes of a vector environment as a learner sees them: actions held, rewards scaled, agents of a team side by side."""
+"""A vector environment as a learner sees it: actions held, rewards scaled, agents of a team side by side."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from cps_envs.registration import find_problem
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
 
 
-def make_lanes(recipe: Recipe, seed: int) -> TrainingLanes:
-    """The lanes of a recipe, whose first one has `seed`."""
+def make_envs(recipe: Recipe, seed: int) -> TrainingEnvs:
+    """The environments of a recipe, whose first one has `seed`."""
     options: dict[str, Any] = dict(recipe.overrides) | {"preset": recipe.preset}
     if recipe.opponent:
         options["opponent"] = recipe.opponent
     env_id = find_problem(recipe.problem).env_id(recipe.role)
     env: Any = gymnasium.make_vec(
-        env_id, recipe.num_lanes, "vector_entry_point", autoreset_mode=AutoresetMode.DISABLED, **options
+        env_id, recipe.num_envs, "vector_entry_point", autoreset_mode=AutoresetMode.DISABLED, **options
     )
-    lanes = TrainingLanes(env, recipe)
-    lanes.seed(seed)
-    return lanes
+    envs = TrainingEnvs(env, recipe)
+    envs.seed(seed)
+    return envs
 
 
-class TrainingLanes(VecEnv):
-    """Each lane, in the swarm form each agent of each lane, is an environment of stable-baselines3.
+class TrainingEnvs(VecEnv):
+    """Each environment, in the swarm form each agent of each environment, is an environment of stable-baselines3.
 
     Info is empty until an episode ends; then it holds `episode` (undiscounted, unscaled return and number of actions)
     and `terminal_observation`. The clock's end is part of these problems: `TimeLimit.truncated`, which makes learners
@@ -52,7 +52,7 @@ class TrainingLanes(VecEnv):
         super().__init__(env.num_envs * self._agents, space, actions)
 
     def reset(self) -> Observation:
-        """Start an episode in every lane."""
+        """Start an episode in every environment."""
         self.env.reset(seed=self._seeds[0])
         self._reset_seeds()
         self._returns[:], self._lengths[:] = 0.0, 0
@@ -130,7 +130,7 @@ class TrainingLanes(VecEnv):
         return None if mask is None else mask.reshape(self.num_envs, -1)
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """An attribute of the lanes, once for each; `action_masks` only where there are any."""
+        """An attribute of the environments, once for each; `action_masks` only where there are any."""
         if attr_name == "action_masks":
             self.action_masks()
         if attr_name == "render_mode":
@@ -138,15 +138,15 @@ class TrainingLanes(VecEnv):
         return [getattr(self, attr_name)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """The lanes are one object.
+        """The environments are one object.
 
         Raises:
             ValueError: always.
         """
-        raise ValueError(f"{attr_name!r} cannot be set: make the lanes anew")
+        raise ValueError(f"{attr_name!r} cannot be set: make the environments anew")
 
     def env_method(self, method_name: str, *args: Any, indices: VecEnvIndices = None, **kwargs: Any) -> list[Any]:
-        """What a method of the lanes returns, row by row."""
+        """What a method of the environments returns, row by row."""
         return list(getattr(self, method_name)(*args, **kwargs))
 
     def env_is_wrapped(
