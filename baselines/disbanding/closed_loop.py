@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from baselines.disbanding.heuristic import FORESIGHT, travelled_distance_command
 from baselines.disbanding.mpc import Mpc, MpcStack, mpc_of, predictive_command
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.disbanding.commands import has_begun
 from cps_envs.disbanding.constants import Constants, constants_of, episode_of
 from cps_envs.disbanding.dynamics import account, command_by_law, final_command, first_mitigable, has_ended, integrate

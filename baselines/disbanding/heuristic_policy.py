@@ -6,9 +6,9 @@ import numpy as np
 
 from baselines.disbanding.corrections import Corrections, Seen
 from baselines.disbanding.heuristic import FORESIGHT, Foresight, travelled_distance_command
-from cps_envs.core.compiled import kernel
 from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.commands import clip

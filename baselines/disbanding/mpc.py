@@ -18,7 +18,7 @@ from baselines.disbanding.quadratic_program import (
     quadratic_program,
     slacks,
 )
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.disbanding.commands import clip
 from cps_envs.disbanding.constants import Constants
 

@@ -20,8 +20,8 @@ from baselines.disbanding.mpc import (
     stack_mpc,
 )
 from baselines.disbanding.quadratic_program import Solver
-from cps_envs.core.compiled import kernel
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, near
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.commands import clip

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 
 Vector = NDArray[np.float64]
 SWEEPS = 60  # cap of the dual iteration in the controller

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.fields import is_drawn

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compiled import kernel
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.hvac.sensors import sensor_sets

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.core.types import BoolArray, IntArray
 
 

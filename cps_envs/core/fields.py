@@ -10,13 +10,16 @@ import numba
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.compiled import borrowed, inlined
+from cps_envs.core.kernels import borrowed, inlined
 from cps_envs.core.types import Array, FloatArray, Observation
 
 
 @dataclass(frozen=True)
 class Field:
-    """One named block of an observation, with the physical values that are mapped to -1 and 1."""
+    """One named block of an observation, with the physical values that are mapped to -1 and 1.
+
+    A block that a configuration leaves out has the shape (0,): it keeps its name for kernels and takes no room.
+    """
 
     name: str
     unit: str
@@ -47,6 +50,8 @@ class Fields(Sequence[Field]):
         starts = [0, *ends[:-1]]
         self.slices = {field.name: slice(a, b) for field, a, b in zip(fields, starts, ends, strict=True)}
         self.size = ends[-1]
+        # (1,) where each field begins, by name: kernels write `row[at.speed + i]` with `at = offsets[0]`
+        self.offsets: Array = np.array([tuple(starts)], [(name, np.int64) for name in names])
         low = np.concatenate([np.full(field.size, field.low) for field in fields])
         high = np.concatenate([np.full(field.size, field.high) for field in fields])
         self.scale: FloatArray = np.stack(
@@ -89,6 +94,8 @@ class Fields(Sequence[Field]):
         """A Markdown table in Gymnasium's manner: Num, Name, Min, Max, Unit, and what each field means."""
         rows = ["| Num | Name | Min | Max | Unit | Meaning |", "|---|---|---|---|---|---|"]
         for field in self:
+            if field.size == 0:
+                continue
             part = self.slices[field.name]
             num = f"{part.start}" if field.size == 1 else f"{part.start}-{part.stop - 1}"
             bounds = f"{field.low:g} | {field.high:g}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.memory import FALSE_STEPS, INJECTED_STEPS, REPLACED_STEPS, STEP, Constants, Memory

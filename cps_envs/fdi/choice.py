@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.legality import legal_levels, nearest
 from cps_envs.fdi.memory import Constants, Matrices, Memory

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.legality import SLACK, inside
 from cps_envs.fdi.memory import Constants, Matrices, Memory, add_product, assign, fill

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.memory import Constants, Matrices, Memory
 

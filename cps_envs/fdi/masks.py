@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.compiled import borrowed, inlined, kernel
+from cps_envs.core.kernels import borrowed, inlined, kernel
 from cps_envs.core.types import Array, IntArray
 
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FdiConfig
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import borrowed, inlined, kernel
 from cps_envs.core.fields import encode_row
+from cps_envs.core.kernels import borrowed, inlined, kernel
 from cps_envs.core.types import FloatArray, IntArray, Observation
 from cps_envs.fdi.memory import STEP, TASK, Constants, Memory, constants_of, memory_of
 

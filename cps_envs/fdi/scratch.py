@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compiled import borrowed, inlined
+from cps_envs.core.kernels import borrowed, inlined
 from cps_envs.core.types import FloatArray, IntArray
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from cps_envs.core.compiled import borrowed, inlined, kernel
+from cps_envs.core.kernels import borrowed, inlined, kernel
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.account import settle
 from cps_envs.fdi.choice import choose_levels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import Model
 from cps_envs.hvac.state import State

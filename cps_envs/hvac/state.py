@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.model import Model
 

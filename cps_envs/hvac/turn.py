@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from cps_envs.core.compiled import inlined, kernel
+from cps_envs.core.kernels import inlined, kernel
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.estimation import choose, estimate

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import inlined
+from cps_envs.core.kernels import inlined
 from cps_envs.core.types import FloatArray
 
 

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.disbanding.testbed.rules import POSITION_DRIFT_M2, Rules
 from cps_envs.disbanding.testbed.state import Floats
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.disbanding.constants import Constants, constants_of, episode_of
 from cps_envs.disbanding.dynamics import account
 from cps_envs.disbanding.state import State

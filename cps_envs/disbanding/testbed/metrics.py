@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.testbed.config import RobotConfig
 from cps_envs.disbanding.testbed.rules import Rules

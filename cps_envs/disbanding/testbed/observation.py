@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.disbanding.constants import constants_of, episode_of
 from cps_envs.disbanding.observation import fill_broadcast, fill_road, fill_vehicles
 from cps_envs.disbanding.state import State

@@ -5,7 +5,7 @@ A `State` holds what the filters say, in metres of road; its step is a control p
 
 from __future__ import annotations
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.disbanding.commands import clip, has_begun
 from cps_envs.disbanding.constants import Constants
 from cps_envs.disbanding.dynamics import command_by_law, correct_commands, final_command, first_mitigable, involve

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from cps_envs.core.compiled import kernel
+from cps_envs.core.kernels import kernel
 from cps_envs.disbanding.commands import clip
 from cps_envs.disbanding.testbed.rules import Rules
 from cps_envs.disbanding.testbed.state import Floats

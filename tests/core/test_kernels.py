@@ -1,0 +1,181 @@
+"""The convention of the kernels: views of one environment, records of numbers, and a cache that notices edits."""
+
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from cps_envs.core.fields import Field, Fields
+from cps_envs.core.kernel_cache import reach, sources_stamp
+from cps_envs.core.kernels import (
+    borrowed,
+    clip,
+    copy,
+    fill,
+    inlined,
+    kernel,
+    lend,
+    pack,
+    record_type,
+    records,
+    unpack,
+    view,
+)
+from cps_envs.core.types import Array, FloatArray, IntArray
+
+
+class State(NamedTuple):
+    x: FloatArray  # (B, n)
+    matrix: FloatArray  # (B, n, n)
+    step: IntArray  # (B,)
+
+
+class Rules(NamedTuple):
+    gain: float
+    count: int
+    flag: bool
+
+
+class Shared(NamedTuple):
+    offset: FloatArray  # (n,)
+
+
+def make_state() -> State:
+    return State(np.arange(6.0).reshape(2, 3), np.arange(18.0).reshape(2, 3, 3), np.array([4, 5]))
+
+
+@inlined
+def move(episode: State, r: Rules, shared: Shared) -> None:
+    for i in range(episode.x.size):
+        episode.x[i] += clip(r.gain * episode.matrix[i, 0], 0.0, 10.0) + shared.offset[i]
+    if r.flag:
+        episode.step[0] += r.count
+
+
+@kernel
+def move_all(state: State, rules: Array, shared: Shared) -> None:
+    for b in range(state.step.size):
+        move(view(state, b), unpack(Rules, rules, b), lend(shared))
+
+
+@kernel
+def mark(table: Array, offsets: Array, row: FloatArray) -> None:
+    table[1].gain = 2.5
+    at = offsets[0]
+    row[at.speed + 1] = 7.0
+    fill(row[at.flags : at.end], 1.0)
+    copy(row[at.speed : at.flags], row[at.end : at.end + 2])
+
+
+def test_view_is_one_environment_and_writes_through() -> None:
+    state = make_state()
+    episode = view(state, 1)
+    assert isinstance(episode, State)
+    episode.x[0], episode.step[0] = 9.0, 8
+    assert state.x[1, 0] == 9.0
+    assert state.step.tolist() == [4, 8]
+    assert episode.matrix.shape == (3, 3)
+
+
+def test_compiled_views_equal_those_of_python() -> None:
+    compiled, plain = make_state(), make_state()
+    rules = records(Rules, 2)
+    rules[0], rules[1] = (1.0, 2, True), (-1.0, 3, False)
+    shared = Shared(np.array([0.5, 0.0, -0.5]))
+    move_all(compiled, rules, shared)
+    for b in range(2):
+        move.py_func(view(plain, b), unpack(Rules, rules, b), lend(shared))  # type: ignore[attr-defined]
+    for ours, theirs in zip(compiled, plain, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert compiled.step.tolist() == [6, 5]
+
+
+def test_records_keep_names_types_and_values() -> None:
+    rules = Rules(0.1, 3, True)
+    assert unpack(Rules, pack(rules), 0) == rules
+    assert record_type(Rules).names == Rules._fields
+    assert [record_type(Rules)[name].kind for name in Rules._fields] == ["f", "i", "b"]
+
+
+def test_kernels_write_records_and_fields_by_name() -> None:
+    fields = Fields(Field("speed", "m/s", 0, 1, (2,)), Field("flags", "-", 0, 1, (3,)), Field("end", "-", 0, 1, (2,)))
+    table, row = records(Rules, 2), np.zeros(fields.size)
+    mark(table, fields.offsets, row)
+    assert table["gain"].tolist() == [0.0, 2.5]
+    assert row.tolist() == [0.0, 7.0, 1.0, 1.0, 1.0, 0.0, 7.0]
+
+
+def test_a_field_may_be_left_out_and_keeps_its_name() -> None:
+    fields = Fields(Field("speed", "m/s", 0, 1), Field("present", "-", 0, 1, (0,)), Field("gap", "m", 0, 1))
+    assert fields.offsets["present"] == fields.offsets["gap"] == 1
+    assert fields.size == 2
+    assert "present" not in fields.table()
+
+
+def test_the_stamp_covers_what_a_module_imports_of_us() -> None:
+    module = "cps_envs.disbanding.dynamics"
+    __import__(module)
+    assert {module, "cps_envs.core.kernels", "cps_envs.disbanding.state"} <= reach(module)
+    assert "cps_envs.hvac.game" not in reach(module)
+    assert sources_stamp(module) != sources_stamp("cps_envs.core.kernels")
+
+
+KERNELS = """
+from cps_envs.core.kernels import kernel
+from {package}.law import gain
+
+@kernel
+def run(x: float) -> float:
+    return gain(x)
+
+def misses() -> int:
+    run(1.0)
+    return sum(run.stats.cache_misses.values())
+"""
+LAW = """
+from cps_envs.core.kernels import inlined
+
+@inlined
+def gain(x: float) -> float:
+    return {factor} * x
+"""
+
+
+def outcome(folder: Path, package: str) -> list[str]:
+    """What a kernel returns in a process of its own, and whether it had to be compiled."""
+    code = f"from {package}.physics import run, misses; count = misses(); print(run(3.0), count)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
+    return done.stdout.split()
+
+
+@pytest.mark.usefixtures("tmp_path")
+def test_an_edit_of_an_imported_function_is_noticed(tmp_path: Path) -> None:
+    package = tmp_path / "strange_problem"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    (package / "physics.py").write_text(textwrap.dedent(KERNELS.format(package=package.name)))
+    (package / "law.py").write_text(LAW.format(factor=2.0))
+    assert outcome(tmp_path, package.name) == ["6.0", "1"]
+    assert outcome(tmp_path, package.name) == ["6.0", "0"]
+    (package / "law.py").write_text(LAW.format(factor=5.0))
+    assert outcome(tmp_path, package.name) == ["15.0", "1"]
+
+
+@kernel
+def double_row(array: FloatArray, row: int) -> None:
+    view = borrowed(array)[row]
+    for i in range(view.size):
+        view[i] *= 2.0
+
+
+def test_what_is_borrowed_is_the_array_itself_and_stays_with_its_owner() -> None:
+    array = np.arange(6.0).reshape(2, 3)
+    owners = sys.getrefcount(array)
+    for _ in range(3):
+        double_row(array, 1)
+    assert array.tolist() == [[0, 1, 2], [24, 32, 40]]
+    assert sys.getrefcount(array) == owners
