@@ -15,8 +15,8 @@ from agents.files import replacing
 from cps_envs.core.errors import near, require
 from cps_envs.core.game import Game
 from cps_envs.core.match import Match
+from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, Renderer
 from cps_envs.core.problem import Problem
-from cps_envs.core.rendering import FRAMES_PER_SECOND, Renderer
 from cps_envs.core.types import Array, FloatArray
 
 SCREEN = "human"

@@ -9,8 +9,8 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import Array, BoolArray, Observation
-from cps_envs.core.vector_env import RoleVectorEnv
 
 try:
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_envs.core.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES
 

@@ -10,9 +10,9 @@ from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 
 from agents.learning.recipe import Recipe
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
-from cps_envs.core.vector_env import RoleVectorEnv
 from cps_envs.registration import find_problem
 
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.palette import Color, color_scale
+from cps_envs.core.picture.palette import Color, color_scale
 from cps_envs.core.types import Array, FloatArray
 
 INTACT: Color = (84, 97, 117)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.canvas import OVERSAMPLING, Box, Canvas, Point, legible
-from cps_envs.core.palette import INK, MUTED, PAGE, WHITE, Color
+from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
+from cps_envs.core.picture.palette import INK, MUTED, PAGE, WHITE, Color
+from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHOULDER, draw_car
 from cps_envs.core.types import FloatArray
-from cps_envs.core.vehicle import ASPHALT, MARKING, SHOULDER, draw_car
 from cps_envs.disbanding.convoy import VEHICLE_M, Convoy
 from cps_envs.disbanding.palette import DISBANDED, INTACT, SPEED_SCALE
 

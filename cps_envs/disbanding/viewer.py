@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
-from cps_envs.core.palette import MUTED, PAGE
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
+from cps_envs.core.picture.palette import MUTED, PAGE
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.convoy import VEHICLE_M, lay_out

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import PAGE, Color
-from cps_envs.core.vehicle import draw_ghost
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.palette import PAGE, Color
+from cps_envs.core.picture.vehicle import draw_ghost
 from cps_envs.fdi.palette import FALSE, REPLACED
 from cps_envs.fdi.scene import Scene
 

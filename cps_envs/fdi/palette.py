@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.palette import Color
+from cps_envs.core.picture.palette import Color
 
 TRUE: Color = (48, 112, 190)
 FALSE: Color = (214, 102, 16)  # reported by an attacked sensor

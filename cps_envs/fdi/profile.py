@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from cps_envs.core.bars import draw_bar, draw_value
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import INK, MUTED, WHITE, Color, tint
-from cps_envs.core.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
+from cps_envs.core.picture.bars import draw_bar, draw_value
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.palette import INK, MUTED, WHITE, Color, tint
+from cps_envs.core.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas, Point
-from cps_envs.core.palette import INK, MUTED, WHITE, tint
+from cps_envs.core.picture.canvas import Box, Canvas, Point
+from cps_envs.core.picture.palette import INK, MUTED, WHITE, tint
+from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import FloatArray
-from cps_envs.core.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
 from cps_envs.fdi.beliefs import belief_color, beliefs_of, draw_beliefs
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.palette import DAMAGE, FALSE, TARGET, VEHICLE

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.canvas import Canvas, Point
-from cps_envs.core.palette import INK, MUTED
-from cps_envs.core.plot import SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
+from cps_envs.core.picture.canvas import Canvas, Point
+from cps_envs.core.picture.palette import INK, MUTED
+from cps_envs.core.picture.plot import SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.history import (
     CLOSING,

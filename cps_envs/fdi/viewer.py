@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_header
-from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, WHITE, tint
-from cps_envs.core.plot import AXIS, Plot, draw_times, rounded_up
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_header
+from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, tint
+from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
 from cps_envs.core.types import Array
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.history import History, Peaks

@@ -7,9 +7,9 @@ from typing import Any
 from pettingzoo import AECEnv
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from cps_envs.core.env import RoleEnv
-from cps_envs.core.parallel_env import DuelEnv
-from cps_envs.core.vector_env import RoleVectorEnv
+from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.hvac.problem import HVAC
 
 

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import INK
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.palette import INK
 from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.layout import Layout, arrange

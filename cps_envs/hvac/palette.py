@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.palette import WHITE, Color, color_scale
+from cps_envs.core.picture.palette import WHITE, Color, color_scale
 
 TRUE: Color = (48, 112, 190)
 FALSE: Color = (214, 102, 16)  # compromised sensors, and sets with one

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.canvas import Canvas
-from cps_envs.core.palette import GRID, INK, MUTED
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.palette import GRID, INK, MUTED
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.belief import flawed_sets
 from cps_envs.hvac.config import HvacConfig

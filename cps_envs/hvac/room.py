@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.canvas import OVERSAMPLING, Box, Canvas, Point
-from cps_envs.core.palette import BORDER, INK, MUTED, WHITE, Color, darker
+from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
+from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker
 from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.palette import ESTIMATE, FALSE, HEAT, HONEST, temperature_color, tint

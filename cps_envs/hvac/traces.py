@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import INK, MUTED
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.palette import INK, MUTED
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.belief import clock
 from cps_envs.hvac.config import HvacConfig

@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.belief import Belief, belief_of, clock
 from cps_envs.hvac.config import HvacConfig

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.bars import draw_bar, draw_value
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import INK, MUTED, WHITE, Color, darker, tint
-from cps_envs.core.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
+from cps_envs.core.picture.bars import draw_bar, draw_value
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.palette import INK, MUTED, WHITE, Color, darker, tint
+from cps_envs.core.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.rogue.palette import AHEAD, ALARM, ATTACKER, BEHIND, DAMAGE, LAW_COLORS, OTHER, WANTED
 from cps_envs.rogue.scene import Scene
 

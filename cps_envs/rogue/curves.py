@@ -6,9 +6,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from cps_envs.core.canvas import Canvas, Point
-from cps_envs.core.palette import MUTED, Color, tint
-from cps_envs.core.plot import AXIS, SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
+from cps_envs.core.picture.canvas import Canvas, Point
+from cps_envs.core.picture.palette import MUTED, Color, tint
+from cps_envs.core.picture.plot import AXIS, SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.history import Course
 from cps_envs.rogue.palette import AHEAD, ALARM, ATTACKER, BEHIND, BRAKING, DAMAGE, OTHER

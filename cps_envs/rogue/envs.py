@@ -7,10 +7,10 @@ from typing import Any
 from pettingzoo import AECEnv
 from pettingzoo.utils.conversions import parallel_to_aec
 
-from cps_envs.core.env import RoleEnv
-from cps_envs.core.parallel_env import DuelEnv
-from cps_envs.core.swarm_env import SwarmEnv
-from cps_envs.core.vector_env import RoleVectorEnv
+from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.rogue.problem import ROGUE
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.palette import Color
+from cps_envs.core.picture.palette import Color
 
 ATTACKER: Color = (224, 112, 24)
 AHEAD: Color = (48, 112, 190)  # of the attacker: the gap to that vehicle, and its speed

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
-from cps_envs.core.palette import BORDER, INK, MUTED, PAGE, WHITE, Color
-from cps_envs.core.plot import AXIS, Plot, draw_times, rounded_up
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
+from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, Color
+from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
+from cps_envs.core.picture.vehicle import ASPHALT
 from cps_envs.core.types import Array, BoolArray
-from cps_envs.core.vehicle import ASPHALT
 from cps_envs.rogue.columns import draw_damage, draw_detectors, draw_gaps, draw_numbers
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.curves import draw_damage_curve, draw_gap_curves, draw_speed_curves, events

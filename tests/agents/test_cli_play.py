@@ -103,7 +103,7 @@ def test_no_display_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> 
     def without_display(*_: Any) -> None:
         raise pygame.error("No available video device")
 
-    monkeypatch.setattr("cps_envs.core.rendering.Window.show", without_display)
+    monkeypatch.setattr("cps_envs.core.picture.rendering.Window.show", without_display)
     result = CliRunner().invoke(app, ["play", "disbanding", *SHORT, "--render", "human"])
     assert result.exit_code == 2
     assert "--render FILE.mp4" in result.stderr

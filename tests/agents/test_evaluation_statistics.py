@@ -55,8 +55,10 @@ def test_the_order_of_seeds_and_episodes_does_not_matter(values, order):
     assert after.mean == pytest.approx(before.mean, abs=1e-9)
     if values.size > 1:
         width = before.high - before.low
-        assert after.low == pytest.approx(before.low, abs=0.12 * width + 1e-9)  # other draws of the same distribution
-        assert after.high == pytest.approx(before.high, abs=0.12 * width + 1e-9)
+        step = np.ptp(values) / values.size  # means of a few whole numbers move by no less
+        tolerance = 0.12 * width + step + 1e-9  # other draws of the same distribution
+        assert after.low == pytest.approx(before.low, abs=tolerance)
+        assert after.high == pytest.approx(before.high, abs=tolerance)
 
 
 @given(value=NUMBERS, shape=st.tuples(st.integers(1, 5), st.integers(1, 5)))

@@ -11,8 +11,8 @@ import gymnasium
 import numpy as np
 
 from cps_envs.core.conformance import Subject
-from cps_envs.core.parallel_env import DuelEnv
-from cps_envs.core.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.types import Role
 from tests.core.toy import (
     TOY,

@@ -8,8 +8,8 @@ import gymnasium
 import numpy as np
 
 from cps_envs.core.conformance import Subject
-from cps_envs.core.env import RoleEnv
-from cps_envs.core.vector_env import RoleVectorEnv
+from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from tests.core.mutants import MUTANTS, SharesInfo, of
 from tests.core.toy import ToyAttackEnv, ToyAttackVectorEnv, ToyDefenseVectorEnv, ToyViewer
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.canvas import Canvas, Point
-from cps_envs.core.palette import PAGE, WHITE, color_scale, darker
+from cps_envs.core.picture.canvas import Canvas, Point
+from cps_envs.core.picture.palette import PAGE, WHITE, color_scale, darker
 from cps_envs.core.types import FloatArray
 
 pytest.importorskip("pygame")

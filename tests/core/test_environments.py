@@ -11,9 +11,9 @@ from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.game import Game
-from cps_envs.core.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.policy import AnalyticPolicy, Idle, Policy
-from cps_envs.core.swarm_env import SwarmEnv
 from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyConfig, ToyDefenseEnv, ToyGame
 from tests.core.toy_policies import Chase
 

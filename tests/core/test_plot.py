@@ -3,11 +3,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.bars import draw_bar
-from cps_envs.core.canvas import Canvas
-from cps_envs.core.frame import draw_cards, draw_event, draw_header
-from cps_envs.core.palette import WHITE, tint
-from cps_envs.core.plot import ROOM, Plot, draw_curve, marks_of, rounded_up
+from cps_envs.core.picture.bars import draw_bar
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.frame import draw_cards, draw_event, draw_header
+from cps_envs.core.picture.palette import WHITE, tint
+from cps_envs.core.picture.plot import ROOM, Plot, draw_curve, marks_of, rounded_up
 
 pytest.importorskip("pygame")
 

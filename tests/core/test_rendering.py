@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
-from cps_envs.core.parallel_env import DuelEnv
-from cps_envs.core.rendering import Renderer
-from cps_envs.core.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.picture.rendering import Renderer
 from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyConfig, ToyGame
 
 
@@ -40,7 +40,7 @@ def test_every_face_draws_and_refuses_unknown_modes(make: Any) -> None:
 def test_human_mode_shows_each_step(face: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pygame")
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    monkeypatch.setattr("cps_envs.core.rendering.FRAMES_PER_SECOND", 10_000)
+    monkeypatch.setattr("cps_envs.core.picture.rendering.FRAMES_PER_SECOND", 10_000)
     env = face(render_mode="human")
     env.reset(seed=0)
     assert env.render() is None

@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.canvas import Canvas
-from cps_envs.core.palette import WHITE, darker
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.palette import WHITE, darker
+from cps_envs.core.picture.vehicle import ASPHALT, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import Array
-from cps_envs.core.vehicle import ASPHALT, draw_burst, draw_car, draw_ghost
 
 pytest.importorskip("pygame")
 

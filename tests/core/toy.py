@@ -15,13 +15,13 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.config import Range, bounds, quantity, validate
-from cps_envs.core.env import RoleEnv
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.game import Game
+from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.problem import Problem
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
-from cps_envs.core.vector_env import RoleVectorEnv
 
 MOVES = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1)], float)
 ARENA = 4.0

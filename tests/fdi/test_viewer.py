@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import MissingExtraError
-from cps_envs.core.plot import Plot, marks_of, rounded_up
+from cps_envs.core.picture.plot import Plot, marks_of, rounded_up
 from cps_envs.core.types import Array
 from cps_envs.fdi.beliefs import belief_color, beliefs_of, free_rows
 from cps_envs.fdi.config import CLIP, FIG_3_2, PRESETS, FdiConfig

@@ -12,8 +12,8 @@ from cps_envs.core.conformance.aliasing import check_actions_untouched, check_al
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_reset_needed
-from cps_envs.core.conformance.faces import check_batch, check_held_actions, check_parallel, check_swarm
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
+from cps_envs.core.conformance.interfaces import check_batch, check_held_actions, check_parallel, check_swarm
 from cps_envs.core.conformance.legality import check_action_masks, check_bad_actions
 from cps_envs.core.conformance.observations import check_live_observations, check_live_swarm, check_observations
 from cps_envs.core.conformance.payoff import check_metrics, check_return, check_zero_sum

@@ -9,10 +9,10 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from cps_envs.core.env import RoleEnv
-from cps_envs.core.parallel_env import DuelEnv
+from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import AGENTS, Array
-from cps_envs.core.vector_env import RoleVectorEnv
 
 Info = Mapping[str, Any]
 

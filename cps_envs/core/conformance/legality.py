@@ -11,8 +11,8 @@ from gymnasium import spaces
 from cps_envs.core.conformance.actors import Crew, allows, flat
 from cps_envs.core.conformance.recording import difference, episode_steps, has_ended, record
 from cps_envs.core.conformance.subject import Subject
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import AGENTS, ROLES, Array
-from cps_envs.core.vector_env import RoleVectorEnv
 
 
 def check_action_masks(subject: Subject) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.conformance.actors import Crew
-from cps_envs.core.vector_env import RoleVectorEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 
 EXTRA_STEPS = 3  # of a batch beyond its longest episode, so that environments start anew
 

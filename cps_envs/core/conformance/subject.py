@@ -12,13 +12,13 @@ import gymnasium
 from gymnasium.envs.registration import load_env_creator, parse_env_id
 from gymnasium.vector import AutoresetMode
 
-from cps_envs.core.env import RoleEnv
 from cps_envs.core.game import Game
-from cps_envs.core.parallel_env import DuelEnv
+from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.problem import Problem
-from cps_envs.core.swarm_env import SwarmEnv
 from cps_envs.core.types import Role
-from cps_envs.core.vector_env import RoleVectorEnv
 
 NUM_ENVS = 3  # of the batches that the checks make
 
@@ -128,7 +128,9 @@ def _registering_module(single: type[RoleEnv], env_id: str) -> str:
 
 def _checked(found: Any) -> type[RoleEnv]:
     if not (isinstance(found, type) and issubclass(found, RoleEnv)):
-        raise TypeError(f"{found!r} is no subclass of cps_envs.core.env.RoleEnv, so these checks do not apply to it")
+        raise TypeError(
+            f"{found!r} is no subclass of cps_envs.core.interfaces.env.RoleEnv: these checks do not apply to it"
+        )
     return found
 
 

@@ -4,9 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.canvas import Canvas
-from cps_envs.core.palette import MUTED, tint
-from cps_envs.core.plot import SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_times, draw_title
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.palette import MUTED, tint
+from cps_envs.core.picture.plot import (
+    SMALL,
+    Plot,
+    draw_curve,
+    draw_edge,
+    draw_level,
+    draw_panel,
+    draw_times,
+    draw_title,
+)
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.palette import DISBANDED
 from cps_envs.disbanding.testbed.config import RobotConfig

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.palette import Color
+from cps_envs.core.picture.palette import Color
 from cps_envs.disbanding.palette import DISBANDED
 
 PLATOONS: tuple[Color, ...] = ((30, 136, 112), (43, 101, 184), (126, 87, 168), (92, 104, 122))

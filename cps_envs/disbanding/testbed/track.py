@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.canvas import Canvas, Point
-from cps_envs.core.palette import BORDER, GRID, MUTED, PAGE, WHITE, Color, darker, tint
+from cps_envs.core.picture.canvas import Canvas, Point
+from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PAGE, WHITE, Color, darker, tint
 from cps_envs.disbanding.testbed.config import RobotConfig
 from cps_envs.disbanding.testbed.palette import CONTACT, platoon_color
 from cps_envs.disbanding.testbed.scene import Scene

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.canvas import Canvas
-from cps_envs.core.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
-from cps_envs.core.palette import PAGE
-from cps_envs.core.plot import AXIS, Plot
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
+from cps_envs.core.picture.palette import PAGE
+from cps_envs.core.picture.plot import AXIS, Plot
 from cps_envs.core.types import Array
 from cps_envs.disbanding.palette import DISBANDED
 from cps_envs.disbanding.testbed.config import RobotConfig

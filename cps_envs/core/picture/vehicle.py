@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.canvas import OVERSAMPLING, Canvas, Point
-from cps_envs.core.palette import Color, darker
+from cps_envs.core.picture.canvas import OVERSAMPLING, Canvas, Point
+from cps_envs.core.picture.palette import Color, darker
 
 ASPHALT: Color = (58, 64, 74)
 SHOULDER: Color = (84, 91, 102)

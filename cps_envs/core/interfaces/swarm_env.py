@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.actions import ActionReader
-from cps_envs.core.agents_env import AgentsEnv, Infos
+from cps_envs.core.interfaces.agents_env import AgentsEnv, Infos
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Array, FloatArray, Observation, Role, other

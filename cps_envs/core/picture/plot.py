@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.canvas import Box, Canvas, Point
-from cps_envs.core.palette import BORDER, GRID, MUTED, PANEL, Color
+from cps_envs.core.picture.canvas import Box, Canvas, Point
+from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PANEL, Color
 from cps_envs.core.types import FloatArray
 
 AXIS = 36  # pixels at the right for the numbers

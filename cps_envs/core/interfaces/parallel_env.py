@@ -8,8 +8,8 @@ from typing import Any
 from gymnasium import spaces
 
 from cps_envs.core.actions import ActionReader
-from cps_envs.core.agents_env import AgentsEnv, Infos
-from cps_envs.core.info import agent_info
+from cps_envs.core.interfaces.agents_env import AgentsEnv, Infos
+from cps_envs.core.interfaces.info import agent_info
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES, SIGN, Array, FloatArray, Observation, Role
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cps_envs.core.canvas import Box, Canvas
-from cps_envs.core.palette import BORDER, INK, MUTED, PANEL, Color
+from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.palette import BORDER, INK, MUTED, PANEL, Color
 
 WIDTH, HEIGHT, MARGIN = 960, 540, 16
 INNER = WIDTH - 2 * MARGIN

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cps_envs.core.canvas import Canvas
-from cps_envs.core.palette import Color, tint
-from cps_envs.core.plot import SMALL, Plot
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.palette import Color, tint
+from cps_envs.core.picture.plot import SMALL, Plot
 
 TIP = 5  # pixels of the arrow of a bar that goes on outside the panel
 

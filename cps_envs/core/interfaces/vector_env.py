@@ -13,10 +13,10 @@ from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.info import batch_info
+from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
-from cps_envs.core.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cps_envs.core.errors import require
-from cps_envs.core.palette import Color
+from cps_envs.core.picture.palette import Color
 from cps_envs.core.types import Array, FloatArray
 
 Box = tuple[float, float, float, float]  # left, top, width, height in pixels

@@ -12,8 +12,8 @@ from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
-from cps_envs.core.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.types import Array, FloatArray, Observation, Role
 
 Infos = dict[str, dict[str, Any]]

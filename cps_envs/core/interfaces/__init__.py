@@ -1,0 +1,1 @@
+"""Gymnasium, vector and PettingZoo environments of any problem: views of one simulator."""

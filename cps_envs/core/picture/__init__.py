@@ -1,0 +1,1 @@
+"""What the pictures of all problems are drawn with."""
