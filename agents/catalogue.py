@@ -5,12 +5,12 @@ from __future__ import annotations
 import inspect
 from dataclasses import asdict, dataclass
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from typing import Any, get_type_hints
 
 from cps_envs import PROBLEMS
-from cps_envs.core.lookup import GROUP, policy_names
+from cps_envs.core.lookup import policy_entry, policy_names
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 
@@ -54,9 +54,9 @@ def pettingzoo_ids(problem: Problem) -> dict[str, str]:
 
 
 def policies(problem: Problem, role: Role) -> list[PolicyEntry]:
-    """The registered policies of a role."""
-    entries = {entry.name: entry for entry in entry_points(group=GROUP)}
-    return [_describe(name, entries[f"{problem.name}.{role}.{name}"]) for name in policy_names(problem.name, role)]
+    """The policies of a role that have names."""
+    entries = {name: policy_entry(problem.name, role, name) for name in policy_names(problem.name, role)}
+    return [_describe(name, entry) for name, entry in entries.items() if entry is not None]
 
 
 def _describe(name: str, entry: EntryPoint) -> PolicyEntry:

@@ -16,9 +16,10 @@ from agents.errors import CommandError
 from cps_envs.core.errors import require
 from cps_envs.core.game import Game
 from cps_envs.core.match import Match
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, is_decentralised, wanted
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask, is_decentralised, takes_masks
 from cps_envs.core.problem import Problem
-from cps_envs.core.types import SIGN, Array, BoolArray, Observation, Role, other
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import SIGN, Array, BoolArray, Role, other
 
 NUM_ENVS = 64  # episodes that are played at once
 
@@ -121,7 +122,7 @@ class Witness(AnalyticPolicy):
         super().__init__(spec)
         self._policy = policy
         self.actions: Array = np.empty(0)
-        self.decentralised = is_decentralised(policy)
+        self.masked, self.decentralised = takes_masks(policy), is_decentralised(policy)
         self.privileged = getattr(policy, "privileged", frozenset())
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
@@ -130,17 +131,8 @@ class Witness(AnalyticPolicy):
         state: State = begin(generators, knowledge) if begin else None
         return state
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-        action_masks: BoolArray | None = None,
-        team_observation: Observation | None = None,
-    ) -> tuple[Array, State]:
-        """See `Policy.predict`."""
-        extra = wanted(self._policy, action_masks, team_observation)
-        actions, state = self._policy.predict(observation, state, episode_start, deterministic, **extra)
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """What the policy plays, remembered."""
+        actions, state = ask(self._policy, seen, state)
         self.actions = np.asarray(actions).astype(self.spec.action_space.dtype)
         return actions, state

@@ -12,7 +12,8 @@ from gymnasium import spaces
 from agents.errors import CommandError
 from agents.learning.recipe import Recipe
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, wanted
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask
+from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Observation, Role, other
 from cps_envs.registration import find_problem
 
@@ -65,6 +66,8 @@ class Commented(AnalyticPolicy):
         CommandError: noise for discrete actions.
     """
 
+    masked = True
+
     def __init__(self, spec: RoleSpec, teacher: Policy, student: Policy | None, recipe: Recipe) -> None:
         super().__init__(spec)
         if recipe.teacher_noise and not isinstance(spec.action_space, spaces.Box):
@@ -88,34 +91,18 @@ class Commented(AnalyticPolicy):
             _spread(states, column, begin(generators, knowledge) if begin else None)
         return (states,)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-        action_masks: BoolArray | None = None,
-        team_observation: Observation | None = None,
-    ) -> tuple[Array, State]:
-        """See `Policy.predict`."""
-        assert state is not None
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """What the student plays, or the teacher with noise."""
+        assert state is not None  # begun
         states = state[0].copy()
-        extra = wanted(self._teacher, action_masks, team_observation)
-        actions, own = self._teacher.predict(observation, _joined(states, 0), episode_start, deterministic, **extra)
+        actions, own = ask(self._teacher, seen, _joined(states, 0))
         _spread(states, 0, own)
         due = self._age % self._hold == 0
         self._age += 1
         if due:
-            self._note(observation, team_observation, np.asarray(actions), action_masks)
+            self._note(seen.observation, seen.team, np.asarray(actions), seen.masks)
         if self._student is not None:
-            extra = wanted(self._student, action_masks, team_observation)
-            actions, own = self._student.predict(
-                observation,
-                _joined(states, 1),
-                episode_start,
-                deterministic,
-                **extra,
-            )
+            actions, own = ask(self._student, seen, _joined(states, 1))
             _spread(states, 1, own)
         elif not due and self._held is not None:
             actions = self._held

@@ -13,7 +13,8 @@ from agents.zoo.card import Card
 from agents.zoo.network import Network, Tensor
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, Observation
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray
 
 
 class TrainedPolicy(AnalyticPolicy):
@@ -22,6 +23,8 @@ class TrainedPolicy(AnalyticPolicy):
     Raises:
         ConfigurationError: the network was trained for another problem, role, version or action space.
     """
+
+    masked = True
 
     def __init__(
         self, spec: RoleSpec, card: Card, network: Network, *, deterministic: bool = True, version: int | None = None
@@ -36,42 +39,32 @@ class TrainedPolicy(AnalyticPolicy):
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Of each environment: generator, the network's memory, the held action, and how many decisions it has held."""
-        state = self._fresh(len(generators))
-        state[0][:] = generators
-        return state
+        envs = len(generators)
+        own = np.empty(envs, object)
+        own[:] = generators
+        hidden, cell = np.zeros((2, envs, self._num_agents(), self.network.units), np.float32)
+        return own, hidden, cell, np.zeros((envs, *self._shape), self._dtype), np.zeros(envs, np.int64)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-        action_masks: BoolArray | None = None,
-        team_observation: Observation | None = None,
-    ) -> tuple[Array, State]:
-        """See `Policy.predict`; a decentralised policy looks at `team_observation` (B, A, m) instead.
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """What the network says; a decentralised one looks at what each agent of the team sees instead.
 
         Raises:
             ValueError: observations of another size than the network was trained with.
         """
-        generators, hidden, cell, held, age = state or self._fresh(len(observation))
+        assert state is not None  # begun
+        generators, hidden, cell, held, age = state
         due = age % self.card.hold == 0
-        seen = self._seen(observation, team_observation)
-        if due.all():
-            held, hidden, cell = self._decide(seen, action_masks, generators, hidden, cell, deterministic)
-        elif due.any():
-            mask = None if action_masks is None else action_masks[due]
-            fresh = self._decide(seen[due], mask, generators[due], hidden[due], cell[due], deterministic)
-            held, hidden, cell = held.copy(), hidden.copy(), cell.copy()
-            held[due], hidden[due], cell[due] = fresh
+        if due.any():
+            inputs, masks = self._inputs(seen), seen.masks
+            if due.all():
+                held, hidden, cell = self._decide(inputs, masks, generators, hidden, cell, seen.deterministic)
+            else:
+                mask = None if masks is None else masks[due]
+                part = (generators[due], hidden[due], cell[due])
+                fresh = self._decide(inputs[due], mask, *part, seen.deterministic)
+                held, hidden, cell = held.copy(), hidden.copy(), cell.copy()
+                held[due], hidden[due], cell[due] = fresh
         return held, (generators, hidden, cell, held, age + 1)
-
-    def _fresh(self, envs: int) -> tuple[Array, ...]:
-        """The state of environments that nobody has begun, whose draws come from generators of their own."""
-        own = np.empty(envs, object)
-        own[:] = [np.random.default_rng() for _ in range(envs)]
-        hidden, cell = np.zeros((2, envs, self._num_agents(), self.network.units), np.float32)
-        return own, hidden, cell, np.zeros((envs, *self._shape), self._dtype), np.zeros(envs, np.int64)
 
     def _decide(
         self,
@@ -112,19 +105,19 @@ class TrainedPolicy(AnalyticPolicy):
             outputs = outputs + noise * np.exp(np.resize(self.network.log_deviation, outputs.shape[1]))
         return np.tanh(outputs) if self.card.head == "squashed" else np.clip(outputs, -1.0, 1.0)
 
-    def _seen(self, observation: Array, team_observation: Observation | None) -> Array:
+    def _inputs(self, seen: Seen) -> Array:
         """What each agent sees (B, A, n); a centralised policy is one agent."""
-        if self.decentralised and team_observation is None:
+        if self.decentralised and seen.team is None:
             raise ValueError(f"{self.card.name} plays a team: hand over team_observation, what each agent sees")
-        seen = team_observation if self.decentralised else observation[:, np.newaxis]
-        assert seen is not None
-        if seen.shape[-1] != self.card.observation_size:
+        inputs: Array | None = seen.team if self.decentralised else seen.observation[:, np.newaxis]
+        assert inputs is not None
+        if inputs.shape[-1] != self.card.observation_size:
             raise ValueError(
                 f"{self.card.name} was trained with observations of {self.card.observation_size} entries and got "
-                f"{seen.shape[-1]}: play it in the configuration of its card, preset {self.card.preset!r} with "
+                f"{inputs.shape[-1]}: play it in the configuration of its card, preset {self.card.preset!r} with "
                 f"{dict(self.card.overrides)}, or train one for this configuration"
             )
-        return seen if self._rescaled is None else self._rescaled(seen)
+        return inputs if self._rescaled is None else self._rescaled(inputs)
 
     def _num_agents(self) -> int:
         if not self.decentralised:

@@ -29,7 +29,7 @@ def near(name: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(name, choices, n=3, cutoff=0.5)
     if close:
         return f"Did you mean {' or '.join(repr(match) for match in close)}?"
-    return f"Known: {', '.join(choices) if choices else 'none'}."
+    return f"Known: {', '.join(choices)}." if choices else "There is nothing to choose from."
 
 
 def require(module: str, *, extra: str, purpose: str) -> ModuleType:

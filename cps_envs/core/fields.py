@@ -10,6 +10,7 @@ import numba
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.errors import near
 from cps_envs.core.kernels import borrowed, inlined
 from cps_envs.core.types import Array, FloatArray, Observation
 
@@ -46,6 +47,7 @@ class Fields(Sequence[Field]):
         if not names or len(set(names)) < len(names):
             raise ValueError(f"an observation needs fields, each with a name of its own; got {names}")
         self._fields = fields
+        self._shapes = {field.name: field.shape for field in fields}
         ends = np.cumsum([field.size for field in fields]).tolist()
         starts = [0, *ends[:-1]]
         self.slices = {field.name: slice(a, b) for field, a, b in zip(fields, starts, ends, strict=True)}
@@ -83,12 +85,22 @@ class Fields(Sequence[Field]):
         Raises:
             ValueError: the last axis has another size than these fields.
         """
+        return {field.name: self.decode_field(field.name, observation) for field in self}
+
+    def decode_field(self, name: str, observation: Array) -> FloatArray:
+        """The physical values (..., *field.shape) of one field from encoded observations (..., size).
+
+        Raises:
+            KeyError: there is no such field; the message names the near ones.
+            ValueError: the last axis has another size than these fields.
+        """
+        if name not in self.slices:
+            raise KeyError(f"there is no field {name!r}. {near(name, self.slices)}")
         if observation.shape[-1] != self.size:
             raise ValueError(f"an observation of {self.size} entries was expected, got shape {observation.shape}")
-        middle, half = self.scale
-        values = observation * half + middle
-        lead = observation.shape[:-1]
-        return {field.name: values[..., self.slices[field.name]].reshape(lead + field.shape) for field in self}
+        part = self.slices[name]
+        values: FloatArray = observation[..., part] * self.scale[1, part] + self.scale[0, part]
+        return values.reshape(observation.shape[:-1] + self._shapes[name])
 
     def table(self) -> str:
         """A Markdown table in Gymnasium's manner: Num, Name, Min, Max, Unit, and what each field means."""

@@ -17,6 +17,7 @@ from cps_envs.core.types import Role
 
 GROUP = "cps_envs.policies"
 SOURCES = "cps_envs.policy_sources"
+BUILT_IN = {"none": "cps_envs.core.policy:Idle", "mixture": "cps_envs.core.mixture:Mixture"}  # for every role
 PolicyReference: TypeAlias = str | Policy
 
 
@@ -26,9 +27,17 @@ def _registered(group: str = GROUP) -> dict[str, EntryPoint]:
 
 
 def policy_names(problem: str, role: Role) -> list[str]:
-    """The registered names of a role's policies, sorted."""
+    """The names of a role's policies, sorted: registered ones, and those that every role has."""
     prefix = f"{problem}.{role}."
-    return sorted(name.removeprefix(prefix) for name in _registered() if name.startswith(prefix))
+    return sorted({name.removeprefix(prefix) for name in _registered() if name.startswith(prefix)} | set(BUILT_IN))
+
+
+def policy_entry(problem: str, role: Role, name: str) -> EntryPoint | None:
+    """Where the policy of a name comes from; None if nothing has this name."""
+    full = f"{problem}.{role}.{name}"
+    if name in BUILT_IN:
+        return EntryPoint(full, BUILT_IN[name], GROUP)
+    return _registered().get(full)
 
 
 def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -> Policy:
@@ -59,10 +68,12 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
 
 
 def _load(name: str, spec: RoleSpec) -> Any:
-    full = name if name.startswith(f"{spec.problem}.") else f"{spec.problem}.{spec.role}.{name}"
-    if full in _registered():
+    entry = policy_entry(spec.problem, spec.role, name.removeprefix(f"{spec.problem}.{spec.role}."))
+    if entry is None and name.startswith(f"{spec.problem}."):
+        entry = _registered().get(name)  # of the other role
+    if entry is not None:
         try:
-            return _registered()[full].load()
+            return entry.load()
         except ModuleNotFoundError as error:
             raise MissingExtraError(
                 f"the policy {name!r} needs the package {error.name!r}, which is not installed. "

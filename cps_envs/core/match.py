@@ -11,7 +11,7 @@ import numpy as np
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
-from cps_envs.core.policy import Idle, Policy, State, is_decentralised, takes_masks
+from cps_envs.core.policy import Idle, Policy, State, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
 
@@ -31,7 +31,7 @@ class Match:
         self._states: dict[Role, State] = dict.fromkeys(self.players)
         self._due = np.zeros(game.num_envs, np.bool_)
         self._fresh = {role: np.ones(game.num_envs, np.bool_) for role in self.players}
-        self._held = {role: _repeat(game.neutral_action[role], game.num_envs) for role in self.players}
+        self._held = {role: repeat(game.neutral_action[role], game.num_envs) for role in self.players}
         self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
         self._masked = {role for role, player in self.players.items() if takes_masks(player)}
         self._teams = {role: game.team(role) for role, player in self.players.items() if is_decentralised(player)}
@@ -114,7 +114,3 @@ class Match:
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
         }
         return {name: offers[name]() for name in wanted}
-
-
-def _repeat(action: Array, num_envs: int) -> Array:
-    return np.stack([action] * num_envs)

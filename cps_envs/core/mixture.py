@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, is_decentralised, wanted
-from cps_envs.core.types import Array, BoolArray, Observation
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask, is_decentralised, takes_masks
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
 
 
 class Mixture(AnalyticPolicy):
     """Plays each episode by one of `policies`, drawn with probabilities proportional to `weights` (equal if left out).
 
-    By name: `mixture?policies=["none","random"]&weights=[1,3]`. The players of a mixed strategy in the sense of game
-    theory: nobody but the player knows which one was drawn.
+    By name: `mixture?policies=["none","random"]&weights=[1,3]`. This is a mixed strategy in the sense of game theory:
+    the other side does not know which one was drawn.
 
     Raises:
         ConfigurationError: no policies, or weights that do not fit them.
@@ -36,60 +37,67 @@ class Mixture(AnalyticPolicy):
             )
         self.policies: tuple[Policy, ...] = tuple(resolve_policy(reference, spec) for reference in policies)
         self.probabilities = shares / shares.sum()
-        wanted: list[frozenset[str]] = [getattr(policy, "privileged", frozenset()) for policy in self.policies]
-        self.privileged = frozenset().union(*wanted)
+        self._bounds = self.probabilities.cumsum() / self.probabilities.cumsum()[-1]
+        self.privileged = frozenset().union(*(getattr(policy, "privileged", ()) for policy in self.policies))
+        self.masked = any(map(takes_masks, self.policies))
         self.decentralised = any(map(is_decentralised, self.policies))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Draw a policy for each episode and let it begin; the state holds its index and its own state."""
-        drawn = np.array([generator.choice(len(self.policies), p=self.probabilities) for generator in generators])
-        own = np.full(len(generators), None, object)
-        for index, policy in enumerate(self.policies):
-            envs = np.flatnonzero(drawn == index).tolist()
-            if envs and hasattr(policy, "begin"):
-                theirs = [generators[b] for b in envs]
-                _scatter(own, envs, policy.begin(theirs, [knowledge[b] for b in envs]))
-        return drawn, own
+        """Draw a policy for each episode and let it begin; for the state see `Block`."""
+        uniform = [generator.random() for generator in generators]
+        drawn = self._bounds.searchsorted(uniform, side="right")
+        rows, blocks = np.zeros(len(drawn), np.int64), np.full(len(drawn), None, object)
+        for policy, envs in self._shares(drawn):
+            own = None
+            if hasattr(policy, "begin"):
+                own = policy.begin([generators[b] for b in envs], [knowledge[b] for b in envs])
+            rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
+        return drawn, rows, blocks
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-        action_masks: BoolArray | None = None,
-        team_observation: Observation | None = None,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions of each environment's policy."""
-        if state is None:
-            raise TypeError("a mixture draws at the start of an episode: call begin() before predict()")
-        drawn, own = state[0], state[1].copy()
-        actions = np.stack([self.spec.neutral_action] * len(observation))
-        for index in np.unique(drawn).tolist():
-            envs = np.flatnonzero(drawn == index).tolist()
-            policy = self.policies[index]
-            extra = wanted(
-                policy,
-                None if action_masks is None else action_masks[envs],
-                None if team_observation is None else team_observation[envs],
-            )
-            start = None if episode_start is None else episode_start[envs]
-            actions[envs], part = policy.predict(observation[envs], _gather(own, envs), start, deterministic, **extra)
-            _scatter(own, envs, part)
-        return actions, (drawn, own)
+        assert state is not None  # begun
+        drawn, rows, blocks = state[0], state[1].copy(), state[2].copy()
+        neutral = self.spec.neutral_action
+        actions = np.empty((len(seen), *neutral.shape), neutral.dtype)
+        for policy, envs in self._shares(drawn):
+            part = seen if len(envs) == len(seen) else seen.part(envs)
+            actions[envs], own = ask(policy, part, _gather(rows[envs], blocks[envs]))
+            rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
+        return actions, (drawn, rows, blocks)
+
+    def _shares(self, drawn: Array) -> Iterator[tuple[Policy, Array]]:
+        """The policies that were drawn, each with the indices of its environments."""
+        for index, policy in enumerate(self.policies):
+            envs = np.flatnonzero(drawn == index)
+            if len(envs):
+                yield policy, envs
 
 
-def _gather(own: Array, envs: Sequence[int]) -> State:
-    """The states of some environments as one batch, zeros where there is none yet; None where all have none."""
-    rows = own[envs]
-    known = next((row for row in rows if row is not None), None)
-    if known is None:
+class Block:
+    """The state that a policy returned for the `size` environments that it was asked for together.
+
+    A mixture's state is for each environment: the index of its policy, its row in a block, and that block. As long as
+    the same environments are asked together, their block is handed on as it is.
+    """
+
+    def __init__(self, size: int, state: State) -> None:
+        self.size, self.state = size, state
+
+
+def _gather(rows: Array, blocks: Array) -> State:
+    """A policy's state for k environments; zeros where there is none yet, None where all have none."""
+    found = dict.fromkeys(blocks.tolist())
+    known = [block for block in found if block.state is not None]
+    if not known:
         return None
-    blank = tuple(np.zeros_like(array) for array in known)
-    return tuple(np.concatenate(parts) for parts in zip(*(blank if row is None else row for row in rows), strict=True))
-
-
-def _scatter(own: Array, envs: Sequence[int], state: State) -> None:
-    """Put away a batch of states, environment by environment."""
-    for row, b in enumerate(envs):
-        own[b] = None if state is None else tuple(array[row : row + 1] for array in state)
+    whole: State = known[0].state
+    assert whole is not None
+    if len(found) == 1 and known[0].size == len(rows) and (rows == np.arange(len(rows))).all():
+        return whole
+    gathered = tuple(np.zeros((len(rows), *array.shape[1:]), array.dtype) for array in whole)
+    for block in known:
+        mine = blocks == block
+        for target, piece in zip(gathered, block.state, strict=True):
+            target[mine] = piece[rows[mine]]
+    return gathered

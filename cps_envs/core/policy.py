@@ -5,15 +5,17 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.fields import Fields
+from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Observation, Role
 
 State: TypeAlias = tuple[Array, ...] | None  # arrays with a leading environment axis
+Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,8 @@ class Policy(Protocol):
 
 def takes_masks(policy: Policy) -> bool:
     """Whether a policy's `predict` wants the legal actions."""
+    if isinstance(policy, AnalyticPolicy) and type(policy).predict is AnalyticPolicy.predict:
+        return policy.masked
     return "action_masks" in inspect.signature(policy.predict).parameters
 
 
@@ -60,24 +64,37 @@ def is_decentralised(policy: Policy) -> bool:
     return bool(getattr(policy, "decentralised", False))
 
 
-def wanted(policy: Policy, action_masks: BoolArray | None, team_observation: Observation | None) -> dict[str, Array]:
-    """Those of the two that a policy's `predict` wants and that are known."""
+def ask(policy: Policy, seen: Seen, state: State) -> tuple[Array, State]:
+    """What another policy plays where a policy sees `seen`, and that policy's new state."""
     extras: dict[str, Array] = {}
-    if action_masks is not None and takes_masks(policy):
-        extras["action_masks"] = action_masks
-    if team_observation is not None and is_decentralised(policy):
-        extras["team_observation"] = team_observation
-    return extras
+    if seen.masks is not None and takes_masks(policy):
+        extras["action_masks"] = seen.masks
+    if seen.team is not None and is_decentralised(policy):
+        extras["team_observation"] = seen.team
+    return policy.predict(seen.observation, state, seen.start, seen.deterministic, **extras)
+
+
+def repeat(action: Array, num_envs: int) -> Array:
+    """One environment's action for every environment, (B, ...)."""
+    return np.full((num_envs, *action.shape), action)
+
+
+def _overridable(method: Callable[..., Answer]) -> Callable[..., Answer]:
+    """For policies that still define `predict` themselves, with the parameters that they want."""
+    return method
 
 
 class AnalyticPolicy:
-    """Base of policies that are computed, not learned: they know their role's interface and start episodes knowingly.
+    """Base of policies that are computed, not learned: a subclass defines `act`, and `begin` if it has a state.
 
     `privileged` names what the policy needs beyond its observations (an oracle); the match hands it to `begin`, so that
-    reports can tell oracles from policies that see only what they observe.
+    reports can tell oracles from policies that see only what they observe. A policy that is `masked` wants to see the
+    legal actions, one that is `decentralised` what each agent of its role's team sees.
     """
 
     privileged: frozenset[str] = frozenset()
+    masked: bool = False
+    decentralised: bool = False
 
     def __init__(self, spec: RoleSpec) -> None:
         self.spec = spec
@@ -86,31 +103,49 @@ class AnalyticPolicy:
         """The state of episodes that start: one generator and one mapping of privileged values for each."""
         return None
 
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """Actions (B, ...) for what B environments show, and the state for the next call.
+
+        `state` is what `begin` or the last call returned; it must not be changed in place.
+        """
+        raise TypeError(f"{type(self).__name__} has to define act(seen, state)")
+
+    @_overridable
     def predict(
         self,
-        observation: Array,
+        observation: Observation,
         state: State = None,
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
+        action_masks: BoolArray | None = None,
+        team_observation: Observation | None = None,
     ) -> tuple[Array, State]:
-        """See `Policy.predict`."""
-        raise TypeError(
-            f"{type(self).__name__} has to define predict(observation, state, episode_start, deterministic)"
-        )
+        """See `Policy.predict`. Without a state the episodes begin here, with generators seeded 0.
+
+        Raises:
+            TypeError: a privileged policy is asked without `begin`.
+        """
+        if state is None and type(self).begin is not AnalyticPolicy.begin:
+            state = self._begin_alone(len(observation))
+        seen = Seen(self.spec.fields, observation, episode_start, deterministic, action_masks, team_observation)
+        return self.act(seen, state)
+
+    def _begin_alone(self, num_envs: int) -> State:
+        if self.privileged:
+            needs = " and ".join(sorted(self.privileged))
+            raise TypeError(
+                f"{type(self).__name__} is privileged: it needs {needs} of each episode. Let a match play it, or call "
+                "begin(generators, knowledge) and hand its state to predict"
+            )
+        return self.begin(np.random.default_rng(0).spawn(num_envs), [{}] * num_envs)
 
 
 class Idle(AnalyticPolicy):
     """Always takes the neutral action: no attack, or no defence. A match does not even ask it."""
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The neutral action for every environment."""
-        return np.stack([self.spec.neutral_action] * len(observation)), state
+        return repeat(self.spec.neutral_action, len(seen)), state
 
 
 PolicyFactory: TypeAlias = Callable[..., Policy]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
 
 
 class Constant(AnalyticPolicy):
@@ -15,11 +16,5 @@ class Constant(AnalyticPolicy):
         super().__init__(spec)
         self._value = value
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
-        return np.full((len(observation), *self.spec.neutral_action.shape), np.float32(self._value)), state
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        return np.full((len(seen), *self.spec.neutral_action.shape), np.float32(self._value)), state

@@ -98,7 +98,7 @@ def test_what_a_game_does_not_offer_is_said() -> None:
         game.team("attacker")
     with pytest.raises(TypeError, match="no viewer"):
         Game.scene(game, 0)
-    with pytest.raises(TypeError, match="has to define predict"):
+    with pytest.raises(TypeError, match="has to define act"):
         AnalyticPolicy(game.spec("defender")).predict(np.zeros((1, 5)))
 
 

@@ -8,7 +8,7 @@ from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownN
 def test_near_offers_close_names_else_all() -> None:
     assert near("heuristc", ["heuristic", "mpc"]) == "Did you mean 'heuristic'?"
     assert near("zzz", ["b", "a"]) == "Known: a, b."
-    assert near("zzz", []) == "Known: none."
+    assert near("zzz", []) == "There is nothing to choose from."
 
 
 def test_require_gives_the_module_or_the_command() -> None:

@@ -42,8 +42,8 @@ def spec() -> RoleSpec:
 
 
 def test_names_of_a_role_are_sorted() -> None:
-    assert policy_names("toy", "defender") == ["chase", "guess", "needs"]
-    assert policy_names("toy", "attacker") == ["chase"]
+    assert policy_names("toy", "defender") == ["chase", "guess", "mixture", "needs", "none"]
+    assert policy_names("toy", "attacker") == ["chase", "mixture", "none"]
 
 
 @pytest.mark.parametrize("reference", ["chase", "toy.defender.chase", "tests.core.toy_policies:Chase"])
@@ -102,3 +102,10 @@ def test_options_of_a_built_policy_are_refused(spec: RoleSpec) -> None:
 
 def test_the_policy_of_a_problem_is_found_by_role() -> None:
     assert isinstance(TOY.policy("chase", ToyGame(ToyConfig(), 1), "attacker"), Idle)
+
+
+@pytest.mark.parametrize("name", ["none", "toy.defender.none"])
+def test_every_role_has_an_idle_policy_and_mixtures(name: str, spec: RoleSpec) -> None:
+    assert isinstance(resolve_policy(name, spec), Idle)
+    mixture: Any = resolve_policy('mixture?policies=["none","chase"]', spec)
+    assert [type(policy) for policy in mixture.policies] == [Idle, Chase]

@@ -42,7 +42,7 @@ def test_environments_are_independent():
 
 def test_weights_are_the_shares_of_the_episodes():
     player = mixture(MEMBERS, [1, 0, 3])
-    drawn, _ = player.begin([seeding.np_random(seed)[0] for seed in range(2000)], [{}] * 2000)
+    drawn, *_ = player.begin([seeding.np_random(seed)[0] for seed in range(2000)], [{}] * 2000)
     shares = np.bincount(drawn, minlength=3) / 2000
     np.testing.assert_allclose(shares, [0.25, 0, 0.75], atol=0.04)
 

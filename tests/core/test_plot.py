@@ -7,7 +7,7 @@ from cps_envs.core.picture.bars import draw_bar
 from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.frame import draw_cards, draw_event, draw_header
 from cps_envs.core.picture.palette import WHITE, tint
-from cps_envs.core.picture.plot import ROOM, Plot, draw_curve, marks_of, rounded_up
+from cps_envs.core.picture.plot import ROOM, Plot, draw_curve, draw_dots, draw_panel, rounded_up
 
 pytest.importorskip("pygame")
 
@@ -41,10 +41,27 @@ def test_axes_end_at_round_numbers(value: float, expected: float) -> None:
 
 @pytest.mark.parametrize(("low", "high"), [(-5.0, 15.0), (0.0, 1.6), (-4.5, 18.0), (0.0, 1e4)])
 def test_marks_are_few_equally_spaced_and_in_range(low: float, high: float) -> None:
-    marks = marks_of(Plot(PLOT.box, low, high))
+    marks = Plot((10.0, 10.0, 80.0, 64.0), low, high).marks()
     assert 2 <= len(marks) <= 6
     assert low - 1e-9 <= min(marks) <= max(marks) <= high + 1e-9
     np.testing.assert_allclose(np.diff(marks), marks[1] - marks[0])
+
+
+def test_low_panels_have_fewer_marks() -> None:
+    counts = [len(Plot((10.0, 10.0, 80.0, height), 0.0, 10.0).marks()) for height in (10.0, 32.0, 64.0, 500.0)]
+    assert counts == [2, 3, 3, 3]
+
+
+def test_a_logarithmic_panel() -> None:
+    plot = Plot((10.0, 10.0, 80.0, 64.0), -2.0, 4.0, logarithmic=True)
+    assert plot.marks() == [1e-2, 1.0, 1e2, 1e4]
+    assert (plot.y(1e-2), plot.y(0.0), plot.y(10.0), plot.y(1e6)) == (70.0, 70.0, 42.0, 14.0)
+    assert [plot.shows(value) for value in (0.0, 0.009, 0.01, 1e4, 1.1e4)] == [False, False, True, True, False]
+    canvas = Canvas(140, 90)
+    canvas.fill(WHITE)
+    draw_panel(canvas, plot)
+    draw_dots(canvas, plot.points(np.array([20.0, 40.0]), np.array([10.0, 1e4])), INK)
+    assert [tuple(canvas.pixels()[y, x]) for x, y in ((20, 42), (40, 14))] == [INK, INK]
 
 
 @pytest.mark.parametrize(("value", "top", "bottom"), [(15.0, 14, 38), (-5.0, 38, 46), (0.0, 38, 40)])

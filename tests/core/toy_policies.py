@@ -8,37 +8,24 @@ from typing import Any
 import numpy as np
 
 from cps_envs.core.policy import AnalyticPolicy, State
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
 
 
 class Chase(AnalyticPolicy):
     """The guard runs straight at the intruder."""
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
-        seen = self.spec.fields.decode(observation)
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         return np.clip(seen["rival"] - seen["own"], -1, 1).astype(np.float32), state
 
 
 class Approach(AnalyticPolicy):
     """The intruder moves along its longer axis, and pauses at every second decision: a policy with state."""
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
-        own = self.spec.fields.decode(observation)["own"]
-        count = np.zeros(len(own), np.int64) if state is None else state[0].copy()
-        if episode_start is not None:
-            count[episode_start] = 0
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        own, count = seen["own"], np.zeros(len(seen), np.int64)
+        if state is not None:
+            count = np.where(seen.start, 0, state[0])
         axis = np.argmax(np.abs(own), axis=1)
         backwards = np.take_along_axis(own, axis[:, np.newaxis], axis=1)[:, 0] > 0
         return np.where(count % 2 == 0, 1 + 2 * axis + backwards, 0), (count + 1,)
@@ -53,13 +40,7 @@ class Wander(AnalyticPolicy):
         own[:] = list(generators)
         return draws, own
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         assert state is not None
         moving = np.array([generator.random() < 0.8 for generator in state[1]])
         return np.where(moving, state[0], 0), state

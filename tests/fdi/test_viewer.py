@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import MissingExtraError
-from cps_envs.core.picture.plot import Plot, marks_of, rounded_up
+from cps_envs.core.picture.plot import Plot, rounded_up
 from cps_envs.core.types import Array
 from cps_envs.fdi.beliefs import belief_color, beliefs_of, free_rows
 from cps_envs.fdi.config import CLIP, FIG_3_2, PRESETS, FdiConfig
@@ -356,8 +356,8 @@ def test_values_out_of_range_stay_inside_the_panel() -> None:
 
 def test_axes_have_round_numbers() -> None:
     assert [rounded_up(value) for value in (0.9, 1.0, 1.2, 6.1, 8.0, 41.0)] == [1.0, 1.0, 1.5, 7.0, 10.0, 50.0]
-    assert marks_of(Plot((0, 0, 1, 1), -2.0, 15.0)) == [0, 5, 10, 15]
-    assert marks_of(Plot((0, 0, 1, 1), -6.25, 6.25)) == [-5, 0, 5]
+    assert Plot((0, 0, 1, 64), -2.0, 15.0).marks() == [0, 5, 10, 15]
+    assert Plot((0, 0, 1, 64), -6.25, 6.25).marks() == [-5, 0, 5]
 
 
 def test_no_display_is_opened() -> None:

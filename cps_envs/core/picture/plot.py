@@ -14,34 +14,46 @@ from cps_envs.core.types import FloatArray
 
 AXIS = 36  # pixels at the right for the numbers
 SMALL = 15
+SPACING = 16  # pixels between numbers
 ROOM = 4  # pixels between the range of values and the edges of the panel
 TIME_MARKS = 5
 
 
 @dataclass(frozen=True)
 class Plot:
-    """A panel that shows values from `low` to `high`."""
+    """A panel that shows values from `low` to `high`; a logarithmic one those from 10^low to 10^high."""
 
     box: Box
     low: float
     high: float
+    logarithmic: bool = False
 
     def y(self, value: float) -> float:
         """Height in pixels of a value; of one out of range, the nearest end."""
-        _, top, _, height = self.box
-        share = (min(max(value, self.low), self.high) - self.low) / (self.high - self.low)
-        return top + height - ROOM - share * (height - 2 * ROOM)
+        return self.points(np.zeros(1), np.array([value]))[0][1]
 
     def points(self, x: FloatArray, values: FloatArray) -> list[Point]:
-        """Pixels of values (k,) that lie at `x` (k,)."""
+        """Pixels of values (k,) that lie at `x` (k,); of those out of range, at the nearest end."""
         _, top, _, height = self.box
+        if self.logarithmic:
+            values = np.log10(np.maximum(values, 10.0**self.low))
         share = (np.clip(values, self.low, self.high) - self.low) / (self.high - self.low)
         y = top + height - ROOM - share * (height - 2 * ROOM)
         return list(zip(x.tolist(), y.tolist(), strict=True))
 
     def shows(self, value: float) -> bool:
         """Whether a value is in range."""
+        if self.logarithmic:
+            return bool(10.0**self.low <= value <= 10.0**self.high)
         return self.low <= value <= self.high
+
+    def marks(self) -> list[float]:
+        """Round values in the range, or powers of ten, as many as there is space for."""
+        count = min(max(int(self.box[3] // SPACING), 1), 4)
+        span = (self.high - self.low) / count
+        step = float(math.ceil(span)) if self.logarithmic else rounded_up(span, (1, 2, 5))
+        steps = range(math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9) + 1)
+        return [10.0 ** (step * k) if self.logarithmic else step * k for k in steps]
 
     def along(self, share: FloatArray | float) -> FloatArray:
         """Pixels from the left of shares of the width; those above 1 lie at its end."""
@@ -55,19 +67,13 @@ def rounded_up(value: float, steps: Sequence[float] = (1, 1.5, 2, 3, 5, 7)) -> f
     return next(step * power for step in (*steps, 10) if step * power >= value - 1e-9)
 
 
-def marks_of(plot: Plot) -> list[float]:
-    """Three to five round values in the range."""
-    step = rounded_up((plot.high - plot.low) / 4, (1, 2, 5))
-    return [step * k for k in range(math.ceil(plot.low / step - 1e-9), math.floor(plot.high / step + 1e-9) + 1)]
-
-
 def draw_panel(canvas: Canvas, plot: Plot, bands: Sequence[tuple[Box, Color]] = ()) -> None:
     """The panel with coloured bands, a grid and numbers."""
     left, _, width, _ = plot.box
     canvas.box(plot.box, PANEL)
     for box, color in bands:
         canvas.box(box, color)
-    for mark in marks_of(plot):
+    for mark in plot.marks():
         canvas.box((left, round(plot.y(mark)), width, 1), BORDER if mark == 0 else GRID)
         canvas.text(f"{mark:g}", (left + width + 7, plot.y(mark)), MUTED, SMALL)
 
@@ -95,6 +101,12 @@ def draw_curve(canvas: Canvas, points: list[Point], color: Color) -> None:
     if len(points) > 1:
         canvas.path(points, color)
         canvas.path([(x, y + 1) for x, y in points], color)
+
+
+def draw_dots(canvas: Canvas, points: list[Point], color: Color) -> None:
+    """Small dots, for values that jump."""
+    for x, y in points:
+        canvas.box((x - 1, y - 1, 2, 2), color)
 
 
 def draw_times(canvas: Canvas, plot: Plot, duration_s: float) -> None:

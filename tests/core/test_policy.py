@@ -1,0 +1,110 @@
+"""What an analytic policy is shown, and how it begins when nobody begins for it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cps_envs.core.policy import AnalyticPolicy, Idle, State, ask, takes_masks
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
+from tests.core.toy import ToyConfig, ToyGame
+from tests.core.toy_policies import Wander
+
+SPEC = ToyGame(ToyConfig(), 1).spec("attacker")
+
+
+class Drawing(AnalyticPolicy):
+    """Draws a number at each start and plays it; it remembers what it was shown."""
+
+    last: Seen
+
+    def begin(self, generators: Any, knowledge: Any) -> State:
+        return (np.array([generator.integers(5) for generator in generators]),)
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        self.last = seen
+        assert state is not None
+        return state[0], state
+
+
+class Masked(Drawing):
+    masked = True
+
+
+class Oracle(Drawing):
+    privileged = frozenset({"model"})
+
+
+def observations(num_envs: int = 3) -> Array:
+    values = np.random.default_rng(1).uniform(-1, 1, (num_envs, SPEC.fields.size))
+    return values.astype(np.float32)
+
+
+def test_fields_are_decoded_as_they_are_asked_for() -> None:
+    observation = observations()
+    seen, decoded = Seen(SPEC.fields, observation), SPEC.fields.decode(observation)
+    assert len(seen) == 3
+    for name, values in decoded.items():
+        assert name in seen
+        np.testing.assert_array_equal(seen[name], values)
+        assert seen[name] is seen[name]
+    assert "nothing" not in seen
+    with pytest.raises(KeyError, match=r"no field 'rivl'\. Did you mean 'rival'"):
+        seen["rivl"]
+
+
+def test_a_part_shows_the_same_of_fewer_environments() -> None:
+    observation = observations()
+    whole = Seen(SPEC.fields, observation, np.array([True, False, True]), True, np.eye(3, dtype=bool))
+    part = whole.part(np.array([0, 2]))
+    np.testing.assert_array_equal(part["own"], whole["own"][[0, 2]])
+    assert (len(part), part.start.tolist(), part.deterministic, part.team) == (2, [True, True], True, None)
+    assert part.masks is not None
+    assert part.masks.tolist() == [[True, False, False], [False, False, True]]
+
+
+def test_a_policy_that_nobody_began_begins_with_seed_0() -> None:
+    policy = Drawing(SPEC)
+    first, state = policy.predict(observations())
+    again, _ = Drawing(SPEC).predict(observations())
+    assert first.tolist() == again.tolist()
+    begun = policy.begin(np.random.default_rng(0).spawn(3), [{}] * 3)
+    assert begun is not None
+    assert first.tolist() == begun[0].tolist()
+    assert policy.predict(observations(), state)[0].tolist() == first.tolist()
+
+
+def test_draws_of_a_policy_that_nobody_began_repeat() -> None:
+    runs = []
+    for _ in range(2):
+        policy, state, actions = Wander(SPEC), None, []
+        for _ in range(20):
+            action, state = policy.predict(observations(), state)
+            actions.append(action.tolist())
+        runs.append(actions)
+    assert runs[0] == runs[1]
+
+
+def test_a_privileged_policy_has_to_be_begun() -> None:
+    with pytest.raises(TypeError, match=r"Oracle is privileged: it needs model of each episode.*begin\(generators"):
+        Oracle(SPEC).predict(observations())
+    policy = Oracle(SPEC)
+    assert policy.predict(observations(), policy.begin(np.random.default_rng(0).spawn(3), [{}] * 3))
+
+
+def test_masks_go_to_those_who_ask_for_them() -> None:
+    class Learned(Idle):
+        def predict(self, observation: Any, state: Any = None, start: Any = None, deterministic: Any = False) -> Any:
+            return [deterministic], state
+
+    assert [takes_masks(policy) for policy in (Masked(SPEC), Drawing(SPEC), Learned(SPEC))] == [True, False, False]
+    seen = Seen(SPEC.fields, observations(), deterministic=True, masks=np.ones((3, 5), bool))
+    masked, plain = Masked(SPEC), Drawing(SPEC)
+    ask(masked, seen, None)
+    ask(plain, seen, None)
+    assert masked.last.masks is seen.masks
+    assert plain.last.masks is None
+    assert ask(Learned(SPEC), seen, None) == ([True], None)
