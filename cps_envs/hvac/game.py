@@ -9,7 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
-from cps_envs.core.kernels import inlined, kernel, lend, pack, unpack, view
+from cps_envs.core.kernels import Bound, inlined, kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.config import HvacConfig
@@ -70,7 +70,8 @@ class HvacGame(Game):
             attacker_at=self.fields["attacker"].offsets,
             defender_at=self.fields["defender"].offsets,
         )
-        self._board = (self.constants, pack(self.rules), self.state, scratch_of(self.constants), self._views)
+        board = (self.constants, pack(self.rules), self.state, scratch_of(self.constants), self._views)
+        self._begin, self._step = Bound(begin, *board), Bound(step, *board)
         self._draws = Draws(config)
         self._episodes: IntArray = np.arange(num_envs)
         self._quiet = np.zeros((num_envs, entries))
@@ -81,12 +82,13 @@ class HvacGame(Game):
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += self.num_envs
         self._draws.draw(self.state, envs, generators)
-        begin(*self._board, self._quiet, envs)
+        self._begin(self._quiet, envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
-        forging, choices = actions.get("attacker", self._quiet), actions.get("defender", self._raw)
-        step(*self._board, forging, choices, envs, num_steps, payoff)
+        forging = np.ascontiguousarray(actions.get("attacker", self._quiet), np.float64)
+        choices = np.ascontiguousarray(actions.get("defender", self._raw), np.int64)
+        self._step(forging, choices, np.ascontiguousarray(envs), num_steps, payoff)
         return payoff
 
     def observe(self, role: Role) -> Observation:
