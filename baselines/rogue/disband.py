@@ -11,7 +11,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.rogue.actions import MODIFIED, PLAIN
-from cps_envs.rogue.laws import DRIVEN, LAWS
+from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 
 ROUNDING_M = 1e-3  # of observed growths
 
@@ -34,8 +34,8 @@ class Disband(AnalyticPolicy):
                 f"threshold_m = {threshold_m} has to be above 0 and at most max_growth_m = {spec.config.max_growth_m}"
             )
         count, self.threshold_m = spec.config.num_intact, threshold_m
-        self.together = np.tile([LAWS.index("detecting"), MODIFIED], count)
-        self.apart = np.tile([LAWS.index("human"), PLAIN], count)
+        self.together = np.tile([CONTROLLERS.index("detecting"), MODIFIED], count)
+        self.apart = np.tile([CONTROLLERS.index("human"), PLAIN], count)
 
     def predict(
         self,

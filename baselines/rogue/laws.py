@@ -8,11 +8,11 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.types import Array, BoolArray
 from cps_envs.rogue.actions import PLAIN
-from cps_envs.rogue.laws import LAWS
+from cps_envs.rogue.controllers import CONTROLLERS
 
 
 class HeldLaw(AnalyticPolicy):
-    """Every intact vehicle drives by one law, named in `cps_envs.rogue.laws.LAWS`, and keeps its separation.
+    """Every intact vehicle drives by one law, named in `cps_envs.rogue.laws.CONTROLLERS`, and keeps its separation.
 
     Raises:
         ConfigurationError: the environment takes accelerations, not laws; or there is no such law.
@@ -21,9 +21,9 @@ class HeldLaw(AnalyticPolicy):
     def __init__(self, spec: RoleSpec, law: str = "linear") -> None:
         super().__init__(spec)
         require_laws(spec, self)
-        if law not in LAWS:
-            raise ConfigurationError(f"law = {law!r} is not one of {', '.join(LAWS)}")
-        self.action = np.tile([LAWS.index(law), PLAIN], spec.config.num_intact)
+        if law not in CONTROLLERS:
+            raise ConfigurationError(f"law = {law!r} is not one of {', '.join(CONTROLLERS)}")
+        self.action = np.tile([CONTROLLERS.index(law), PLAIN], spec.config.num_intact)
 
     def predict(
         self,

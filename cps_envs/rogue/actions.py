@@ -8,14 +8,14 @@ from gymnasium import spaces
 from cps_envs.core.config import bounds
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.laws import LAWS
+from cps_envs.rogue.controllers import CONTROLLERS
 
 PLAIN, MODIFIED = 0, 1  # following with the separation kept, or with (5.12) to (5.14)
 
 
 def mode_space(num_vehicles: int) -> spaces.MultiDiscrete:
-    """Law and modification of each vehicle in turn."""
-    return spaces.MultiDiscrete([len(LAWS), 2] * num_vehicles)
+    """Controller and modification of each vehicle, from the rear."""
+    return spaces.MultiDiscrete([len(CONTROLLERS), 2] * num_vehicles)
 
 
 def command_limits(config: RogueConfig) -> tuple[float, float]:

@@ -24,8 +24,8 @@ class RogueConfig:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
     """
 
-    num_vehicles: int = quantity(5, low=3, high=30, source="paper: n")
-    attacker_index: IntRange = quantity(3, low=1, high=29, source="paper: 3; 1 = rear", ranged=True)
+    num_vehicles: int = quantity(5, low=3, high=100, source="paper: n")
+    attacker_index: IntRange = quantity(3, low=1, high=99, source="paper: 3; 1 = rear", ranged=True)
     power_ratio: Range = quantity(1.0, low=1, high=3, source="paper: alpha_att / alpha; maps 1 to 1.4", ranged=True)
     drive_mps2: Range = quantity(5.0, unit="m/s2", low=1, high=20, source=f"{TABLE}: alpha", ranged=True)
     drag_per_s: Range = quantity(0.1, unit="1/s", low=0.01, high=1, source=f"{TABLE}: beta", ranged=True)
@@ -59,7 +59,7 @@ class RogueConfig:
     control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
     attack_hold_s: float = quantity(0.1, unit="s", low=0.1, high=10, source="chosen: the attacker's decision")
     onset_s: Range = quantity(0.0, unit="s", low=0, high=60, source="chosen: drives as `sliding` before", ranged=True)
-    defense_action: str = quantity("mode", choices=("mode", "command"), source="chosen: laws, or accelerations")
+    defense_action: str = quantity("mode", choices=("mode", "command"), source="chosen: controllers, or accelerations")
     formation_weight_mps2: float = quantity(0.0, unit="m/s2", low=0, high=10, source="chosen: w, price of scattering")
     spacing_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial separations +- this")
     speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial speeds +- this")
@@ -71,11 +71,10 @@ class RogueConfig:
         validate(self)
         self._check_times()
         self._check_sizes()
-        stable_s = longest_stable_step_s(self)
-        if self.dt_s >= stable_s:
+        if self.dt_s >= self.stable_below_s:
             raise ConfigurationError(
-                f"dt_s = {self.dt_s}: with these vehicles the sliding mode is stable only below {stable_s:.3g} s. "
-                "Choose a smaller dt_s, for example 0.0005, or a wider boundary_layer_mps."
+                f"dt_s = {self.dt_s}: with {self.num_vehicles} vehicles the sliding mode is stable only below "
+                f"{self.stable_below_s:.3g} s. Choose {self._stable_step()} or a wider boundary_layer_mps."
             )
 
     def _check_times(self) -> None:
@@ -113,6 +112,24 @@ class RogueConfig:
                 f"reference_speed_mps = {self.reference_speed_mps} is out of reach: drive and drag allow "
                 f"{top_speed:g} m/s."
             )
+
+    def _stable_step(self) -> str:
+        """The largest of the usual steps that is stable and divides the other times."""
+        usual = (digit * 10.0**exponent for exponent in range(-2, -6, -1) for digit in (5, 2, 1))
+        for step_s in usual:
+            fits = is_multiple(self.control_period_s, step_s) and is_multiple(self.growth_interval_s, step_s)
+            if step_s < self.stable_below_s and fits:
+                return f"dt_s={step_s:g}"
+        return "a smaller dt_s"
+
+    @property
+    def stable_below_s(self) -> float:
+        """The integration step (s) from which on the sliding mode is unstable, see `stability`."""
+        layer, (first, last) = self.boundary_layer_mps, bounds(self.attacker_index)
+        authority = 2 * self.surface_slope_per_s * self.max_speed_mps + self.max_acceleration_mps2
+        disguised = bounds(self.onset_s)[1] > 0
+        places = range(int(first), int(last) + 1)
+        return longest_stable_step_s(self.num_vehicles, places, (authority + layer) / layer, disguised=disguised)
 
     @property
     def steps_per_period(self) -> int:

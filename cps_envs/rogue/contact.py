@@ -2,36 +2,49 @@
 
 from __future__ import annotations
 
-from cps_envs.rogue.kernel import Record, kernel
+from cps_envs.core.kernels import Record, inlined
+from cps_envs.rogue.state import Rules, State
 
 REARM_M = 0.05  # beyond contact, from where on a further contact counts
 
 
-@kernel
-def touch(behind: Record, ahead: Record, pair: Record, log: Record, r: Record) -> None:
-    """Account for the contact of a pair after the motion of a step."""
-    gap = ahead.position - behind.position - r.vehicle_length_m
+@inlined
+def settle(episode: State, score: Record, r: Rules) -> None:
+    """Account for all contacts after the motion of a step, from the rear to the leader."""
+    quiet = True
+    for i in range(episode.armed.size):  # almost always nothing touches: one look at all pairs, without a branch
+        gap = episode.position[i + 1] - episode.position[i] - r.vehicle_length_m
+        quiet &= (gap >= 0.0) & episode.armed[i]
+    if not quiet:
+        for i in range(episode.armed.size):
+            touch(episode, i, score, r)
+
+
+@inlined
+def touch(episode: State, i: int, score: Record, r: Rules) -> None:
+    """Account for the contact of pair `i`."""
+    gap = episode.position[i + 1] - episode.position[i] - r.vehicle_length_m
     if gap < 0.0:
         if r.solid:
-            collide(behind, ahead, pair, -gap)
+            collide(episode, i, -gap)
         else:
-            pair.damage += abs(ahead.speed - behind.speed) * r.dt_s
-        if pair.armed:
-            pair.armed = False
-            pair.collisions += 1
-            if log.first_collision_s < 0.0:
-                log.first_collision_s = (log.step + 1) * r.dt_s
+            episode.damage[i] += abs(episode.speed[i + 1] - episode.speed[i]) * r.dt_s
+        if episode.armed[i]:
+            episode.armed[i] = False
+            episode.collisions[i] += 1
+            if score.first_collision_s < 0.0:
+                score.first_collision_s = (episode.step[0] + 1) * r.dt_s
     elif gap > REARM_M:
-        pair.armed = True
+        episode.armed[i] = True
 
 
-@kernel
-def collide(behind: Record, ahead: Record, pair: Record, overlap_m: float) -> None:
+@inlined
+def collide(episode: State, i: int, overlap_m: float) -> None:
     """An inelastic collision of equal masses; pushing, and touching again before the pair is armed, adds no damage."""
-    closing = behind.speed - ahead.speed
+    closing = episode.speed[i] - episode.speed[i + 1]
     if closing > 0.0:
-        if pair.armed:
-            pair.damage += closing
-        behind.speed = ahead.speed = 0.5 * (behind.speed + ahead.speed)
-    behind.position -= 0.5 * overlap_m
-    ahead.position += 0.5 * overlap_m
+        if episode.armed[i]:
+            episode.damage[i] += closing
+        episode.speed[i] = episode.speed[i + 1] = 0.5 * (episode.speed[i] + episode.speed[i + 1])
+    episode.position[i] -= 0.5 * overlap_m
+    episode.position[i + 1] += 0.5 * overlap_m

@@ -8,30 +8,31 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
+from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack, view
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.rogue.actions import command_limits, mode_space
 from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.episode import start
-from cps_envs.rogue.fields import attacker_fields, defender_fields, watches_rear
-from cps_envs.rogue.laws import COMMANDED
-from cps_envs.rogue.metrics import METRICS, PAYOFF_PARTS, measure
-from cps_envs.rogue.observation import observe_attacker, observe_defender
-from cps_envs.rogue.rules import rules_of
-from cps_envs.rogue.scene import Scene
-from cps_envs.rogue.snapshot import scene_of
-from cps_envs.rogue.state import State, allocate
+from cps_envs.rogue.controllers import COMMANDED
+from cps_envs.rogue.dynamics import advance_episode
+from cps_envs.rogue.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
+from cps_envs.rogue.payoff import PAYOFF_PARTS, Metrics, measure
+from cps_envs.rogue.picture.scene import Scene, scene_of
+from cps_envs.rogue.start import draw, ranges_of, start_episodes
+from cps_envs.rogue.state import Drawn, Rules, State, allocate, make_scratch, rules_of
 from cps_envs.rogue.swarm import VehicleTeam
-from cps_envs.rogue.turn import take_turn
+
+KERNELS = {"attacker": observe_attacker, "defender": observe_defender}
 
 
 class RogueGame(Game):
-    """A game step is a control period of 0.1 s; the laws of the vehicles run inside it at every integration step.
+    """A game step is a control period of 0.1 s; the vehicles' controllers run inside it at every integration step.
 
     Attacker: Box (1,), from full braking effort (-1) over the effort that keeps the present speed (0) to full driving
     effort (1), set at each decision and held.
-    Defender, `defense_action="mode"`: MultiDiscrete, for each intact vehicle from the rear its law (`laws.LAWS`) and
-    whether following is modified: growing separation, authority (5.12). `"command"`: Box (n - 1,), accelerations.
+    Defender, `defense_action="mode"`: MultiDiscrete, for each intact vehicle from the rear its controller
+    (`controllers.CONTROLLERS`) and whether following is modified: growing separation, authority (5.12). `"command"`:
+    Box (n - 1,), accelerations.
 
     Payoff: the increase of the damage D (5.8), plus w times the increase of the formation cost. Nothing terminates.
     """
@@ -52,69 +53,94 @@ class RogueGame(Game):
         still = np.zeros(2 * intact, np.int64) if self.modes else np.zeros(intact)
         self.neutral_action = {"attacker": np.zeros(1), "defender": still}
         self.payoff_parts = PAYOFF_PARTS
-        self.rules = rules_of(config)
+        self.rules, self._ranges = rules_of(config), ranges_of(config)
         self._limits = command_limits(config)
-        self._rear_watchers = watches_rear(config)
         self.state: State = allocate(num_envs, config.num_vehicles)
-        self._table = np.zeros((num_envs, len(METRICS)))
+        self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
+        self._arrays = tuple(self.state)  # a plain tuple enters a kernel a microsecond sooner than a named one
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
         self._orders = np.full((num_envs, intact, 2), (COMMANDED, 0))
         self._accelerations = np.zeros((num_envs, intact))
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        for b in np.flatnonzero(envs).tolist():
-            start(self.state, b, self.config, generators[b])
-        measure(self.state, self.rules, self._table)
+        draws = draw(self.config, np.flatnonzero(envs), generators)
+        start_episodes(self._arrays, self.drawn, self._scores, draws, self._ranges, self.rules)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
-        before = self._paid()
         attack = actions.get("attacker", self._neutral["attacker"])
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
-        take_turn(self.state, attack, orders, accelerations, envs, num_steps, self.rules, self._table)
-        return self._paid() - before
+        moves, payoff = (attack, orders, accelerations), np.empty(self.num_envs)
+        step(self._arrays, self.drawn, self.rules, moves, envs, num_steps, self._scores, payoff)
+        return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
-        """Laws (B, n - 1, 2) and accelerations (B, n - 1) in m/s2 of the defender's action."""
+        """Controllers (B, n - 1, 2) and accelerations (B, n - 1) in m/s2 of the defender's action."""
         if self.modes:
             return action.reshape(self._orders.shape), self._accelerations
         braking, driving = self._limits
         return self._orders, np.where(action < 0.0, braking, driving) * action
 
-    def _paid(self) -> FloatArray:
-        """The attacker's payoff (B,) so far."""
-        paid: FloatArray = self._table[:, 0] + self._table[:, 1]
-        return paid
-
     def observe(self, role: Role) -> Observation:
-        """See `fields.attacker_fields` and `fields.defender_fields`."""
-        values = np.empty((self.num_envs, self.fields[role].size))
-        if role == "attacker":
-            observe_attacker(self.state, self.rules, values)
-        else:
-            observe_defender(self.state, self.rules, self._rear_watchers, self.modes, values)
-        return self.fields[role].encode(values)
+        """See `observation.attacker_fields` and `observation.defender_fields`."""
+        fields = self.fields[role]
+        encoded = np.empty((self.num_envs, fields.size), np.float32)
+        KERNELS[role](self._arrays, self.drawn, self.rules, fields.offsets, fields.scale, encoded)
+        return encoded
 
     def metrics(self) -> dict[str, Array]:
-        """`metrics.METRICS` so far, each (B,)."""
-        return dict(zip(METRICS, self._table.T, strict=True))
+        """`payoff.Metrics` so far, each (B,)."""
+        return {name: self._scores[name] for name in Metrics._fields}
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(METRICS, self._table[b].tolist()))  # noqa: B905, strict costs a microsecond
+        return dict(zip(Metrics._fields, self._scores.item(b)))  # noqa: B905, strict costs a microsecond
 
     def model(self, b: int, num_envs: int) -> RogueGame:
         """Privileged: copies of one episode in its present state."""
         copy = RogueGame(self.config, num_envs)
-        for mine, theirs in zip(self.state, copy.state, strict=True):
+        for mine, theirs in zip(
+            (*self.state, self.drawn, self._scores), (*copy.state, copy.drawn, copy._scores), strict=True
+        ):
             theirs[:] = mine[b]
         copy.elapsed[:] = self.elapsed[b]
-        copy._table[:] = self._table[b]
         return copy
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
-        return scene_of(self.state, b, self.config, self.episode_metrics(b))
+        return scene_of(self.state, self.drawn, b, self.config, self.episode_metrics(b))
 
     def team(self, role: Role) -> Team:
         """The defender as one agent per intact vehicle."""
-        return VehicleTeam(self) if role == "defender" else super().team(role)
+        if role == "defender":
+            return VehicleTeam(self.config, self.state, self.drawn, self.rules)
+        return super().team(role)
+
+
+@kernel
+def step(
+    arrays: tuple[Array, ...],
+    drawn: Array,
+    rules: Array,
+    moves: tuple[FloatArray, IntArray, FloatArray],
+    envs: BoolArray,
+    periods: int,
+    scores: Array,
+    payoff: FloatArray,
+) -> None:
+    """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
+
+    `arrays` are those of a `State`. `moves` are the attacker's actions (B, 1) in [-1, 1]; controllers (B, n - 1, 2) and
+    whether they are modified; and accelerations (B, n - 1) in m/s2, for vehicles whose controller is `COMMANDED`.
+    """
+    attack, orders, accelerations = moves
+    state, r = State(*arrays), unpack(Rules, rules, 0)
+    scratch = make_scratch(state.position.shape[1])
+    for b in range(envs.size):
+        payoff[b] = 0.0
+        if envs[b]:
+            episode, c, score = view(state, b), unpack(Drawn, drawn, b), borrowed(scores)[b]
+            before = score.damage + score.formation_charge
+            order, acceleration = borrowed(orders)[b], borrowed(accelerations)[b]
+            advance_episode(episode, lend(scratch), attack[b, 0], order, acceleration, periods, score, c, r)
+            measure(episode, score, c, r)
+            payoff[b] = score.damage + score.formation_charge - before

@@ -1,11 +1,11 @@
-"""The rogue-vehicle problem as the faces see it."""
+"""The rogue-vehicle problem as the interfaces see it."""
 
 from __future__ import annotations
 
 from cps_envs.core.problem import Problem, Work
 from cps_envs.rogue.config import PRESETS, RogueConfig
-from cps_envs.rogue.fields import attacker_fields, defender_fields
 from cps_envs.rogue.game import RogueGame
+from cps_envs.rogue.observation import attacker_fields, defender_fields
 
 LEARNING_ATTACKERS = (
     'mixture?policies=["square?frequency_hz=0.05","square","duty_square?frequency_hz=0.05","duty_square","random",'
@@ -30,6 +30,6 @@ ROGUE = Problem(
         "paper": {"attacker": "square", "defender": "none"},
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": LEARNING_DEFENDERS},
     },
-    viewer="cps_envs.rogue.viewer:Viewer",
+    viewer="cps_envs.rogue.picture.viewer:Viewer",
     work=Work(unit="platoon-steps", per_game_step=platoon_steps, target_per_s=10e6),
 )

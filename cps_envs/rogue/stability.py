@@ -2,40 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
-
-import numpy as np
-
-from cps_envs.core.config import bounds
-from cps_envs.core.types import FloatArray
-
-if TYPE_CHECKING:
-    from cps_envs.rogue.config import RogueConfig
+from math import cos, pi
 
 
-def longest_stable_step_s(config: RogueConfig) -> float:
+def longest_stable_step_s(num_vehicles: int, seized: range, gain_per_s: float, *, disguised: bool) -> float:
     """2 / (gain * lambda): below it explicit Euler follows the combined controller inside its boundary layer.
 
-    gain = (2 k_1 v_max + a_max + epsilon) / epsilon, 1/s; lambda is the largest eigenvalue of the coupling of the
-    vehicles that drive by it, over every position that the attacker may be drawn in, and with it where it drives by the
-    same law before its onset.
+    lambda is the largest eigenvalue of the coupling K in e_front + e_rear = -K x of the vehicles that drive by the
+    sliding mode. K is tridiagonal, 2 and -1, with 1 for the rear vehicle, which has one neighbour. A seized vehicle
+    cuts the platoon in two; the maximum is taken over all places `seized` (1 = rear) that it may have, and over the
+    whole platoon if the seized vehicle is `disguised`, driving by the same law before its onset.
     """
-    layer = config.boundary_layer_mps
-    authority = 2 * config.surface_slope_per_s * config.max_speed_mps + config.max_acceleration_mps2
-    gain = (authority + layer) / layer
-    first, last = (int(end) for end in bounds(config.attacker_index))
-    coupling = coupling_matrix(config.num_vehicles)
-    everyone = range(config.num_vehicles)
-    teams: list[Iterable[int]] = [[i for i in everyone if i != seized - 1] for seized in range(first, last + 1)]
-    if bounds(config.onset_s)[1] > 0:
-        teams.append(everyone)
-    largest = max(np.linalg.eigvalsh(coupling[np.ix_(list(team), list(team))])[-1] for team in teams)
-    return float(2.0 / (gain * largest))
+    blocks = [largest_behind(place - 1) for place in seized] + [largest_ahead(num_vehicles - place) for place in seized]
+    if disguised:
+        blocks.append(largest_behind(num_vehicles))
+    return 2.0 / (gain_per_s * max(blocks))
 
 
-def coupling_matrix(num_vehicles: int) -> FloatArray:
-    """K (n, n) in e_front + e_rear = -K x + constants: each vehicle between its neighbours, the rear one has one."""
-    matrix = 2.0 * np.eye(num_vehicles) - np.eye(num_vehicles, k=1) - np.eye(num_vehicles, k=-1)
-    matrix[0, 0] = 1.0
-    return matrix
+def largest_behind(count: int) -> float:
+    """The largest eigenvalue of K for the rear `count` vehicles, of which the last has nobody behind."""
+    return 2.0 - 2.0 * cos((2 * count - 1) * pi / (2 * count + 1)) if count else 0.0
+
+
+def largest_ahead(count: int) -> float:
+    """The largest eigenvalue of K for `count` vehicles that have a neighbour on either side."""
+    return 2.0 - 2.0 * cos(count * pi / (count + 1))

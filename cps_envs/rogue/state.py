@@ -1,74 +1,152 @@
-"""The state of a batch of platoons, as structured arrays that numba kernels work on in place."""
+"""The state of a batch of platoons, what an episode draws, and what all episodes of a game share."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-VEHICLE = np.dtype(
-    [
-        ("position", np.float64),  # m, of the centre
-        ("speed", np.float64),  # m/s
-        ("acceleration", np.float64),  # m/s2 in the last step, without impulses of contact
-        ("command", np.float64),  # m/s2, desired in the last step, before the limits of the actuator
-        ("front_detector", np.float64),  # m2/s3, z of the front side
-        ("rear_detector", np.float64),  # m2/s3, z of the rear side
-        ("growth", np.float64),  # m, s - sigma
-        ("alarm", np.int64),  # 1 once the front neighbour has been detected, -1 the rear one, 0 none
-        ("law", np.int64),  # by which an intact vehicle drove last, see `laws`
-    ],
-    align=True,
-)
-PAIR = np.dtype(
-    [
-        ("damage", np.float64),  # m (contact "pass") or m/s ("solid")
-        ("collisions", np.int64),  # how often the pair came into contact
-        ("armed", np.bool_),  # a contact would count as a new one
-    ],
-    align=True,
-)
-EPISODE = np.dtype(
-    [
-        ("drive_mps2", np.float64),  # alpha
-        ("attacker_drive_mps2", np.float64),  # alpha of the seized vehicle
-        ("drag_per_s", np.float64),  # beta
-        ("reference_speed_mps", np.float64),  # v_ref
-        ("reference_start_m", np.float64),  # x_ref at time 0
-        ("attacker", np.int64),  # the seized vehicle, 0 = rear
-        ("onset_step", np.int64),  # integration step from which on the attacker drives
-        ("noise_seed", np.uint64),
-    ],
-    align=True,
-)
-LOG = np.dtype(
-    [
-        ("step", np.int64),  # integration steps done; the time is step * dt
-        ("held_effort", np.float64),  # that the attacker decided last
-        ("effort", np.float64),  # of the seized vehicle in the last step
-        ("first_collision_s", np.float64),  # -1 while there is none
-        ("first_alarm_s", np.float64),  # -1 while there is none
-        ("formation_cost_s", np.float64),  # integral of the scattering c
-    ],
-    align=True,
-)
+from cps_envs.core.kernels import inlined, pack
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.rogue.config import RogueConfig
+
+FULL_TURN = 6.283185307179586
 
 
 class State(NamedTuple):
     """B episodes of n vehicles from the rear (0) to the leader (n - 1); pair i is vehicle i and the one ahead of it."""
 
-    vehicles: NDArray[np.void]  # (B, n) of VEHICLE
-    pairs: NDArray[np.void]  # (B, n - 1) of PAIR
-    episode: NDArray[np.void]  # (B,) of EPISODE: what was drawn
-    log: NDArray[np.void]  # (B,) of LOG
+    position: FloatArray  # (B, n) m, of the centre
+    speed: FloatArray  # (B, n) m/s
+    acceleration: FloatArray  # (B, n) m/s2 in the last integration step, without impulses of contact
+    effort: FloatArray  # (B, n) in the last integration step, from F- to F+
+    front_detector: FloatArray  # (B, n) m2/s3, z of the front side; zero for the seized vehicle
+    rear_detector: FloatArray  # (B, n) m2/s3, z of the rear side; zero for the seized vehicle
+    growth: FloatArray  # (B, n) m, separation set-point minus sigma
+    alarm: IntArray  # (B, n) 1 once the front neighbour has been detected, -1 the rear one, 0 none
+    controller: IntArray  # (B, n) by which a vehicle drove last, see `controllers`
+    damage: FloatArray  # (B, n - 1) of each pair, m (contact "pass") or m/s ("solid")
+    collisions: IntArray  # (B, n - 1) how often the pair came into contact
+    armed: BoolArray  # (B, n - 1) a contact would count as a new one
+    step: IntArray  # (B,) integration steps done; the time is step * dt
+    held_effort: FloatArray  # (B,) that the attacker decided last
+
+
+class Drawn(NamedTuple):
+    """What an episode draws at its start."""
+
+    attacker: int  # the seized vehicle, 0 = rear
+    drive_mps2: float  # alpha
+    attacker_drive_mps2: float  # alpha of the seized vehicle
+    drag_per_s: float  # beta
+    reference_speed_mps: float  # v_ref
+    reference_start_m: float  # x_ref at time 0
+    onset_step: int  # integration step from which on the attacker drives
+    noise_seed: int
+
+
+class Rules(NamedTuple):
+    """What is the same in every episode of a game."""
+
+    dt_s: float
+    steps_per_period: int  # integration steps in a game step
+    hold_steps: int  # integration steps between two decisions of the attacker
+    horizon_steps: int  # integration steps in an episode
+    min_effort: float  # F-
+    max_effort: float  # F+
+    separation_m: float  # sigma, between centres
+    vehicle_length_m: float  # l
+    proportional_gain: float  # k_p, 1/s2
+    derivative_gain: float  # k_d, 1/s
+    surface_slope_per_s: float  # k_1
+    boundary_layer_mps: float  # epsilon
+    surface_gain_mps2: float  # 2 k_1 v_max
+    max_acceleration_mps2: float  # a_max
+    alarm_threshold: float  # l_1, m2/s3
+    leak_per_s: float  # 2 pi f_cutoff
+    outer_share: float  # n_1
+    middle_share: float  # n_2
+    inner_share: float  # n_3
+    growth_step_m: float
+    growth_steps: int  # integration steps between two growths, t_inc
+    max_growth_m: float
+    driver_acceleration_mps2: float  # a of (2.5)
+    driver_braking_mps2: float  # b of (2.5)
+    driver_headway_s: float  # h of (2.5)
+    driver_gap_m: float  # r_0 of (2.5)
+    human_returns: bool
+    solid: bool
+    spacing_spread_m: float  # initial separations +- this
+    speed_spread_mps: float  # initial speeds +- this
+    formation_weight_mps2: float  # w
+    range_noise_m: float
+    range_rate_noise_mps: float
+    acceleration_noise_mps2: float
+
+
+class Scratch(NamedTuple):
+    """What an integration step works out on its way, for one platoon after the other."""
+
+    error: FloatArray  # (n + 1,) m, e between vehicles i - 1 and i; first nobody's, last the leader's to its reference
+    rate: FloatArray  # (n + 1,) m/s, d of the same
+    closing: FloatArray  # (n - 1,) m/s2, by which the sliding mode would close the errors of each pair
+    least: FloatArray  # (n,) m/s2, which an intact vehicle could do at this speed
+    most: FloatArray  # (n,) m/s2, the same
+    command: FloatArray  # (n,) m/s2, desired, before the limits of the actuator
+    ordered: IntArray  # (n,) controllers that the defender has selected; `SLIDING` for the seized vehicle
+    modified: IntArray  # (n,) whether following is modified
+    wanted: FloatArray  # (n,) m/s2, of vehicles that are commanded
+
+
+@inlined
+def make_scratch(num_vehicles: int) -> Scratch:
+    """Scratch for platoons of this many vehicles."""
+    n = num_vehicles
+    return Scratch(
+        error=np.zeros(n + 1),
+        rate=np.zeros(n + 1),
+        closing=np.empty(n - 1),
+        least=np.empty(n),
+        most=np.empty(n),
+        command=np.empty(n),
+        ordered=np.empty(n, np.int64),
+        modified=np.empty(n, np.int64),
+        wanted=np.empty(n),
+    )
 
 
 def allocate(num_envs: int, num_vehicles: int) -> State:
-    """A state with everything zero; `episode.start` fills the episodes."""
+    """A state with everything zero; `start.start_episodes` fills it."""
+    vehicles, pairs = (num_envs, num_vehicles), (num_envs, num_vehicles - 1)
     return State(
-        vehicles=np.zeros((num_envs, num_vehicles), VEHICLE),
-        pairs=np.zeros((num_envs, num_vehicles - 1), PAIR),
-        episode=np.zeros(num_envs, EPISODE),
-        log=np.zeros(num_envs, LOG),
+        position=np.zeros(vehicles),
+        speed=np.zeros(vehicles),
+        acceleration=np.zeros(vehicles),
+        effort=np.zeros(vehicles),
+        front_detector=np.zeros(vehicles),
+        rear_detector=np.zeros(vehicles),
+        growth=np.zeros(vehicles),
+        alarm=np.zeros(vehicles, np.int64),
+        controller=np.zeros(vehicles, np.int64),
+        damage=np.zeros(pairs),
+        collisions=np.zeros(pairs, np.int64),
+        armed=np.zeros(pairs, np.bool_),
+        step=np.zeros(num_envs, np.int64),
+        held_effort=np.zeros(num_envs),
     )
+
+
+def rules_of(config: RogueConfig) -> Array:
+    """The rules of a configuration as records (1,)."""
+    derived = {
+        "steps_per_period": config.steps_per_period,
+        "hold_steps": round(config.attack_hold_s / config.dt_s),
+        "horizon_steps": round(config.duration_s / config.dt_s),
+        "surface_gain_mps2": 2 * config.surface_slope_per_s * config.max_speed_mps,
+        "leak_per_s": FULL_TURN * config.detector_cutoff_hz,
+        "growth_steps": round(config.growth_interval_s / config.dt_s),
+        "solid": config.contact == "solid",
+    }
+    known = asdict(config) | derived
+    return pack(Rules(**{name: known[name] for name in Rules._fields}))

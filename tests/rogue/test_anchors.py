@@ -81,7 +81,7 @@ def test_times_of_detection() -> None:
     for period in range(1000):
         attack = np.array([[1.0 if period < 500 else -1.0]])
         game.advance({"attacker": attack, "defender": np.array([[5, 0] * 4])}, np.ones(1, bool), 1)
-        for vehicle in np.flatnonzero(game.state.vehicles["alarm"][0]) + 1:
+        for vehicle in np.flatnonzero(game.state.alarm[0]) + 1:
             times_s.setdefault(int(vehicle), (period + 1) / 100)
     assert times_s == pytest.approx({4: 2.14, 5: 2.51, 2: 4.79, 1: 6.27}, abs=0.011)
     assert game.metrics()["first_alarm_s"] == pytest.approx(2.14, abs=0.005)

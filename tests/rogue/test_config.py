@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.rogue.config import LEARNING, PAPER, RogueConfig
 from cps_envs.rogue.problem import ROGUE
-from cps_envs.rogue.stability import coupling_matrix, longest_stable_step_s
+from cps_envs.rogue.stability import largest_ahead, largest_behind
 
 FIELDS = {field.name: field for field in dataclasses.fields(RogueConfig)}
 NUMBERS = [name for name, field in FIELDS.items() if not field.metadata["choices"] and name != "human_returns"]
@@ -46,12 +46,35 @@ def test_learning_is_solid_finely_integrated_and_priced():
     [({}, 1.11e-3), ({"onset_s": 5.0, "dt_s": 0.0005}, 0.90e-3), ({"num_vehicles": 30, "dt_s": 0.0005}, 0.83e-3)],
 )
 def test_stable_steps_of_the_specification(overrides, bound_s):
-    assert longest_stable_step_s(make(**overrides)) == pytest.approx(bound_s, rel=0.01)
+    assert make(**overrides).stable_below_s == pytest.approx(bound_s, rel=0.01)
+
+
+def coupling(num_vehicles):
+    """K in e_front + e_rear = -K x + constants: each vehicle between its neighbours, the rear one has one."""
+    matrix = 2.0 * np.eye(num_vehicles) - np.eye(num_vehicles, k=1) - np.eye(num_vehicles, k=-1)
+    matrix[0, 0] = 1.0
+    return matrix
 
 
 def test_the_largest_couplings_of_the_specification():
-    assert np.linalg.eigvalsh(coupling_matrix(5))[-1] == pytest.approx(3.68, abs=0.005)
-    assert np.linalg.eigvalsh(coupling_matrix(5)[3:, 3:])[-1] == pytest.approx(3.0)
+    assert largest_behind(5) == pytest.approx(3.68, abs=0.005)
+    assert largest_ahead(2) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("num_vehicles", [3, 5, 12, 100])
+def test_the_largest_couplings_are_eigenvalues(num_vehicles):
+    whole = coupling(num_vehicles)
+    assert largest_behind(num_vehicles) == pytest.approx(np.linalg.eigvalsh(whole)[-1])
+    for place in range(1, num_vehicles):
+        assert largest_ahead(num_vehicles - place) == pytest.approx(np.linalg.eigvalsh(whole[place:, place:])[-1])
+
+
+def test_a_hundred_vehicles_and_the_step_they_need():
+    with pytest.raises(ConfigurationError, match=r"100 vehicles .* below 0\.000832 s\. Choose dt_s=0\.0005 or"):
+        make(num_vehicles=100)
+    with pytest.raises(ConfigurationError, match=r"Choose dt_s=0\.0001 or"):
+        make(num_vehicles=100, boundary_layer_mps=0.005)
+    assert make(num_vehicles=100, attacker_index=(1, 99), dt_s=0.0005).num_intact == 99
 
 
 @given(name=st.sampled_from(NUMBERS), value=junk)
@@ -79,8 +102,8 @@ def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
     ("overrides", "remedy"),
     [
         ({"ratio": 1.2}, "'power_ratio'"),
-        ({"dt_s": 0.002}, r"0\.0005"),
-        ({"onset_s": 5.0}, r"0\.0005"),
+        ({"dt_s": 0.002}, r"dt_s=0\.001 or"),
+        ({"onset_s": 5.0}, r"dt_s=0\.0005 or"),
         ({"attacker_index": (2, 4)}, r"0\.0005"),
         ({"dt_s": 0.0003}, "control_period_s"),
         ({"control_period_s": 0.3}, "attack_hold_s"),

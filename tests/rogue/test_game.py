@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import view
 from cps_envs.core.lookup import policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.actions import action_of_effort
+from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 from cps_envs.rogue.game import RogueGame
-from cps_envs.rogue.laws import DRIVEN, LAWS
 from cps_envs.rogue.problem import ROGUE
 
 NOISELESS = {"range_noise_m": 0.0, "range_rate_noise_mps": 0.0, "acceleration_noise_mps2": 0.0}
@@ -48,9 +49,9 @@ def test_an_effort_holds_until_the_next_decision():
     go(game, 1.0)
     for _ in range(4):
         go(game, -1.0)
-        assert game.state.log["effort"][0] == 1.0
+        assert game.state.effort[0, 2] == 1.0
     go(game, -1.0)
-    assert game.state.log["effort"][0] == -1.0
+    assert game.state.effort[0, 2] == -1.0
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.4])
@@ -61,15 +62,15 @@ def test_actions_of_efforts_set_those_efforts(ratio):
         view = seen(game, "attacker")
         action = action_of_effort(effort, view["speed"], view["power_ratio"], game.config)
         go(game, action)
-        assert game.state.log["effort"][0] == pytest.approx(effort, abs=1e-5)
+        assert game.state.effort[0, 2] == pytest.approx(effort, abs=1e-5)
 
 
 def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed():
     game = started(defense_action="command")
     go(game, 0.0, [1.0, -1.0, 0.0, 0.5])
-    commands = game.state.vehicles["command"][0, [0, 1, 3, 4]]
-    assert commands == pytest.approx([2.5, -7.5, 0.0, 1.25])
-    assert game.state.vehicles["speed"][0] == pytest.approx([25.25, 24.25, 25, 25, 25.125], abs=0.01)
+    efforts = game.state.effort[0, [0, 1, 3, 4]]  # in the last integration step, at nearly the speed of the first one
+    assert 5 * efforts - 2.5 == pytest.approx([2.5, -7.5, 0.0, 1.25], abs=0.1)
+    assert game.state.speed[0] == pytest.approx([25.25, 24.25, 25, 25, 25.125], abs=0.01)
 
 
 def test_the_payoff_is_damage_plus_the_price_of_scattering():
@@ -92,17 +93,17 @@ def test_braking_together_costs_what_the_specification_says():
 
 def test_learning_draws_within_its_ranges():
     game = started(range(60), "learning", attacker_index=(2, 4))
-    episode, vehicles = game.state.episode, game.state.vehicles
-    assert set(episode["attacker"]) == {1, 2, 3}
-    ratio = episode["attacker_drive_mps2"] / episode["drive_mps2"]
+    drawn, vehicles = game.drawn, game.state
+    assert set(drawn["attacker"]) == {1, 2, 3}
+    ratio = drawn["attacker_drive_mps2"] / drawn["drive_mps2"]
     for values, low, high in (
         (ratio, 1, 1.6),
-        (episode["drive_mps2"], 4.75, 5.25),
-        (episode["drag_per_s"], 0.095, 0.105),
-        (episode["reference_speed_mps"], 20, 30),
-        (episode["onset_step"] * 0.0005, 0, 10),
-        (np.diff(vehicles["position"]), 8.5, 9.5),
-        (vehicles["speed"] - episode["reference_speed_mps"][:, np.newaxis], -0.2, 0.2),
+        (drawn["drive_mps2"], 4.75, 5.25),
+        (drawn["drag_per_s"], 0.095, 0.105),
+        (drawn["reference_speed_mps"], 20, 30),
+        (drawn["onset_step"] * 0.0005, 0, 10),
+        (np.diff(vehicles.position), 8.5, 9.5),
+        (vehicles.speed - drawn["reference_speed_mps"][:, np.newaxis], -0.2, 0.2),
     ):
         assert low <= values.min()
         assert values.max() <= high
@@ -112,15 +113,15 @@ def test_learning_draws_within_its_ranges():
 def test_the_attacker_sees_its_own_surroundings():
     game = started(power_ratio=1.2, onset_s=0.3, dt_s=0.0005)
     go(game, 1.0, num_steps=20)
-    view, vehicles = seen(game, "attacker"), game.state.vehicles[0]
-    x, v = vehicles["position"], vehicles["speed"]
-    assert view["front_gap_error"][0] == pytest.approx(x[3] - x[2] - 9, abs=1e-4)
-    assert view["rear_gap_error"][0] == pytest.approx(x[2] - x[1] - 9, abs=1e-4)
-    assert view["front_gap_rate"][0] == pytest.approx(v[3] - v[2], abs=1e-4)
-    assert view["rear_gap_rate"][0] == pytest.approx(v[2] - v[1], abs=1e-4)
-    assert view["speed"][0] == pytest.approx(v[2], abs=1e-4)
+    shown, vehicles = seen(game, "attacker"), view(game.state, 0)
+    x, v = vehicles.position, vehicles.speed
+    assert shown["front_gap_error"][0] == pytest.approx(x[3] - x[2] - 9, abs=1e-4)
+    assert shown["rear_gap_error"][0] == pytest.approx(x[2] - x[1] - 9, abs=1e-4)
+    assert shown["front_gap_rate"][0] == pytest.approx(v[3] - v[2], abs=1e-4)
+    assert shown["rear_gap_rate"][0] == pytest.approx(v[2] - v[1], abs=1e-4)
+    assert shown["speed"][0] == pytest.approx(v[2], abs=1e-4)
     exact = {"effort": 1.0, "reference_speed": 25, "power_ratio": 1.2, "attacker_index": 3, "time_left_s": 98}
-    assert {name: view[name][0] for name in exact} == pytest.approx(exact, abs=1e-4)
+    assert {name: shown[name][0] for name in exact} == pytest.approx(exact, abs=1e-4)
     assert seen(started(onset_s=(7.0, 7.0), dt_s=0.0005), "attacker")["until_onset_s"] == pytest.approx(7.0, abs=1e-4)
 
 
@@ -129,36 +130,36 @@ def test_the_defender_sees_every_pair_and_vehicle(attacker):
     game = started(attacker_index=attacker, alarm_threshold=20.0, dt_s=0.0005)
     for period in range(30):
         go(game, 1.0 if period < 20 else -1.0, [5, 1] * 4)
-    view, vehicles = seen(game, "defender"), game.state.vehicles[0]
+    shown, vehicles = seen(game, "defender"), view(game.state, 0)
     intact = [i for i in range(5) if i != attacker - 1]
-    assert view["gap_error"][0] == pytest.approx(np.diff(vehicles["position"]) - 9, abs=1e-4)
-    assert view["gap_rate"][0] == pytest.approx(np.diff(vehicles["speed"]), abs=1e-4)
-    assert view["speed"][0] == pytest.approx(vehicles["speed"], abs=1e-4)
-    assert view["acceleration"][0] == pytest.approx(np.clip(vehicles["acceleration"], -10, 10), abs=1e-4)
-    assert view["reference_error"][0] == pytest.approx(game.metrics()["reference_error_m"][0], abs=1e-4)
-    assert view["alarm"][0].tolist() == vehicles["alarm"][intact].tolist()
-    assert np.any(view["alarm"])
-    assert view["growth"][0] == pytest.approx(vehicles["growth"][intact], abs=1e-5)
-    front = np.minimum(vehicles["front_detector"][intact], 60)
-    rear = np.minimum(vehicles["rear_detector"][intact], 60)
-    assert view["front_detector"][0] == pytest.approx(front[:-1], abs=1e-3)
-    assert view["rear_detector"][0] == pytest.approx(rear if attacker == 1 else rear[1:], abs=1e-3)
-    laws = [DRIVEN[law] for law in vehicles["law"][intact]]
-    assert [DRIVEN[row.argmax()] for row in view["law"][0]] == laws
-    assert view["law"].sum() == 4
+    assert shown["gap_error"][0] == pytest.approx(np.diff(vehicles.position) - 9, abs=1e-4)
+    assert shown["gap_rate"][0] == pytest.approx(np.diff(vehicles.speed), abs=1e-4)
+    assert shown["speed"][0] == pytest.approx(vehicles.speed, abs=1e-4)
+    assert shown["acceleration"][0] == pytest.approx(np.clip(vehicles.acceleration, -10, 10), abs=1e-4)
+    assert shown["reference_error"][0] == pytest.approx(game.metrics()["reference_error_m"][0], abs=1e-4)
+    assert shown["alarm"][0].tolist() == vehicles.alarm[intact].tolist()
+    assert np.any(shown["alarm"])
+    assert shown["growth"][0] == pytest.approx(vehicles.growth[intact], abs=1e-5)
+    front = np.minimum(vehicles.front_detector[intact], 60)
+    rear = np.minimum(vehicles.rear_detector[intact], 60)
+    assert shown["front_detector"][0] == pytest.approx(front[:-1], abs=1e-3)
+    assert shown["rear_detector"][0] == pytest.approx(rear if attacker == 1 else rear[1:], abs=1e-3)
+    laws = [DRIVEN[law] for law in vehicles.controller[intact]]
+    assert [DRIVEN[row.argmax()] for row in shown["law"][0]] == laws
+    assert shown["law"].sum() == 4
 
 
 def test_swarm_rows_agree_with_the_central_view():
     game = started()
     for _ in range(30):
         go(game, 1.0, [5, 1] * 4)
-    team, central, vehicles = game.team("defender"), seen(game, "defender"), game.state.vehicles[0]
+    team, central, vehicles = game.team("defender"), seen(game, "defender"), view(game.state, 0)
     rows = {name: values[0] for name, values in team.fields.decode(team.observe()).items()}
     gaps, rates = central["gap_error"][0], central["gap_rate"][0]
     reference = central["reference_error"][0]
     assert rows["front_gap_error"] == pytest.approx([gaps[0], gaps[1], gaps[3], reference], abs=1e-4)
     assert rows["rear_gap_error"] == pytest.approx([0, gaps[0], gaps[2], gaps[3]], abs=1e-4)
-    assert rows["front_gap_rate"] == pytest.approx([rates[0], rates[1], rates[3], 25 - vehicles["speed"][4]], abs=1e-4)
+    assert rows["front_gap_rate"] == pytest.approx([rates[0], rates[1], rates[3], 25 - vehicles.speed[4]], abs=1e-4)
     assert rows["rear_gap_rate"] == pytest.approx([0, rates[0], rates[2], rates[3]], abs=1e-4)
     a = central["acceleration"][0]
     assert rows["front_acceleration"] == pytest.approx([a[1], a[2], a[4], 0], abs=1e-4)
@@ -175,7 +176,7 @@ def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics():
     noisy, exact = started(range(400), "learning"), started(range(400), "learning", **NOISELESS)
     for game in (noisy, exact):
         go(game, 1.0, [1, 0] * 4, 3)
-    assert np.array_equal(noisy.state.vehicles, exact.state.vehicles)
+    assert all(np.array_equal(one, other) for one, other in zip(noisy.state, exact.state, strict=True))
     for role in ("attacker", "defender"):
         assert np.array_equal(noisy.observe(role), noisy.observe(role))
         with_noise, without = seen(noisy, role), seen(exact, role)
@@ -193,7 +194,7 @@ def test_a_model_goes_on_like_the_original():
     copies = game.model(0, 2)
     assert np.array_equal(copies.observe("attacker")[1], game.observe("attacker")[0])
     assert go(copies, -1.0, num_steps=20).tolist() == [go(game, -1.0, num_steps=20)[0]] * 2
-    assert np.array_equal(copies.state.vehicles[1], game.state.vehicles[0])
+    assert all(np.array_equal(one[1], other[0]) for one, other in zip(copies.state, game.state, strict=True))
 
 
 def test_a_scene_is_a_copy():
@@ -217,5 +218,5 @@ def test_registered_defenders_play(name):
 def test_laws_are_refused_where_accelerations_are_wanted():
     with pytest.raises(ConfigurationError, match='defense_action="mode"'):
         resolve_policy("sliding", started(defense_action="command").spec("defender"))
-    with pytest.raises(ConfigurationError, match=LAWS[0]):
+    with pytest.raises(ConfigurationError, match=CONTROLLERS[0]):
         resolve_policy("baselines.rogue.laws:HeldLaw?law=lineer", started().spec("defender"))

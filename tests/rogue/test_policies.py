@@ -13,9 +13,10 @@ from baselines.rogue.switching import SIZE, Switching, shipped_weights
 from baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.conformance import check_refinement
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import view
 from cps_envs.core.lookup import policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
-from cps_envs.rogue.laws import LAWS
+from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.problem import ROGUE
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
@@ -41,7 +42,7 @@ def efforts(attacker, seeds=(0,), preset="paper", **overrides):
     seen, games = [], []
 
     def look(game):
-        seen.append(game.state.log["effort"].copy())
+        seen.append(game.state.effort[:, 2].copy())
         games[:] = [game]
 
     config = config_of(preset, **overrides)
@@ -59,7 +60,7 @@ def test_a_square_wave_applies_its_mean_over_each_hold(frequency_hz, duty):
 
 def test_a_square_wave_begins_at_the_onset():
     found, game = efforts("square?frequency_hz=0.1", range(4), "learning", duration_s=30.0)
-    onsets_s = game.state.episode["onset_step"] * game.config.dt_s
+    onsets_s = game.drawn["onset_step"] * game.config.dt_s
     for b, onset_s in enumerate(onsets_s):
         first = int(np.ceil(onset_s / 0.1)) + 1
         assert found[first : first + 47, b] == pytest.approx(1.0, abs=1e-4)
@@ -82,14 +83,14 @@ def test_each_environment_has_its_own_wave_and_keeps_its_onset_when_others_start
     game.reset(np.array([True, False]), generators)
     _, state = wave.predict(game.observe("attacker"), state, np.array([True, False]))
     assert state[0][1] == before[1]
-    assert state[0][0] == pytest.approx(game.state.episode["onset_step"][0] * game.config.dt_s, abs=1e-4)
+    assert state[0][0] == pytest.approx(game.drawn["onset_step"][0] * game.config.dt_s, abs=1e-4)
 
 
 def test_a_longer_duty_keeps_the_attacker_going():
     speeds = {}
     for name in ("square", "duty_square"):
         _, game = efforts(name)
-        speeds[name] = game.state.vehicles["speed"][0, 2]
+        speeds[name] = game.state.speed[0, 2]
     assert speeds["square"] == 0.0
     assert speeds["duty_square"] > 15.0
 
@@ -169,7 +170,7 @@ def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m, attack
     growths, humans = [], []
 
     def look(game):
-        growths.append(game.state.vehicles["growth"][0].max())
+        growths.append(game.state.growth[0].max())
         humans.append(int(game.metrics()["humans"][0]))
 
     config = config_of(attacker_index=attacker_index, dt_s=0.0005)
@@ -190,14 +191,14 @@ def test_followed_errors_are_those_of_the_laws():
     for period in range(60):
         attack = np.array([[1.0 if period < 25 else -1.0]])
         game.advance({"attacker": attack, "defender": np.array([[5, 1] * 4])}, np.ones(1, bool), 1)
-    seen, vehicles = game.fields["defender"].decode(game.observe("defender")), game.state.vehicles[0]
-    x, found = vehicles["position"], followed_errors(seen, 5)[0]
-    assert np.all(vehicles["alarm"][[0, 2, 3, 4]] != 0)
+    seen, vehicles = game.fields["defender"].decode(game.observe("defender")), view(game.state, 0)
+    x, found = vehicles.position, followed_errors(seen, 5)[0]
+    assert np.all(vehicles.alarm[[0, 2, 3, 4]] != 0)
     for place, i in enumerate((0, 2, 3, 4)):
-        growth, front = vehicles["growth"][i], vehicles["alarm"][i] > 0
+        growth, front = vehicles.growth[i], vehicles.alarm[i] > 0
         expected = x[i + 1] - x[i] - 9 - growth if front else x[i - 1] - x[i] + 9 + growth
         assert found[place] == pytest.approx(expected, abs=1e-3)
-    assert np.any(vehicles["growth"] > 0)
+    assert np.any(vehicles.growth > 0)
 
 
 def test_no_defence_is_the_linear_controller():
@@ -211,7 +212,7 @@ def test_default_opponents_play(preset, side):
     env.reset(seed=3)
     total, done = 0.0, False
     while not done:
-        action = np.zeros(1, np.float32) if side == "Attack" else np.tile([LAWS.index("detecting"), 1], 4)
+        action = np.zeros(1, np.float32) if side == "Attack" else np.tile([CONTROLLERS.index("detecting"), 1], 4)
         _, reward, _, done, info = env.step(action)
         total += reward
     assert abs(total) == pytest.approx(info["damage"] + info["formation_charge"])

@@ -8,9 +8,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
-from cps_envs.rogue.laws import LAWS
 from cps_envs.rogue.problem import ROGUE
+from cps_envs.rogue.state import State
 
 situations = st.fixed_dictionaries(
     {
@@ -34,8 +35,8 @@ def test_whatever_happens_the_state_stays_physical(situation: dict[str, Any], se
     game.reset(np.ones(2, bool), [np.random.default_rng(seed), np.random.default_rng(seed + 1)])
     total = np.zeros(2)
     for _ in range(15):
-        before = game.state.vehicles.copy()
-        laws = generator.integers(0, [len(LAWS), 2] * config.num_intact, (2, 2 * config.num_intact))
+        before = State(*(array.copy() for array in game.state))
+        laws = generator.integers(0, [len(CONTROLLERS), 2] * config.num_intact, (2, 2 * config.num_intact))
         attack = generator.choice([-1.0, 1.0, generator.uniform(-1, 1)], (2, 1))
         total += game.advance({"attacker": attack, "defender": laws}, np.ones(2, bool), 4)
         assert_physical(game, before)
@@ -47,20 +48,20 @@ def test_whatever_happens_the_state_stays_physical(situation: dict[str, Any], se
     assert np.all((metrics["formation_cost_s"] >= 0) & (metrics["formation_cost_s"] <= 6.0))
 
 
-def assert_physical(game: RogueGame, before: np.ndarray) -> None:
-    vehicles, config = game.state.vehicles, game.config
-    for name in vehicles.dtype.names or ():
-        assert np.isfinite(vehicles[name]).all(), name
-    assert (vehicles["speed"] >= 0).all()
-    assert (vehicles["speed"] <= config.power_ratio * 50 + 1e-9).all()
-    assert (vehicles["front_detector"] >= 0).all()
-    assert (vehicles["rear_detector"] >= 0).all()
-    assert (vehicles["growth"] >= before["growth"]).all()
-    latched = before["alarm"] != 0
-    assert np.array_equal(vehicles["alarm"][latched], before["alarm"][latched])
+def assert_physical(game: RogueGame, before: State) -> None:
+    vehicles, config = game.state, game.config
+    for name, values in vehicles._asdict().items():
+        assert np.isfinite(values).all(), name
+    assert (vehicles.speed >= 0).all()
+    assert (vehicles.speed <= config.power_ratio * 50 + 1e-9).all()
+    assert (vehicles.front_detector >= 0).all()
+    assert (vehicles.rear_detector >= 0).all()
+    assert (vehicles.growth >= before.growth).all()
+    latched = before.alarm != 0
+    assert np.array_equal(vehicles.alarm[latched], before.alarm[latched])
     if config.contact == "solid":
-        gaps = np.diff(vehicles["position"])
+        gaps = np.diff(vehicles.position)
         assert (gaps >= config.vehicle_length_m - 0.5).all()  # one sweep of overlap removal
-        assert (np.diff(vehicles["position"]) > 0).all()
+        assert (np.diff(vehicles.position) > 0).all()
     else:
-        assert (vehicles["position"] >= before["position"]).all()
+        assert (vehicles.position >= before.position).all()

@@ -9,28 +9,30 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.core.kernels import unpack, view
 from cps_envs.rogue.config import RogueConfig
+from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
-from cps_envs.rogue.laws import LAWS
 from cps_envs.rogue.problem import ROGUE
+from cps_envs.rogue.state import Drawn
 from tests.rogue.reference import Reference
 
 
 def started(config: RogueConfig, seed: int) -> tuple[RogueGame, Reference]:
     game = RogueGame(config, 1)
     game.reset(np.ones(1, bool), [np.random.default_rng(seed)])
-    vehicles, episode = game.state.vehicles[0], game.state.episode[0]
-    drawn = {name: float(episode[name]) for name in ("drive_mps2", "drag_per_s", "reference_speed_mps")}
-    exact = ROGUE.config("paper", {**vars(config), **drawn, "attacker_index": int(episode["attacker"]) + 1})
+    vehicles, c = view(game.state, 0), unpack(Drawn, game.drawn, 0)
+    drawn = {name: getattr(c, name) for name in ("drive_mps2", "drag_per_s", "reference_speed_mps")}
+    exact = ROGUE.config("paper", {**vars(config), **drawn, "attacker_index": c.attacker + 1})
     return game, Reference(
         exact,
-        vehicles["position"].copy(),
-        vehicles["speed"].copy(),
+        vehicles.position.copy(),
+        vehicles.speed.copy(),
         laws={},
         modified={},
         command={},
-        ratio=float(episode["attacker_drive_mps2"] / episode["drive_mps2"]),
-        onset_s=float(episode["onset_step"] * config.dt_s),
+        ratio=c.attacker_drive_mps2 / c.drive_mps2,
+        onset_s=c.onset_step * config.dt_s,
     )
 
 
@@ -48,11 +50,11 @@ def play(config: RogueConfig, seed: int, periods: int = 20) -> tuple[RogueGame, 
     intact = [i for i in range(1, config.num_vehicles + 1) if i != reference.c.attacker_index]
     for _ in range(periods):
         attack = generator.choice([-1.0, 1.0, generator.uniform(-1, 1)])
-        laws, modified = generator.integers(0, [[len(LAWS)], [2]], (2, len(intact)))
+        laws, modified = generator.integers(0, [[len(CONTROLLERS)], [2]], (2, len(intact)))
         commands = generator.uniform(-1, 1, len(intact))
         mode = config.defense_action == "mode"
         defense = np.stack([laws, modified], axis=1).ravel() if mode else commands
-        reference.laws = {i: LAWS[law] if mode else "command" for i, law in zip(intact, laws, strict=True)}
+        reference.laws = {i: CONTROLLERS[law] if mode else "command" for i, law in zip(intact, laws, strict=True)}
         reference.modified = dict(zip(intact, modified.tolist(), strict=True))
         reference.command = {i: u * (7.5 if u < 0 else 2.5) for i, u in zip(intact, commands, strict=True)}
         effort = effort_of(attack, reference)
@@ -63,15 +65,15 @@ def play(config: RogueConfig, seed: int, periods: int = 20) -> tuple[RogueGame, 
 
 
 def assert_equal(game: RogueGame, reference: Reference) -> None:
-    vehicles = game.state.vehicles[0]
-    np.testing.assert_allclose(vehicles["position"], reference.x[1:], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(vehicles["speed"], reference.v[1:], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(game.state.pairs["damage"][0], reference.damage[1:], rtol=0, atol=1e-6)
-    z = np.stack([vehicles["front_detector"], vehicles["rear_detector"]], axis=1)
+    vehicles = view(game.state, 0)
+    np.testing.assert_allclose(vehicles.position, reference.x[1:], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(vehicles.speed, reference.v[1:], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(game.state.damage[0], reference.damage[1:], rtol=0, atol=1e-6)
+    z = np.stack([vehicles.front_detector, vehicles.rear_detector], axis=1)
     np.testing.assert_allclose(z, reference.z[1:], rtol=1e-6, atol=1e-6)
-    np.testing.assert_allclose(vehicles["growth"], reference.s[1:] - reference.c.separation_m, atol=1e-12)
+    np.testing.assert_allclose(vehicles.growth, reference.s[1:] - reference.c.separation_m, atol=1e-12)
     sides = {"front": 1, "rear": -1, "": 0}
-    assert vehicles["alarm"].tolist() == [sides[mode] for mode in reference.mode[1:]]
+    assert vehicles.alarm.tolist() == [sides[mode] for mode in reference.mode[1:]]
 
 
 STARTS: dict[str, dict[str, Any]] = {
@@ -106,9 +108,9 @@ def test_the_cases_reach_alarms_growth_and_contact() -> None:
     seen = {"alarm": False, "growth": False, "pass": False, "solid": False}
     for case in STARTS.values():
         game, _ = play(ROGUE.config("paper", case), 0)
-        seen["alarm"] |= bool(game.state.vehicles["alarm"].any())
-        seen["growth"] |= bool(game.state.vehicles["growth"].any())
-        seen[game.config.contact] |= bool(game.state.pairs["damage"].any())
+        seen["alarm"] |= bool(game.state.alarm.any())
+        seen["growth"] |= bool(game.state.growth.any())
+        seen[game.config.contact] |= bool(game.state.damage.any())
     assert all(seen.values()), seen
 
 

@@ -15,22 +15,22 @@ from typer.testing import CliRunner
 from agents.cli import app
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.core.types import Array
-from cps_envs.rogue.columns import wanted_growth
 from cps_envs.rogue.config import PRESETS, RogueConfig
+from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
-from cps_envs.rogue.history import MOST_POINTS, History
-from cps_envs.rogue.laws import LAWS
-from cps_envs.rogue.palette import LAW_COLORS
-from cps_envs.rogue.road import lay_out, named, window_m
-from cps_envs.rogue.scene import Scene
-from cps_envs.rogue.viewer import Viewer, plots
+from cps_envs.rogue.picture.bars import wanted_growth
+from cps_envs.rogue.picture.history import MOST_POINTS, History
+from cps_envs.rogue.picture.palette import LAW_COLORS
+from cps_envs.rogue.picture.road import lay_out, named, window_m
+from cps_envs.rogue.picture.scene import Scene
+from cps_envs.rogue.picture.viewer import Viewer, plots
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/RogueAttack-v0", "cps_envs:cps_envs/RogueDefense-v0"
 EVERY = np.ones(1, np.bool_)
 CONFIG = RogueConfig()
 SOLID = replace(CONFIG, contact="solid", power_ratio=1.3, duration_s=60.0)
 ROAD = (16.0, 118.0, 928.0, 74.0)
-DETECTING, HUMAN = LAWS.index("detecting"), LAWS.index("human")
+DETECTING, HUMAN = CONTROLLERS.index("detecting"), CONTROLLERS.index("human")
 
 pygame = pytest.importorskip("pygame")
 
@@ -245,7 +245,7 @@ def test_growth_is_wanted_of_whom_one_follows() -> None:
 
 
 def test_every_law_has_its_own_colour() -> None:
-    assert set(LAW_COLORS) == {*LAWS, "commanded", "attacker"} - {"detecting"}
+    assert set(LAW_COLORS) == {*CONTROLLERS, "commanded", "attacker"} - {"detecting"}
     assert len(set(LAW_COLORS.values())) == len(LAW_COLORS)
 
 
@@ -298,7 +298,7 @@ def test_a_picture_of_a_late_moment_shows_what_led_to_it(tmp_path: Path) -> None
     game.reset(EVERY, [np.random.default_rng(0)])
     for _ in range(20):
         viewer.watch(game.scene(0))
-        drive(game, 0.0, LAWS.index("linear"))
+        drive(game, 0.0, CONTROLLERS.index("linear"))
     shown = imageio.imread(target)
     assert np.array_equal(shown, viewer.frame(game.scene(0)))
 

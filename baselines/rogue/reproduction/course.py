@@ -9,7 +9,7 @@ import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.picture.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import PAPER, RogueConfig
+from cps_envs.rogue.picture.scene import Scene
 from cps_envs.rogue.problem import ROGUE
-from cps_envs.rogue.scene import Scene
 
 Wave = tuple[float, float]  # frequency in Hz, duty
 Overrides = tuple[tuple[str, Any], ...]

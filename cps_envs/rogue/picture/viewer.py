@@ -10,15 +10,15 @@ from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, Color
 from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
 from cps_envs.core.picture.vehicle import ASPHALT
 from cps_envs.core.types import Array, BoolArray
-from cps_envs.rogue.columns import draw_damage, draw_detectors, draw_gaps, draw_numbers
 from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.curves import draw_damage_curve, draw_gap_curves, draw_speed_curves, events
-from cps_envs.rogue.history import Course, History
-from cps_envs.rogue.laws import DRIVEN
-from cps_envs.rogue.overview import draw_overview
-from cps_envs.rogue.palette import ALARM, ATTACKER, BRAKING, DAMAGE, LAW_COLORS
-from cps_envs.rogue.road import draw_road
-from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.controllers import DRIVEN
+from cps_envs.rogue.picture.bars import draw_damage, draw_detectors, draw_gaps, draw_numbers
+from cps_envs.rogue.picture.curves import draw_damage_curve, draw_gap_curves, draw_speed_curves, events
+from cps_envs.rogue.picture.history import Course, History
+from cps_envs.rogue.picture.overview import draw_overview
+from cps_envs.rogue.picture.palette import ALARM, ATTACKER, BRAKING, DAMAGE, LAW_COLORS
+from cps_envs.rogue.picture.road import draw_road
+from cps_envs.rogue.picture.scene import Scene
 
 CARD = 112.0  # pixels from card to card
 ROAD_TOP, ROAD_HEIGHT = 118, 74

@@ -5,9 +5,9 @@ from __future__ import annotations
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.palette import MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT
-from cps_envs.rogue.palette import LAW_COLORS
-from cps_envs.rogue.road import window_m
-from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.picture.palette import LAW_COLORS
+from cps_envs.rogue.picture.road import window_m
+from cps_envs.rogue.picture.scene import Scene
 
 LABEL = 62  # pixels at the right for the length of the strip
 SMALL = 15

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.picture.scene import Scene
 
 MOST_POINTS = 300  # of a curve
 

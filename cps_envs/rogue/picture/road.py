@@ -10,8 +10,8 @@ from cps_envs.core.picture.canvas import Box, Canvas, Point, legible
 from cps_envs.core.picture.palette import INK, MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.rogue.palette import ALARM, ATTACKER, BRAKE_LIGHT, DAMAGE, LAW_COLORS
-from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.picture.palette import ALARM, ATTACKER, BRAKE_LIGHT, DAMAGE, LAW_COLORS
+from cps_envs.rogue.picture.scene import Scene
 
 BEYOND = 3.0  # separations of road shown before and behind the platoon in steady state
 DASH_PERIOD_M = 12.0

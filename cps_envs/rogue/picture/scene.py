@@ -6,7 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.kernels import unpack
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.rogue.config import RogueConfig
+from cps_envs.rogue.controllers import COMMANDED, DRIVEN
+from cps_envs.rogue.state import Drawn, State
 
 
 @dataclass(frozen=True)
@@ -47,3 +51,36 @@ class Scene:
     def desired_gap_m(self) -> float:
         """The gap that belongs to the separation sigma, m."""
         return self.separation_m - self.vehicle_length_m
+
+
+def scene_of(state: State, drawn: Array, b: int, config: RogueConfig, metrics: dict[str, float]) -> Scene:
+    """Copies of what a picture shows of an episode."""
+    episode, c = State(*(array[b].copy() for array in state)), unpack(Drawn, drawn, b)
+    names = ["commanded" if number == COMMANDED else DRIVEN[number] for number in episode.controller.tolist()]
+    names[c.attacker] = "attacker"
+    return Scene(
+        episode=c.noise_seed,
+        time_s=float(episode.step * config.dt_s),
+        duration_s=config.duration_s,
+        attacker=c.attacker,
+        onset_s=c.onset_step * config.dt_s,
+        effort=float(episode.effort[c.attacker]),
+        effort_limits=(config.min_effort, config.max_effort),
+        power_ratio=c.attacker_drive_mps2 / c.drive_mps2,
+        position=episode.position,
+        speed=episode.speed,
+        acceleration=episode.acceleration,
+        reference_m=float(episode.position[-1]) + metrics["reference_error_m"],
+        reference_speed_mps=c.reference_speed_mps,
+        separation_m=config.separation_m,
+        vehicle_length_m=config.vehicle_length_m,
+        growth=episode.growth,
+        law=tuple(names),
+        alarm=episode.alarm,
+        detector=np.stack([episode.front_detector, episode.rear_detector], axis=1),
+        alarm_threshold=config.alarm_threshold,
+        contact=config.contact,
+        touching=~episode.armed,
+        damage=episode.damage,
+        metrics=metrics,
+    )

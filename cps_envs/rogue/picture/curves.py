@@ -10,9 +10,9 @@ from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.palette import MUTED, Color, tint
 from cps_envs.core.picture.plot import AXIS, SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import FloatArray
-from cps_envs.rogue.history import Course
-from cps_envs.rogue.palette import AHEAD, ALARM, ATTACKER, BEHIND, BRAKING, DAMAGE, OTHER
-from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.picture.history import Course
+from cps_envs.rogue.picture.palette import AHEAD, ALARM, ATTACKER, BEHIND, BRAKING, DAMAGE, OTHER
+from cps_envs.rogue.picture.scene import Scene
 
 STRIP = 6  # pixels of what shows the attacker's effort
 LEVELS = 10  # of effort that its colours tell apart, on either side of zero

@@ -8,8 +8,8 @@ from cps_envs.core.picture.bars import draw_bar, draw_value
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.palette import INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.core.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
-from cps_envs.rogue.palette import AHEAD, ALARM, ATTACKER, BEHIND, DAMAGE, LAW_COLORS, OTHER, WANTED
-from cps_envs.rogue.scene import Scene
+from cps_envs.rogue.picture.palette import AHEAD, ALARM, ATTACKER, BEHIND, DAMAGE, LAW_COLORS, OTHER, WANTED
+from cps_envs.rogue.picture.scene import Scene
 
 NARROWEST_NUMBERED = 36  # pixels of a column, below which values are not written
 SHARE = 0.4  # of a column's width that a bar takes
