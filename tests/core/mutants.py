@@ -292,6 +292,47 @@ class StartsUnasked(ToyAttackVectorEnv):
             self.reset()
 
 
+@mutant("horizon")
+class GoesBeyond(ToyGame):
+    def _check_end(self, envs: Any, num_steps: int) -> None:
+        """Do not look."""
+
+
+@mutant("horizon")
+class RefusesTooLate(ToyGame):
+    def _check_end(self, envs: Any, num_steps: int) -> None:
+        self._advance({}, envs, num_steps)
+        super()._check_end(envs, num_steps)
+
+
+@mutant("frame_skip", part="single_class")
+class SkipsNothing(ToyAttackEnv):
+    def __init__(self, *, frame_skip: int = 1, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+
+@mutant("frame_skip", part="vector_class", role="defender")
+class BatchSkipsFewer(ToyDefenseVectorEnv):
+    def __init__(self, num_envs: int = 1, *, frame_skip: int = 1, **kwargs: Any) -> None:
+        super().__init__(num_envs, frame_skip=max(frame_skip - 1, 1), **kwargs)
+
+
+@mutant("frame_skip")
+class LooksCost(ToyGame):
+    """What is observed changes the game, so that steps that nobody looks at differ."""
+
+    def observe(self, role: Role) -> Any:
+        self.fee = self.fee - 0.01  # at each look
+        return super().observe(role)
+
+
+@mutant("threads")
+class CountsItsBlock(ToyGame):
+    def _move(self, moves: Any, pushes: Any, envs: Any, num_steps: int) -> None:
+        super()._move(moves, pushes, envs, num_steps)
+        self.closeness[envs] += 1e-6 * envs.sum()
+
+
 @mutant("return")
 class PaysDouble(ToyGame):
     def _advance(self, actions: Any, envs: Any, num_steps: int) -> Any:

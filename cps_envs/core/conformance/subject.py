@@ -59,8 +59,8 @@ class Subject:
 
     @property
     def game_kwargs(self) -> dict[str, Any]:
-        """The arguments without the opponent, for the face that plays both roles from outside."""
-        return {name: value for name, value in self.kwargs.items() if name != "opponent"}
+        """The arguments without those of one role, for the interface that plays both roles from outside."""
+        return {name: value for name, value in self.kwargs.items() if name not in ("opponent", "frame_skip")}
 
     def single(self, **extra: Any) -> RoleEnv:
         """A fresh `gymnasium.Env`."""
@@ -85,9 +85,9 @@ class Subject:
         except (TypeError, ValueError) as error:
             raise NotApplicableError(f"no swarm form: {error}") from error
 
-    def game(self) -> Game:
-        """A game of one environment."""
-        return self.single().game
+    def game(self, num_envs: int = 1) -> Game:
+        """A game that nobody has started."""
+        return self.batch(num_envs).game
 
     def faces(self) -> dict[str, Callable[[], Any]]:
         """The faces of this role by name; each call makes a fresh environment."""
