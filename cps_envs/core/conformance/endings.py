@@ -53,16 +53,16 @@ def _played(subject: Subject, seed: int, boldness: float, rival: Mapping[str, st
 
 def check_reset_needed(subject: Subject) -> None:
     """`step` before the first `reset`, or after an episode has ended, raises gymnasium.error.ResetNeeded."""
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         actions, _ = record(make(), seed=61)
-        _assert_refused(make(), actions[0], f"the {name} face steps before the first reset")
+        _assert_refused(make(), actions[0], f"the {name} interface steps before the first reset")
         if name != "batch":
             env = make()
             info: Any = env.reset(seed=61)[-1]
             crew = Crew(env, 61)
             for _ in actions:
                 info = env.step(crew.act(info))[-1]
-            _assert_refused(env, actions[0], f"the {name} face steps on after the end of an episode")
+            _assert_refused(env, actions[0], f"the {name} interface steps on after the end of an episode")
 
 
 def check_horizon(subject: Subject) -> None:
