@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from baselines.rogue.laws import require_laws
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
 from cps_envs.rogue.actions import MODIFIED, PLAIN
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 
@@ -37,15 +36,9 @@ class Disband(AnalyticPolicy):
         self.together = np.tile([CONTROLLERS.index("detecting"), MODIFIED], count)
         self.apart = np.tile([CONTROLLERS.index("human"), PLAIN], count)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The laws (B, 2 (n - 1)) of the intact vehicles."""
-        seen, config = self.spec.fields.decode(observation), self.spec.config
+        config = self.spec.config
         following = np.abs(seen["alarm"]) > 0.5
         grows = np.abs(followed_errors(seen, config.num_vehicles)) < config.inner_share * config.separation_m
         growth = seen["growth"] + ROUNDING_M
@@ -55,7 +48,7 @@ class Disband(AnalyticPolicy):
         return np.where(apart[:, np.newaxis], self.apart, self.together), state
 
 
-def followed_errors(seen: Mapping[str, FloatArray], num_vehicles: int) -> FloatArray:
+def followed_errors(seen: Seen, num_vehicles: int) -> FloatArray:
     """The error e (B, n - 1), m, of each intact vehicle on the side of its alarm, where its separation has grown."""
     seized = np.round(seen["attacker_index"]).astype(np.int64)[:, np.newaxis] - 1
     place = np.arange(num_vehicles - 1)

@@ -7,7 +7,8 @@ import numpy as np
 from baselines.rogue.memory import recalled
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
 from cps_envs.rogue.actions import action_of_effort
 
 LONG_DUTY = 0.85  # chosen: drag does not stop the vehicle in the long run, which half the time at F+ lets it do
@@ -30,18 +31,11 @@ class SquareWave(AnalyticPolicy):
                 f"a square wave needs frequency_hz > 0 and 0 < duty <= 1; got {frequency_hz} and {duty}"
             )
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
         config, hold_s = self.spec.config, self.spec.decision_interval_s
-        seen = self.spec.fields.decode(observation)
         begin_s = np.round((config.duration_s - seen["time_left_s"]) / hold_s) * hold_s
-        onset_s = recalled(begin_s + seen["until_onset_s"], state, episode_start)
+        onset_s = recalled(begin_s + seen["until_onset_s"], seen, state)
         since_s = begin_s - onset_s
         share = np.clip((self._driving_s(since_s + hold_s) - self._driving_s(since_s)) / hold_s, 0.0, 1.0)
         effort = config.min_effort + share * (config.max_effort - config.min_effort)

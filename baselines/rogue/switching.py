@@ -11,7 +11,8 @@ import numpy as np
 from baselines.rogue.memory import recalled
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
 
 SIGNALS = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "speed_excess", "one")
 RATE_MPS, EXCESS_MPS = 5.0, 10.0
@@ -46,15 +47,9 @@ class Switching(AnalyticPolicy):
                 raise ConfigurationError(f"weights of shape (7,) or (B, 7) were expected, got {self.sets.shape}")
         self.searched = weights is None
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1), each -1 or 1, which are also the state (B,)."""
-        seen, sigma = self.spec.fields.decode(observation), self.spec.config.separation_m
+        sigma = self.spec.config.separation_m
         weights = self.sets
         if self.searched:
             weights = self.sets[np.argmin(np.abs(seen["power_ratio"][:, np.newaxis] - self.ratios), axis=1)]
@@ -64,10 +59,10 @@ class Switching(AnalyticPolicy):
             seen["rear_gap_error"] / sigma,
             seen["rear_gap_rate"] / RATE_MPS,
             (seen["speed"] - seen["reference_speed"]) / EXCESS_MPS,
-            np.ones(len(observation)),
+            np.ones(len(seen)),
         )
         form = np.sum(np.stack(signals, axis=1) * weights[..., :-1], axis=1)
-        before = recalled(np.ones(len(observation)), state, episode_start)
+        before = recalled(np.ones(len(seen)), seen, state)
         sign = np.where(np.abs(form) > np.abs(weights[..., -1]), np.sign(form), before)
         return sign[:, np.newaxis], (sign,)
 
