@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from baselines.rogue.disband import Disband, followed_errors
+from baselines.rogue.disband import Disband, followed_error
 from baselines.rogue.random_switching import RandomSwitching
 from baselines.rogue.square import SquareWave
 from baselines.rogue.switching import SIZE, Switching, shipped_weights
@@ -184,15 +184,16 @@ def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m, attack
     assert np.all(np.array(growths) < threshold_m)
 
 
-def test_followed_errors_are_those_of_the_laws():
+def test_followed_errors_are_those_of_the_controllers():
     config = config_of(attacker_index=2, alarm_threshold=20.0, dt_s=0.0005)
     game = ROGUE.game(config, 1)
     game.reset(np.ones(1, bool), [np.random.default_rng(0)])
     for period in range(60):
         attack = np.array([[1.0 if period < 25 else -1.0]])
         game.advance({"attacker": attack, "defender": np.array([[5, 1] * 4])}, np.ones(1, bool), 1)
-    seen, vehicles = game.fields["defender"].decode(game.observe("defender")), view(game.state, 0)
-    x, found = vehicles.position, followed_errors(seen, 5)[0]
+    fields, shown, vehicles = game.fields["defender"], game.observe("defender"), view(game.state, 0)
+    x, at = vehicles.position, fields.offsets.view(np.recarray)[0]
+    found = [followed_error(shown, at, fields.scale, 0, k) for k in range(4)]
     assert np.all(vehicles.alarm[[0, 2, 3, 4]] != 0)
     for place, i in enumerate((0, 2, 3, 4)):
         growth, front = vehicles.growth[i], vehicles.alarm[i] > 0
