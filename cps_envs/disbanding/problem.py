@@ -24,7 +24,7 @@ DISBANDING = Problem(
         "paper": {"attacker": "lead", "defender": "none"},
         "learning": {"attacker": "random", "defender": "none"},
     },
-    viewer="cps_envs.disbanding.viewer:Viewer",
+    viewer="cps_envs.disbanding.picture.viewer:Viewer",
     work=Work(
         unit="vehicle-steps",
         per_game_step=vehicle_steps,
