@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.problem import Problem, Work
+from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.fdi.config import PRESETS, FdiConfig
-from cps_envs.fdi.fields import attacker_fields, defender_fields
-from cps_envs.fdi.game import FdiGame
 
 
 def decisions(config: FdiConfig) -> float:
@@ -23,8 +21,11 @@ FDI = Problem(
     version=0,
     summary="An attacker falsifies range and range-rate readings to make vehicles collide; a defender doubts them.",
     presets=PRESETS,
-    game=FdiGame,
-    fields={"attacker": attacker_fields, "defender": defender_fields},
+    game=Later("cps_envs.fdi.game:FdiGame"),
+    fields={
+        "attacker": Later("cps_envs.fdi.fields:attacker_fields"),
+        "defender": Later("cps_envs.fdi.fields:defender_fields"),
+    },
     opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
     viewer="cps_envs.fdi.viewer:Viewer",
     work=Work(unit="decisions", per_game_step=decisions, vector_target_per_s=2e6),
