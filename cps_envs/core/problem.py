@@ -42,8 +42,6 @@ class Work:
 
     unit: str  # plural, such as "vehicle-steps"
     per_game_step: Callable[[Any], float]  # units that an environment does in a game step under a configuration
-    target_per_s: float = 0.0  # units per CPU second that the simulation alone ought to reach; 0: none
-    vector_target_per_s: float = 0.0  # the same of the attacker's vector environment with 1,024 environments
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,5 @@ DISBANDING = Problem(
     },
     viewer="cps_envs.disbanding.viewer:Viewer",
     swarm="defender",
-    work=Work(
-        unit="vehicle-steps",
-        per_game_step=vehicle_steps,
-        target_per_s=20e6,
-    ),
+    work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

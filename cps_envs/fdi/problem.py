@@ -6,9 +6,9 @@ from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.fdi.config import PRESETS, FdiConfig
 
 
-def decisions(config: FdiConfig) -> float:
-    """Decisions in a game step of an episode; a function of its own so that problems pickle."""
-    return 1.0
+def vehicle_steps(config: FdiConfig) -> float:
+    """Steps of single vehicles in a game step of an episode; a function of its own so that problems pickle."""
+    return config.num_vehicles
 
 
 ATTACKERS = {  # where it is not the plain optimum
@@ -28,5 +28,5 @@ FDI = Problem(
     },
     opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
     viewer="cps_envs.fdi.viewer:Viewer",
-    work=Work(unit="decisions", per_game_step=decisions, vector_target_per_s=2e6),
+    work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

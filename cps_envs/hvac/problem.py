@@ -32,5 +32,5 @@ HVAC = Problem(
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "mtd2"},
     },
     viewer="cps_envs.hvac.picture.viewer:Viewer",
-    work=Work(unit="sensor-steps", per_game_step=sensor_steps, target_per_s=4 / 30e-6),
+    work=Work(unit="sensor-steps", per_game_step=sensor_steps),
 )

@@ -12,9 +12,9 @@ LEARNING_ATTACKERS = (
 LEARNING_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
 
 
-def platoon_steps(config: RogueConfig) -> float:
-    """Integration steps of the platoon in a game step of an episode; a function of its own so that problems pickle."""
-    return config.steps_per_period
+def vehicle_steps(config: RogueConfig) -> float:
+    """Integration steps of single vehicles in a game step; a function of its own so that problems pickle."""
+    return config.steps_per_period * config.num_vehicles
 
 
 ROGUE = Problem(
@@ -33,5 +33,5 @@ ROGUE = Problem(
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
     swarm="defender",
-    work=Work(unit="platoon-steps", per_game_step=platoon_steps, target_per_s=10e6),
+    work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )
