@@ -32,13 +32,14 @@ def drive(position: FloatArray, speed: FloatArray, sweeps: int) -> None:
 
 def measure_yardsticks(seconds: float) -> Yardsticks:
     """Both, with about `seconds` of CPU for each."""
-    position, speed = _aligned(VEHICLES), _aligned(VEHICLES)
+    position, speed = _arrays()
     updates = VEHICLES * SWEEPS * calls_per_s(lambda: drive(position, speed, SWEEPS), seconds)
     return Yardsticks(1e6 / calls_per_s(single(CARTPOLE), seconds), updates)
 
 
-def _aligned(size: int) -> FloatArray:
-    """An array (size,) that begins with a line of the cache."""
-    room = np.empty(size * 8 + LINE, np.uint8)
-    start = -room.ctypes.data % LINE
-    return room[start : start + size * 8].view(np.float64)
+def _arrays() -> tuple[FloatArray, FloatArray]:
+    """Positions and speeds (n,), each at the beginning of a line of the cache and with different places in it."""
+    room = np.empty(3 * VEHICLES * 8, np.uint8)
+    start, size = -room.ctypes.data % LINE, VEHICLES * 8
+    second = start + size + LINE
+    return room[start : start + size].view(np.float64), room[second : second + size].view(np.float64)
