@@ -17,7 +17,7 @@ from gymnasium.vector import AutoresetMode
 from agents.zoo.card import read_card
 from agents.zoo.files import SHIPPED, shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.kernel_cache import compiled
 from cps_envs.core.lookup import policy_names
@@ -64,7 +64,9 @@ def _interfaces(problem: Problem, preset: str) -> Iterator[Visit]:
         env_id = problem.env_id(role)
         yield Visit(problem.name, f"{preset}: {role}, single", partial(_single, env_id, preset))
         yield Visit(problem.name, f"{preset}: {role}, vector", partial(_vector, env_id, preset))
-    yield Visit(problem.name, f"{preset}: parallel", partial(_agents, partial(DuelEnv, problem, preset=preset)))
+    yield Visit(
+        problem.name, f"{preset}: parallel", partial(_agents, partial(RolesParallelEnv, problem, preset=preset))
+    )
     if problem.swarm:
         made = partial(SwarmEnv, problem, problem.swarm, preset=preset)
         yield Visit(problem.name, f"{preset}: swarm", partial(_agents, made))

@@ -12,7 +12,7 @@ import numpy as np
 
 from agents.bench.clock import Call, calls_per_s, microseconds
 from agents.bench.row import Item, Values, Yardsticks
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES
 
@@ -85,7 +85,7 @@ def vector(env_id: str, num_envs: int, *, neutral: bool = False, **options: Any)
 
 def parallel(problem: Problem) -> Call:
     """A step of the PettingZoo form."""
-    env = DuelEnv(problem)
+    env = RolesParallelEnv(problem)
     _, infos = env.reset(seed=0)
     draws = {}
     for role, agent in AGENTS.items():
