@@ -39,7 +39,7 @@ def bench(
 
     items = plan([find_problem(name) for name in only or PROBLEMS], _parts(parts or [], training))
     with Progress("bench", len(items)) as progress:
-        progress.say(f"{len(items)} rows; kernels that are not compiled yet come first")
+        progress.say(f"{len(items)} rows; kernels that are not compiled yet make them longer")
         found = measure(items, QUICK_S if quick else seconds, lambda done, _, note: progress.update(done, note))
     machine, targets = describe(), judge(found.rows)
     if as_json:

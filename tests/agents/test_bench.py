@@ -100,7 +100,7 @@ def test_everything_is_measured() -> None:
     assert hit["substep_ns"] > 0
     added = rows[ADDED, "RogueDefense"].values
     assert added["game_us"] > 1
-    assert added["vector_us"] > added["single_us"] > 0
+    assert added["vector_us"] > 0
     square = rows["opponents", "rogue.attacker.square"].values
     assert square["times_none_1"] > 1
     assert rows["opponents", "rogue.defender.pd"].values.keys() >= {"us_1", "us_64", "times_none_64"}
