@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-from numba.core.caching import FunctionCache, NullCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.sigutils import normalize_signature
 
 IMPORT = re.compile(r"^(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+([\w.]+))", re.MULTILINE)
@@ -40,12 +40,32 @@ compiled: list[str] = []  # the kernels that this process had to compile
 told: set[str] = set()  # what it has said about that
 
 
+class Index(IndexDataCacheFile):
+    """The list of what is kept of a function; one that cannot be read counts as empty.
+
+    It names the classes of the signatures, which may have gone since it was written, or it may be damaged.
+    """
+
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()  # type: ignore[no-untyped-call]
+        except Exception:  # whatever a file of unknown content does to pickle
+            return {}
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return super()._load_data(name)  # type: ignore[no-untyped-call]
+        except Exception as error:
+            raise OSError(f"{name} cannot be read: {error}") from error  # numba then compiles anew
+
+
 class SourceCache(FunctionCache):
     """Numba's cache of a function, valid for the sources of everything that the function's module imports of us."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        self._cache_file._source_stamp = sources_stamp(function.__module__)
+        stamp = sources_stamp(function.__module__)
+        self._cache_file = Index(self._cache_path, self._impl.filename_base, stamp)  # type: ignore[no-untyped-call]
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function for a signature; None if there is none, and numba then compiles it.
