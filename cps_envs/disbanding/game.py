@@ -85,6 +85,7 @@ class DisbandingGame(Game):
     """
 
     name = "disbanding"
+    threaded = True
 
     def __init__(self, config: DisbandingConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -134,8 +135,8 @@ class DisbandingGame(Game):
         targets = actions.get("attacker", self._waiting)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
         before, steps = self._account.total.copy(), num_steps * self.config.steps_per_period
-        moves = (targets, correction, envs, steps)
-        step(self.state, self.constants, self._account, self._metrics, self._rules, *moves)
+        known = (self.state, self.constants, self._account, self._metrics, self._rules)
+        self.threads.run(lambda mine: step(*known, targets, correction, mine, steps), envs)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
         return self._account.total - before

@@ -92,6 +92,7 @@ class RobotGame(Game):
     """
 
     name = "testbed"
+    threaded = True
     payoff_parts = ("velocity_error",)
 
     def __init__(self, config: RobotConfig, num_envs: int) -> None:
@@ -142,7 +143,7 @@ class RobotGame(Game):
         targets = actions.get("attacker", self._waiting)
         correction = self.max_correction_mps2 * actions["defender"] if "defender" in actions else self._still
         known = (self.robots, self.string, self.constants, self._account, self._metrics, self._rules)
-        step(*known, targets, correction, envs, num_steps)
+        self.threads.run(lambda mine: step(*known, targets, correction, mine, num_steps), envs)
         return self._account.velocity_error - before
 
     def observe(self, role: Role) -> Observation:
