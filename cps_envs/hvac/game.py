@@ -46,6 +46,7 @@ class HvacGame(Game):
     """
 
     name = "hvac"
+    threaded = True
 
     def __init__(self, config: HvacConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -88,7 +89,7 @@ class HvacGame(Game):
         payoff = np.zeros(self.num_envs)
         forging = np.ascontiguousarray(actions.get("attacker", self._quiet), np.float64)
         choices = np.ascontiguousarray(actions.get("defender", self._raw), np.int64)
-        self._step(forging, choices, np.ascontiguousarray(envs), num_steps, payoff)
+        self.threads.run(lambda mine: self._step(forging, choices, mine, num_steps, payoff), np.ascontiguousarray(envs))
         return payoff
 
     def observe(self, role: Role) -> Observation:
