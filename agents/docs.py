@@ -11,12 +11,15 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import gymnasium
+from gymnasium.envs.registration import load_env_creator
+
 from agents.catalogue import PolicyEntry, pettingzoo_ids, policies
 from agents.files import write_text
 from cps_envs import PROBLEMS
 from cps_envs.core.problem import Problem
+from cps_envs.core.registration import class_name
 from cps_envs.core.types import ROLES, Role
-from cps_envs.registration import class_name
 
 PAGE = Path(__file__).parent.parent / "docs" / "environments.md"
 HEAD = """# Environments
@@ -44,11 +47,11 @@ def _anchor(problem: Problem, role: Role) -> str:
 
 
 def _problem(problem: Problem) -> Iterator[str]:
-    module = import_module(f"{problem.namespace}.{problem.name}.envs")
     for role in ROLES:
         name = class_name(problem, role)
         yield f"## {name}\n\n```python\n{_snippet(problem, role)}\n```\n"
-        yield _deeper(inspect.getdoc(getattr(module, f"{name}Env")) or "") + "\n"
+        made: Any = load_env_creator(str(gymnasium.spec(problem.env_id(role)).entry_point))
+        yield _deeper(inspect.getdoc(made) or "") + "\n"
     yield f"## {problem.name}: both roles, and teams\n"
     for form, function in pettingzoo_ids(problem).items():
         if form != "id":

@@ -1,5 +1,10 @@
-"""PettingZoo's view of the disbanding problem: `parallel_env()`, `env()` and the decentralised `swarm_env()`."""
+"""The disbanding problem through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.disbanding.envs import env, parallel_env, swarm_env
+from cps_envs.core.registration import declare
+from cps_envs.disbanding.pages import ATTACK, DEFENSE, RHYTHM, SWARM
+from cps_envs.disbanding.problem import DISBANDING
 
-__all__ = ["env", "parallel_env", "swarm_env"]
+forms = declare(DISBANDING, __name__, attack=ATTACK, defense=DEFENSE, rhythm=RHYTHM, swarm=SWARM)
+DisbandingAttackEnv, DisbandingAttackVectorEnv = forms.attack
+DisbandingDefenseEnv, DisbandingDefenseVectorEnv = forms.defense
+parallel_env, env, swarm_env = forms.parallel_env, forms.env, forms.swarm_env

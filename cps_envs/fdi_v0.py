@@ -1,5 +1,10 @@
-"""PettingZoo's view of the false-data-injection problem: `parallel_env()` and `env()`."""
+"""False data injection through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.fdi.envs import env, parallel_env
+from cps_envs.core.registration import declare
+from cps_envs.fdi.pages import ATTACK, DEFENSE, RHYTHM
+from cps_envs.fdi.problem import FDI
 
-__all__ = ["env", "parallel_env"]
+forms = declare(FDI, __name__, attack=ATTACK, defense=DEFENSE, rhythm=RHYTHM)
+FdiAttackEnv, FdiAttackVectorEnv = forms.attack
+FdiDefenseEnv, FdiDefenseVectorEnv = forms.defense
+parallel_env, env = forms.parallel_env, forms.env

@@ -1,5 +1,10 @@
-"""PettingZoo's view of the HVAC problem: `parallel_env()` and `env()`."""
+"""The HVAC problem through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.hvac.envs import env, parallel_env
+from cps_envs.core.registration import declare
+from cps_envs.hvac.pages import ATTACK, DEFENSE, RHYTHM
+from cps_envs.hvac.problem import HVAC
 
-__all__ = ["env", "parallel_env"]
+forms = declare(HVAC, __name__, attack=ATTACK, defense=DEFENSE, rhythm=RHYTHM)
+HvacAttackEnv, HvacAttackVectorEnv = forms.attack
+HvacDefenseEnv, HvacDefenseVectorEnv = forms.defense
+parallel_env, env = forms.parallel_env, forms.env

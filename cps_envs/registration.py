@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import gymnasium
-import pettingzoo
-
+from cps_envs.core import registration as core
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.problem import Problem
-from cps_envs.core.types import ROLES, Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.fdi.problem import FDI
 from cps_envs.hvac.problem import HVAC
@@ -27,24 +24,7 @@ def find_problem(name: str) -> Problem:
     return PROBLEMS[name]
 
 
-def class_name(problem: Problem, role: Role) -> str:
-    """Name of a role's environment class in the problem's module `envs`, without the suffix `Env` or `VectorEnv`."""
-    return problem.env_id(role).removeprefix("cps_envs/").partition("-")[0]
-
-
 def register() -> None:
     """Register every id that is not registered yet."""
     for problem in PROBLEMS.values():
-        module = f"cps_envs.{problem.name}.envs"
-        for role in ROLES:
-            name = class_name(problem, role)
-            if problem.env_id(role) not in gymnasium.registry:
-                gymnasium.register(
-                    id=problem.env_id(role),
-                    entry_point=f"{module}:{name}Env",
-                    vector_entry_point=f"{module}:{name}VectorEnv",
-                )
-        duel = f"cps_envs/{problem.name}-v{problem.version}"  # PettingZoo reads "..._v0" as the same id
-        if duel not in pettingzoo.parallel_registry:
-            pettingzoo.register("parallel", duel, entry_point=f"{module}:parallel_env")
-            pettingzoo.register("aec", duel, entry_point=f"{module}:env")
+        core.register(problem, f"cps_envs.{problem.name}_v{problem.version}")

@@ -1,5 +1,10 @@
-"""PettingZoo's view of the rogue-vehicle problem: `parallel_env()`, `env()` and the decentralised `swarm_env()`."""
+"""The rogue-vehicle problem through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.rogue.envs import env, parallel_env, swarm_env
+from cps_envs.core.registration import declare
+from cps_envs.rogue.pages import ATTACK, DEFENSE, RHYTHM, SWARM
+from cps_envs.rogue.problem import ROGUE
 
-__all__ = ["env", "parallel_env", "swarm_env"]
+forms = declare(ROGUE, __name__, attack=ATTACK, defense=DEFENSE, rhythm=RHYTHM, swarm=SWARM)
+RogueAttackEnv, RogueAttackVectorEnv = forms.attack
+RogueDefenseEnv, RogueDefenseVectorEnv = forms.defense
+parallel_env, env, swarm_env = forms.parallel_env, forms.env, forms.swarm_env

@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES
 
@@ -90,7 +90,7 @@ def vector(env_id: str, num_envs: int) -> Callable[[], object]:
 
 def parallel(problem: Problem) -> Callable[[], object]:
     """A step of the PettingZoo form."""
-    env = DuelEnv(problem)
+    env = RolesParallelEnv(problem)
     _, infos = env.reset(seed=0)
     draws = {}
     for role, agent in AGENTS.items():

@@ -12,7 +12,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 from agents.learning.recipe import Recipe
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.team import Team
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation
 from cps_envs.registration import find_problem
 
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
@@ -20,7 +20,7 @@ Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
 
 def make_envs(recipe: Recipe, seed: int) -> TrainingEnvs:
     """The environments of a recipe, whose first one has `seed`."""
-    options: dict[str, Any] = dict(recipe.overrides) | {"preset": recipe.preset}
+    options: dict[str, Any] = dict(recipe.overrides) | {"preset": recipe.preset, "frame_skip": recipe.hold}
     if recipe.opponent:
         options["opponent"] = recipe.opponent
     env_id = find_problem(recipe.problem).env_id(recipe.role)
@@ -45,6 +45,8 @@ class TrainingEnvs(VecEnv):
         self.team: Team | None = env.game.team(env.role) if recipe.swarm else None
         self._agents = len(self.team.agents) if self.team else 1
         self._actions: Array | None = None
+        self._earned, self._learned = np.zeros((2, env.num_envs * self._agents))
+        env.on_decision = self._earn
         self._returns = np.zeros(env.num_envs * self._agents)
         self._lengths = np.zeros(env.num_envs * self._agents, np.int64)
         space = self.team.fields.space() if self.team else env.single_observation_space
@@ -72,23 +74,27 @@ class TrainingEnvs(VecEnv):
     def step_wait(self) -> Step:
         """Observations, scaled float32 rewards, whether episodes have ended, and one info per agent."""
         assert self._actions is not None
-        joint = self._joined(self._actions)
-        reward, learned = np.zeros(self.num_envs), np.zeros(self.num_envs)
-        for _ in range(self._recipe.hold):
-            _, payoff, terminated, truncated, _ = self.env.step(joint)
-            done = terminated | truncated
-            own = self._rewards(payoff)
-            reward += own
-            learned += self._recipe.learned(self.env.game, own, done)
-            if done.any():
-                break
-        self._returns += reward
+        self._earned, self._learned = np.zeros((2, self.num_envs))
+        observation, _, terminated, truncated, _ = self.env.step(self._joined(self._actions))
+        done = terminated | truncated
+        self._returns += self._earned
         self._lengths += 1
-        infos = self._infos(done, truncated & ~terminated)
+        infos = self._infos(done, truncated)
         if done.any():
             self.env.reset(options={"reset_mask": done})
-        scaled = (self._recipe.reward_scale * learned).astype(np.float32)
-        return self.observe(), scaled, np.repeat(done, self._agents), infos
+        scaled = (self._recipe.reward_scale * self._learned).astype(np.float32)
+        if done.any() or self.team is not None:
+            observation = self.observe()
+        return observation, scaled, np.repeat(done, self._agents), infos
+
+    def _earn(self, payoff: FloatArray, moved: BoolArray) -> None:
+        """Add what a decision was worth (B,) in the environments that moved; an action may be held for several."""
+        game = self.env.game
+        own = self._rewards(SIGN[self.env.role] * payoff)
+        ended = moved & (game.terminated | (game.elapsed >= game.horizon))
+        mine = np.repeat(moved, self._agents)
+        self._earned += own
+        self._learned += np.where(mine, self._recipe.learned(game, own, ended), 0.0)
 
     def _joined(self, actions: Array) -> Array:
         if self.team is None:

@@ -14,7 +14,7 @@ from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.fields import MAX_LOG
+from cps_envs.hvac.observation import MAX_LOG
 from cps_envs.hvac.sensors import sensor_sets
 
 

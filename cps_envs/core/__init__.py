@@ -1,1 +1,1 @@
-"""What every problem shares: the game protocol, the policy protocol, and the faces that learners know."""
+"""What every problem shares: the game protocol, the policy protocol, and the interfaces that learners know."""

@@ -7,11 +7,14 @@ from cps_envs.core.types import BoolArray, IntArray
 
 
 @kernel
-def tick(elapsed: IntArray, envs: BoolArray, num_steps: int) -> None:
-    """Add game steps to what has elapsed (B,) in the marked environments (B,)."""
+def tick(elapsed: IntArray, envs: BoolArray, num_steps: int) -> int:
+    """Add game steps to what has elapsed (B,) in the marked environments (B,). Returns the most that any has."""
+    latest = 0
     for b in range(len(elapsed)):
         if envs[b]:
             elapsed[b] += num_steps
+        latest = max(latest, elapsed[b])
+    return latest
 
 
 @kernel
@@ -21,4 +24,20 @@ def mark_due(elapsed: IntArray, envs: BoolArray, interval: int, due: BoolArray) 
     for b in range(len(elapsed)):
         due[b] = envs[b] and elapsed[b] % interval == 0
         count += due[b]
+    return count
+
+
+@kernel
+def mark_ends(
+    ended: BoolArray, elapsed: IntArray, limit: int, envs: BoolArray, terminated: BoolArray, truncated: BoolArray
+) -> int:
+    """Fill `terminated` and `truncated` (B,): marked environments that have ended by physics, or else by the clock.
+
+    `ended` (B,) is what the game calls terminated, `limit` the steps of an episode. Returns how many have ended.
+    """
+    count = 0
+    for b in range(len(elapsed)):
+        terminated[b] = envs[b] and ended[b]
+        truncated[b] = envs[b] and not ended[b] and elapsed[b] >= limit
+        count += terminated[b] or truncated[b]
     return count

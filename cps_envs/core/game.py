@@ -8,11 +8,14 @@ from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from gymnasium.error import ResetNeeded
 
 from cps_envs.core.clock import tick
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Fields
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.team import Team
+from cps_envs.core.threads import Threads
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 
 
@@ -32,11 +35,14 @@ class Game(ABC):
     action_space: Mapping[Role, spaces.Space[Any]]  # of one environment
     neutral_action: Mapping[Role, Array]  # of one environment; changes nothing
     payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker
+    threaded: bool = False  # whether `_advance` calls its kernel through `self.threads.run`
 
     def __init__(self, num_envs: int) -> None:
         self.num_envs = num_envs
         self.elapsed: IntArray = np.zeros(num_envs, np.int64)  # (B,) game steps done
         self.terminated: BoolArray = np.zeros(num_envs, np.bool_)  # (B,) ended by physics
+        self.threads = Threads(1, num_envs)
+        self._latest = 0  # at least the largest entry of `elapsed`
         self._mask_parts: dict[Role, tuple[slice, ...]] = {}
 
     def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -51,10 +57,36 @@ class Game(ABC):
         A role that is missing from `actions` takes its neutral action. Returns the attacker's payoff (B,), zero for
         unmarked environments. An environment that terminates on the way stands still from there on; `elapsed` counts
         on, so an observed or measured time has to come from the game's own state.
+
+        Raises:
+            ResetNeeded: a marked environment that has not terminated would go beyond its horizon.
         """
+        if self._latest + num_steps > self.horizon:
+            self._check_end(envs, num_steps)
         payoff = self._advance(actions, envs, num_steps)
-        tick(self.elapsed, envs, num_steps)
+        self._latest = tick(self.elapsed, envs, num_steps)
         return payoff
+
+    def _check_end(self, envs: BoolArray, num_steps: int) -> None:
+        late = envs & ~self.terminated & (self.elapsed + num_steps > self.horizon)
+        if late.any():
+            listed = np.flatnonzero(late).tolist()
+            raise ResetNeeded(
+                f"environments {listed} cannot advance by {num_steps} game steps: an episode of {self.name!r} has "
+                f"{self.horizon} and {self.elapsed[late].tolist()} are done. Reset them, or mark only the others"
+            )
+
+    def use_threads(self, num_threads: int) -> None:
+        """Step the environments in so many threads, which changes no result.
+
+        Raises:
+            ConfigurationError: fewer than one, or more where the game runs in one only.
+        """
+        if num_threads < 1:
+            raise ConfigurationError(f"num_threads = {num_threads} must be at least 1")
+        if num_threads > 1 and not self.threaded:
+            raise ConfigurationError(f"num_threads = {num_threads}: {self.name!r} runs in one thread; leave it out")
+        self.threads = Threads(num_threads, self.num_envs)
 
     @abstractmethod
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None: ...

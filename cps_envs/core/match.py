@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import gcd
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from cps_envs.core.game import Game
 from cps_envs.core.policy import Idle, Policy, State, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
+
+OnDecision: TypeAlias = Callable[[FloatArray, BoolArray], None]
 
 
 class Match:
@@ -67,6 +69,33 @@ class Match:
                 self._decide(role, envs)
             paid = self.game.advance({**actions, **self._held}, envs, stride)
             payoff = payoff + paid  # in place NumPy takes several times as long
+        return payoff
+
+    def hold(
+        self,
+        actions: Mapping[Role, Array],
+        envs: BoolArray,
+        num_steps: int,
+        times: int,
+        limit: int,
+        on_decision: OnDecision | None = None,
+    ) -> FloatArray:
+        """`step` so many times with the same actions, and nothing observed in between.
+
+        An environment that has ended, or gone `limit` game steps, stands still. `on_decision` is told the payoff (B,)
+        of each time and the environments (B,) that moved. Returns the sum of the payoffs.
+        """
+        payoff = self.step(actions, envs, num_steps)
+        if on_decision is not None:
+            on_decision(payoff, envs)
+        for _ in range(1, times):
+            envs = envs & ~self.game.terminated & (self.game.elapsed < limit)
+            if not envs.any():
+                break
+            paid = self.step(actions, envs, num_steps)
+            payoff = payoff + paid
+            if on_decision is not None:
+                on_decision(paid, envs)
         return payoff
 
     def _decide(self, role: Role, envs: BoolArray) -> None:

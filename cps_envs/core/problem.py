@@ -1,4 +1,4 @@
-"""A problem as the faces see it: its presets, its game, who plays the other role by default, and its viewer."""
+"""A problem as the interfaces see it: its presets, its game, who plays the other role by default, and its viewer."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Work:
 
 @dataclass(frozen=True)
 class Problem:
-    """Everything that distinguishes one problem from another, for faces, registration and command line.
+    """Everything that distinguishes one problem from another, for interfaces, registration and command line.
 
     Environments are pickled with their problem, so its parts are importable functions and classes, no lambdas.
     """

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import inlined
+from cps_envs.core.kernels import clip, inlined
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.model import Model
+from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.state import State
 
 NOISE_FREE, OWN, ABSOLUTE = -1.0, 0.0, 1.0  # what forged readings are based on, as the last entry of an action
@@ -16,23 +16,23 @@ EDGE = 1.0 / 3.0  # beyond which an entry between them counts as the outer one
 
 
 @inlined
-def sense(model: Model, episode: State, action: FloatArray) -> None:
+def sense(model: Model, rules: Rules, episode: State, action: FloatArray) -> None:
     """Read the sensors of k = step, and forge the readings of compromised ones from the onset on.
 
     `action` is (S + 1,), or (S,) where only biases are possible; an entry of 1 is half the sensor range.
     """
     k = episode.step[0]
-    middle = 0.5 * (model.sensor_high_c + model.sensor_low_c)
-    reach = 0.5 * (model.sensor_high_c - model.sensor_low_c)
-    base = action[-1] if model.any_base else 0.0
+    middle = 0.5 * (rules.sensor_high_c + rules.sensor_low_c)
+    reach = 0.5 * (rules.sensor_high_c - rules.sensor_low_c)
+    base = action[-1] if rules.any_base else OWN
+    own = -EDGE <= base <= EDGE
     for s in range(len(model.zone)):
         true = episode.temperature[model.zone[s]]
-        episode.measured[s] = true + model.noise_std_c * episode.noise[k, s]
+        episode.measured[s] = true + rules.noise_std_c * episode.series[k, s]
         episode.reading[s] = episode.measured[s]
-        own = -EDGE <= base <= EDGE
         if episode.compromised[s] and k >= episode.onset[0] and not (own and action[s] == 0.0):
-            start = episode.measured[s] if own else (true if base < 0.0 else middle)
-            episode.reading[s] = min(max(start + reach * action[s], model.sensor_low_c), model.sensor_high_c)
+            origin = episode.measured[s] if own else (true if base < 0.0 else middle)
+            episode.reading[s] = clip(origin + reach * action[s], rules.sensor_low_c, rules.sensor_high_c)
 
 
 def absolute_action(config: HvacConfig, reading_c: Array) -> FloatArray:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.types import FloatArray
-
-if TYPE_CHECKING:
-    from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.parameters import Parameters
 
 DAY_S = 86_400.0
 
@@ -22,7 +20,7 @@ class Building(NamedTuple):
     G: FloatArray  # (n,)
 
 
-def conductances(config: HvacConfig) -> FloatArray:
+def conductances(config: Parameters) -> FloatArray:
     """A_c (n, n) of (4.4), 1/s.
 
     A_c[i, i] = -(1/C_i) (1/R_i + sum over neighbours j of 1/R_ij); A_c[i, j] = 1/(C_i R_ij) for linked zones.
@@ -37,7 +35,7 @@ def conductances(config: HvacConfig) -> FloatArray:
     return A_c
 
 
-def discretise(config: HvacConfig) -> Building:
+def discretise(config: Parameters) -> Building:
     """The nominal building by forward difference (4.5): A = I + dt A_c, B = dt/C, G = dt/(C R)."""
     capacity = np.array(config.heat_capacity_j_per_k)
     return Building(
@@ -47,19 +45,24 @@ def discretise(config: HvacConfig) -> Building:
     )
 
 
-def transition(config: HvacConfig, beta: FloatArray) -> FloatArray:
+def transition(config: Parameters, beta: FloatArray) -> FloatArray:
     """A_p = I + dt (A_c + beta .* A_c), (n, n): the plant whose A_c is off by the shares beta, (4.30)."""
-    return np.eye(config.num_zones) + config.step_s * conductances(config) * (1.0 + beta)
+    return np.eye(config.num_zones) + rates(config) * (1.0 + beta)
 
 
-def outdoor(config: HvacConfig, steps: int) -> FloatArray:
+def rates(config: Parameters) -> FloatArray:
+    """Dt A_c, (n, n): what A and A_p have beside the identity."""
+    return config.step_s * conductances(config)
+
+
+def outdoor(config: Parameters, steps: int) -> FloatArray:
     """Outside temperature (steps,), C, from midnight on: a mean and a sine of 24 h."""
     time_s = config.step_s * np.arange(steps)
     temperature_c: FloatArray = config.outdoor_mean_c + config.outdoor_swing_c * np.sin(2.0 * np.pi * time_s / DAY_S)
     return temperature_c
 
 
-def weather(config: HvacConfig, steps: int) -> FloatArray:
+def weather(config: Parameters, steps: int) -> FloatArray:
     """The temperature w (steps, n), C, behind each zone's wall: ground or outside."""
     w = np.repeat(outdoor(config, steps)[:, np.newaxis], config.num_zones, axis=1)
     w[:, np.array(config.ground_zones, int) - 1] = config.ground_c

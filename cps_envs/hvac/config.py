@@ -1,18 +1,22 @@
-"""The configuration of the HVAC problem and its presets."""
+"""The configuration of the HVAC problem: what it has to satisfy, and its presets."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import sqrt
 
-from cps_envs.core.config import IntRange, bounds, quantity, validate
-from cps_envs.hvac.checks import check_attack, check_building, check_clock, check_sensors
+import numpy as np
 
-CALIBRATED = "calibrated, not in the paper"
+from cps_envs.core.config import bounds, validate
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.hvac.building import conductances
+from cps_envs.hvac.parameters import MAX_ZONES, Parameters
+from cps_envs.hvac.sensors import attack_order, sensor_sets
+
+MAX_SETS = 256
 
 
 @dataclass(frozen=True)
-class HvacConfig:
+class HvacConfig(Parameters):
     """A building of n zones, its temperature sensors, the controller that heats it, and what the two roles may do.
 
     Zones and sensors are numbered from 1. Sensor s sits in zone ((s - 1) mod n) + 1. Replace the building by giving
@@ -23,82 +27,125 @@ class HvacConfig:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
     """
 
-    step_s: float = quantity(120.0, unit="s", low=1, high=3600, source="paper: 1/120 Hz")
-    num_steps: int = quantity(720, low=2, high=20_160, source="paper: 24 h; states x(0)..x(719), k = 0 is midnight")
-    heat_capacity_j_per_k: tuple[float, ...] = quantity(
-        (0.52e6, 0.74e6, 0.35e6, 0.55e6), unit="J/K", low=1e3, high=1e12, source=f"{CALIBRATED}; C1..C4"
-    )
-    wall_resistance_k_per_w: tuple[float, ...] = quantity(
-        (0.42, 0.10, 0.12, 0.15), unit="K/W", low=1e-6, high=1e6, source=f"{CALIBRATED}; R1..R4"
-    )
-    link_zones: tuple[int, ...] = quantity(
-        (1, 2, 1, 3, 2, 4, 3, 4), low=1, high=16, source="paper: pairs of linked zones, one after the other"
-    )
-    link_resistance_k_per_w: tuple[float, ...] = quantity(
-        (0.016, 0.012, 0.017, 0.047), unit="K/W", low=1e-6, high=1e6, source=f"{CALIBRATED}; R12, R13, R24, R34"
-    )
-    ground_zones: tuple[int, ...] = quantity((1, 2), low=1, high=16, source="paper: the others face the outside")
-    ground_c: float = quantity(23.5, unit="C", low=-40, high=60, source=f"{CALIBRATED}; v1, v2")
-    outdoor_mean_c: float = quantity(23.0, unit="C", low=-40, high=60, source=f"{CALIBRATED}; v3, v4")
-    outdoor_swing_c: float = quantity(11.0, unit="C", low=0, high=40, source=f"{CALIBRATED}; amplitude over 24 h")
-    reference_c: float = quantity(25.0, unit="C", low=-40, high=60, source="paper: x_r")
-    initial_c: float = quantity(24.0, unit="C", low=-40, high=60, source=f"{CALIBRATED}; x(0) of every zone")
-    max_heating_w: float = quantity(1000.0, unit="W", low=1, high=1e9, source="paper: E; Fig. 4.3 also 500, 100")
-    num_levels: int = quantity(100, low=1, high=1_000_000, source="paper: heating in steps of 0.01 E")
-    prediction_steps: int = quantity(80, low=1, high=200, source=f"{CALIBRATED}; N")
-    move_weight: float = quantity(0.25, unit="C2/W2", low=1e-9, high=1e9, source=f"{CALIBRATED}; R = 0.25 I, Q = I")
-    num_sensors: int = quantity(4, low=1, high=32, source="paper: 4 or 8; one or two per zone")
-    noise_std_c: float = quantity(sqrt(0.2), unit="C", low=0, high=10, source=f"{CALIBRATED}; sigma")
-    sensor_low_c: float = quantity(10.0, unit="C", low=-60, high=100, source="chosen: range of forged readings")
-    sensor_high_c: float = quantity(40.0, unit="C", low=-60, high=100, source="chosen: range of forged readings")
-    window_steps: int = quantity(200, low=1, high=2000, source="paper: N_e; Fig. 4.5 also 100, 30")
-    sensor_sets: tuple[int, ...] = quantity(
-        (), low=0, high=32, source="own sets of sensors, 0 between two sets; none: all of (4.31)"
-    )
-    thresholds_c2: tuple[float, ...] = quantity(
-        (0.418, 0.425),
-        unit="C2",
-        low=1e-9,
-        high=1e9,
-        source="calibrated: eps of MTD2, with one and with two sensors per zone",
-    )
-    onset_step: IntRange = quantity(200, low=0, high=20_160, source="defined: t_0, first forged reading", ranged=True)
-    num_compromised: IntRange = quantity(2, low=1, high=32, source="paper: 1 to all", ranged=True)
-    attack_order: tuple[int, ...] = quantity(
-        (), low=1, high=32, source="sensors in the order in which they fall; none: 2, 1, 4, 3, 6, 5, 8, 7"
-    )
-    random_compromise: bool = quantity(False, source="chosen: compromised sensors drawn from the order, not its prefix")
-    model_error: float = quantity(0.0, low=0, high=0.3, source="(4.30): entries of A_c off by up to this share")
-    unmeasured_heat_w: float = quantity(0.0, unit="W", low=0, high=1e6, source="chosen: unknown heat, +- this per zone")
-    attack_action: str = quantity("any", choices=("any", "bias"), source="chosen: forge anything, or a bias only")
-    attacker_view: str = quantity("white", choices=("white", "grey"), source="chosen: sees all, or own sensors only")
-
     def __post_init__(self) -> None:
         validate(self)
-        check_building(self)
-        check_sensors(self)
-        check_attack(self)
-        check_clock(self)
+        _check_building(self)
+        _check_sensors(self)
+        _check_attack(self)
+        _check_clock(self)
 
-    @property
-    def num_zones(self) -> int:
-        """Number n of zones, and of heaters."""
-        return len(self.heat_capacity_j_per_k)
 
-    @property
-    def threshold_c2(self) -> float:
-        """The bound eps of MTD2 on the mean residual of a set, C2."""
-        return self.thresholds_c2[self.num_sensors // self.num_zones - 1]
+def _check_building(config: Parameters) -> None:
+    """Raise ConfigurationError for lists that do not fit together, impossible links, or a step that is unstable."""
+    zones, links = config.num_zones, config.link_zones
+    _require(2 <= zones <= MAX_ZONES, f"heat_capacity_j_per_k has {zones} zones; give 2 to {MAX_ZONES} values.")
+    walls = len(config.wall_resistance_k_per_w)
+    _require(walls == zones, f"wall_resistance_k_per_w has {walls} values for {zones} zones; give one per zone.")
+    _require(len(links) % 2 == 0, f"link_zones = {links} has an odd length; give pairs of zones, as in (1, 2, 1, 3).")
+    resistances = len(config.link_resistance_k_per_w)
+    _require(
+        resistances == len(links) // 2,
+        f"link_resistance_k_per_w has {resistances} values for {len(links) // 2} links: give one per link.",
+    )
+    pairs = [tuple(sorted(pair)) for pair in zip(links[::2], links[1::2], strict=True)]
+    for name, numbers in (("link_zones", links), ("ground_zones", config.ground_zones)):
+        _require(max(numbers, default=1) <= zones, f"{name} = {numbers}: zones are numbered from 1 to {zones}.")
+    _require(
+        len(set(pairs)) == len(pairs) and all(one != two for one, two in pairs),
+        f"link_zones = {links}: each link joins two different zones and is given once.",
+    )
+    _check_step(config)
 
-    @property
-    def max_compromised(self) -> int:
-        """The most sensors that are compromised in any episode."""
-        return int(bounds(self.num_compromised)[1])
 
-    @property
-    def duration_h(self) -> float:
-        """Time of the last state, h."""
-        return (self.num_steps - 1) * self.step_s / 3600.0
+def _check_step(config: Parameters) -> None:
+    """The forward difference (4.5) keeps temperatures between those around them only below this step."""
+    longest = 1.0 / float(np.abs(np.diag(conductances(config))).max())
+    _require(
+        config.step_s <= longest,
+        f"step_s = {config.step_s}: the forward difference (4.5) is stable up to {longest:.4g} s in this building. "
+        "Choose a shorter step_s, larger heat_capacity_j_per_k or larger resistances.",
+    )
+
+
+def _check_sensors(config: Parameters) -> None:
+    """Raise ConfigurationError for a number or a range of sensors, or for sets of them, that cannot be."""
+    zones, sensors = config.num_zones, config.num_sensors
+    _require(
+        sensors in (zones, 2 * zones),
+        f"num_sensors = {sensors}: a zone has one or two sensors; choose {zones} or {2 * zones}.",
+    )
+    low, high = config.sensor_low_c, config.sensor_high_c
+    _require(low < high, f"sensor_low_c = {low} must lie below sensor_high_c = {high}.")
+    for name in ("reference_c", "initial_c"):
+        value = getattr(config, name)
+        _require(
+            low <= value <= high,
+            f"{name} = {value} lies outside the sensor range [{low}, {high}]; widen sensor_low_c, sensor_high_c.",
+        )
+    counts = len(config.thresholds_c2)
+    _require(counts == 2, f"thresholds_c2 has {counts} values; give one for one sensor per zone and one for two.")
+    _check_sets(config)
+
+
+def _check_sets(config: Parameters) -> None:
+    sensors, zones = config.num_sensors, config.num_zones
+    remedy = f"give numbers from 1 to {sensors}, each once in a set, with a single 0 between two sets."
+    count = (sensors // zones + 1) ** zones  # of the sets in (4.31), about
+    named = bool(config.sensor_sets or config.set_size)
+    _require(named or count <= 2 * MAX_SETS, _too_many(count))
+    _require(
+        not (config.sensor_sets and config.set_size),
+        "sensor_sets and set_size are two ways to name the sets: leave one of them out.",
+    )
+    _require(
+        config.set_size < sensors,
+        f"set_size = {config.set_size}: a set leaves some of the {sensors} sensors out; choose at most {sensors - 1}.",
+    )
+    sets = sensor_sets(config)
+    for chosen in sets:
+        proper = 0 < len(chosen) == len(set(chosen)) and max(chosen) <= sensors
+        _require(proper, f"sensor_sets has the set {chosen}, which cannot be; {remedy}")
+    _require(len(set(sets)) == len(sets), f"sensor_sets = {config.sensor_sets} has a set twice; {remedy}")
+    _require(2 <= len(sets) <= MAX_SETS, _too_many(len(sets)))
+
+
+def _too_many(count: int) -> str:
+    return (
+        f"there are {count} sensor sets; name 2 to {MAX_SETS} of them in sensor_sets, with a 0 between two sets, or "
+        "give the sensors of a set in set_size, which makes one set per sensor."
+    )
+
+
+def _check_attack(config: Parameters) -> None:
+    """Raise ConfigurationError for sensors that cannot be compromised."""
+    sensors, order = config.num_sensors, attack_order(config)
+    _require(
+        max(order) <= sensors and len(set(order)) == len(order),
+        f"attack_order = {order}: name each sensor once, by its number from 1 to {sensors}.",
+    )
+    _require(
+        config.max_compromised <= len(order),
+        f"num_compromised = {config.num_compromised} exceeds the {len(order)} sensors that can fall; lower it, or name "
+        "more sensors in attack_order.",
+    )
+
+
+def _check_clock(config: Parameters) -> None:
+    """Raise ConfigurationError for an onset or a window that an episode is too short for."""
+    steps, latest = config.num_steps, bounds(config.onset_step)[1]
+    _require(
+        latest < steps,
+        f"onset_step = {config.onset_step} comes after the last state {steps - 1}; lower it or raise num_steps.",
+    )
+    _require(
+        config.num_zones <= config.window_steps < steps,
+        f"window_steps = {config.window_steps} must lie in [zones, num_steps) = [{config.num_zones}, {steps}).",
+    )
+
+
+def _require(holds: bool, message: str) -> None:
+    if not holds:
+        raise ConfigurationError(message)
 
 
 PAPER = HvacConfig()

@@ -3,22 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
+from cps_envs.core.kernels import Bound, inlined, kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.hvac.attack import sense
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.episode import draw_episode, start
-from cps_envs.hvac.fields import attacker_fields, defender_fields
-from cps_envs.hvac.metrics import METRICS
-from cps_envs.hvac.model import build_model
-from cps_envs.hvac.scene import Scene
-from cps_envs.hvac.state import State, allocate
-from cps_envs.hvac.turn import Account, begin, take_turn
+from cps_envs.hvac.dynamics import heat, move
+from cps_envs.hvac.estimation import choose, estimate
+from cps_envs.hvac.model import Model, Rules, build_model, rules_of
+from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
+from cps_envs.hvac.payoff import attacked_states, count_choice, count_errors, measure
+from cps_envs.hvac.picture.scene import Scene
+from cps_envs.hvac.start import Draws, start
+from cps_envs.hvac.state import Metrics, Scratch, State, allocate, scratch_of
 
 READINGS = 0  # the choice of the raw readings
+
+
+class Views(NamedTuple):
+    """What the roles observe, in units, and where each field begins."""
+
+    attacker: FloatArray  # (B, size)
+    defender: FloatArray  # (B, size)
+    attacker_at: Array  # (1,) Fields.offsets
+    defender_at: Array  # (1,)
 
 
 class HvacGame(Game):
@@ -41,8 +54,8 @@ class HvacGame(Game):
         self.step_s = config.step_s
         self.decision_interval = {"attacker": 1, "defender": 1}
         self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
-        self.constants = build_model(config)
-        entries = config.num_sensors + self.constants.any_base
+        self.constants, self.rules = build_model(config), rules_of(config)
+        entries = config.num_sensors + self.rules.any_base
         choices = len(self.constants.member) + 2
         self.action_space = {
             "attacker": spaces.Box(-1.0, 1.0, (entries,), np.float32),
@@ -51,13 +64,15 @@ class HvacGame(Game):
         self.neutral_action = {"attacker": np.zeros(entries), "defender": np.array(READINGS)}
         self.payoff_parts = ("a_impact",)
         self.state: State = allocate(num_envs, self.constants)
-        self._account = Account(
-            payoff=np.zeros(num_envs),
-            metrics=np.zeros((num_envs, len(METRICS))),
+        self._views = Views(
             attacker=np.zeros((num_envs, self.fields["attacker"].size)),
             defender=np.zeros((num_envs, self.fields["defender"].size)),
+            attacker_at=self.fields["attacker"].offsets,
+            defender_at=self.fields["defender"].offsets,
         )
-        self._board = (tuple(self.constants), tuple(self.state), tuple(self._account))
+        board = (self.constants, pack(self.rules), self.state, scratch_of(self.constants), self._views)
+        self._begin, self._step = Bound(begin, *board), Bound(step, *board)
+        self._draws = Draws(config)
         self._episodes: IntArray = np.arange(num_envs)
         self._quiet = np.zeros((num_envs, entries))
         self._raw = np.full(num_envs, READINGS)
@@ -66,18 +81,19 @@ class HvacGame(Game):
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += self.num_envs
-        for b in np.flatnonzero(envs).tolist():
-            start(self.state, b, draw_episode(self.config, generators[b]), self.config)
-        begin(*self._board, envs)
+        self._draws.draw(self.state, envs, generators)
+        self._begin(self._quiet, envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
-        moves = (actions.get("attacker", self._quiet), actions.get("defender", self._raw))
-        take_turn(*self._board, *moves, envs, num_steps)
-        return self._account.payoff.copy()
+        payoff = np.zeros(self.num_envs)
+        forging = np.ascontiguousarray(actions.get("attacker", self._quiet), np.float64)
+        choices = np.ascontiguousarray(actions.get("defender", self._raw), np.int64)
+        self._step(forging, choices, np.ascontiguousarray(envs), num_steps, payoff)
+        return payoff
 
     def observe(self, role: Role) -> Observation:
-        """See `fields.attacker_fields` and `fields.defender_fields`."""
-        return self.fields[role].encode(self._account.attacker if role == "attacker" else self._account.defender)
+        """See `observation.attacker_fields` and `observation.defender_fields`."""
+        return self.fields[role].encode(self._views.attacker if role == "attacker" else self._views.defender)
 
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal choices (B, sets + 2) of the defender; the attacker's actions are always legal."""
@@ -94,17 +110,16 @@ class HvacGame(Game):
         return legal
 
     def metrics(self) -> dict[str, Array]:
-        """`metrics.METRICS` so far, each (B,)."""
-        return dict(zip(METRICS, self._account.metrics.T, strict=True))
+        """`state.Metrics` so far, each (B,)."""
+        return {name: self.state.metrics[name] for name in Metrics._fields}
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(METRICS, self._account.metrics[b].tolist()))  # noqa: B905, strict costs a microsecond
+        return dict(zip(Metrics._fields, self.state.metrics.item(b)))  # noqa: B905, strict costs a microsecond
 
     def mean_residuals(self) -> FloatArray:
         """Jm_a(k) of (4.33), (B, sets) C2; 0 until the window is full."""
-        samples = self.state.step - self.config.window_steps + 1
-        return self.state.residual_sum / np.maximum(samples, 1)[:, np.newaxis]
+        return self.state.mean_residual.copy()
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
@@ -123,6 +138,66 @@ class HvacGame(Game):
             choice=int(state.choice[b]),
             ready=k >= self.config.window_steps,
             residual=state.residual[b].copy(),
-            mean_residual=self.mean_residuals()[b],
+            mean_residual=state.mean_residual[b].copy(),
             metrics=self.episode_metrics(b),
         )
+
+
+@kernel
+def begin(
+    model: Model, numbers: Array, state: State, room: Scratch, views: Views, quiet: FloatArray, envs: BoolArray
+) -> None:
+    """Put drawn episodes at k = 0 and read the sensors, which nobody has forged, in the marked environments (B,)."""
+    model, rules, scratch, views = lend(model), unpack(Rules, numbers, 0), lend(room), lend(views)
+    for b in range(len(envs)):
+        if envs[b]:
+            episode = view(state, b)
+            start(model, rules, episode)
+            count_errors(model, rules, episode)
+            sense(model, rules, episode, quiet[b])
+            estimate(model, rules, episode, scratch)
+            report(model, rules, episode, views, b)
+
+
+@kernel
+def step(
+    model: Model,
+    numbers: Array,
+    state: State,
+    room: Scratch,
+    views: Views,
+    forging: FloatArray,
+    choices: IntArray,
+    envs: BoolArray,
+    num_steps: int,
+    payoff: FloatArray,
+) -> None:
+    """Take `num_steps` steps in the marked environments (B,) and add to the attacker's `payoff` (B,).
+
+    The defender's `choices` (B,) answer the readings of k; the attacker's actions `forging` (B, S + 1) or (B, S) make
+    those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
+    """
+    model, rules, scratch, views = lend(model), unpack(Rules, numbers, 0), lend(room), lend(views)
+    for b in range(len(envs)):
+        if envs[b]:
+            episode = view(state, b)
+            if episode.step[0] == 0:
+                payoff[b] = episode.squared_error[0] / attacked_states(model, episode)
+            for _ in range(num_steps):
+                choose(rules, episode, choices[b], scratch.change)
+                count_choice(model, rules, episode)
+                heat(model, rules, episode, scratch.change)
+                move(model, rules, episode, scratch)
+                payoff[b] += count_errors(model, rules, episode)
+                sense(model, rules, episode, forging[b])
+                estimate(model, rules, episode, scratch)
+            report(model, rules, episode, views, b)
+
+
+@inlined
+def report(model: Model, rules: Rules, episode: State, views: Views, b: int) -> None:
+    """Bring metrics and observations of an episode up to its state."""
+    measure(model, episode)
+    at, defended = views.defender_at[0], views.defender[b]
+    observe_defender(model, rules, episode, at, defended)
+    observe_attacker(rules, episode, views.attacker_at[0], views.attacker[b], at, defended)

@@ -3,19 +3,38 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
-from cps_envs.hvac.building import discretise, outdoor, weather
+from cps_envs.hvac.building import discretise, outdoor, rates, weather
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import feedforward, gains
-from cps_envs.hvac.observer import powers, set_gains, warn_if_blind
+from cps_envs.hvac.moving_horizon import powers, set_gains, warn_if_blind
 from cps_envs.hvac.sensors import membership, sensor_sets, zones_of_sensors
 
-PLAIN = ("step_s", "reference_c", "max_heating_w", "noise_std_c", "sensor_low_c", "sensor_high_c")
 AHEAD_H = (0.0, 2.0, 4.0, 6.0)  # at which the defender sees the outside temperature
+BLOCK = 4  # zones whose window sums a kernel forms together: as many sums as an adder works on at a time
+
+
+class Rules(NamedTuple):
+    """Numbers of a configuration."""
+
+    step_s: float
+    window_steps: int  # N_e
+    reference_c: float
+    initial_c: float
+    max_heating_w: float
+    level_w: float
+    noise_std_c: float
+    sensor_low_c: float
+    sensor_high_c: float
+    threshold_c2: float  # eps of MTD2
+    model_error: float
+    unmeasured_heat_w: float
+    any_base: bool  # the attacker's action ends with what its readings are based on
+    white_box: bool  # the attacker sees everything
 
 
 class Model(NamedTuple):
@@ -24,26 +43,17 @@ class Model(NamedTuple):
     A: FloatArray  # (n, n) nominal
     B: FloatArray  # (n,) C/W per step
     G: FloatArray  # (n,)
+    rate: FloatArray  # (n, n) dt A_c
     weather: FloatArray  # (K, n) C
     outdoor: FloatArray  # (K + 6 h,) C
     error_gain: FloatArray  # (n, n) W/C, K_e
     difference_gain: FloatArray  # (n, n) W/C, K_d
     feedforward: FloatArray  # (K, n) W, K_w dW(k)
-    window: FloatArray  # (N_e, S, n) row e_zone(s)' A^t
-    set_gain: FloatArray  # (sets, n, n) A^N_e (O_a' O_a)^-1
+    window: FloatArray  # (n, blocks, N_e, BLOCK) entry [z, i, t, j] is A^t[z, BLOCK i + j]; zero beyond zone n
+    set_gain: FloatArray  # (sets, n, n) transposed: [a, j, i] of A^N_e (O_a' O_a)^-1 at (i, j)
     member: BoolArray  # (sets, S)
     zone: IntArray  # (S,) from 0
     ahead: IntArray  # (len(AHEAD_H),) steps
-    step_s: float
-    reference_c: float
-    max_heating_w: float
-    level_w: float
-    noise_std_c: float
-    sensor_low_c: float
-    sensor_high_c: float
-    threshold_c2: float
-    any_base: bool  # the attacker's action ends with what its readings are based on
-    white_box: bool  # the attacker sees everything
 
 
 @lru_cache(maxsize=64)
@@ -61,19 +71,34 @@ def build_model(config: HvacConfig) -> Model:
     warn_if_blind(condition, sensor_sets(config))
     return Model(
         *building,
+        rate=rates(config),
         weather=w[: config.num_steps].copy(),
         outdoor=outdoor(config, config.num_steps + int(ahead[-1])),
         error_gain=control.K_e,
         difference_gain=control.K_d,
         feedforward=feedforward(control.K_w, w, config.num_steps),
-        window=np.ascontiguousarray(powers(building.A, config.window_steps - 1)[:, zone]),
-        set_gain=set_gain,
+        window=in_blocks(powers(building.A, config.window_steps - 1)),
+        set_gain=np.ascontiguousarray(set_gain.transpose(0, 2, 1)),
         member=member,
         zone=zone,
         ahead=ahead,
-        level_w=config.max_heating_w / config.num_levels,
-        threshold_c2=config.threshold_c2,
-        any_base=config.attack_action == "any",
-        white_box=config.attacker_view == "white",
-        **{name: getattr(config, name) for name in PLAIN},
     )
+
+
+def in_blocks(rows: FloatArray) -> FloatArray:
+    """Powers A^t (N_e, n, n) as `Model.window` holds them, (n, blocks, N_e, BLOCK)."""
+    steps, n, _ = rows.shape
+    blocks = -(-n // BLOCK)
+    padded = np.zeros((n, blocks * BLOCK, steps))
+    padded[:, :n] = rows.transpose(1, 2, 0)
+    return np.ascontiguousarray(padded.reshape(n, blocks, BLOCK, steps).transpose(0, 1, 3, 2))
+
+
+def rules_of(config: HvacConfig) -> Rules:
+    """The numbers of a configuration that kernels use."""
+    derived: dict[str, Any] = {
+        "level_w": config.max_heating_w / config.num_levels,
+        "any_base": config.attack_action == "any",
+        "white_box": config.attacker_view == "white",
+    }
+    return Rules(**derived, **{name: getattr(config, name) for name in Rules._fields if name not in derived})

@@ -1,97 +1,149 @@
-"""Kernels that read observations off an episode, in physical units and in the order of `fields.py`."""
+"""What each role observes: names, units and fixed bounds of the fields, and the kernels that fill them."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.fields import Field, Fields
+from cps_envs.core.kernels import Record, fill, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.building import DAY_S
+from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.estimation import is_ready
-from cps_envs.hvac.metrics import mean_residual, passes
-from cps_envs.hvac.model import Model
+from cps_envs.hvac.model import AHEAD_H, Model, Rules
+from cps_envs.hvac.sensors import sensor_sets
 from cps_envs.hvac.state import State
 
+NEAR_C = 10.0  # temperatures are shown within this of the reference
+MAX_LOG = 8.0  # of ln(1 + J / eps)
+
+
+def _clock(config: HvacConfig) -> tuple[Field, ...]:
+    return (
+        Field("elapsed_h", "h", 0, config.duration_h, (), "since midnight of the first day"),
+        Field("time_of_day", "-", -1, 1, (2,), "sine and cosine of the 24 h angle"),
+    )
+
+
+def _temperature(config: HvacConfig, name: str, shape: tuple[int, ...], meaning: str) -> Field:
+    return Field(name, "C", config.reference_c - NEAR_C, config.reference_c + NEAR_C, shape, meaning)
+
+
+def _readings(config: HvacConfig, name: str, meaning: str) -> Field:
+    return Field(name, "C", config.sensor_low_c, config.sensor_high_c, (config.num_sensors,), meaning)
+
+
+def _loop(config: HvacConfig) -> tuple[Field, ...]:
+    """What the control loop does, and what the residuals say; the kernels copy these fields in one piece."""
+    zones, sets = config.num_zones, len(sensor_sets(config))
+    return (
+        _readings(config, "reading", "what each sensor shows now, forged or not"),
+        Field("residual", "ln(1 + J/eps)", 0, MAX_LOG, (sets,), "of each set now, (4.32); 0 until `ready`"),
+        Field("mean_residual", "ln(1 + J/eps)", 0, MAX_LOG, (sets,), "since the window is full, (4.33)"),
+        Field("last_choice", "-", 0, 1, (sets + 2,), "of the defender one step ago, one-hot"),
+        _temperature(config, "last_estimate", (zones,), "that the controller got one step ago"),
+        Field("heating", "W", 0, config.max_heating_w, (zones,), "of the last step"),
+    )
+
+
+def attacker_fields(config: HvacConfig) -> Fields:
+    """The own sensors and the clock; in the white-box view also the true temperatures and the whole control loop."""
+    own = (
+        _readings(config, "measured", "compromised sensors before forging; the middle of the range for others"),
+        Field("compromised", "-", 0, 1, (config.num_sensors,), "the attacker controls the sensor"),
+        Field("active", "-", 0, 1, (), "this action forges readings: the next step is not before the onset"),
+        Field("attack_h", "h", 0, config.duration_h, (), "age of the attack at the readings that this action forges"),
+        *_clock(config),
+    )
+    seen = (_temperature(config, "temperature", (config.num_zones,), "true, of each zone now"), *_loop(config))
+    if config.attacker_view == "grey":
+        seen = tuple(replace(field, shape=(0,)) for field in seen)
+    return Fields(*own, *seen)
+
+
+def defender_fields(config: HvacConfig) -> Fields:
+    """The control loop, what every choice would estimate, how the sets compare, and the weather to come."""
+    zones, sets = config.num_zones, len(sensor_sets(config))
+    coldest = min(config.outdoor_mean_c - config.outdoor_swing_c, config.outdoor_mean_c - 1.0)
+    warmest = max(config.outdoor_mean_c + config.outdoor_swing_c, config.outdoor_mean_c + 1.0)
+    hours = ", ".join(f"{hour:g}" for hour in AHEAD_H)
+    return Fields(
+        *_loop(config),
+        _temperature(config, "estimate", (sets + 2, zones), "of each choice; all but the first alike until `ready`"),
+        Field("better_half", "-", 0, 1, (sets,), "the set is in the better half by its residual (MTD1)"),
+        Field("passes", "-", 0, 1, (sets,), "the set's mean residual is at most eps (MTD2)"),
+        Field("ready", "-", 0, 1, (), "the window is full: sets can be chosen"),
+        Field("samples", "-", 0, config.num_steps, (), "residuals in the means"),
+        Field("outdoor_c", "C", coldest, warmest, (len(AHEAD_H),), f"outside temperature {hours} h ahead"),
+        *_clock(config),
+    )
+
 
 @inlined
-def put(row: FloatArray, at: int, values: FloatArray) -> int:
-    """Write `values` at `at`; returns the place after them."""
-    for i in range(len(values)):
-        row[at + i] = values[i]
-    return at + len(values)
-
-
-@inlined
-def put_clock(model: Model, episode: State, row: FloatArray, at: int) -> int:
-    """Hours since the start, sine and cosine of the time of day."""
-    time_s = episode.step[0] * model.step_s
-    angle = 2.0 * np.pi * time_s / DAY_S
-    row[at] = time_s / 3600.0
-    row[at + 1] = np.sin(angle)
-    row[at + 2] = np.cos(angle)
-    return at + 3
-
-
-@inlined
-def put_loop(model: Model, episode: State, row: FloatArray) -> int:
-    """Readings, residuals, the last choice and what it led to; returns how many entries that are."""
-    sets = len(model.member)
-    at = put(row, 0, episode.reading)
-    if is_ready(model, episode):
-        for a in range(sets):
-            row[at + a] = np.log1p(episode.residual[a] / model.threshold_c2)
-            row[at + sets + a] = np.log1p(mean_residual(model, episode, a) / model.threshold_c2)
-    at += 2 * sets
-    if episode.step[0] > 0:
-        row[at + episode.choice[0]] = 1.0
-    at = put(row, at + sets + 2, episode.fed)
-    return put(row, at, episode.heating)
-
-
-@inlined
-def observe_attacker(model: Model, episode: State, loop: FloatArray, row: FloatArray) -> None:
-    """Fill `row` (size,) with `attacker_fields`; `loop` is what the defender sees of the control loop."""
-    row[:] = 0.0
-    sensors, age = len(model.zone), episode.step[0] + 1 - episode.onset[0]
-    for s in range(sensors):
-        row[s] = episode.measured[s] if episode.compromised[s] else 0.5 * (model.sensor_low_c + model.sensor_high_c)
-        row[sensors + s] = episode.compromised[s]
-    row[2 * sensors] = age >= 0
-    row[2 * sensors + 1] = max(age, 0) * model.step_s / 3600.0
-    at = put_clock(model, episode, row, 2 * sensors + 2)
-    if model.white_box:
-        put(row, put(row, at, episode.temperature), loop)
-
-
-@inlined
-def observe_defender(model: Model, episode: State, row: FloatArray) -> int:
-    """Fill `row` (size,) with `defender_fields`; returns how many of them, the first, are of the control loop."""
-    row[:] = 0.0
-    sets, ready = len(model.member), is_ready(model, episode)
-    loop = put_loop(model, episode, row)
-    at = loop
-    for choice in range(sets + 2):
-        at = put(row, at, episode.estimate[choice])
+def observe_defender(model: Model, rules: Rules, episode: State, at: Record, row: FloatArray) -> None:
+    """Fill `row` (size,) with `defender_fields` in their units; `at` says where each begins."""
+    fill(row, 0.0)
+    ready = is_ready(rules, episode)
+    put(episode.reading, row, at.reading)
     if ready:
-        mark_better_half(episode.residual, row[at : at + sets])
-        for a in range(sets):
-            row[at + sets + a] = passes(model, episode, a)
-    at += 2 * sets
-    row[at] = ready
-    row[at + 1] = max(episode.step[0] - len(model.window) + 1, 0)
-    at += 2
+        for a in range(len(episode.residual)):
+            row[at.residual + a] = np.log1p(episode.residual[a] / rules.threshold_c2)
+            row[at.mean_residual + a] = np.log1p(episode.mean_residual[a] / rules.threshold_c2)
+            row[at.passes + a] = episode.mean_residual[a] <= rules.threshold_c2
+        mark_better_half(episode.residual, row[at.better_half : at.passes])
+    if episode.step[0] > 0:
+        row[at.last_choice + episode.choice[0]] = 1.0
+    put(episode.fed, row, at.last_estimate)
+    put(episode.heating, row, at.heating)
+    put(episode.estimate.reshape(-1), row, at.estimate)
+    row[at.ready] = ready
+    row[at.samples] = max(episode.step[0] - rules.window_steps + 1, 0)
     for i in range(len(model.ahead)):
-        row[at + i] = model.outdoor[episode.step[0] + model.ahead[i]]
-    put_clock(model, episode, row, at + len(model.ahead))
-    return loop
+        row[at.outdoor_c + i] = model.outdoor[episode.step[0] + model.ahead[i]]
+    time_s = episode.step[0] * rules.step_s
+    angle = 2.0 * np.pi * time_s / DAY_S
+    row[at.elapsed_h] = time_s / 3600.0
+    row[at.time_of_day] = np.sin(angle)
+    row[at.time_of_day + 1] = np.cos(angle)
 
 
 @inlined
-def mark_better_half(residual: FloatArray, out: FloatArray) -> None:
+def observe_attacker(
+    rules: Rules, episode: State, at: Record, row: FloatArray, defence: Record, defended: FloatArray
+) -> None:
+    """Fill `row` (size,) with `attacker_fields`; what the defender sees too is copied from its row `defended`."""
+    age = episode.step[0] + 1 - episode.onset[0]
+    for s in range(len(episode.measured)):
+        hidden = 0.5 * (rules.sensor_low_c + rules.sensor_high_c)
+        row[at.measured + s] = episode.measured[s] if episode.compromised[s] else hidden
+        row[at.compromised + s] = episode.compromised[s]
+    row[at.active] = age >= 0
+    row[at.attack_h] = max(age, 0) * rules.step_s / 3600.0
+    row[at.elapsed_h] = defended[defence.elapsed_h]
+    row[at.time_of_day] = defended[defence.time_of_day]
+    row[at.time_of_day + 1] = defended[defence.time_of_day + 1]
+    if rules.white_box:
+        put(episode.temperature, row, at.temperature)
+        put(defended[defence.reading : defence.estimate], row, at.reading)
+
+
+@inlined
+def put(values: FloatArray, row: FloatArray, at: int) -> None:
+    """Write values (k,) into a row from `at` on."""
+    for i in range(values.size):
+        row[at + i] = values[i]
+
+
+@inlined
+def mark_better_half(residual: FloatArray, marks: FloatArray) -> None:
     """Mark the floor(sets / 2) sets of the smallest residual, the earlier ones where residuals are equal."""
-    sets = len(residual)
+    sets = residual.size
     for a in range(sets):
-        ahead = 0
-        for other in range(sets):
-            ahead += residual[other] < residual[a] or (residual[other] == residual[a] and other < a)
-        out[a] = ahead < sets // 2
+        mine, ahead = residual[a], 0
+        for earlier in range(a):
+            ahead += residual[earlier] <= mine
+        for later in range(a + 1, sets):
+            ahead += residual[later] < mine
+        marks[a] = ahead < sets // 2

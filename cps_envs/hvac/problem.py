@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from cps_envs.core.problem import Problem, Work
 from cps_envs.hvac.config import PRESETS, HvacConfig
-from cps_envs.hvac.fields import attacker_fields, defender_fields
 from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.observation import attacker_fields, defender_fields
 
 
 def sensor_steps(config: HvacConfig) -> float:
@@ -30,6 +30,6 @@ HVAC = Problem(
         "paper": {"attacker": "constant", "defender": "mtd2"},
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "mtd2"},
     },
-    viewer="cps_envs.hvac.viewer:Viewer",
+    viewer="cps_envs.hvac.picture.viewer:Viewer",
     work=Work(unit="sensor-steps", per_game_step=sensor_steps, target_per_s=4 / 30e-6),
 )

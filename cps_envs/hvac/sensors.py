@@ -3,31 +3,39 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cps_envs.core.types import BoolArray, IntArray
-
-if TYPE_CHECKING:
-    from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.parameters import Parameters
 
 SensorSet = tuple[int, ...]  # sensor numbers, from 1, ascending
 
 
-def sensor_sets(config: HvacConfig) -> tuple[SensorSet, ...]:
-    """The sets that the defender chooses from, in the paper's order.
+def sensor_sets(config: Parameters) -> tuple[SensorSet, ...]:
+    """The sets that the defender chooses from: those of `sensor_sets`, or by `set_size`, or all, in the paper's order.
 
-    One sensor per zone: every subset but the empty and the full one, counted in binary with sensor 1 as the most
-    significant bit; 14 with four sensors. Two per zone: each zone uses none, its first or its second sensor, without
-    the sets that cover no zone or all zones; 64 with eight sensors, zone 1 varying slowest.
+    With `set_size`, as many sets as sensors: set i holds so many sensors in a row from sensor i on, the first after the
+    last. One sensor short of all is "leave one out".
+
+    All, with one sensor per zone: every subset but the empty and the full one, counted in binary with sensor 1 as the
+    most significant bit; 14 with four sensors. Two per zone: each zone uses none, its first or its second sensor,
+    without the sets that cover no zone or all zones; 64 with eight sensors, zone 1 varying slowest. Their number grows
+    exponentially with the zones.
     """
     if config.sensor_sets:
         return _separated(config.sensor_sets)
+    if config.set_size:
+        return _rows(config.num_sensors, config.set_size)
     zones = config.num_zones
     options = [[0, *range(zone, config.num_sensors + 1, zones)] for zone in range(1, zones + 1)]
     used = (tuple(sorted(sensor for sensor in choice if sensor)) for choice in product(*options))
     return tuple(sensors for sensors in used if 0 < len(sensors) < zones)
+
+
+def _rows(sensors: int, size: int) -> tuple[SensorSet, ...]:
+    """For each sensor the set of `size` in a row that begins with it."""
+    return tuple(tuple(sorted((first + place) % sensors + 1 for place in range(size))) for first in range(sensors))
 
 
 def _separated(flat: tuple[int, ...]) -> tuple[SensorSet, ...]:
@@ -41,19 +49,19 @@ def _separated(flat: tuple[int, ...]) -> tuple[SensorSet, ...]:
     return tuple(tuple(sorted(sensors)) for sensors in sets)
 
 
-def attack_order(config: HvacConfig) -> tuple[int, ...]:
+def attack_order(config: Parameters) -> tuple[int, ...]:
     """Sensors in the order in which they fall: 2, 1, 4, 3, 6, 5, 8, 7 unless the configuration has another."""
     last = config.num_sensors
     swapped = (sensor + 1 if sensor % 2 else sensor - 1 for sensor in range(1, last + 1))
     return config.attack_order or tuple(min(sensor, last) for sensor in swapped)
 
 
-def zones_of_sensors(config: HvacConfig) -> IntArray:
+def zones_of_sensors(config: Parameters) -> IntArray:
     """The zone (S,) of each sensor, counted from 0."""
     return np.arange(config.num_sensors) % config.num_zones
 
 
-def membership(config: HvacConfig) -> BoolArray:
+def membership(config: Parameters) -> BoolArray:
     """Which sensors each set uses, (sets, S)."""
     sets = sensor_sets(config)
     member = np.zeros((len(sets), config.num_sensors), np.bool_)

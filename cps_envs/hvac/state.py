@@ -6,16 +6,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
-from cps_envs.hvac.model import Model
+from cps_envs.core.kernels import records
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.hvac.model import BLOCK, Model
+
+
+class Metrics(NamedTuple):
+    """What `info` tells of an episode so far."""
+
+    a_impact: float  # C2, (4.19): mean since the onset of |x - x_r|^2 summed over zones; grows to the final value
+    mean_abs_error_c: float  # C, |x - x_r| averaged over zones and time so far
+    energy_kwh: float  # heating so far
+    distinct_sets: float  # sets chosen at some time
+    flawed_steps: float  # steps since the onset in which a set with a compromised sensor was chosen
+    model_steps: float  # steps with a full window in which the model's prediction was chosen
+    rejecting_steps: float  # steps with a full window in which no set had a mean residual below the threshold
+    onset_step: float  # t_0
+    num_compromised: float  # sensors
 
 
 class State(NamedTuple):
     """B episodes, at state x(k). Of the C = sets + 2 choices, 0 is the raw readings and the last is the model.
 
-    Residuals count from k = N_e on, when the window is full, and are zero before that; so long the estimates of all
-    choices but 0 are those of the recursive least squares.
+    Residuals count from k = N_e on, when the window is full, and are zero before that. Before that, too, the estimates
+    of all choices but 0 are those of the recursive least squares.
     """
 
     step: IntArray  # (B,) k
@@ -23,14 +37,13 @@ class State(NamedTuple):
     compromised: BoolArray  # (B, S)
     plant: FloatArray  # (B, n, n) A_p
     heat: FloatArray  # (B, n) W, unmeasured
-    noise: FloatArray  # (B, K, S) standard normal, of the whole episode
+    series: FloatArray  # (B, K, S) up to k the residual readings r_s, C; beyond k noise to come, standard normal
     temperature: FloatArray  # (B, n) C, x(k)
     forced: FloatArray  # (B, n) C, F(k)
     integrator: FloatArray  # (B, n) W, u_c(k - 1)
     heating: FloatArray  # (B, n) W, u(k - 1)
     measured: FloatArray  # (B, S) C, before forging
     reading: FloatArray  # (B, S) C, after forging
-    history: FloatArray  # (B, K, S) C, residual readings r_s(k)
     recursive: FloatArray  # (B, n) C, z of the recursive least squares before the window is full
     covariance: FloatArray  # (B, n, n) its covariance in units of sigma^2
     estimate: FloatArray  # (B, C, n) C, xh(k) of every choice
@@ -38,16 +51,26 @@ class State(NamedTuple):
     fed: FloatArray  # (B, n) C, the estimate that the controller got at k - 1
     residual: FloatArray  # (B, sets) C2, J_a(k)
     residual_sum: FloatArray  # (B, sets) C2, of J_a since N_e
+    mean_residual: FloatArray  # (B, sets) C2, Jm_a(k) of (4.33): the sum by the number of its terms
     choice: IntArray  # (B,) at k - 1
     used: BoolArray  # (B, sets) chosen at some time
     squared_error: FloatArray  # (B,) C2, sum of |x - x_r|^2 since the onset
     absolute_error: FloatArray  # (B, n) C, sum of |x - x_r| since k = 0
     energy_j: FloatArray  # (B,) heating since k = 0
-    counts: IntArray  # (B, 3) steps with a flawed set, with the model, with no set below the threshold
+    metrics: Array  # (B,) records of Metrics
+
+
+class Scratch(NamedTuple):
+    """Room that a kernel works in, one environment after the other."""
+
+    sums: FloatArray  # (S, blocks BLOCK) h_s
+    vector: FloatArray  # (n,)
+    change: FloatArray  # (n,) C, dxh(k)
+    matrix: FloatArray  # (n, n)
 
 
 def allocate(num_envs: int, model: Model) -> State:
-    """A state with every array zero; `episode.start` fills the episodes."""
+    """A state with every array zero; the start of an episode fills it."""
     envs, steps = num_envs, len(model.weather)
     sets, sensors = model.member.shape
     n = len(model.B)
@@ -61,14 +84,13 @@ def allocate(num_envs: int, model: Model) -> State:
         compromised=np.zeros((envs, sensors), np.bool_),
         plant=zeros(n, n),
         heat=zeros(n),
-        noise=zeros(steps, sensors),
+        series=zeros(steps, sensors),
         temperature=zeros(n),
         forced=zeros(n),
         integrator=zeros(n),
         heating=zeros(n),
         measured=zeros(sensors),
         reading=zeros(sensors),
-        history=zeros(steps, sensors),
         recursive=zeros(n),
         covariance=zeros(n, n),
         estimate=zeros(sets + 2, n),
@@ -76,43 +98,17 @@ def allocate(num_envs: int, model: Model) -> State:
         fed=zeros(n),
         residual=zeros(sets),
         residual_sum=zeros(sets),
+        mean_residual=zeros(sets),
         choice=np.zeros(envs, np.int64),
         used=np.zeros((envs, sets), np.bool_),
         squared_error=zeros(),
         absolute_error=zeros(n),
         energy_j=zeros(),
-        counts=np.zeros((envs, 3), np.int64),
+        metrics=records(Metrics, envs),
     )
 
 
-@inlined
-def episode_of(state: State, b: int) -> State:
-    """Views of episode `b`: the same fields without the episode axis, per-episode scalars as arrays of length one."""
-    return State(
-        state.step[b : b + 1],
-        state.onset[b : b + 1],
-        state.compromised[b],
-        state.plant[b],
-        state.heat[b],
-        state.noise[b],
-        state.temperature[b],
-        state.forced[b],
-        state.integrator[b],
-        state.heating[b],
-        state.measured[b],
-        state.reading[b],
-        state.history[b],
-        state.recursive[b],
-        state.covariance[b],
-        state.estimate[b],
-        state.previous[b],
-        state.fed[b],
-        state.residual[b],
-        state.residual_sum[b],
-        state.choice[b : b + 1],
-        state.used[b],
-        state.squared_error[b : b + 1],
-        state.absolute_error[b],
-        state.energy_j[b : b + 1],
-        state.counts[b],
-    )
+def scratch_of(model: Model) -> Scratch:
+    """Room for the kernels, its contents of no meaning."""
+    n, blocks = model.window.shape[:2]
+    return Scratch(np.empty((len(model.zone), blocks * BLOCK)), np.empty(n), np.empty(n), np.empty((n, n)))

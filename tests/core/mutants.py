@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 
 from cps_envs.core.conformance import Subject
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.types import Role
 from tests.core.toy import (
@@ -67,14 +67,14 @@ class SharesInfo(ToyAttackEnv):
         return super().reset(**kwargs)[0], self.shared
 
 
-@mutant("pettingzoo", part="duel_class")
-class NewSpaces(DuelEnv):
+@mutant("pettingzoo", part="parallel_class")
+class NewSpaces(RolesParallelEnv):
     def action_space(self, agent: str) -> Any:
         return gymnasium.spaces.Discrete(5)
 
 
-@mutant("pettingzoo", "determinism", part="duel_class")
-class DuelIgnoresSeed(DuelEnv):
+@mutant("pettingzoo", "determinism", part="parallel_class")
+class ParallelIgnoresSeed(RolesParallelEnv):
     def reset(self, seed: int | None = None, options: Any = None) -> Any:
         self._generator = np.random.default_rng()
         return super().reset(None, options)
@@ -125,8 +125,8 @@ class SharesGenerator(ToyGame):
         super()._step(b, move, push)
 
 
-@mutant("parallel", part="duel_class")
-class DropsDefender(DuelEnv):
+@mutant("parallel", part="parallel_class")
+class DropsDefender(RolesParallelEnv):
     def _moves(self, actions: Any) -> Any:
         return {"attacker": super()._moves(actions)["attacker"]}
 
@@ -139,8 +139,8 @@ class PaysPerCall(ToyGame):
         return super()._advance(actions, envs, num_steps) + 0.01 * envs
 
 
-@mutant("held_actions", part="duel_class")
-class TakesEveryAction(DuelEnv):
+@mutant("held_actions", part="parallel_class")
+class TakesEveryAction(RolesParallelEnv):
     def _moves(self, actions: Any) -> Any:
         held = super()._moves(actions)
         return {**held, "attacker": self._readers["attacker"].single(actions["attacker_0"])}
@@ -216,8 +216,8 @@ class ChangesAction(ToyDefenseEnv):
         return result
 
 
-@mutant("actions_untouched", part="duel_class")
-class KeepsReference(DuelEnv):
+@mutant("actions_untouched", part="parallel_class")
+class KeepsReference(RolesParallelEnv):
     def _moves(self, actions: Any) -> Any:
         due = not hasattr(self, "kept") or self.game.elapsed[0] % 3 == 0
         self.kept = actions if due else self.kept
@@ -292,21 +292,62 @@ class StartsUnasked(ToyAttackVectorEnv):
             self.reset()
 
 
+@mutant("horizon")
+class GoesBeyond(ToyGame):
+    def _check_end(self, envs: Any, num_steps: int) -> None:
+        """Do not look."""
+
+
+@mutant("horizon")
+class RefusesTooLate(ToyGame):
+    def _check_end(self, envs: Any, num_steps: int) -> None:
+        self._advance({}, envs, num_steps)
+        super()._check_end(envs, num_steps)
+
+
+@mutant("frame_skip", part="single_class")
+class SkipsNothing(ToyAttackEnv):
+    def __init__(self, *, frame_skip: int = 1, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+
+
+@mutant("frame_skip", part="vector_class", role="defender")
+class BatchSkipsFewer(ToyDefenseVectorEnv):
+    def __init__(self, num_envs: int = 1, *, frame_skip: int = 1, **kwargs: Any) -> None:
+        super().__init__(num_envs, frame_skip=max(frame_skip - 1, 1), **kwargs)
+
+
+@mutant("frame_skip")
+class LooksCost(ToyGame):
+    """What is observed changes the game, so that steps that nobody looks at differ."""
+
+    def observe(self, role: Role) -> Any:
+        self.fee = self.fee - 0.01  # at each look
+        return super().observe(role)
+
+
+@mutant("threads")
+class CountsItsBlock(ToyGame):
+    def _move(self, moves: Any, pushes: Any, envs: Any, num_steps: int) -> None:
+        super()._move(moves, pushes, envs, num_steps)
+        self.closeness[envs] += 1e-6 * envs.sum()
+
+
 @mutant("return")
 class PaysDouble(ToyGame):
     def _advance(self, actions: Any, envs: Any, num_steps: int) -> Any:
         return 2 * super()._advance(actions, envs, num_steps)
 
 
-@mutant("zero_sum", part="duel_class")
-class PaysBoth(DuelEnv):
+@mutant("zero_sum", part="parallel_class")
+class PaysBoth(RolesParallelEnv):
     def step(self, actions: Any) -> Any:
         observations, rewards, *rest = super().step(actions)
         return (observations, {**rewards, "defender_0": abs(rewards["attacker_0"])}, *rest)
 
 
-@mutant("metrics", part="duel_class")
-class MoreInfo(DuelEnv):
+@mutant("metrics", part="parallel_class")
+class MoreInfo(RolesParallelEnv):
     def _infos(self) -> Any:
         return {agent: {**info, "extra": 1.0} for agent, info in super()._infos().items()}
 

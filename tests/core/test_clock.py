@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.clock import mark_due, tick
+from cps_envs.core.clock import mark_due, mark_ends, tick
 
 
 @pytest.mark.parametrize("interval", [1, 3])
@@ -20,5 +20,14 @@ def test_decisions_are_due_in_marked_environments_at_multiples_of_the_interval(i
 
 def test_time_passes_in_marked_environments_only():
     elapsed, envs = np.array([4, 5, 6]), np.array([True, False, True])
-    tick(elapsed, envs, 10)
+    assert tick(elapsed, envs, 10) == 16
     assert elapsed.tolist() == [14, 5, 16]
+
+
+def test_an_environment_ends_by_physics_or_else_by_the_clock():
+    ended, elapsed = np.array([True, True, False, False, True]), np.array([3, 12, 12, 3, 3])
+    envs = np.array([True, True, True, True, False])
+    terminated, truncated = np.ones((2, 5), np.bool_)
+    assert mark_ends(ended, elapsed, 12, envs, terminated, truncated) == 3
+    assert terminated.tolist() == [True, True, False, False, False]
+    assert truncated.tolist() == [False, False, True, False, False]

@@ -1,4 +1,4 @@
-"""What the faces promise beyond the conformance checks: arguments, messages, documentation."""
+"""What the interfaces promise beyond the conformance checks: arguments, messages, documentation."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.game import Game
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.policy import AnalyticPolicy, Idle, Policy
 from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyConfig, ToyDefenseEnv, ToyGame
@@ -37,7 +37,7 @@ def test_docstrings_hold_the_tables() -> None:
     ],
 )
 def test_wrong_arguments(kwargs: dict[str, Any], message: str) -> None:
-    for make in (ToyAttackEnv, lambda **kw: DuelEnv(TOY, **kw), lambda **kw: SwarmEnv(TOY, "defender", **kw)):
+    for make in (ToyAttackEnv, lambda **kw: RolesParallelEnv(TOY, **kw), lambda **kw: SwarmEnv(TOY, "defender", **kw)):
         with pytest.raises(ConfigurationError, match=message):
             make(**kwargs)
 
@@ -75,11 +75,11 @@ def test_a_batch_steps_only_when_all_environments_run() -> None:
 
 
 def test_missing_actions_name_the_agents() -> None:
-    duel, swarm = DuelEnv(TOY), SwarmEnv(TOY, "defender")
-    duel.reset(seed=0)
+    env, swarm = RolesParallelEnv(TOY), SwarmEnv(TOY, "defender")
+    env.reset(seed=0)
     swarm.reset(seed=0)
     with pytest.raises(ValueError, match="1 actions are missing: defender_0"):
-        duel.step({"attacker_0": 0})
+        env.step({"attacker_0": 0})
     with pytest.raises(ValueError, match="1 actions are missing: axis_1"):
         swarm.step({"axis_0": np.zeros(1)})
 

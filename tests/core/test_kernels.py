@@ -1,5 +1,6 @@
 """The convention of the kernels: views of one environment, records of numbers, and a cache that notices edits."""
 
+import pickle
 import subprocess
 import sys
 import textwrap
@@ -12,6 +13,7 @@ import pytest
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.kernel_cache import reach, sources_stamp
 from cps_envs.core.kernels import (
+    Bound,
     borrowed,
     clip,
     copy,
@@ -92,6 +94,24 @@ def test_compiled_views_equal_those_of_python() -> None:
     for ours, theirs in zip(compiled, plain, strict=True):
         np.testing.assert_array_equal(ours, theirs)
     assert compiled.step.tolist() == [6, 5]
+
+
+def test_a_bound_kernel_is_the_kernel_and_travels() -> None:
+    direct, bound = make_state(), make_state()
+    rules, shared = pack(Rules(1.0, 2, True)), Shared(np.array([0.5, 0.0, -0.5]))
+    rules = np.concatenate([rules, rules])
+    moved = Bound(move_all, bound, rules)
+    travelled, other = pickle.loads(pickle.dumps((moved, bound)))
+    for _ in range(2):
+        move_all(direct, rules, shared)
+        moved(shared)
+    pickle.loads(pickle.dumps(moved))(shared)
+    assert other.step.tolist() == [4, 5]
+    travelled(shared)
+    travelled(shared)
+    for ours, theirs, copied in zip(bound, direct, other, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+        np.testing.assert_array_equal(copied, theirs)
 
 
 def test_records_keep_names_types_and_values() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.picture.rendering import Renderer
 from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyConfig, ToyGame
@@ -18,7 +18,7 @@ from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyConfig, Toy
     [
         lambda mode: ToyAttackEnv(render_mode=mode),
         lambda mode: ToyAttackVectorEnv(2, render_mode=mode),
-        lambda mode: DuelEnv(TOY, render_mode=mode),
+        lambda mode: RolesParallelEnv(TOY, render_mode=mode),
         lambda mode: SwarmEnv(TOY, "defender", render_mode=mode),
     ],
 )
@@ -36,15 +36,15 @@ def test_every_face_draws_and_refuses_unknown_modes(make: Any) -> None:
         make("ansi")
 
 
-@pytest.mark.parametrize("face", [ToyAttackEnv, ToyAttackVectorEnv, lambda **kwargs: DuelEnv(TOY, **kwargs)])
-def test_human_mode_shows_each_step(face: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("make", [ToyAttackEnv, ToyAttackVectorEnv, lambda **kwargs: RolesParallelEnv(TOY, **kwargs)])
+def test_human_mode_shows_each_step(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pygame")
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setattr("cps_envs.core.picture.rendering.FRAMES_PER_SECOND", 10_000)
-    env = face(render_mode="human")
+    env = make(render_mode="human")
     env.reset(seed=0)
     assert env.render() is None
-    if isinstance(env, DuelEnv):
+    if isinstance(env, RolesParallelEnv):
         env.step({"attacker_0": 0, "defender_0": np.zeros(2)})
     else:
         env.step(0 if isinstance(env, ToyAttackEnv) else [0])

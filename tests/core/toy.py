@@ -77,6 +77,7 @@ class ToyGame(Game):
     """Steps of 1 s; payoff: closeness of the intruder to the beacon at the origin, minus a fee when it is caught."""
 
     name = "toy"
+    threaded = True
 
     def __init__(self, config: ToyConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -104,10 +105,13 @@ class ToyGame(Game):
         before = self.closeness + self.fee
         moves = MOVES[actions.get("attacker", np.zeros(self.num_envs, np.int64))]
         pushes = actions.get("defender", np.zeros((self.num_envs, 2)))
+        self.threads.run(lambda mine: self._move(moves, pushes, mine, num_steps), envs)
+        return self.closeness + self.fee - before
+
+    def _move(self, moves: Array, pushes: Array, envs: BoolArray, num_steps: int) -> None:
         for _ in range(num_steps):
             for b in np.flatnonzero(envs & ~self.terminated):
                 self._step(b, moves[b], pushes[b])
-        return self.closeness + self.fee - before
 
     def _step(self, b: int, move: Array, push: Array) -> None:
         drift = self.config.drift * self.generators[b].standard_normal(2)

@@ -15,7 +15,7 @@ from cps_envs.hvac.building import Building, conductances, discretise, outdoor, 
 from cps_envs.hvac.config import PAPER, HvacConfig
 from cps_envs.hvac.controller import feedforward, gains, predict
 from cps_envs.hvac.model import build_model
-from cps_envs.hvac.observer import ObservabilityWarning, observability, powers, set_gains
+from cps_envs.hvac.moving_horizon import ObservabilityWarning, observability, powers, set_gains
 from cps_envs.hvac.sensors import attack_order, membership, sensor_sets, zones_of_sensors
 from tests.hvac import reference
 

@@ -17,7 +17,7 @@ from cps_envs.core.play import play_episodes
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 
-pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.observer.ObservabilityWarning")  # short windows
+pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 SHORT_DAY = ["--set", "num_steps=90", "--set", "window_steps=40", "--set", "onset_step=45"]
 
 

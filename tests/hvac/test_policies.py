@@ -15,7 +15,7 @@ from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 from tests.hvac.games import SHORT, play
 
-pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.observer.ObservabilityWarning")  # short windows
+pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 MODEL = 15  # the last choice with four sensors
 
 

@@ -12,18 +12,18 @@ import pytest
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.core.types import Array
 from cps_envs.hvac.attack import absolute_action
-from cps_envs.hvac.belief import belief_of, clock, flawed_sets
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame
-from cps_envs.hvac.history import FLAWED_LOW, INTACT_HIGH, INTACT_LOW, MOST_POINTS, STEP, ZONES, History
-from cps_envs.hvac.house import House
-from cps_envs.hvac.layout import arrange
-from cps_envs.hvac.palette import TEMPERATURE_SCALE, temperature_color
-from cps_envs.hvac.plot import Plot
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.belief import belief_of, clock, flawed_sets
+from cps_envs.hvac.picture.history import FLAWED_LOW, INTACT_HIGH, INTACT_LOW, MOST_POINTS, STEP, ZONES, History
+from cps_envs.hvac.picture.house import House
+from cps_envs.hvac.picture.layout import arrange
+from cps_envs.hvac.picture.palette import TEMPERATURE_SCALE, temperature_color
+from cps_envs.hvac.picture.plot import Plot
+from cps_envs.hvac.picture.scene import Scene
+from cps_envs.hvac.picture.traces import marked_steps, range_of, worst_zone
+from cps_envs.hvac.picture.viewer import HOUSE, Viewer
 from cps_envs.hvac.sensors import membership
-from cps_envs.hvac.traces import marked_steps, range_of, worst_zone
-from cps_envs.hvac.viewer import HOUSE, Viewer
 from tests.hvac.games import go, started
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/HvacAttack-v0", "cps_envs:cps_envs/HvacDefense-v0"
@@ -33,7 +33,7 @@ MODEL = 15  # the last choice with four sensors
 SHOWN_C = 22.0
 
 pygame = pytest.importorskip("pygame")
-pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.observer.ObservabilityWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")
 
 
 def attacked(game: HvacGame, steps: int, choice: int = 0) -> list[Scene]:

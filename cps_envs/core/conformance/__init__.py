@@ -10,8 +10,9 @@ Each `check_*` function in `CHECKS` takes a `Subject` and raises AssertionError 
 
 from cps_envs.core.conformance.aliasing import check_actions_untouched, check_aliasing
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
+from cps_envs.core.conformance.blocks import check_frame_skip, check_threads
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
-from cps_envs.core.conformance.endings import check_endings, check_reset_needed
+from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
 from cps_envs.core.conformance.interfaces import check_batch, check_held_actions, check_parallel, check_swarm
 from cps_envs.core.conformance.legality import check_action_masks, check_bad_actions
@@ -48,9 +49,11 @@ __all__ = [
     "check_determinism",
     "check_endings",
     "check_environment",
+    "check_frame_skip",
     "check_global_random_state",
     "check_gymnasium",
     "check_held_actions",
+    "check_horizon",
     "check_live_observations",
     "check_live_swarm",
     "check_metrics",
@@ -70,6 +73,7 @@ __all__ = [
     "check_stable_baselines3",
     "check_subprocess",
     "check_swarm",
+    "check_threads",
     "check_time_limit",
     "check_zero_sum",
     "find_subject",

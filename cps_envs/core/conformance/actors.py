@@ -10,7 +10,7 @@ from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.interfaces.env import RoleEnv
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.types import AGENTS, Array
 
@@ -77,7 +77,7 @@ def allows(space: Any, mask: Array | None, action: Array) -> bool:
 
 
 class Crew:
-    """The actors of an environment of any face, one for each environment or agent."""
+    """The actors of an environment of any interface, one for each environment or agent."""
 
     def __init__(self, env: Any, seed: int = 0, boldness: float = 0.7) -> None:
         self._env = env
@@ -102,7 +102,7 @@ def _seats(env: Any) -> list[tuple[Any, Array]]:
         return [(env.action_space, game.neutral_action[env.role])]
     if isinstance(env, RoleVectorEnv):
         return [(env.single_action_space, game.neutral_action[env.role])] * env.num_envs
-    if isinstance(env, DuelEnv):
+    if isinstance(env, RolesParallelEnv):
         return [(env.action_space(agent), game.neutral_action[role]) for role, agent in AGENTS.items()]
     space = env.team.action_space
     return [(space, np.zeros(space.shape))] * len(env.possible_agents)

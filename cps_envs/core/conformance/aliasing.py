@@ -15,13 +15,13 @@ from cps_envs.core.types import Array
 
 def check_aliasing(subject: Subject) -> None:
     """Returned arrays and dictionaries are fresh: later steps do not change them, and changing them changes nothing."""
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         actions, expected = record(make(), seed=41)
         kept = list(replay(make(), actions, seed=41))
-        assert_same(expected, kept, f"the {name} face overwrites what it returned earlier")
+        assert_same(expected, kept, f"the {name} interface overwrites what it returned earlier")
         env = make()
         scribbled = (_scribble(result, env) for result in replay(env, actions, seed=41))
-        assert_same(expected, scribbled, f"the {name} face works on with the arrays that it returned")
+        assert_same(expected, scribbled, f"the {name} interface works on with the arrays that it returned")
 
 
 def _scribble(result: tuple[Any, ...], env: Any) -> tuple[Any, ...]:
@@ -51,14 +51,14 @@ def _arrays(value: Any) -> Iterator[Array]:
 
 def check_actions_untouched(subject: Subject) -> None:
     """An action is not changed, and may be changed by the caller after the step, even where it holds for several."""
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         actions, expected = record(make(), seed=42)
         env = make()
         run = [env.reset(seed=42)]
         for action in actions:
             sent = copy.deepcopy(action)
             run.append(env.step(sent))
-            assert difference(sent, action) is None, f"the {name} face changes the action that it is handed"
+            assert difference(sent, action) is None, f"the {name} interface changes the action that it is handed"
             for array in _arrays(sent):
                 array[...] = 0
-        assert_same(expected, run, f"the {name} face holds on to the action array that it is handed")
+        assert_same(expected, run, f"the {name} interface holds on to the action array that it is handed")

@@ -31,15 +31,15 @@ def check_gymnasium(subject: Subject) -> None:
 def check_pettingzoo(subject: Subject) -> None:
     """PettingZoo's `parallel_api_test` and `parallel_seed_test` of both roles and the swarm; turn-based, `api_test`."""
     tests: Any = importlib.import_module("pettingzoo.test")
-    faces = subject.faces()
+    interfaces = subject.interfaces()
     for name in ("parallel", "swarm"):
-        if name in faces:
-            cycles = min(episode_steps(faces[name]()), 100)
-            with _strict(f"PettingZoo's tests of the {name} face"):
-                tests.parallel_api_test(faces[name](), num_cycles=cycles)
-                tests.parallel_seed_test(faces[name], num_cycles=cycles)
+        if name in interfaces:
+            cycles = min(episode_steps(interfaces[name]()), 100)
+            with _strict(f"PettingZoo's tests of the {name} interface"):
+                tests.parallel_api_test(interfaces[name](), num_cycles=cycles)
+                tests.parallel_seed_test(interfaces[name], num_cycles=cycles)
     with _strict("PettingZoo's test of the turn-based form"):
-        tests.api_test(parallel_to_aec(subject.duel()), num_cycles=min(2 * episode_steps(subject.duel()), 100))
+        tests.api_test(parallel_to_aec(subject.parallel()), num_cycles=min(2 * episode_steps(subject.parallel()), 100))
 
 
 def check_stable_baselines3(subject: Subject) -> None:

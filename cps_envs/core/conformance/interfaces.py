@@ -1,4 +1,4 @@
-"""One simulator, three faces: single, batch and parallel give the same trajectory."""
+"""One simulator, three interfaces: single, batch and parallel give the same trajectory."""
 
 from __future__ import annotations
 
@@ -55,13 +55,13 @@ def check_parallel(subject: Subject) -> None:
     advances by whole decisions at once, so its course must not depend on how it is cut into steps.
     """
     rival = other(subject.role)
-    actions, results, due = _duel(subject, seed=22)
+    actions, results, due = _play_both(subject, seed=22)
     _compare(subject, 22, Replay([actions[t][AGENTS[rival]] for t in due[rival]]), (actions, results, due))
-    _compare(subject, 26, "cps_envs.core.policy:Idle", _duel(subject, seed=26, idle=rival))
+    _compare(subject, 26, "cps_envs.core.policy:Idle", _play_both(subject, seed=26, idle=rival))
 
 
-def _compare(subject: Subject, seed: int, opponent: Any, duel: tuple[Actions, Results, Due]) -> None:
-    actions, results, due = duel
+def _compare(subject: Subject, seed: int, opponent: Any, played: tuple[Actions, Results, Due]) -> None:
+    actions, results, due = played
     agent, interval = AGENTS[subject.role], subject.game().decision_interval[subject.role]
     single = subject.single(opponent=opponent)
     mine: Results = [single.reset(seed=seed)]
@@ -77,7 +77,7 @@ def _compare(subject: Subject, seed: int, opponent: Any, duel: tuple[Actions, Re
     assert_same(mine, theirs, f"the {subject.role}'s environment and the parallel one give different trajectories")
     steps = -(-len(actions) // interval)
     assert len(mine) - 1 == steps, (
-        f"the single face ends after {len(mine) - 1} decisions, the parallel one after {steps}"
+        f"the single interface ends after {len(mine) - 1} decisions, the parallel one after {steps}"
     )
 
 
@@ -91,35 +91,35 @@ def _settled(total: float, reward: float) -> float:
     return reward if abs(total - reward) <= 1e-9 * max(1.0, abs(total)) else total
 
 
-def _duel(subject: Subject, *, seed: int, idle: Role | None = None) -> tuple[Actions, Results, Due]:
+def _play_both(subject: Subject, *, seed: int, idle: Role | None = None) -> tuple[Actions, Results, Due]:
     """A parallel episode in which both act at every step, due or not, and the steps at which each was due."""
-    duel = subject.duel()
-    crew = Crew(duel, seed)
-    neutral = {} if idle is None else {AGENTS[idle]: duel.game.neutral_action[idle]}
+    env = subject.parallel()
+    crew = Crew(env, seed)
+    neutral = {} if idle is None else {AGENTS[idle]: env.game.neutral_action[idle]}
     actions: Actions = []
-    results: Results = [duel.reset(seed=seed)]
-    while duel.agents and len(actions) < episode_steps(duel):
+    results: Results = [env.reset(seed=seed)]
+    while env.agents and len(actions) < episode_steps(env):
         shown: dict[str, dict[str, Any]] = results[-1][-1]
         actions.append({**crew.act(shown), **neutral})
-        results.append(duel.step(actions[-1]))
-    intervals = duel.game.decision_interval
+        results.append(env.step(actions[-1]))
+    intervals = env.game.decision_interval
     return actions, results, {role: list(range(0, len(actions), intervals[role])) for role in ROLES}
 
 
 def check_held_actions(subject: Subject) -> None:
-    """In the parallel face what a role sends between its decisions has no effect."""
+    """In the parallel interface what a role sends between its decisions has no effect."""
     intervals = subject.game().decision_interval
     if all(interval == 1 for interval in intervals.values()):
         return
-    actions, results, _ = _duel(subject, seed=23)
-    duel = subject.duel()
-    crew = Crew(duel, 24)
-    assert difference(duel.reset(seed=23), results[0]) is None, "the parallel face does not repeat its reset"
+    actions, results, _ = _play_both(subject, seed=23)
+    env = subject.parallel()
+    crew = Crew(env, 24)
+    assert difference(env.reset(seed=23), results[0]) is None, "the parallel interface does not repeat its reset"
     for step, action in enumerate(actions):
         blank: dict[str, dict[str, Any]] = {agent: {} for agent in AGENTS.values()}  # no mask: anything in the space
         noise = crew.act(blank)
         sent = {AGENTS[role]: (noise if step % intervals[role] else action)[AGENTS[role]] for role in ROLES}
-        found = difference(duel.step(sent), results[step + 1])
+        found = difference(env.step(sent), results[step + 1])
         assert found is None, f"an action sent between two decisions has an effect at game step {step}: {found}"
 
 

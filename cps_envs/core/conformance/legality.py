@@ -27,10 +27,10 @@ def check_action_masks(subject: Subject) -> None:
 
 
 def _assert_maskless(subject: Subject) -> None:
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         info = make().reset(seed=0)[1]
         info = info.get(AGENTS[subject.role], info)
-        assert "action_mask" not in info, f"the {name} face's info has an action_mask, the game's role has none"
+        assert "action_mask" not in info, f"the {name} interface's info has an action_mask, the game's role has none"
     try:
         subject.single().action_masks()
     except (TypeError, AttributeError):
@@ -62,10 +62,10 @@ def _assert_usable(space: Any, mask: Array, step: int) -> None:
 
 
 def _check_between_decisions(subject: Subject) -> None:
-    duel = subject.duel()
-    game, crew = duel.game, Crew(duel, 82)
-    result: tuple[Any, ...] = duel.reset(seed=82)
-    while duel.agents:
+    env = subject.parallel()
+    game, crew = env.game, Crew(env, 82)
+    result: tuple[Any, ...] = env.reset(seed=82)
+    while env.agents:
         for role in ROLES:
             mask = flat(result[-1][AGENTS[role]].get("action_mask"))
             waiting = game.elapsed[0] % game.decision_interval[role] != 0
@@ -76,19 +76,19 @@ def _check_between_decisions(subject: Subject) -> None:
                 )
                 message = f"between two decisions of the {role} only the neutral action is legal, not {mask.tolist()}"
                 assert only_neutral, message
-        result = duel.step(crew.act(result[-1]))
+        result = env.step(crew.act(result[-1]))
 
 
 def check_bad_actions(subject: Subject) -> None:
     """Impossible actions raise ValueError and leave the episode as it was; a Box clips what lies outside."""
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         actions, expected = record(make(), seed=83)
         env = make()
         env.reset(seed=83)
         for bad in _impossible(env, actions[0]):
             _assert_refused(env, bad, name)
         found = difference(env.step(actions[0]), expected[1])
-        assert found is None, f"the {name} face: a refused action leaves a trace in the episode: {found}"
+        assert found is None, f"the {name} interface: a refused action leaves a trace in the episode: {found}"
         _check_clipping(make, actions[0], name)
 
 
@@ -98,12 +98,14 @@ def _assert_refused(env: Any, bad: Any, name: str) -> None:
     except ValueError:
         return
     except Exception as error:
-        raise AssertionError(f"the {name} face answers the action {bad!r} with {error!r}, not a ValueError") from error
-    raise AssertionError(f"the {name} face accepts the impossible action {bad!r}")
+        raise AssertionError(
+            f"the {name} interface answers the action {bad!r} with {error!r}, not a ValueError"
+        ) from error
+    raise AssertionError(f"the {name} interface accepts the impossible action {bad!r}")
 
 
 def _impossible(env: Any, good: Any) -> Iterator[Any]:
-    """Actions of wrong shape, type or range, in the form that the face takes."""
+    """Actions of wrong shape, type or range, in the form that the interface takes."""
     if isinstance(good, dict):
         for agent in good:
             for bad in _impossible_arrays(env.action_space(agent), good[agent]):
@@ -144,4 +146,4 @@ def _check_clipping(make: Any, good: Any, name: str) -> None:
         for env, action in ((one, edge), (two, edge + 3.0))
     ]
     found = difference(*results)
-    assert found is None, f"the {name} face: an action outside the box is not clipped to it: {found}"
+    assert found is None, f"the {name} interface: an action outside the box is not clipped to it: {found}"

@@ -19,12 +19,12 @@ LIVE_ENVS = 8
 
 
 def check_observations(subject: Subject) -> None:
-    """Every observation of every face is a float32 array in [-1, 1] of the declared shape, without NaN."""
-    for name, make in subject.faces().items():
+    """Every observation of every interface is a float32 array in [-1, 1] of the declared shape, without NaN."""
+    for name, make in subject.interfaces().items():
         env = make()
         for step, result in enumerate(record(env, seed=51)[1]):
             for key, observation, space in _observed(env, result[0]):
-                where = f"the {name} face's observation{key} at step {step}"
+                where = f"the {name} interface's observation{key} at step {step}"
                 assert isinstance(observation, np.ndarray), f"{where} is a {type(observation).__name__}, not an array"
                 assert observation.dtype == np.float32, f"{where} has dtype {observation.dtype}, not float32"
                 assert observation.shape == space.shape, f"{where} has shape {observation.shape}, not {space.shape}"

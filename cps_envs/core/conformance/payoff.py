@@ -22,38 +22,38 @@ def check_return(subject: Subject) -> None:
         parts = env.game.payoff_parts
         paid = math.fsum(result[1] for result in results[1:])
         _assert_equal(paid, sign * math.fsum(results[-1][-1][part] for part in parts), parts, "single", sign)
-    duel = subject.duel()
-    results = record(duel, seed=72)[1]
+    both = subject.parallel()
+    results = record(both, seed=72)[1]
     for role in ROLES:
         agent = AGENTS[role]
         paid = math.fsum(result[1][agent] for result in results[1:])
-        total = SIGN[role] * math.fsum(results[-1][-1][agent][part] for part in duel.game.payoff_parts)
-        _assert_equal(paid, total, duel.game.payoff_parts, "parallel", SIGN[role])
+        total = SIGN[role] * math.fsum(results[-1][-1][agent][part] for part in both.game.payoff_parts)
+        _assert_equal(paid, total, both.game.payoff_parts, "parallel", SIGN[role])
 
 
-def _assert_equal(paid: float, total: float, parts: tuple[str, ...], face: str, sign: float) -> None:
+def _assert_equal(paid: float, total: float, parts: tuple[str, ...], interface: str, sign: float) -> None:
     formula = " + ".join(parts) if sign > 0 else f"-({' + '.join(parts)})"
     close = abs(paid - total) <= TOLERANCE * max(1.0, abs(total))
-    assert close, f"the return of the {face} face is {paid!r}, but {formula} of the last info is {total!r}"
+    assert close, f"the return of the {interface} interface is {paid!r}, but {formula} of the last info is {total!r}"
 
 
 def check_zero_sum(subject: Subject) -> None:
-    """At every step of the parallel face the two rewards add up to zero."""
-    for step, (_, rewards, *_) in enumerate(record(subject.duel(), seed=73)[1][1:]):
+    """At every step of the parallel interface the two rewards add up to zero."""
+    for step, (_, rewards, *_) in enumerate(record(subject.parallel(), seed=73)[1][1:]):
         total = math.fsum(rewards.values())
-        assert total == 0.0, f"the rewards {rewards} at step {step} of the parallel face add up to {total!r}, not to 0"
+        assert total == 0.0, f"the rewards {rewards} at step {step} of the parallel form add up to {total!r}, not to 0"
 
 
 def check_metrics(subject: Subject) -> None:
-    """The info of every face, at reset and at each step, has the game's metrics; Python numbers where it is single."""
+    """Every interface's info, at reset and at each step, has the game's metrics; Python numbers where it is single."""
     expected = set(subject.game().metrics())
     missing = set(subject.game().payoff_parts) - expected
     assert not missing, f"payoff_parts names {sorted(missing)}, which are no metrics"
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         for step, result in enumerate(record(make(), seed=74)[1]):
             for info in _infos(result[-1], name):
                 keys = {key for key in info if not key.startswith("_")} - {"action_mask", "final_obs", "final_info"}
-                where = f"the {name} face's info at step {step}"
+                where = f"the {name} interface's info at step {step}"
                 assert keys == expected, f"{where} differs from the game's metrics in {sorted(keys ^ expected)}"
                 if name != "batch":
                     _assert_plain(info, expected, where)

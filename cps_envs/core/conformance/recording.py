@@ -1,4 +1,4 @@
-"""Playing an environment of any face, and comparing what came back bit for bit."""
+"""Playing an environment of any interface, and comparing what came back bit for bit."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ EXTRA_STEPS = 3  # of a batch beyond its longest episode, so that environments s
 
 
 def episode_steps(env: Any) -> int:
-    """The most steps of an episode in a face; for a batch a few more."""
+    """The most steps of an episode in a interface; for a batch a few more."""
     role = getattr(env, "role", None)
-    interval = 1 if role is None else env.game.decision_interval[role]
+    interval = 1 if role is None else env.game.decision_interval[role] * getattr(env, "frame_skip", 1)
     steps: int = -(-env.game.horizon // interval)
     return steps + EXTRA_STEPS if isinstance(env, RoleVectorEnv) else steps
 

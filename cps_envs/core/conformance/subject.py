@@ -1,4 +1,4 @@
-"""What is put through the checks: one role of a problem, with all the faces that show it."""
+"""What is put through the checks: one role of a problem, with all the interfaces that show it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.game import Game
 from cps_envs.core.interfaces.env import RoleEnv
-from cps_envs.core.interfaces.parallel_env import DuelEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
 from cps_envs.core.problem import Problem
@@ -40,7 +40,7 @@ class Subject:
     kwargs: Mapping[str, Any] = field(default_factory=dict)
     env_id: str | None = None  # as `gymnasium.make` takes it, with the module that registers it
     variants: Sequence[Mapping[str, Any]] = ()
-    duel_class: Callable[..., DuelEnv] = DuelEnv
+    parallel_class: Callable[..., RolesParallelEnv] = RolesParallelEnv
     swarm_class: Callable[..., SwarmEnv] = SwarmEnv
 
     def __str__(self) -> str:
@@ -59,8 +59,8 @@ class Subject:
 
     @property
     def game_kwargs(self) -> dict[str, Any]:
-        """The arguments without the opponent, for the face that plays both roles from outside."""
-        return {name: value for name, value in self.kwargs.items() if name != "opponent"}
+        """The arguments without those of one role, for the interface that plays both roles from outside."""
+        return {name: value for name, value in self.kwargs.items() if name not in ("opponent", "frame_skip")}
 
     def single(self, **extra: Any) -> RoleEnv:
         """A fresh `gymnasium.Env`."""
@@ -70,9 +70,9 @@ class Subject:
         """A fresh vector environment, which resets ended environments in the same step unless told otherwise."""
         return self.vector_class(num_envs, **{"autoreset_mode": AutoresetMode.SAME_STEP, **self.kwargs, **extra})
 
-    def duel(self, **extra: Any) -> DuelEnv:
+    def parallel(self, **extra: Any) -> RolesParallelEnv:
         """A fresh PettingZoo environment of both roles."""
-        return self.duel_class(self.problem, **{**self.game_kwargs, **extra})
+        return self.parallel_class(self.problem, **{**self.game_kwargs, **extra})
 
     def swarm(self, **extra: Any) -> SwarmEnv:
         """A fresh PettingZoo environment of the role as a team.
@@ -85,18 +85,22 @@ class Subject:
         except (TypeError, ValueError) as error:
             raise NotApplicableError(f"no swarm form: {error}") from error
 
-    def game(self) -> Game:
-        """A game of one environment."""
-        return self.single().game
+    def game(self, num_envs: int = 1) -> Game:
+        """A game that nobody has started."""
+        return self.batch(num_envs).game
 
-    def faces(self) -> dict[str, Callable[[], Any]]:
-        """The faces of this role by name; each call makes a fresh environment."""
-        faces: dict[str, Callable[[], Any]] = {"single": self.single, "batch": self.batch, "parallel": self.duel}
+    def interfaces(self) -> dict[str, Callable[[], Any]]:
+        """The interfaces of this role by name; each call makes a fresh environment."""
+        interfaces: dict[str, Callable[[], Any]] = {
+            "single": self.single,
+            "batch": self.batch,
+            "parallel": self.parallel,
+        }
         try:
             self.swarm()
         except NotApplicableError:
-            return faces
-        return {**faces, "swarm": self.swarm}
+            return interfaces
+        return {**interfaces, "swarm": self.swarm}
 
 
 def find_subject(
@@ -135,7 +139,7 @@ def _checked(found: Any) -> type[RoleEnv]:
 
 
 def _vector_class(single: type[RoleEnv]) -> type[RoleVectorEnv]:
-    """The vector face beside a class in its module; a fresh one where the module has none."""
+    """The vector interface beside a class in its module; a fresh one where the module has none."""
     for found in vars(sys.modules[single.__module__]).values():
         if isinstance(found, type) and issubclass(found, RoleVectorEnv) and hasattr(found, "problem"):
             same = (found.problem, found.role) == (single.problem, single.role)

@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 from cps_envs.core.conformance.aliasing import check_actions_untouched, check_aliasing
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
+from cps_envs.core.conformance.blocks import check_frame_skip, check_threads
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
-from cps_envs.core.conformance.endings import check_endings, check_reset_needed
+from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
 from cps_envs.core.conformance.interfaces import check_batch, check_held_actions, check_parallel, check_swarm
 from cps_envs.core.conformance.legality import check_action_masks, check_bad_actions
@@ -35,6 +36,8 @@ CHECKS: tuple[Check, ...] = (
     check_batch,
     check_parallel,
     check_held_actions,
+    check_frame_skip,
+    check_threads,
     check_swarm,
     check_autoreset,
     check_reset_mask,
@@ -46,6 +49,7 @@ CHECKS: tuple[Check, ...] = (
     check_live_swarm,
     check_endings,
     check_reset_needed,
+    check_horizon,
     check_return,
     check_zero_sum,
     check_metrics,

@@ -30,18 +30,18 @@ json.dump(frames, sys.stdout)
 
 def check_pickling(subject: Subject) -> None:
     """A copy by pickle, of a fresh environment or in the middle of an episode, goes on like the original."""
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         actions, expected = record(make(), seed=91)
         fresh = _copied(make(), name)
         assert_same(
-            expected, replay(fresh, actions, seed=91), f"the {name} face, pickled before its first reset, differs"
+            expected, replay(fresh, actions, seed=91), f"the {name} interface, pickled before its first reset, differs"
         )
         half = len(actions) // 2
         env = make()
         for _ in replay(env, actions[:half], seed=91):
             pass
         clone = _copied(env, name)
-        message = f"the {name} face, pickled in the middle of an episode, goes on differently"
+        message = f"the {name} interface, pickled in the middle of an episode, goes on differently"
         assert_same(expected[half + 1 :], replay(clone, actions[half:]), message)
         found = difference(env.reset(), clone.reset()) if half == len(actions) else None
         assert found is None, f"{message}: {found}"
@@ -49,20 +49,20 @@ def check_pickling(subject: Subject) -> None:
 
 def check_pickled_generator(subject: Subject) -> None:
     """The generators travel along: original and copy start the same later episodes."""
-    for name, make in subject.faces().items():
+    for name, make in subject.interfaces().items():
         env = make()
         env.reset(seed=92)
         clone = _copied(env, name)
         for _ in range(2):
             found = difference(env.reset(), clone.reset())
-            assert found is None, f"the {name} face and its pickled copy start different episodes later on: {found}"
+            assert found is None, f"the {name} interface and its pickled copy start different episodes later: {found}"
 
 
 def _copied(env: Any, name: str) -> Any:
     try:
         return pickle.loads(pickle.dumps(env))
     except Exception as error:
-        raise AssertionError(f"the {name} face cannot be pickled: {error!r}") from error
+        raise AssertionError(f"the {name} interface cannot be pickled: {error!r}") from error
 
 
 def check_spec(subject: Subject) -> None:

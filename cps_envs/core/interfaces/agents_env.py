@@ -1,4 +1,4 @@
-"""What the PettingZoo faces share: one environment of a match, stepped under the actions of several agents."""
+"""What the PettingZoo interfaces share: one environment of a match, stepped under the actions of several agents."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from gymnasium.error import ResetNeeded
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.interfaces.info import episode_info
+from cps_envs.core.interfaces.options import check_frame_skip
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
@@ -19,7 +20,11 @@ from cps_envs.core.types import SIGN, Array, BoolArray, Observation, Role, other
 
 
 class RoleEnv(gymnasium.Env[Observation, Any]):
-    """Base of the single environments; a subclass names its problem and role, and its docstring documents them."""
+    """Base of the single environments; a subclass names its problem and role, and its docstring documents them.
+
+    With `frame_skip=k` an action is held for k decisions, or until the episode ends: nothing is observed in between,
+    and the reward is the sum of theirs.
+    """
 
     problem: ClassVar[Problem]
     role: ClassVar[Role]
@@ -35,16 +40,17 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         preset: str = "paper",
         opponent: PolicyReference | None = None,
         render_mode: str | None = None,
+        frame_skip: int = 1,
         **overrides: Any,
     ) -> None:
         check_render_mode(render_mode)
+        self.frame_skip = check_frame_skip(frame_skip)
         self.render_mode = render_mode
         self.config = self.problem.config(preset, overrides)
         rival = other(self.role)
         self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
         self._match = self.problem.match(self.config, 1, {rival: self.opponent})
         self.game = self._match.game
-        self._alone = not self._match.players  # nobody else decides: the game can be stepped directly
         self._interval = self.game.decision_interval[self.role]
         self._envs = np.ones(1, np.bool_)
         self._running = False
@@ -65,7 +71,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         return self.game.observe(self.role)[0], episode_info(self.game, self.role)
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Advance by one decision of this role.
+        """Advance by one decision of this role, or by `frame_skip` of them with the same action.
 
         Raises:
             ResetNeeded: no episode is running.
@@ -74,8 +80,8 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         if not self._running:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
         game, role = self.game, self.role
-        advance = game.advance if self._alone else self._match.step
-        payoff = advance({role: self._reader.single(action)}, self._envs, self._interval)
+        actions = {role: self._reader.single(action)}
+        payoff = self._match.hold(actions, self._envs, self._interval, self.frame_skip, game.horizon)
         terminated = game.terminated.item(0)
         truncated = not terminated and game.elapsed.item(0) >= game.horizon
         self._running = not (terminated or truncated)

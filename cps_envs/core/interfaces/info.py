@@ -1,4 +1,4 @@
-"""The `info` of every face: the problem's metrics under the same keys, and the legal actions."""
+"""The `info` of every interface: the problem's metrics under the same keys, and the legal actions."""
 
 from __future__ import annotations
 
@@ -33,18 +33,19 @@ def agent_info(game: Game, role: Role) -> dict[str, Any]:
     return info
 
 
-def batch_info(game: Game, role: Role, envs: BoolArray) -> dict[str, Any]:
-    """The info of the marked environments in the layout of Gymnasium's vector form: arrays `key` with masks `_key`.
+def batch_info(game: Game, role: Role, envs: BoolArray | None = None) -> dict[str, Any]:
+    """The info of the marked environments (default: all) in the layout of Gymnasium's vector form.
 
+    That is an array `key` (B, ...) for each entry, and a mask `_key` (B,) of the environments that have it.
     `action_mask` is an int8 array (B, k), flattened for MultiDiscrete.
     """
-    every = bool(envs.all())
-    arrays = {name: values.copy() if every else np.where(envs, values, 0) for name, values in game.metrics().items()}
+    info: dict[str, Any] = {}
+    for name, values in game.metrics().items():
+        info[name] = values.copy() if envs is None else np.where(envs, values, 0)
     mask = game.action_mask(role)
     if mask is not None:
-        arrays["action_mask"] = mask.view(np.int8)  # it is fresh
-    info: dict[str, Any] = {}
-    for name, values in arrays.items():
-        info[name] = values
-        info[f"_{name}"] = envs.copy()
-    return info
+        info["action_mask"] = mask.view(np.int8)  # it is fresh
+    marks = np.ones((len(info), game.num_envs), np.bool_)  # made at once: twice as fast as an array for each key
+    if envs is not None:
+        marks &= envs
+    return info | {f"_{name}": mark for name, mark in zip(info, marks, strict=True)}

@@ -14,7 +14,7 @@ from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES, SIGN, Array, FloatArray, Observation, Role
 
 
-class DuelEnv(AgentsEnv):
+class RolesParallelEnv(AgentsEnv):
     """Attacker and defender, both played from outside.
 
     A step is one game step. A role whose decisions are due less often has its action ignored in between: the last one

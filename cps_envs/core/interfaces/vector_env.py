@@ -12,9 +12,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
+from cps_envs.core.clock import mark_ends
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.interfaces.info import batch_info
+from cps_envs.core.interfaces.options import check_frame_skip
 from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
@@ -23,7 +26,11 @@ Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
 
 class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
-    """Base of the vector environments; environment i of a batch seeded s equals the single environment seeded s + i."""
+    """Base of the vector environments; environment i of a batch seeded s equals the single environment seeded s + i.
+
+    With `frame_skip=k` an action is held for k decisions, or until the episode ends, as in `RoleEnv`. `num_threads`
+    threads step the environments side by side, with the same results; it pays for hundreds of environments.
+    """
 
     problem: ClassVar[Problem]
     role: ClassVar[Role]
@@ -37,9 +44,12 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        frame_skip: int = 1,
+        num_threads: int = 1,
         **overrides: Any,
     ) -> None:
         check_render_mode(render_mode)
+        self.frame_skip = check_frame_skip(frame_skip)
         if num_envs < 1:
             raise ConfigurationError(f"num_envs = {num_envs} must be at least 1")
         self.num_envs, self.render_mode = num_envs, render_mode
@@ -54,12 +64,15 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
         self._match = self.problem.match(self.config, num_envs, {rival: self.opponent})
         self.game = self._match.game
+        self.game.use_threads(num_threads)
+        self.on_decision: OnDecision | None = None  # told the payoff of each decision that an action is held for
         self._interval = self.game.decision_interval[self.role]
         self._limit = self.game.horizon
         if max_episode_steps is not None:
-            self._limit = min(self._limit, max_episode_steps * self._interval)
+            self._limit = min(self._limit, max_episode_steps * self._interval * self.frame_skip)
         self._generators: list[np.random.Generator] = []
-        self._ended = np.zeros(num_envs, np.bool_)
+        self._everyone = np.ones(num_envs, np.bool_)  # never written to
+        self._ended, self._any_ended = np.zeros(num_envs, np.bool_), False
         self._renderer = Renderer(self.problem, self.game)
         self.single_observation_space = self.game.fields[self.role].space()
         self.single_action_space = self.game.action_space[self.role]
@@ -82,7 +95,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         return self.game.observe(self.role), batch_info(self.game, self.role, envs)
 
     def step(self, actions: Any) -> Step:
-        """Advance every environment by one decision of this role, and reset ended ones as `autoreset_mode` says.
+        """Advance every environment by `frame_skip` decisions of this role; reset ended ones as `autoreset_mode` says.
 
         Raises:
             ResetNeeded: before the first reset, or for an ended environment when automatic resetting is disabled.
@@ -90,19 +103,24 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         """
         self._check_running()
         checked = self._reader.batch(actions, self.num_envs)
-        waiting = self._ended.copy()  # environments that NEXT_STEP resets instead of stepping
-        if waiting.any():
-            self._restart(waiting)
-        live = ~waiting
-        payoff = self._match.step({self.role: checked}, live, self._interval)
-        terminated = self.game.terminated & live
-        truncated = (self.game.elapsed >= self._limit) & live & ~terminated
-        self._ended = terminated | truncated
-        final = self._restart_ended() if self.autoreset_mode == AutoresetMode.SAME_STEP else {}
+        live, game = self._everyone, self.game
+        if self._any_ended:  # environments that NEXT_STEP resets instead of stepping
+            live = ~self._ended
+            self._restart(self._ended)
+        payoff = self._match.hold(
+            {self.role: checked}, live, self._interval, self.frame_skip, self._limit, self.on_decision
+        )
+        terminated, truncated = np.empty(self.num_envs, np.bool_), np.empty(self.num_envs, np.bool_)
+        self._any_ended = mark_ends(game.terminated, game.elapsed, self._limit, live, terminated, truncated) > 0
+        if self._any_ended:
+            self._ended = terminated | truncated
+        final = {}
+        if self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
+            final = self._restart_ended()
         if self.render_mode == "human":
             self._renderer.show()
-        info = batch_info(self.game, self.role, np.ones(self.num_envs, np.bool_)) | final
-        return self.game.observe(self.role), SIGN[self.role] * payoff, terminated, truncated, info
+        info = batch_info(game, self.role)
+        return game.observe(self.role), SIGN[self.role] * payoff, terminated, truncated, info | final
 
     def action_masks(self) -> BoolArray:
         """Legal actions (B, k).
@@ -138,12 +156,11 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
     def _restart(self, envs: BoolArray) -> None:
         self._match.reset(envs, self._generators)
         self._ended = self._ended & ~envs
+        self._any_ended = bool(self._ended.any())
 
     def _restart_ended(self) -> dict[str, Any]:
         """Reset environments that have just ended; their last observation and info as Gymnasium's `final_*` entries."""
         ended = self._ended
-        if not ended.any():
-            return {}
         last = self.game.observe(self.role)
         final_obs = np.full(self.num_envs, None, dtype=object)
         for b in np.flatnonzero(ended):
@@ -158,7 +175,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         }
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
-        everything = np.ones(self.num_envs, np.bool_)
+        everything = self._everyone
         mask = (options or {}).get("reset_mask")
         if mask is None:
             return everything

@@ -9,12 +9,12 @@ import numpy as np
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.palette import INK, MUTED
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.belief import clock
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.history import FLAWED_HIGH, FLAWED_LOW, IMPACT, INTACT_HIGH, INTACT_LOW, STEP, ZONES
-from cps_envs.hvac.palette import DAMAGE, ESTIMATE, FALSE, TRUE, WALL, tint
-from cps_envs.hvac.plot import ROOM, SMALL, Plot, draw_curve, draw_dots, draw_edge, draw_level, draw_panel
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.belief import clock
+from cps_envs.hvac.picture.history import FLAWED_HIGH, FLAWED_LOW, IMPACT, INTACT_HIGH, INTACT_LOW, STEP, ZONES
+from cps_envs.hvac.picture.palette import DAMAGE, ESTIMATE, FALSE, TRUE, WALL, tint
+from cps_envs.hvac.picture.plot import ROOM, SMALL, Plot, draw_curve, draw_dots, draw_edge, draw_level, draw_panel
+from cps_envs.hvac.picture.scene import Scene
 
 TIME_MARKS = 5
 MINUTES = (1, 2, 5, 10, 15, 30, 60, 120, 180, 360, 720)  # between times that are written

@@ -8,12 +8,12 @@ import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.palette import INK
-from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.layout import Layout, arrange
-from cps_envs.hvac.palette import WALL, temperature_color
-from cps_envs.hvac.room import draw_room
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.belief import Belief
+from cps_envs.hvac.picture.layout import Layout, arrange
+from cps_envs.hvac.picture.palette import WALL, temperature_color
+from cps_envs.hvac.picture.room import draw_room
+from cps_envs.hvac.picture.scene import Scene
 
 GAP = 14  # pixels between rooms
 SKY, GROUND = 24, 22  # pixels of height

@@ -7,11 +7,11 @@ import numpy as np
 from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.palette import GRID, INK, MUTED
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.hvac.belief import flawed_sets
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.palette import ESTIMATE, FALSE, HONEST, TRUE, tint
-from cps_envs.hvac.plot import SMALL, Plot, draw_edge, draw_level, draw_panel
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.belief import flawed_sets
+from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HONEST, TRUE, tint
+from cps_envs.hvac.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel
+from cps_envs.hvac.picture.scene import Scene
 
 NARROWEST = 5.0  # pixels of a column below which sensors are not told apart
 TALLEST_ROW = 10.0  # pixels of a sensor's row

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.hvac.belief import flawed_sets
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.belief import flawed_sets
+from cps_envs.hvac.picture.scene import Scene
 
 MOST_POINTS = 240  # of a curve
 STEP, IMPACT, INTACT_LOW, INTACT_HIGH, FLAWED_LOW, FLAWED_HIGH, ZONES = range(7)

@@ -8,7 +8,7 @@ import numpy as np
 
 from cps_envs.core.types import BoolArray
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.scene import Scene
 
 
 class Belief(NamedTuple):

@@ -9,17 +9,17 @@ import numpy as np
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE
 from cps_envs.core.types import Array, FloatArray
-from cps_envs.hvac.belief import Belief, belief_of, clock
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.history import FLAWED_HIGH, INTACT_HIGH, History
-from cps_envs.hvac.house import House
-from cps_envs.hvac.palette import ESTIMATE, FALSE, HONEST, REACH_C, TEMPERATURE_SCALE, TRUE
-from cps_envs.hvac.plot import AXIS, Plot, rounded_up
-from cps_envs.hvac.ranking import draw_sets
-from cps_envs.hvac.room import draw_disc
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.belief import Belief, belief_of, clock
+from cps_envs.hvac.picture.history import FLAWED_HIGH, INTACT_HIGH, History
+from cps_envs.hvac.picture.house import House
+from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HONEST, REACH_C, TEMPERATURE_SCALE, TRUE
+from cps_envs.hvac.picture.plot import AXIS, Plot, rounded_up
+from cps_envs.hvac.picture.ranking import draw_sets
+from cps_envs.hvac.picture.room import draw_disc
+from cps_envs.hvac.picture.scene import Scene
+from cps_envs.hvac.picture.traces import draw_impact, draw_residuals, draw_temperature
 from cps_envs.hvac.sensors import membership
-from cps_envs.hvac.traces import draw_impact, draw_residuals, draw_temperature
 
 WIDTH, HEIGHT, MARGIN = 960, 540, 16
 INNER = WIDTH - 2 * MARGIN

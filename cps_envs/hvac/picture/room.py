@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker
-from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.palette import ESTIMATE, FALSE, HEAT, HONEST, temperature_color, tint
-from cps_envs.hvac.scene import Scene
+from cps_envs.hvac.picture.belief import Belief
+from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HEAT, HONEST, temperature_color, tint
+from cps_envs.hvac.picture.scene import Scene
 
 WIDE, HIGH = 150, 130  # pixels from which a room has space for words
 EDGE = 10  # pixels between a wall and what is in the room

@@ -1,0 +1,51 @@
+"""The building and its controller: heating by the gains of (4.18), and one step of (4.5)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.kernels import clip, copy, inlined
+from cps_envs.core.types import FloatArray
+from cps_envs.hvac.model import Model, Rules
+from cps_envs.hvac.state import Scratch, State
+
+
+@inlined
+def heat(model: Model, rules: Rules, episode: State, change: FloatArray) -> None:
+    """Set the heating of this step from xh(k), which the controller was fed, and dxh(k), both (n,) C.
+
+    The integrator u_c is continuous and clamped to [0, E]; only what is applied is rounded to a level (4.18).
+    """
+    ahead = model.feedforward[episode.step[0]]
+    for i in range(len(ahead)):
+        du = -ahead[i]
+        for j in range(len(ahead)):
+            du += model.error_gain[i, j] * (rules.reference_c - episode.fed[j])
+            du -= model.difference_gain[i, j] * change[j]
+        episode.integrator[i] = clip(episode.integrator[i] + du, 0.0, rules.max_heating_w)
+        level = np.rint(episode.integrator[i] / rules.level_w)
+        episode.heating[i] = min(rules.level_w * level, rules.max_heating_w)
+
+
+@inlined
+def move(model: Model, rules: Rules, episode: State, scratch: Scratch) -> None:
+    """Go from k to k + 1: the plant (4.5) with what the model does not know, and the forced response."""
+    w, supplied, reached = model.weather[episode.step[0]], scratch.change, scratch.vector
+    for i in range(len(w)):
+        supplied[i] = episode.heating[i] + episode.heat[i]
+        episode.energy_j[0] += episode.heating[i] * rules.step_s
+    drift(episode.plant, model, episode.temperature, supplied, w, reached)
+    copy(reached, episode.temperature)
+    drift(model.A, model, episode.forced, episode.heating, w, reached)
+    copy(reached, episode.forced)
+    episode.step[0] += 1
+
+
+@inlined
+def drift(A: FloatArray, model: Model, x: FloatArray, u: FloatArray, w: FloatArray, reached: FloatArray) -> None:
+    """Fill `reached` (n,) with A x + B u + G w, with diagonal B and G."""
+    for i in range(len(x)):
+        total = model.B[i] * u[i] + model.G[i] * w[i]
+        for j in range(len(x)):
+            total += A[i, j] * x[j]
+        reached[i] = total

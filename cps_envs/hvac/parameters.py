@@ -1,0 +1,90 @@
+"""The quantities of the HVAC problem: value, unit, bounds and source of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+from cps_envs.core.config import IntRange, bounds, quantity
+
+MAX_ZONES = 64
+MAX_SENSORS = 128  # two in each zone
+CALIBRATED = "calibrated, not in the paper"
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What a configuration of the HVAC problem consists of, unchecked: see `config.HvacConfig`."""
+
+    step_s: float = quantity(120.0, unit="s", low=1, high=3600, source="paper: 1/120 Hz")
+    num_steps: int = quantity(720, low=2, high=20_160, source="paper: 24 h; states x(0)..x(719), k = 0 is midnight")
+    heat_capacity_j_per_k: tuple[float, ...] = quantity(
+        (0.52e6, 0.74e6, 0.35e6, 0.55e6), unit="J/K", low=1e3, high=1e12, source=f"{CALIBRATED}; C1..C4"
+    )
+    wall_resistance_k_per_w: tuple[float, ...] = quantity(
+        (0.42, 0.10, 0.12, 0.15), unit="K/W", low=1e-6, high=1e6, source=f"{CALIBRATED}; R1..R4"
+    )
+    link_zones: tuple[int, ...] = quantity(
+        (1, 2, 1, 3, 2, 4, 3, 4), low=1, high=MAX_ZONES, source="paper: pairs of linked zones, one after the other"
+    )
+    link_resistance_k_per_w: tuple[float, ...] = quantity(
+        (0.016, 0.012, 0.017, 0.047), unit="K/W", low=1e-6, high=1e6, source=f"{CALIBRATED}; R12, R13, R24, R34"
+    )
+    ground_zones: tuple[int, ...] = quantity((1, 2), low=1, high=MAX_ZONES, source="paper: the others face the outside")
+    ground_c: float = quantity(23.5, unit="C", low=-40, high=60, source=f"{CALIBRATED}; v1, v2")
+    outdoor_mean_c: float = quantity(23.0, unit="C", low=-40, high=60, source=f"{CALIBRATED}; v3, v4")
+    outdoor_swing_c: float = quantity(11.0, unit="C", low=0, high=40, source=f"{CALIBRATED}; amplitude over 24 h")
+    reference_c: float = quantity(25.0, unit="C", low=-40, high=60, source="paper: x_r")
+    initial_c: float = quantity(24.0, unit="C", low=-40, high=60, source=f"{CALIBRATED}; x(0) of every zone")
+    max_heating_w: float = quantity(1000.0, unit="W", low=1, high=1e9, source="paper: E; Fig. 4.3 also 500, 100")
+    num_levels: int = quantity(100, low=1, high=1_000_000, source="paper: heating in steps of 0.01 E")
+    prediction_steps: int = quantity(80, low=1, high=200, source=f"{CALIBRATED}; N")
+    move_weight: float = quantity(0.25, unit="C2/W2", low=1e-9, high=1e9, source=f"{CALIBRATED}; R = 0.25 I, Q = I")
+    num_sensors: int = quantity(4, low=1, high=MAX_SENSORS, source="paper: 4 or 8; one or two per zone")
+    noise_std_c: float = quantity(sqrt(0.2), unit="C", low=0, high=10, source=f"{CALIBRATED}; sigma")
+    sensor_low_c: float = quantity(10.0, unit="C", low=-60, high=100, source="chosen: range of forged readings")
+    sensor_high_c: float = quantity(40.0, unit="C", low=-60, high=100, source="chosen: range of forged readings")
+    window_steps: int = quantity(200, low=1, high=2000, source="paper: N_e; Fig. 4.5 also 100, 30")
+    sensor_sets: tuple[int, ...] = quantity(
+        (), low=0, high=MAX_SENSORS, source="own sets of sensors, 0 between two sets; none: by set_size"
+    )
+    set_size: int = quantity(
+        0, low=0, high=MAX_SENSORS, source="sets of so many sensors in a row, one from each; 0: all of (4.31)"
+    )
+    thresholds_c2: tuple[float, ...] = quantity(
+        (0.418, 0.425),
+        unit="C2",
+        low=1e-9,
+        high=1e9,
+        source="calibrated: eps of MTD2, with one and with two sensors per zone",
+    )
+    onset_step: IntRange = quantity(200, low=0, high=20_160, source="defined: t_0, first forged reading", ranged=True)
+    num_compromised: IntRange = quantity(2, low=1, high=MAX_SENSORS, source="paper: 1 to all", ranged=True)
+    attack_order: tuple[int, ...] = quantity(
+        (), low=1, high=MAX_SENSORS, source="sensors in the order in which they fall; none: 2, 1, 4, 3, 6, 5, 8, 7"
+    )
+    random_compromise: bool = quantity(False, source="chosen: compromised sensors drawn from the order, not its prefix")
+    model_error: float = quantity(0.0, low=0, high=0.3, source="(4.30): entries of A_c off by up to this share")
+    unmeasured_heat_w: float = quantity(0.0, unit="W", low=0, high=1e6, source="chosen: unknown heat, +- this per zone")
+    attack_action: str = quantity("any", choices=("any", "bias"), source="chosen: forge anything, or a bias only")
+    attacker_view: str = quantity("white", choices=("white", "grey"), source="chosen: sees all, or own sensors only")
+
+    @property
+    def num_zones(self) -> int:
+        """Number n of zones, and of heaters."""
+        return len(self.heat_capacity_j_per_k)
+
+    @property
+    def threshold_c2(self) -> float:
+        """The bound eps of MTD2 on the mean residual of a set, C2."""
+        return self.thresholds_c2[self.num_sensors // self.num_zones - 1]
+
+    @property
+    def max_compromised(self) -> int:
+        """The most sensors that are compromised in any episode."""
+        return int(bounds(self.num_compromised)[1])
+
+    @property
+    def duration_h(self) -> float:
+        """Time of the last state, h."""
+        return (self.num_steps - 1) * self.step_s / 3600.0
