@@ -38,6 +38,7 @@ class RogueGame(Game):
     """
 
     name = "rogue"
+    threaded = True
 
     def __init__(self, config: RogueConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -70,7 +71,8 @@ class RogueGame(Game):
         attack = actions.get("attacker", self._neutral["attacker"])
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
         moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
-        step(self._arrays, self.drawn, self.rules, moves, envs, num_steps, self._scores, payoff)
+        given = (self._arrays, self.drawn, self.rules, moves)
+        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs)
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
