@@ -5,8 +5,9 @@ from __future__ import annotations
 import inspect
 from dataclasses import asdict, dataclass
 from importlib.metadata import EntryPoint
-from importlib.util import find_spec
 from typing import Any, get_type_hints
+
+import gymnasium
 
 from agents.declarations import UnreadableError, declaration, missing_package
 from cps_envs import PROBLEMS
@@ -44,10 +45,8 @@ def describe_everything() -> list[dict[str, Any]]:
 
 def pettingzoo_ids(problem: Problem) -> dict[str, str]:
     """PettingZoo's id of a problem, and the functions of its module: parallel, turn-based, decentralised."""
-    module = f"{problem.namespace}.{problem.name}_v{problem.version}"
+    module = str(gymnasium.spec(problem.env_id("attacker")).entry_point).partition(":")[0]
     ids = {"id": f"{problem.namespace}/{problem.name}-v{problem.version}"}
-    if find_spec(module) is None:
-        return ids
     offers = {"parallel": "parallel_env", "aec": "env"} | ({"swarm": "swarm_env"} if problem.swarm else {})
     return ids | {form: f"{module}.{function}" for form, function in offers.items()}
 

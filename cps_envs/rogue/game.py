@@ -71,9 +71,8 @@ class RogueGame(Game):
         attack = actions.get("attacker", self._neutral["attacker"])
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
         moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
-        self.threads.run(
-            lambda mine: step(self._arrays, self.drawn, self.rules, moves, mine, num_steps, self._scores, payoff), envs
-        )
+        given = (self._arrays, self.drawn, self.rules, moves)
+        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs)
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
