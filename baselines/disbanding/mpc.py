@@ -16,8 +16,9 @@ from baselines.disbanding.quadratic_program import (
     constrain,
     quadratic_program,
     slacks,
+    unconstrained,
 )
-from cps_envs.core.kernels import clip, fill, inlined, view
+from cps_envs.core.kernels import clip, inlined, view
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.disbanding.state import Constants
 
@@ -208,10 +209,7 @@ def predictive_command(
     """
     pose(own, ahead, c, mpc.model, room)
     solution = room.solution
-    fill(solution, 0.0)
-    for i in range(solution.size):
-        for j in range(solution.size):
-            solution[i] -= mpc.qp.inverse[i, j] * room.linear[j]
+    unconstrained(mpc.qp, room.linear, solution)
     if slacks(mpc.qp, solution, room.limits, room.slack) < 0.0:
         climb_dual(mpc.qp, room.slack, multipliers, room.positive, SWEEPS, TOLERANCE)
         constrain(mpc.qp, multipliers, solution)

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined, kernel
+from cps_envs.core.kernels import copy, fill, inlined, kernel
 from cps_envs.core.types import FloatArray, IntArray
 
 Vector = FloatArray
@@ -22,25 +22,37 @@ class QuadraticProgram(NamedTuple):
     inverse: Vector  # (n, n) H^-1
     row_response: Vector  # (m, n) G H^-1: minus the change of U per unit of each multiplier
     dual_hessian: Vector  # (m, m) G H^-1 G'
+    columns: Vector  # (n, m) G', along which loops over the rows vectorise
+    inverse_columns: Vector  # (n, n) the same of H^-1
 
 
 def quadratic_program(hessian: Vector, rows: Vector) -> QuadraticProgram:
     """Factor the constant part once."""
     inverse = np.linalg.inv(hessian)
     response = rows @ inverse
-    return QuadraticProgram(*map(np.ascontiguousarray, (hessian, rows, inverse, response, response @ rows.T)))
+    made = (hessian, rows, inverse, response, response @ rows.T, rows.T, inverse.T)
+    return QuadraticProgram(*map(np.ascontiguousarray, made))
+
+
+@inlined
+def unconstrained(qp: QuadraticProgram, linear: Vector, out: Vector) -> None:
+    """Fill `out` (n,) with the optimum without the rows, -H^-1 f."""
+    fill(out, 0.0)
+    for j in range(out.size):
+        for i in range(out.size):
+            out[i] -= qp.inverse_columns[j, i] * linear[j]
 
 
 @inlined
 def slacks(qp: QuadraticProgram, solution: Vector, limits: Vector, out: Vector) -> float:
     """Fill `out` (m,) with w - G U and return the smallest one: U is feasible when it is not negative."""
+    copy(limits, out)
+    for j in range(solution.size):
+        for i in range(out.size):
+            out[i] -= qp.columns[j, i] * solution[j]
     smallest = np.inf
-    for i in range(qp.rows.shape[0]):
-        slack = limits[i]
-        for j in range(qp.rows.shape[1]):
-            slack -= qp.rows[i, j] * solution[j]
-        out[i] = slack
-        smallest = min(smallest, slack)
+    for i in range(out.size):
+        smallest = min(smallest, out[i])
     return smallest
 
 
@@ -123,7 +135,7 @@ class HildrethSolver:
         slack = np.empty(len(limits))
         if not self.warm_start:
             self.multipliers[:] = 0.0
-        if slacks(self.qp, solution, limits, slack) < 0.0:  # small enough for plain Python
+        if slacks(self.qp, solution, limits, slack) < 0.0:
             _climb(self.qp, slack, self.multipliers, self.sweeps, self.tolerance)
             constrain(self.qp, self.multipliers, solution)
         return solution

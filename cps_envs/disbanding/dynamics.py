@@ -7,6 +7,8 @@ controllers, mitigation, collision avoidance, integration, accounting.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, unpack, view
@@ -99,7 +101,7 @@ def integrate_euler(episode: State, c: Constants) -> None:
 def integrate_exactly(episode: State, c: Constants) -> None:
     """Exact step of (2.1) with the command held; a vehicle that reaches its lowest speed does not move backward."""
     dt, tau = c.dt_s, c.tau_s
-    decay = np.exp(-dt / tau)
+    decay = math.exp(-dt / tau)
     slowest, fastest = c.min_speed_mps, c.max_speed_mps
     x, v, a, u = episode.position, episode.speed, episode.acceleration, episode.command
     for q in range(c.num_vehicles):
