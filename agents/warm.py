@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeAlias
@@ -19,7 +19,7 @@ from agents.zoo.files import SHIPPED, shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
-from cps_envs.core.kernel_cache import compiled
+from cps_envs.core.kernel_cache import NOTICE, UNKEPT, compiled, told
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
@@ -159,15 +159,22 @@ class Warmed:
     compiled: int = 0  # kernels; 0 where all of them were there
     cpu_s: float = 0.0
     failed: list[str] = dataclasses.field(default_factory=list)  # uses that ended with an error, and the error
+    kept: bool = True  # in a folder, for later processes
 
 
-def warm(found: Warmed, visit: Visit) -> None:
-    """Play a visit and add what it cost; a failure is noted and the next visit can go on."""
-    before, start = len(compiled), time.process_time()
-    try:
-        visit.play()
-    except Exception as error:
-        found.failed.append(f"{visit.what}: {type(error).__name__}: {error}")
-    found.uses += 1
-    found.compiled += len(compiled) - before
-    found.cpu_s += time.process_time() - start
+def warm(problem: str, uses: Sequence[Visit], report: Callable[[Visit], None] = lambda visit: None) -> Warmed:
+    """Make visits to a problem; a failure is noted and the next visit can go on."""
+    told.add(NOTICE)  # whoever asks for this knows what happens
+    found = Warmed(problem)
+    for visit in uses:
+        report(visit)
+        before, start = len(compiled), time.process_time()
+        try:
+            visit.play()
+        except Exception as error:
+            found.failed.append(f"{visit.what}: {type(error).__name__}: {error}")
+        found.uses += 1
+        found.compiled += len(compiled) - before
+        found.cpu_s += time.process_time() - start
+    found.kept = UNKEPT not in told
+    return found

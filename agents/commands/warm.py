@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -9,7 +11,7 @@ import typer
 from agents.console import err, make_table, out, print_json
 
 if TYPE_CHECKING:
-    from agents.warm import Warmed
+    from agents.warm import Visit, Warmed
     from cps_envs.core.problem import Problem
 
 FAILED = 1
@@ -17,6 +19,7 @@ FAILED = 1
 
 def warm(
     only: Annotated[list[str] | None, typer.Option("--problem", help="Compile this one; may be repeated.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Use so many processes, by default all cores.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Compile all kernels now, so that nothing has to wait for them later.
@@ -30,11 +33,10 @@ def warm(
     """
     from dataclasses import asdict
 
-    from cps_envs.core.kernel_cache import NOTICE, UNKEPT, told
+    from agents.machine import available_cores
 
-    told.add(NOTICE)  # this command says what it does
-    found = _warm(_problems(only or []))
-    kept = UNKEPT not in told
+    found = _warm(_problems(only or []), jobs or available_cores())
+    kept = all(each.kept for each in found)
     if as_json:
         print_json({"problems": [asdict(each) for each in found], "kept": kept})
     else:
@@ -57,20 +59,32 @@ def _problems(names: list[str]) -> list[Problem]:
     return [TESTBED if name == TESTBED.name else find_problem(name) for name in names]
 
 
-def _warm(problems: list[Problem]) -> list[Warmed]:
+def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
+    """Each problem's, in processes of their own if there are several of both."""
     from agents.progress import Progress
-    from agents.warm import Warmed, visits
-    from agents.warm import warm as use
+    from agents.warm import visits
+    from baselines.workers import Workers
 
-    todo = [(Warmed(problem.name), list(visits(problem))) for problem in problems]
+    todo = [(problem.name, list(visits(problem))) for problem in problems]
     done, total = 0, sum(len(uses) for _, uses in todo)
-    with Progress("warm", total) as progress:
-        for found, uses in todo:
-            progress.say(f"{found.problem}: {len(uses)} presets, interfaces and policies")
-            for visit in uses:
-                progress.update(done, f"{found.problem}, {visit.what}")
-                use(found, visit)
-                done += 1
-            progress.say(f"{found.problem}: {found.compiled} kernels compiled in {found.cpu_s:.0f} CPU s")
-        progress.update(done)
-    return [found for found, _ in todo]
+    found = {}
+    with Progress("warm", total) as progress, Workers(min(jobs, len(todo))) as workers:
+        progress.say(f"{total} presets, interfaces and policies of {', '.join(name for name, _ in todo)}")
+
+        def report(visit: Visit) -> None:
+            nonlocal done
+            progress.update(done, f"{visit.problem}, {visit.what}")
+            done += 1
+
+        alone = partial(_one, report=report)  # in this process: it can tell more
+        for (name, _), warmed in workers.run(alone if len(todo) == 1 or jobs == 1 else _one, todo):
+            progress.say(f"{name}: {warmed.compiled} kernels compiled in {warmed.cpu_s:.0f} CPU s")
+            found[name] = warmed
+            progress.update(done := sum(each.uses for each in found.values()))
+    return [found[name] for name, _ in todo]
+
+
+def _one(item: tuple[str, list[Visit]], report: Callable[[Visit], None] = lambda visit: None) -> Warmed:
+    from agents.warm import warm
+
+    return warm(*item, report)

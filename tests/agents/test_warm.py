@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 import agents.warm
 from agents.cli import app
-from agents.warm import Visit, Warmed, visits, warm
+from agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
 from cps_envs.core.kernel_cache import UNKEPT, compiled, told
 from cps_envs.core.lookup import policy_names
@@ -18,7 +18,7 @@ from tests.core.toy import TOY
 
 
 def invoke(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["warm", *arguments])
+    return CliRunner().invoke(app, ["warm", "--jobs", "1", *arguments])
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
@@ -34,9 +34,7 @@ def test_presets_interfaces_and_policies_are_visited(problem: Any) -> None:
 
 
 def test_nothing_is_left_to_compile_after_warming() -> None:
-    found = Warmed("toy")
-    for visit in (*visits(TOY), *visits(TESTBED)):
-        warm(found, visit)
+    found = warm("toy", [*visits(TOY), *visits(TESTBED)])
     assert found.failed == []
     before = list(compiled)
     for visit in visits(TOY):
@@ -78,7 +76,7 @@ def test_the_command_goes_on_after_a_failure_and_says_so(little: list[Visit]) ->
 
 @pytest.mark.usefixtures("little")
 def test_the_command_says_when_nothing_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cps_envs.core.kernel_cache.told", told | {UNKEPT})
+    monkeypatch.setattr("agents.warm.told", told | {UNKEPT})
     result = invoke("--problem", "rogue", "--json")
     assert (result.exit_code, json.loads(result.stdout)["kept"]) == (1, False)
 

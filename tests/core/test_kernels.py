@@ -169,6 +169,7 @@ def gain(x: float) -> float:
 
 def finished(folder: Path, code: str, quiet: str = "1") -> subprocess.CompletedProcess[str]:
     environment = os.environ | {"CPS_ENVS_QUIET": quiet}
+    environment.pop("NUMBA_CACHE_DIR", None)  # beside the sources
     return subprocess.run(
         [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True, env=environment
     )
