@@ -13,7 +13,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "hvac.md").read_text(encoding="utf-
 SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 
-@pytest.mark.parametrize("snippet", SNIPPETS, ids=["start", "building"])
+@pytest.mark.parametrize("snippet", SNIPPETS, ids=["start", "house", "building"])
 def test_snippets_run(snippet, tmp_path):
     command = [sys.executable, "-W", "error", "-c", snippet]
     result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)

@@ -8,6 +8,7 @@ from baselines.hvac.reproduction.cells import CELL_RULES, Row, table_rows
 from baselines.hvac.reproduction.claims_4_4 import mean_rise_c
 from baselines.hvac.reproduction.claims_4_5 import LARGEST
 from baselines.hvac.reproduction.clear_day import NOON_H, START_H, energy_days, zone_days
+from baselines.hvac.reproduction.estimation_errors import largest_errors_c
 from baselines.hvac.reproduction.evaluation import evaluate
 from baselines.hvac.reproduction.experiments import (
     ATTACKS,
@@ -25,7 +26,6 @@ from baselines.hvac.reproduction.experiments import (
     undefended,
 )
 from baselines.hvac.reproduction.impacts import failing_line, outcomes
-from baselines.hvac.reproduction.observers import largest_errors_c
 from baselines.hvac.reproduction.scenario import Outcome
 from baselines.hvac.reproduction.sets import set_courses
 from baselines.reproduction.block import Block

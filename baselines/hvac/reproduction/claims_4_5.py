@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from baselines.hvac.reproduction.claims import CLAIMS
+from baselines.hvac.reproduction.estimation_errors import largest_errors_c, start_h
 from baselines.hvac.reproduction.experiments import OBSERVERS, observed
-from baselines.hvac.reproduction.observers import largest_errors_c, start_h
 from baselines.hvac.reproduction.rules import of_printed, of_range
 from baselines.reproduction.claims import Claim, Finding, joined
 from baselines.reproduction.evidence import Evidence

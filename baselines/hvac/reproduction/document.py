@@ -11,6 +11,7 @@ import numpy as np
 from baselines.hvac.reproduction.cells import Row
 from baselines.hvac.reproduction.claims_4_4 import mean_rise_c
 from baselines.hvac.reproduction.clear_day import energy_days, zone_days
+from baselines.hvac.reproduction.estimation_errors import largest_errors_c, start_h
 from baselines.hvac.reproduction.experiments import (
     ATTACKS,
     DEFENCES,
@@ -24,7 +25,6 @@ from baselines.hvac.reproduction.experiments import (
     undefended,
 )
 from baselines.hvac.reproduction.impacts import failing_line, outcomes
-from baselines.hvac.reproduction.observers import largest_errors_c, start_h
 from baselines.hvac.reproduction.reference import Check
 from baselines.hvac.reproduction.scenario import Outcome
 from baselines.hvac.reproduction.sets import set_courses
