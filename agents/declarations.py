@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ast
+import re
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeAlias
 
+IMPORT = re.compile(r"^(?:from|import)\s+([\w.]+)", re.MULTILINE)  # at the top level
 Definition: TypeAlias = ast.ClassDef | ast.FunctionDef
 
 
@@ -31,7 +33,6 @@ class Source:
     summary: str
     definitions: dict[str, Definition]
     imports: dict[str, tuple[str, str]]  # name -> the module and the name there
-    modules: tuple[str, ...]  # everything that is imported at the top level
 
 
 def declaration(module: str, attribute: str) -> Declaration:
@@ -56,8 +57,8 @@ def missing_package(module: str) -> str:
     waiting, seen = [module], {module}
     own = {module.partition(".")[0], "cps_envs"}
     while waiting:
-        for name in _source(waiting.pop()).modules:
-            package = name.partition(".")[0]
+        for name in IMPORT.findall(_text(waiting.pop())):
+            package: str = name.partition(".")[0]
             if package not in own and find_spec(package) is None:
                 return package
             if package in own and name not in seen and _file(name) is not None:
@@ -113,22 +114,23 @@ def _summary(node: Definition | ast.Module) -> str:
 
 @cache
 def _source(module: str) -> Source:
-    path = _file(module)
-    if path is None:
-        raise UnreadableError(f"{module} has no source")
-    tree = ast.parse(path.read_bytes())
+    tree = ast.parse(_text(module))
     definitions: dict[str, Definition] = {}
     imports: dict[str, tuple[str, str]] = {}
-    modules: list[str] = []
     for node in tree.body:
         if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
             definitions[node.name] = node
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            modules.append(node.module)
             imports.update({alias.asname or alias.name: (node.module, alias.name) for alias in node.names})
-        elif isinstance(node, ast.Import):
-            modules += [alias.name for alias in node.names]
-    return Source(_summary(tree), definitions, imports, tuple(modules))
+    return Source(_summary(tree), definitions, imports)
+
+
+@cache
+def _text(module: str) -> str:
+    path = _file(module)
+    if path is None:
+        raise UnreadableError(f"{module} has no source")
+    return path.read_text(encoding="utf-8")
 
 
 @cache

@@ -39,15 +39,15 @@ class Size:
 COLLIDING = {"tau_s": 0.5, "desired_gap_m": 4.0, "takeover_delay_s": 2.0}  # 75 of 100 vehicles in the end
 SIZES = (
     Size("disbanding", "4 vehicles", {"num_platoons": 2, "vehicles_per_platoon": 2}, cheaper=("100 vehicles", 0.1)),
-    Size("disbanding", "100 vehicles", share=0.03, per_s=2.0e8),
+    Size("disbanding", "100 vehicles", share=0.035, per_s=2.0e8),
     Size("disbanding", "1,000 vehicles", {"num_platoons": 100}, share=0.04, cheaper=("100 vehicles", 10.0)),
     Size("disbanding", "100, collisions", COLLIDING, attack="plan?events=[[10,1],[9,2]]", share=0.02, per_s=1.3e8),
     Size("fdi", "4 vehicles", share=0.0008),
     Size("fdi", "20 vehicles", {"num_vehicles": 20}, share=0.0025, cheaper=("4 vehicles", 5.0)),
-    Size("hvac", "4 sensors", share=0.00015),
-    Size("hvac", "8 sensors", {"num_sensors": 8}, share=0.0002),
+    Size("hvac", "4 sensors", share=0.0003),
+    Size("hvac", "8 sensors", {"num_sensors": 8}, share=0.0003),
     Size("rogue", "5 vehicles", share=0.01),
-    Size("rogue", "30 vehicles", {"num_vehicles": 30, "dt_s": 0.0001}, share=0.007),
+    Size("rogue", "30 vehicles", {"num_vehicles": 30, "dt_s": 0.0001}, share=0.015),
 )
 
 
