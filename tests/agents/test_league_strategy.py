@@ -34,7 +34,7 @@ def test_the_environments_read_the_reference() -> None:
     assert isinstance(made, Mixture)
     np.testing.assert_allclose(made.probabilities, [0.75, 0.25])
     square: Any = made.policies[0]
-    assert (float(square.frequency_hz), float(square.duty)) == (0.12, 0.4)
+    assert (square.frequency_hz.item(), square.duty.item()) == (0.12, 0.4)
 
 
 def test_mixtures_of_mixtures_are_taken_apart() -> None:
