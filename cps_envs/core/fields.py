@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -38,6 +39,12 @@ class Field:
         return math.prod(self.shape)
 
 
+@functools.cache
+def _offsets_type(names: tuple[str, ...]) -> np.dtype[np.void]:
+    """One object for each layout, see `kernels.record_type`."""
+    return np.dtype([(name, np.int64) for name in names])
+
+
 class Fields(Sequence[Field]):
     """The layout of an observation vector: its fields one after the other, each flattened in C order."""
 
@@ -51,7 +58,7 @@ class Fields(Sequence[Field]):
         self.slices = {field.name: slice(a, b) for field, a, b in zip(fields, starts, ends, strict=True)}
         self.size = ends[-1]
         # (1,) where each field begins, by name: kernels write `row[at.speed + i]` with `at = offsets[0]`
-        self.offsets: Array = np.array([tuple(starts)], [(name, np.int64) for name in names])
+        self.offsets: Array = np.array([tuple(starts)], _offsets_type(tuple(names)))
         low = np.concatenate([np.full(field.size, field.low) for field in fields])
         high = np.concatenate([np.full(field.size, field.high) for field in fields])
         self.scale: FloatArray = np.stack(
