@@ -196,3 +196,20 @@ def test_a_model_goes_on_like_the_original():
     assert game.model(0, 1).fingerprint() == game.fingerprint()
     assert go(copies, attack=4).tolist() == [go(game, attack=4)[0]] * 2
     assert np.array_equal(copies.state.position[1], game.state.position[0])
+
+
+def test_the_front_of_a_thousand_platoons_drives_like_ten():
+    """The last vehicle of a platoon does not feel who follows, so platoons behind change nothing ahead."""
+    overrides = {"vehicles_per_platoon": 3, "attack_budget": 1, "duration_s": 30.0}
+    few, many = (started(num_platoons=count, **overrides) for count in (10, 1000))
+    for game, attack in ((few, 10), (many, 1000)):
+        go(game)
+        go(game, attack, num_steps=200)
+    for name in ("position", "speed", "speed_error", "stops", "collided"):
+        ours, theirs = getattr(many.state, name)[0], getattr(few.state, name)[0]
+        np.testing.assert_array_equal(ours[:30], theirs, err_msg=name)
+    ours, theirs = seen(many, "defender"), seen(few, "defender")
+    np.testing.assert_array_equal(ours["law_command"][0, :30], theirs["law_command"][0])
+    np.testing.assert_array_equal(ours["ahead_speed"][0, -9:], theirs["ahead_speed"][0])
+    assert many.team("defender").observe().shape[1] == 3000
+    assert many.metrics()["velocity_error_all"][0] < few.metrics()["velocity_error_all"][0]
