@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numba
 import numpy as np
@@ -47,18 +48,19 @@ class Fields(Sequence[Field]):
         if not names or len(set(names)) < len(names):
             raise ValueError(f"an observation needs fields, each with a name of its own; got {names}")
         self._fields = fields
-        self._shapes = {field.name: field.shape for field in fields}
         ends = np.cumsum([field.size for field in fields]).tolist()
         starts = [0, *ends[:-1]]
         self.slices = {field.name: slice(a, b) for field, a, b in zip(fields, starts, ends, strict=True)}
         self.size = ends[-1]
         # (1,) where each field begins, by name: kernels write `row[at.speed + i]` with `at = offsets[0]`
-        self.offsets: Array = np.array([tuple(starts)], [(name, np.int64) for name in names])
+        self.offsets: Array = np.array([tuple(starts)], _offset_type(tuple(names)))
         low = np.concatenate([np.full(field.size, field.low) for field in fields])
         high = np.concatenate([np.full(field.size, field.high) for field in fields])
         self.scale: FloatArray = np.stack(
             [(low + high) / 2, (high - low) / 2]
         )  # (2, size): where 0 lies, and 1 from it
+        parts = {field.name: (self.slices[field.name], field.shape) for field in fields}
+        self._parts = {name: (part, *self.scale[:, part], shape) for name, (part, shape) in parts.items()}
 
     def __getitem__(self, index):  # type: ignore[no-untyped-def]
         return self._fields[index]
@@ -85,7 +87,9 @@ class Fields(Sequence[Field]):
         Raises:
             ValueError: the last axis has another size than these fields.
         """
-        return {field.name: self.decode_field(field.name, observation) for field in self}
+        self._check(observation)
+        values, lead = observation * self.scale[1] + self.scale[0], observation.shape[:-1]
+        return {field.name: values[..., self.slices[field.name]].reshape(lead + field.shape) for field in self}
 
     def decode_field(self, name: str, observation: Array) -> FloatArray:
         """The physical values (..., *field.shape) of one field from encoded observations (..., size).
@@ -94,13 +98,17 @@ class Fields(Sequence[Field]):
             KeyError: there is no such field; the message names the near ones.
             ValueError: the last axis has another size than these fields.
         """
-        if name not in self.slices:
-            raise KeyError(f"there is no field {name!r}. {near(name, self.slices)}")
+        if name not in self._parts:
+            raise KeyError(f"there is no field {name!r}. {near(name, self._parts)}")
+        self._check(observation)
+        part, middle, half, shape = self._parts[name]
+        values: FloatArray = observation[..., part] * half
+        values += middle
+        return values.reshape(observation.shape[:-1] + shape)
+
+    def _check(self, observation: Array) -> None:
         if observation.shape[-1] != self.size:
             raise ValueError(f"an observation of {self.size} entries was expected, got shape {observation.shape}")
-        part = self.slices[name]
-        values: FloatArray = observation[..., part] * self.scale[1, part] + self.scale[0, part]
-        return values.reshape(observation.shape[:-1] + self._shapes[name])
 
     def table(self) -> str:
         """A Markdown table in Gymnasium's manner: Num, Name, Min, Max, Unit, and what each field means."""
@@ -113,6 +121,11 @@ class Fields(Sequence[Field]):
             bounds = f"{field.low:g} | {field.high:g}"
             rows.append(f"| {num} | `{field.name}` | {bounds} | {field.unit} | {field.description} |")
         return "\n".join(rows)
+
+
+@cache  # one object per layout, see `kernels.record_type`
+def _offset_type(names: tuple[str, ...]) -> np.dtype[np.void]:
+    return np.dtype([(name, np.int64) for name in names])
 
 
 @inlined

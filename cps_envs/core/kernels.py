@@ -12,6 +12,7 @@ not depend on the machine.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
@@ -103,6 +104,7 @@ def lend(arrays: Named) -> Named:
     return arrays
 
 
+@cache  # one object per class: numba knows it again at once, an equal one only after comparing all fields
 def record_type(numbers: Any) -> np.dtype[np.void]:
     """The structured type whose fields are those of a named tuple of int, float and bool."""
     hints = get_type_hints(numbers)
@@ -116,7 +118,8 @@ def records(numbers: Any, size: int) -> Array:
 
 def pack(numbers: Any) -> Array:
     """A named tuple of numbers as records (1,): what all environments share, such as the rules of a configuration."""
-    return np.array([tuple(numbers)], record_type(type(numbers)))
+    kind: Any = type(numbers)
+    return np.array([tuple(numbers)], record_type(kind))
 
 
 def unpack(numbers: type[Named], table: Array, b: int) -> Named:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -47,8 +47,9 @@ class Mixture(AnalyticPolicy):
         uniform = [generator.random() for generator in generators]
         drawn = self._bounds.searchsorted(uniform, side="right")
         rows, blocks = np.zeros(len(drawn), np.int64), np.full(len(drawn), None, object)
-        for policy, envs in self._shares(drawn):
-            own = None
+        order, shares = self._shares(drawn)
+        for policy, part in shares:
+            own, envs = None, order[part]
             if hasattr(policy, "begin"):
                 own = policy.begin([generators[b] for b in envs], [knowledge[b] for b in envs])
             rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
@@ -57,21 +58,30 @@ class Mixture(AnalyticPolicy):
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions of each environment's policy."""
         assert state is not None  # begun
-        drawn, rows, blocks = state[0], state[1].copy(), state[2].copy()
+        drawn, rows, blocks = state
+        order, shares = self._shares(drawn)
+        alone = len(shares) == 1
+        if not alone:
+            seen, rows, blocks = seen.part(order), rows[order], blocks[order]
+        own_rows, own_blocks = np.empty_like(rows), np.empty_like(blocks)
         neutral = self.spec.neutral_action
         actions = np.empty((len(seen), *neutral.shape), neutral.dtype)
-        for policy, envs in self._shares(drawn):
-            part = seen if len(envs) == len(seen) else seen.part(envs)
-            actions[envs], own = ask(policy, part, _gather(rows[envs], blocks[envs]))
-            rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
-        return actions, (drawn, rows, blocks)
+        for policy, part in shares:
+            size, shown = part.stop - part.start, seen if alone else seen.part(part)
+            actions[part], own = ask(policy, shown, _gather(rows[part], blocks[part]))
+            own_rows[part], own_blocks[part] = np.arange(size), Block(size, own)
+        if alone:
+            return actions, (drawn, own_rows, own_blocks)
+        back = np.empty_like(order)
+        back[order] = np.arange(len(order))
+        return actions[back], (drawn, own_rows[back], own_blocks[back])
 
-    def _shares(self, drawn: Array) -> Iterator[tuple[Policy, Array]]:
-        """The policies that were drawn, each with the indices of its environments."""
-        for index, policy in enumerate(self.policies):
-            envs = np.flatnonzero(drawn == index)
-            if len(envs):
-                yield policy, envs
+    def _shares(self, drawn: Array) -> tuple[Array, list[tuple[Policy, slice]]]:
+        """An order of the environments by policy, and the part of it that each policy plays, if any."""
+        order = np.argsort(drawn, kind="stable")
+        ends = np.bincount(drawn, minlength=len(self.policies)).cumsum().tolist()
+        parts = zip(self.policies, (0, *ends), ends, strict=False)
+        return order, [(policy, slice(start, end)) for policy, start, end in parts if end > start]
 
 
 class Block:
@@ -93,7 +103,7 @@ def _gather(rows: Array, blocks: Array) -> State:
         return None
     whole: State = known[0].state
     assert whole is not None
-    if len(found) == 1 and known[0].size == len(rows) and (rows == np.arange(len(rows))).all():
+    if len(found) == 1 and known[0].size == len(rows) and rows.tolist() == list(range(len(rows))):
         return whole
     gathered = tuple(np.zeros((len(rows), *array.shape[1:]), array.dtype) for array in whole)
     for block in known:

@@ -44,8 +44,8 @@ class Seen:
     def __len__(self) -> int:
         return len(self.observation)
 
-    def part(self, envs: Array) -> Seen:
-        """What some of the environments show, given by their indices (k,) or marked (B,)."""
+    def part(self, envs: Array | slice) -> Seen:
+        """What some of the environments show: a slice of them, their indices (k,), or those that are marked (B,)."""
         masks = None if self.masks is None else self.masks[envs]
         team = None if self.team is None else self.team[envs]
         return Seen(self.fields, self.observation[envs], self.start[envs], self.deterministic, masks, team)
