@@ -13,7 +13,6 @@ from agents.learning.recipe import Recipe
 from cps_envs.core.game import Game
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.game import FdiGame
-from cps_envs.fdi.memory import TASK
 from cps_envs.fdi.task import Task
 
 FURTHEST_GAPS = 3.0  # a miss counts as at most so many desired gaps
@@ -57,7 +56,7 @@ class FdiAttack(Recipe):
     def masks(self, game: Game) -> BoolArray | None:
         """Entries of sensors that nobody attacks mean nothing: they are fixed, lest they be noise."""
         assert isinstance(game, FdiGame)
-        attacked = _table(game.tasks, game.config.num_vehicles)[0][game.counts[:, TASK]]
+        attacked = _table(game.tasks, game.config.num_vehicles)[0][game.state.task]
         masks = np.repeat(attacked[:, :, np.newaxis], game.config.share_levels + 1, axis=2)
         masks[:, :, 0] = ~attacked
         return masks.reshape(len(masks), -1)
@@ -68,8 +67,8 @@ class FdiAttack(Recipe):
         Every task can be hit, and any hit is worth more than any miss: the best attack stays the best.
         """
         assert isinstance(game, FdiGame)
-        target = _table(game.tasks, game.config.num_vehicles)[1][game.counts[:, TASK]]
-        gaps = 1 + game.memories[np.arange(game.num_envs), target] / game.config.desired_gap_m
+        target = _table(game.tasks, game.config.num_vehicles)[1][game.state.task]
+        gaps = 1 + game.state.error[np.arange(game.num_envs), target] / game.config.desired_gap_m
         metrics = game.metrics()
         miss = self.miss_cost * (np.clip(gaps, 0, FURTHEST_GAPS) + metrics["illegal"])
         return np.where(ended & (rewards <= 0), -miss, rewards / metrics["oracle_value_mps"])

@@ -1,11 +1,11 @@
-"""The false-data-injection problem as the faces see it."""
+"""The false-data-injection problem as the interfaces see it."""
 
 from __future__ import annotations
 
 from cps_envs.core.problem import Problem, Work
 from cps_envs.fdi.config import PRESETS, FdiConfig
-from cps_envs.fdi.fields import attacker_fields, defender_fields
 from cps_envs.fdi.game import FdiGame
+from cps_envs.fdi.observation import attacker_fields, defender_fields
 
 
 def decisions(config: FdiConfig) -> float:
@@ -26,6 +26,6 @@ FDI = Problem(
     game=FdiGame,
     fields={"attacker": attacker_fields, "defender": defender_fields},
     opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
-    viewer="cps_envs.fdi.viewer:Viewer",
+    viewer="cps_envs.fdi.picture.viewer:Viewer",
     work=Work(unit="decisions", per_game_step=decisions, vector_target_per_s=2e6),
 )
