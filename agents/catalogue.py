@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import inspect
 from dataclasses import asdict, dataclass
-from importlib import import_module
 from importlib.metadata import EntryPoint
-from importlib.util import find_spec
 from typing import Any, get_type_hints
 
+import gymnasium
+
+from agents.declarations import UnreadableError, declaration, missing_package
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry, policy_names
 from cps_envs.core.problem import Problem
@@ -44,13 +45,10 @@ def describe_everything() -> list[dict[str, Any]]:
 
 def pettingzoo_ids(problem: Problem) -> dict[str, str]:
     """PettingZoo's id of a problem, and the functions of its module: parallel, turn-based, decentralised."""
-    module = f"{problem.namespace}.{problem.name}_v{problem.version}"
+    module = str(gymnasium.spec(problem.env_id("attacker")).entry_point).partition(":")[0]
     ids = {"id": f"{problem.namespace}/{problem.name}-v{problem.version}"}
-    if find_spec(module) is None:
-        return ids
-    offers = {"parallel": "parallel_env", "aec": "env", "swarm": "swarm_env"}
-    found = import_module(module)
-    return ids | {form: f"{module}.{function}" for form, function in offers.items() if hasattr(found, function)}
+    offers = {"parallel": "parallel_env", "aec": "env"} | ({"swarm": "swarm_env"} if problem.swarm else {})
+    return ids | {form: f"{module}.{function}" for form, function in offers.items()}
 
 
 def policies(problem: Problem, role: Role) -> list[PolicyEntry]:
@@ -60,6 +58,17 @@ def policies(problem: Problem, role: Role) -> list[PolicyEntry]:
 
 
 def _describe(name: str, entry: EntryPoint) -> PolicyEntry:
+    """A policy as its source declares it, or as it is once imported where the source does not show it."""
+    try:
+        declared = declaration(entry.module, entry.attr)
+        missing = missing_package(entry.module)
+    except UnreadableError:
+        return imported_entry(name, entry)
+    return PolicyEntry(name, "", (), missing) if missing else PolicyEntry(name, declared.summary, declared.privileged)
+
+
+def imported_entry(name: str, entry: EntryPoint) -> PolicyEntry:
+    """A policy as it is once imported."""
     try:
         target = entry.load()
     except ModuleNotFoundError as error:

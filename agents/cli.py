@@ -26,6 +26,7 @@ from agents.commands.self_play import self_play
 from agents.commands.string_stability import string_stability
 from agents.commands.testbed import drive_robots
 from agents.commands.train import train
+from agents.commands.warm import warm
 from agents.commands.zoo import app as zoo
 from agents.console import err
 from agents.errors import explain
@@ -101,6 +102,7 @@ app.command("league")(league)
 app.command("best-response")(best_response)
 app.command("self-play")(self_play)
 app.command("bench")(bench)
+app.command("warm")(warm)
 app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)
 app.command("calibrate-mtd2")(calibrate_mtd2)

@@ -30,7 +30,7 @@ HEAD = """# Environments
 
 def render() -> str:
     """The page."""
-    parts = [part for problem in PROBLEMS.values() for part in _problem(problem)]
+    parts = [part for problem in PROBLEMS.values() for part in chapter(problem)]
     return "\n".join([HEAD, *_contents(), *parts]).rstrip() + "\n"
 
 
@@ -46,7 +46,8 @@ def _anchor(problem: Problem, role: Role) -> str:
     return class_name(problem, role).lower()
 
 
-def _problem(problem: Problem) -> Iterator[str]:
+def chapter(problem: Problem) -> Iterator[str]:
+    """The parts of a problem's page: environments, forms, presets, policies."""
     for role in ROLES:
         name = class_name(problem, role)
         yield f"## {name}\n\n```python\n{_snippet(problem, role)}\n```\n"

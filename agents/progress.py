@@ -48,6 +48,11 @@ class Progress:
             self._last_line = now
             self._console.print(f"{self.title}: {done}/{self.total} after {now - self._started:.0f} s  {note}".rstrip())
 
+    def say(self, line: str) -> None:
+        """Print a line that stays, above the bar where there is one."""
+        console = self._console if self._bar is None else self._bar.console
+        console.print(line, soft_wrap=True)
+
 
 def _make_bar(console: object) -> Bar:
     from rich.console import Console

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 from cps_envs.core import registration as core
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.problem import Problem
@@ -14,14 +16,23 @@ PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING
 
 
 def find_problem(name: str) -> Problem:
-    """The problem of a name such as "disbanding".
+    """The problem of a name such as "disbanding", or the one at `"module:attribute"`, such as your own.
 
     Raises:
         UnknownNameError: there is none; the message names the near ones.
     """
-    if name not in PROBLEMS:
+    module, colon, attribute = name.partition(":")
+    if name in PROBLEMS:
+        return PROBLEMS[name]
+    if not colon:
         raise UnknownNameError(f"there is no problem {name!r}. {near(name, PROBLEMS)}")
-    return PROBLEMS[name]
+    try:
+        found = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise UnknownNameError(f"no problem can be imported from {name!r}: {error}") from error
+    if not isinstance(found, Problem):
+        raise UnknownNameError(f"{name!r} is no problem but {found!r}")
+    return found
 
 
 def register() -> None:

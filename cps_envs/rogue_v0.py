@@ -1,6 +1,6 @@
 """The rogue-vehicle problem through Gymnasium and PettingZoo, made from its declaration and its pages."""
 
-from cps_envs.core.registration import declare
+from cps_envs.core.forms import declare
 from cps_envs.rogue.pages import ATTACK, DEFENSE, RHYTHM, SWARM
 from cps_envs.rogue.problem import ROGUE
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from hypothesis import settings
+
+os.environ.setdefault("CPS_ENVS_QUIET", "1")  # tests compare stderr, of processes that they start, too
 
 settings.register_profile("suite", deadline=None)  # the first example compiles kernels
 settings.load_profile("suite")

@@ -1,4 +1,4 @@
-"""Counting calls per CPU second of this process."""
+"""The one clock of the bench: the CPU time of this process, so that other processes count as little as can be."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import time
 from collections.abc import Callable
 
 ROUNDS = 3  # the best one counts: the others were disturbed
+Call = Callable[[], object]
 
 
-def calls_per_s(call: Callable[[], object], seconds: float) -> float:
+def calls_per_s(call: Call, seconds: float) -> float:
     """Calls per CPU second: the best of a few rounds that together take about `seconds`. The first call warms up."""
     call()
     return max(_one_round(call, seconds / ROUNDS) for _ in range(ROUNDS))
 
 
-def _one_round(call: Callable[[], object], seconds: float) -> float:
+def _one_round(call: Call, seconds: float) -> float:
     calls, batch = 0, 1
     start = time.process_time()
     while True:
@@ -25,3 +26,12 @@ def _one_round(call: Callable[[], object], seconds: float) -> float:
         if spent >= seconds:
             return calls / spent
         batch = max(1, min(2 * batch, int(calls / max(spent, 1e-9) * (seconds - spent)) + 1))
+
+
+def microseconds(start: Call, call: Call, count: int) -> float:
+    """CPU time of a call, the mean of the `count` that follow `start`, which is not counted."""
+    start()
+    begin = time.process_time_ns()
+    for _ in range(count):
+        call()
+    return (time.process_time_ns() - begin) / count / 1e3

@@ -11,7 +11,7 @@ from agents.console import make_table, out, print_json
 
 
 def list_everything(
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """List problems, environments, presets and policies."""
     from agents.catalogue import describe_everything
@@ -23,7 +23,7 @@ def list_everything(
     console = out()
     for problem in problems:
         console.print(f"[bold]{problem['name']}[/]: {problem['summary']}\n")
-        console.print(make_table("Environments", ("Face", "Id"), _environments(problem), left=2))
+        console.print(make_table("Environments", ("Interface", "Id"), _environments(problem), left=2))
         for role, policies in problem["policies"].items():
             rows = [(policy["name"], _remark(policy)) for policy in policies]
             console.print(make_table(f"Policies: {role}", ("Name", "What it does"), rows, left=2))

@@ -16,7 +16,7 @@ RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png (one pictur
 
 
 def play(
-    problem: Annotated[str, typer.Argument(help="The problem, such as disbanding.")],
+    problem: Annotated[str, typer.Argument(help="The problem, such as disbanding, or module:attribute.")],
     attacker: Annotated[str | None, typer.Option(help=POLICY)] = None,
     defender: Annotated[str | None, typer.Option(help=POLICY)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",

@@ -42,8 +42,8 @@ def drive_robots(
     """
     from agents.episodes import show_episodes
     from agents.film import Film
-    from baselines.disbanding.testbed.mitigation import mitigation
-    from cps_envs.disbanding.testbed.problem import TESTBED
+    from baselines.testbed.mitigation import mitigation
+    from cps_envs.testbed.problem import TESTBED
 
     if period is not None and defender is not None:
         raise CommandError("--period is the paper's mitigation and --defender another one: give one of them")

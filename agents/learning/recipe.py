@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from agents.errors import CommandError
 from cps_envs.core.errors import near
-from cps_envs.core.game import Game
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Role
+
+if TYPE_CHECKING:
+    from cps_envs.core.game import Game
 
 ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn")
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from agents.learning.recipe import Recipe
 from cps_envs.core.types import BoolArray, FloatArray, Role
-from cps_envs.disbanding.game import DisbandingGame
+
+if TYPE_CHECKING:
+    from cps_envs.disbanding.game import DisbandingGame
 
 BROADCAST = ("since_disbanding_s", "ahead_speed", "ahead_acceleration", "ahead_distance")
 REAR = ("rear_gap_error", "rear_relative_speed")

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from agents.learning.recipe import Recipe
-from cps_envs.core.game import Game
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
-from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.task import Task
+
+if TYPE_CHECKING:
+    from cps_envs.fdi.game import FdiGame
 
 FURTHEST_GAPS = 3.0  # a miss counts as at most so many desired gaps
 
@@ -53,20 +54,18 @@ class FdiAttack(Recipe):
     evaluation_episodes: int = 512  # starts are alike but for the task: all of them with near certainty
     miss_cost: float = 1.0  # of a miss by one desired gap, in shares of the highest speed known
 
-    def masks(self, game: Game) -> BoolArray | None:
+    def masks(self, game: FdiGame) -> BoolArray | None:  # type: ignore[override]
         """Entries of sensors that nobody attacks mean nothing: they are fixed, lest they be noise."""
-        assert isinstance(game, FdiGame)
         attacked = _table(game.tasks, game.config.num_vehicles)[0][game.state.task]
         masks = np.repeat(attacked[:, :, np.newaxis], game.config.share_levels + 1, axis=2)
         masks[:, :, 0] = ~attacked
         return masks.reshape(len(masks), -1)
 
-    def learned(self, game: Game, rewards: FloatArray, ended: BoolArray) -> FloatArray:
+    def learned(self, game: FdiGame, rewards: FloatArray, ended: BoolArray) -> FloatArray:  # type: ignore[override]
         """Shares of the highest speed known; a miss costs the more the further the target's gap is from closed.
 
         Every task can be hit, and any hit is worth more than any miss: the best attack stays the best.
         """
-        assert isinstance(game, FdiGame)
         target = _table(game.tasks, game.config.num_vehicles)[1][game.state.task]
         gaps = 1 + game.state.error[np.arange(game.num_envs), target] / game.config.desired_gap_m
         metrics = game.metrics()

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from agents.learning.recipe import Recipe
-from cps_envs.core.game import Game
 from cps_envs.core.types import Array, BoolArray, FloatArray, Role
-from cps_envs.fdi.game import FdiGame
+
+if TYPE_CHECKING:
+    from cps_envs.fdi.game import FdiGame
 
 ATTACKERS = ("none", "oracle", "oracle?start=random", "bang_bang", "random")
 ANY_ATTACKER = "mixture?policies=[" + ",".join(f'"{name}"' for name in ATTACKERS) + "]&weights=[1,3,2,1,1]"
@@ -54,9 +56,8 @@ class FdiDefense(Recipe):
     evaluation_episodes: int = 256
     false_alarm_cost_mps: float = 0.01  # for each reading without injection that is replaced in a step
 
-    def learned(self, game: Game, rewards: FloatArray, ended: BoolArray) -> FloatArray:
+    def learned(self, game: FdiGame, rewards: FloatArray, ended: BoolArray) -> FloatArray:  # type: ignore[override]
         """False alarms cost more than the problem charges, which makes no difference between false and true ones."""
-        assert isinstance(game, FdiGame)
         false = (game.state.trust == 0) & (game.state.injection == 0)
         reward: FloatArray = rewards - self.false_alarm_cost_mps * np.sum(false, axis=1)
         return reward

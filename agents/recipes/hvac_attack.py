@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from agents.learning.recipe import Recipe
-from cps_envs.core.game import Game
 from cps_envs.core.types import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    from cps_envs.core.game import Game
 
 EXPECTED_C2 = np.array([7.0, 700.0, 5500.0])  # the teacher's A_impact against MTD1, by compromised sensors
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from agents.learning.recipe import Recipe
-from cps_envs.core.game import Game
 from cps_envs.core.types import BoolArray, FloatArray, Role
+
+if TYPE_CHECKING:
+    from cps_envs.core.game import Game
 
 
 @dataclass(frozen=True)

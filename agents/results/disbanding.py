@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from agents.evaluation.arena import Arena
 from agents.results.block import Bar, Block, Contestant, Row
-from cps_envs.disbanding.testbed.problem import ATTACK
+from cps_envs.testbed.problem import ATTACK
 
 TAUS_S = (0.1, 0.3, 0.5)
 GAPS_M = (5.0, 4.0)
@@ -12,7 +12,7 @@ BUDGETS = (1, 2, 3, 4)
 INSTANCES = 50  # unseen, for each budget and lag
 SEARCHED_INSTANCES = 3  # of them, on which the genetic algorithm plans: each takes it 350 to 560 simulations
 PAPER_BUDGET = 2  # platoons, against defenders
-TESTBED = "cps_envs.disbanding.testbed.problem:TESTBED"
+TESTBED = "cps_envs.testbed.problem:TESTBED"
 ATTACKER = Contestant("learned", "zoo:disbanding-attack-ppo")
 LOCAL = Contestant("local", "zoo:disbanding-defense-local-ppo", "learned, local signals")
 BROADCAST = Contestant("broadcast", "zoo:disbanding-defense-ppo", "learned, broadcast")

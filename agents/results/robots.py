@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from baselines.disbanding.testbed.mitigation import mitigation as name_of
+from baselines.testbed.mitigation import mitigation as name_of
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.policy import Policy, RoleSpec
-from cps_envs.disbanding.testbed.problem import TESTBED
+from cps_envs.testbed.problem import TESTBED
 
 
 def mitigation(spec: RoleSpec, period_s: float) -> Policy:

@@ -59,7 +59,8 @@ class Network:
 
     def forward(self, observation: Array, hidden: Tensor, cell: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Outputs (B, num_outputs) for observations (B, n), and the memory's state, two arrays (B, units)."""
-        values = np.clip((observation[:, self.columns] - self.mean) / self.deviation, -CLIP, CLIP).astype(np.float32)
+        scaled = np.clip((observation[:, self.columns] - self.mean) / self.deviation, -CLIP, CLIP)
+        values = scaled.astype(np.float32, order="C")  # chosen columns may lie in another order, for another kernel
         if self.memory is not None:
             gates = _dense(values, *self.memory.inward) + _dense(hidden, *self.memory.recurrent)
             hidden, cell = _remember(gates, cell)

@@ -8,9 +8,11 @@ from importlib.resources import files
 
 import numpy as np
 
-from baselines.disbanding.corrections import Corrections, Seen
+from baselines.disbanding.corrections import Corrections, Layout, look, sight_for
+from cps_envs.core.kernels import borrowed, kernel, lend
 from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import FloatArray, Observation
 
 SIGNALS = ("gap_error", "relative_speed", "speed_deficit", "predecessor_acceleration", "ahead_speed", "law_command")
 SCALES = np.array([10.0, 10.0, 10.0, 5.0, 10.0, 5.0])  # m, m/s, m/s, m/s2, m/s, m/s2
@@ -41,30 +43,40 @@ class LinearFeedback(Corrections):
         self.weights = np.asarray(shipped_weights() if weights is None else weights, dtype=np.float64)
         if self.weights.shape[-2:] != SHAPE:
             raise ValueError(f"weights of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.weights.shape}")
-        size = spec.config.vehicles_per_platoon
-        self.leads = np.arange(spec.config.max_vehicles) % size == 0
 
-    def corrections(self, seen: Seen) -> FloatArray:
+    def correct(self, seen: Seen, corrections: FloatArray) -> None:
         """See the class."""
-        scaled = self.signals(seen) / SCALES
-        weights = np.where(self.leads[:, np.newaxis], self.weights[..., :1, :], self.weights[..., 1:, :])
-        corrections: FloatArray = GAIN_MPS2 * np.sum(weights * scaled, axis=-1)
-        return corrections
-
-    def signals(self, seen: Seen) -> FloatArray:
-        """The six signals (B, M, 6) in physical units; those of the front vehicle are of no use."""
         config = self.spec.config
-        speed = seen["speed"]
-        behind = ((0, 0), (1, 0))
-        desired = np.where(self.leads, config.headway_s * speed, seen["desired_gap_m"][:, np.newaxis])
-        return np.stack(
-            [
-                np.pad(seen["gap"], behind) - desired,
-                np.pad(seen["relative_speed"], behind),
-                config.desired_speed_mps - speed,
-                np.pad(seen["acceleration"][:, :-1], behind),
-                self.by_vehicle(seen["ahead_speed"], seen) - speed,
-                seen["law_command"],
-            ],
-            axis=-1,
-        )
+        weights = self.weights.reshape(-1, *SHAPE)
+        known = (seen["desired_gap_m"], config.vehicles_per_platoon, config.headway_s, config.desired_speed_mps)
+        _feed_back(seen.observation, self.layout, *known, weights, SCALES, corrections)
+
+
+@kernel
+def _feed_back(
+    observation: Observation,
+    layout: Layout,
+    desired_gap_m: FloatArray,
+    vehicles_per_platoon: int,
+    headway_s: float,
+    desired_speed_mps: float,
+    weights: FloatArray,
+    scales: FloatArray,
+    corrections: FloatArray,
+) -> None:
+    sight, signals = sight_for(corrections.shape[1]), np.empty(scales.size)
+    for b in range(corrections.shape[0]):
+        look(borrowed(observation)[b], lend(layout), sight)
+        for q in range(1, corrections.shape[1]):
+            if sight.mitigable[q]:
+                leads, speed = q % vehicles_per_platoon == 0, sight.speed[q]
+                signals[0] = sight.gap[q] - (headway_s * speed if leads else desired_gap_m[b])
+                signals[1] = sight.relative_speed[q]
+                signals[2] = desired_speed_mps - speed
+                signals[3] = sight.acceleration[q - 1]
+                signals[4] = sight.ahead_speed[q] - speed
+                signals[5] = sight.law_command[q]
+                total = 0.0
+                for k in range(scales.size):
+                    total += weights[b % len(weights), 0 if leads else 1, k] * (signals[k] / scales[k])
+                corrections[b, q] = GAIN_MPS2 * total

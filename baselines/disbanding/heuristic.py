@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from cps_envs.core.kernels import kernel
-from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.constants import Constants
+from cps_envs.core.kernels import clip, inlined
+from cps_envs.disbanding.state import Constants
 
 
 class Foresight(NamedTuple):
@@ -22,7 +21,7 @@ class Foresight(NamedTuple):
 FORESIGHT = Foresight()
 
 
-@kernel
+@inlined
 def travelled_distance_command(
     law_command: float,
     command_ahead: float,
@@ -50,7 +49,7 @@ def travelled_distance_command(
     return command
 
 
-@kernel
+@inlined
 def travelled_distance(speed: float, command: float, slowest: float, fastest: float, foresight: Foresight) -> float:
     """Distance (m) covered within the horizon under a constant command (m/s2), by (2.13) with limited speed."""
     distance, sample_s = 0.0, foresight.sample_s
@@ -60,7 +59,7 @@ def travelled_distance(speed: float, command: float, slowest: float, fastest: fl
     return distance
 
 
-@kernel
+@inlined
 def overlaps(
     gap: float,
     speed: float,
@@ -82,7 +81,7 @@ def overlaps(
     return False
 
 
-@kernel
+@inlined
 def next_below(command: float, low: float, decrement: float) -> float:
     """The largest value low + i * decrement smaller than `command` (m/s2), not below `low`.
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from baselines.disbanding.corrections import Corrections, Seen
+from baselines.disbanding.corrections import Corrections, Layout, Sight, look, sight_for
 from baselines.disbanding.heuristic import FORESIGHT, Foresight, travelled_distance_command
 from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import kernel
+from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, pack, unpack
 from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.constants import Constants
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.disbanding.dynamics import final_command
-from cps_envs.disbanding.episode import nominal_constants
+from cps_envs.disbanding.start import nominal_constants
+from cps_envs.disbanding.state import Constants
 
 
 class HeuristicMitigation(Corrections):
@@ -47,38 +45,39 @@ class HeuristicMitigation(Corrections):
         self._foresight = Foresight(
             round(horizon_s / sample_s), float(sample_s), float(decrement_mps2), float(clearance_m)
         )
-        self._constants = nominal_constants(spec.config)
+        self._constants = pack(nominal_constants(spec.config))
         self._avoidance = avoidance
 
-    def corrections(self, seen: Seen) -> FloatArray:
+    def correct(self, seen: Seen, corrections: FloatArray) -> None:
         """See the class."""
-        out = np.zeros_like(seen["speed"])
-        columns = (seen["speed"], seen["gap"], seen["relative_speed"], seen["law_command"])
-        _sweep(*columns, self.mitigable(seen), self._constants, self._foresight, self._avoidance, out)
-        return out
+        known = (self._constants, self._foresight, self._avoidance)
+        _sweep(seen.observation, self.layout, *known, corrections)
 
 
 @kernel
 def _sweep(
-    speed: FloatArray,
-    gap: FloatArray,
-    relative_speed: FloatArray,
-    law_command: FloatArray,
-    mitigable: BoolArray,
-    c: Constants,
+    observation: Observation,
+    layout: Layout,
+    constants: Array,
     foresight: Foresight,
     avoidance: bool,
-    out: FloatArray,
+    corrections: FloatArray,
 ) -> None:
-    """Fill `out` (B, M) m/s2 with the corrections of the mitigable vehicles; `gap`, `relative_speed` are (B, M - 1)."""
-    low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
-    for b in range(out.shape[0]):
-        ahead = law_command[b, 0]  # final command of the predecessor
-        for q in range(1, out.shape[1]):
-            law, own, before, space = law_command[b, q], speed[b, q], speed[b, q - 1], gap[b, q - 1]
-            if mitigable[b, q] and relative_speed[b, q - 1] < 0.0:
-                command = travelled_distance_command(law, ahead, space, own, before, c, foresight)
-                out[b, q] = clip(command, low, high) - law
-            ahead = law + out[b, q]
-            if avoidance or not mitigable[b, q]:
-                ahead = final_command(ahead, space, own, before, c)
+    c, sight = unpack(Constants, constants, 0), sight_for(corrections.shape[1])
+    for b in range(corrections.shape[0]):
+        look(borrowed(observation)[b], lend(layout), sight)
+        sweep_row(sight, c, foresight, avoidance, borrowed(corrections)[b])
+
+
+@inlined
+def sweep_row(sight: Sight, c: Constants, foresight: Foresight, avoidance: bool, corrections: FloatArray) -> None:
+    """Fill the corrections (M,) in m/s2 of one episode's mitigable vehicles."""
+    ahead = sight.law_command[0]  # final command of the predecessor
+    for q in range(1, corrections.size):
+        law, own, before, space = sight.law_command[q], sight.speed[q], sight.speed[q - 1], sight.gap[q]
+        if sight.mitigable[q] and sight.relative_speed[q] < 0.0:
+            command = travelled_distance_command(law, ahead, space, own, before, c, foresight)
+            corrections[q] = clip(command, c.min_acceleration_mps2, c.max_acceleration_mps2) - law
+        ahead = law + corrections[q]
+        if avoidance or not sight.mitigable[q]:
+            ahead = final_command(ahead, space, own, before, c)

@@ -7,7 +7,6 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from baselines.disbanding.quadratic_program import (
     SWEEPS,
@@ -17,12 +16,13 @@ from baselines.disbanding.quadratic_program import (
     constrain,
     quadratic_program,
     slacks,
+    unconstrained,
 )
-from cps_envs.core.kernels import kernel
-from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.constants import Constants
+from cps_envs.core.kernels import clip, inlined, view
+from cps_envs.core.types import FloatArray, IntArray
+from cps_envs.disbanding.state import Constants
 
-Vector = NDArray[np.float64]
+Vector = FloatArray
 
 
 @dataclass(frozen=True)
@@ -44,32 +44,57 @@ PAPER_MATCHING = MpcSettings("paper-matching", 5, 0.1, 0.1, (1.0, 5.0, 0.0), (1.
 BEST_TUNED = MpcSettings("best-tuned", 20, 0.1, 1.0, (1.0, 1.0, 0.0), (1.0, 1.0, 0.0), release=False)
 
 
-class Mpc(NamedTuple):
-    """Everything constant for one lag and one set of weights. H = horizon, m = 5 H - 4 rows.
+class Prediction(NamedTuple):
+    """The model of one vehicle behind another over H periods, for one lag and one set of weights.
 
-    Predicted errors, stacked over the horizon: error_response e + command_response u_p + (effect of U).
-    Rows: gap >= 0 from period 3, speed within its limits from period 2 (before, U has no effect), u within its limits.
+    Predicted errors, stacked over the horizon: error_response e + command_response u_p + (effect of U). A stack of B
+    designs has a leading axis.
     """
 
-    period_s: float
-    tau_s: float
+    period_s: Vector  # (1,)
+    tau_s: Vector  # (1,)
     error_response: Vector  # (3H, 3) Abar
     command_response: Vector  # (3H,) Bbar2 times ones
     linear_error: Vector  # (H, 3) f per error
     linear_command: Vector  # (H,) f per command ahead
+
+
+class Mpc(NamedTuple):
+    """Everything constant for one lag and one set of weights, or stacked for B of them; m = 5 H - 4 rows.
+
+    Rows: gap >= 0 from period 3, speed within its limits from period 2 (before, U has no effect), u within its limits.
+    """
+
+    model: Prediction
     qp: QuadraticProgram  # M2 and the rows
 
 
-class MpcStack(NamedTuple):
-    """One `Mpc` per episode: the same fields with a leading episode axis."""
+class Motion(NamedTuple):
+    """What a vehicle measures of itself."""
 
-    period_s: Vector  # (B,)
-    tau_s: Vector  # (B,)
-    error_response: Vector  # (B, 3H, 3)
-    command_response: Vector  # (B, 3H)
-    linear_error: Vector  # (B, H, 3)
-    linear_command: Vector  # (B, H)
-    qp: QuadraticProgram  # fields with an episode axis
+    gap: float  # m
+    desired_gap: float  # m
+    speed: float  # m/s
+    acceleration: float  # m/s2
+
+
+class Preceding(NamedTuple):
+    """What it knows of the vehicle ahead."""
+
+    speed: float  # m/s
+    acceleration: float  # m/s2
+    command: float  # m/s2, the final one
+
+
+class MpcScratch(NamedTuple):
+    """Room for solving one program."""
+
+    error: Vector  # (3,)
+    linear: Vector  # (H,) f
+    solution: Vector  # (H,) U
+    limits: Vector  # (m,) w
+    slack: Vector  # (m,)
+    positive: IntArray  # (m,)
 
 
 @lru_cache(maxsize=256)
@@ -98,124 +123,94 @@ def design_mpc(settings: MpcSettings, tau_s: float) -> Mpc:
     rows = np.vstack([-gap_rows, -speed_rows, speed_rows, unit, -unit])
     linear_error, linear_command = weighted @ error_response, weighted @ command_response
     qp = quadratic_program(hessian, rows)
-    return Mpc(period, tau_s, error_response, command_response, linear_error, linear_command, qp)
+    responses = error_response, command_response, linear_error, linear_command
+    return Mpc(Prediction(np.array([period]), np.array([tau_s]), *responses), qp)
 
 
-def stack_mpc(settings: MpcSettings, taus_s: Vector) -> MpcStack:
+def stack_mpc(settings: MpcSettings, taus_s: Vector) -> Mpc:
     """The designs for the lags (B,) of all episodes; ValueError as `design_mpc`."""
     designs = [design_mpc(settings, float(tau_s)) for tau_s in taus_s]
-    return MpcStack(
-        np.array([design.period_s for design in designs]),
-        np.array([design.tau_s for design in designs]),
-        np.stack([design.error_response for design in designs]),
-        np.stack([design.command_response for design in designs]),
-        np.stack([design.linear_error for design in designs]),
-        np.stack([design.linear_command for design in designs]),
-        QuadraticProgram(*map(np.stack, zip(*(design.qp for design in designs), strict=True))),
-    )
+    model = Prediction(*map(np.stack, zip(*(design.model for design in designs), strict=True)))
+    flat = model._replace(period_s=model.period_s[:, 0], tau_s=model.tau_s[:, 0])
+    return Mpc(flat, QuadraticProgram(*map(np.stack, zip(*(design.qp for design in designs), strict=True))))
 
 
-@kernel
-def mpc_of(stack: MpcStack, b: int) -> Mpc:
-    """The design of episode `b` of a stack."""
-    qp = stack.qp
-    return Mpc(
-        stack.period_s[b],
-        stack.tau_s[b],
-        stack.error_response[b],
-        stack.command_response[b],
-        stack.linear_error[b],
-        stack.linear_command[b],
-        QuadraticProgram(qp.hessian[b], qp.rows[b], qp.inverse[b], qp.row_response[b], qp.dual_hessian[b]),
-    )
+@inlined
+def design_of(stack: Mpc, b: int) -> Mpc:
+    """Design `b` of a stack."""
+    return Mpc(view(stack.model, b), view(stack.qp, b))
 
 
-@kernel
+@inlined
+def mpc_scratch(stack: Mpc) -> MpcScratch:
+    """Room for solving the programs of a stack one after the other; kernels make it once per call."""
+    rows, horizon = stack.qp.rows.shape[1], stack.qp.rows.shape[2]
+    vectors = np.empty(3), np.empty(horizon), np.empty(horizon), np.empty(rows), np.empty(rows)
+    return MpcScratch(vectors[0], vectors[1], vectors[2], vectors[3], vectors[4], np.empty(rows, np.int64))
+
+
+@inlined
 def assemble(
-    mpc: Mpc,
-    error: Vector,
-    desired_gap: float,
-    ahead: tuple[float, float, float],
-    c: Constants,
-    linear: Vector,
-    limits: Vector,
+    model: Prediction, error: Vector, desired_gap: float, ahead: Preceding, c: Constants, linear: Vector, limits: Vector
 ) -> None:
     """Fill the linear term f (H,) and the limits w (m,) of the program of one vehicle at one time.
 
-    `error` (3,) = (gap - desired gap in m, speed ahead - own in m/s, acceleration ahead - own in m/s2); `ahead` =
-    (speed in m/s, acceleration in m/s2, command in m/s2) of the predecessor, whose speed is predicted by Euler.
+    `error` (3,) = (gap - desired gap in m, speed ahead - own in m/s, acceleration ahead - own in m/s2). The
+    predecessor's speed is predicted by Euler.
     """
-    horizon = linear.shape[0]
-    speed, acceleration, command = ahead
+    horizon = linear.size
+    period_s, tau_s = model.period_s[0], model.tau_s[0]
+    speed, acceleration, command = ahead.speed, ahead.acceleration, ahead.command
     for m in range(horizon):
-        linear[m] = mpc.linear_command[m] * command
+        linear[m] = model.linear_command[m] * command
         for k in range(3):
-            linear[m] += mpc.linear_error[m, k] * error[k]
+            linear[m] += model.linear_error[m, k] * error[k]
         limits[3 * horizon - 4 + m] = c.max_acceleration_mps2
         limits[4 * horizon - 4 + m] = -c.min_acceleration_mps2
-        speed += mpc.period_s * acceleration
-        acceleration += mpc.period_s * (command - acceleration) / mpc.tau_s
+        speed += period_s * acceleration
+        acceleration += period_s * (command - acceleration) / tau_s
         if m >= 2:
-            limits[m - 2] = desired_gap + free_error(mpc, 3 * m, error, command)
+            limits[m - 2] = desired_gap + free_error(model, 3 * m, error, command)
         if m >= 1:
-            closing = free_error(mpc, 3 * m + 1, error, command)
+            closing = free_error(model, 3 * m + 1, error, command)
             limits[horizon - 3 + m] = c.max_speed_mps - speed + closing
             limits[2 * horizon - 4 + m] = speed - c.min_speed_mps - closing
 
 
-@kernel
-def free_error(mpc: Mpc, row: int, error: Vector, command: float) -> float:
+@inlined
+def free_error(model: Prediction, row: int, error: Vector, command: float) -> float:
     """Row `row` of the stacked errors predicted for U = 0."""
-    value: float = mpc.command_response[row] * command
+    value: float = model.command_response[row] * command
     for k in range(3):
-        value += mpc.error_response[row, k] * error[k]
+        value += model.error_response[row, k] * error[k]
     return value
 
 
-@kernel
-def pose(
-    gap: float,
-    desired_gap: float,
-    speed: float,
-    acceleration: float,
-    ahead: tuple[float, float, float],
-    c: Constants,
-    mpc: Mpc,
-) -> tuple[Vector, Vector]:
-    """The linear term f (H,) and the limits w (m,) of one vehicle's program; arguments as `predictive_command`."""
-    speed_ahead, acceleration_ahead, command_ahead = ahead
-    command_ahead = clip(command_ahead, c.min_acceleration_mps2, c.max_acceleration_mps2)
-    if speed_ahead <= c.min_speed_mps and command_ahead < 0.0:
-        command_ahead = 0.0
-    error = np.array([gap - desired_gap, speed_ahead - speed, acceleration_ahead - acceleration])
-    linear, limits = np.empty(mpc.qp.hessian.shape[0]), np.empty(mpc.qp.rows.shape[0])
-    assemble(mpc, error, desired_gap, (speed_ahead, acceleration_ahead, command_ahead), c, linear, limits)
-    return linear, limits
+@inlined
+def pose(own: Motion, ahead: Preceding, c: Constants, model: Prediction, room: MpcScratch) -> None:
+    """Fill the linear term and the limits of one vehicle's program."""
+    command = clip(ahead.command, c.min_acceleration_mps2, c.max_acceleration_mps2)
+    if ahead.speed <= c.min_speed_mps and command < 0.0:
+        command = 0.0
+    room.error[0] = own.gap - own.desired_gap
+    room.error[1] = ahead.speed - own.speed
+    room.error[2] = ahead.acceleration - own.acceleration
+    bounded = Preceding(ahead.speed, ahead.acceleration, command)
+    assemble(model, room.error, own.desired_gap, bounded, c, room.linear, room.limits)
 
 
-@kernel
+@inlined
 def predictive_command(
-    gap: float,
-    desired_gap: float,
-    speed: float,
-    acceleration: float,
-    ahead: tuple[float, float, float],
-    c: Constants,
-    mpc: Mpc,
-    multipliers: Vector,
+    own: Motion, ahead: Preceding, c: Constants, mpc: Mpc, multipliers: Vector, room: MpcScratch
 ) -> float:
     """The command (m/s2) of one mitigable vehicle for the coming period, before collision avoidance.
 
-    Own gap, desired gap (m), speed and acceleration; `ahead` as in `assemble` with the predecessor's final command.
     `multipliers` (m,) is the start of the dual iteration, overwritten by its end; zeros are always a valid start.
     """
-    linear, limits = pose(gap, desired_gap, speed, acceleration, ahead, c, mpc)
-    solution, slack = np.empty(linear.shape[0]), np.empty(limits.shape[0])
-    for i in range(linear.shape[0]):
-        solution[i] = 0.0
-        for j in range(linear.shape[0]):
-            solution[i] -= mpc.qp.inverse[i, j] * linear[j]
-    if slacks(mpc.qp, solution, limits, slack) < 0.0:
-        climb_dual(mpc.qp, slack, multipliers, SWEEPS, TOLERANCE)
+    pose(own, ahead, c, mpc.model, room)
+    solution = room.solution
+    unconstrained(mpc.qp, room.linear, solution)
+    if slacks(mpc.qp, solution, room.limits, room.slack) < 0.0:
+        climb_dual(mpc.qp, room.slack, multipliers, room.positive, SWEEPS, TOLERANCE)
         constrain(mpc.qp, multipliers, solution)
     return clip(solution[0], c.min_acceleration_mps2, c.max_acceleration_mps2)

@@ -3,46 +3,37 @@
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
-from baselines.disbanding.corrections import Corrections, Seen
+from baselines.disbanding.corrections import Corrections, Layout, Sight, look, sight_for, sight_of
 from baselines.disbanding.mpc import (
     BEST_TUNED,
     PAPER_MATCHING,
+    Motion,
+    Mpc,
     MpcSettings,
-    MpcStack,
+    Preceding,
     design_mpc,
-    mpc_of,
+    design_of,
+    mpc_scratch,
     pose,
     predictive_command,
     stack_mpc,
 )
 from baselines.disbanding.quadratic_program import Solver
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, near
-from cps_envs.core.kernels import kernel
+from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, lend, pack, unpack
 from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.disbanding.commands import clip
-from cps_envs.disbanding.constants import Constants
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.disbanding.dynamics import final_command
-from cps_envs.disbanding.episode import nominal_constants
+from cps_envs.disbanding.start import nominal_constants
+from cps_envs.disbanding.state import Constants
 
 SolverName = Literal["hildreth", "osqp"]
 SOLVERS = ("hildreth", "osqp")
-
-
-class Columns(NamedTuple):
-    """What the controllers read of B episodes with M vehicles; the front vehicle has neither gap nor relative speed."""
-
-    speed: FloatArray  # (B, M) m/s
-    acceleration: FloatArray  # (B, M) m/s2
-    gap: FloatArray  # (B, M - 1) m
-    relative_speed: FloatArray  # (B, M - 1) m/s
-    law_command: FloatArray  # (B, M) m/s2
-    desired_gap_m: FloatArray  # (B,) m
-    mitigable: BoolArray  # (B, M)
 
 
 class MpcMitigation(Corrections):
@@ -63,19 +54,35 @@ class MpcMitigation(Corrections):
         if solver not in SOLVERS:
             raise ConfigurationError(f"solver = {solver!r} is not known. {near(solver, SOLVERS)}")
         self.settings, self.solver = settings, solver
-        self._constants = nominal_constants(spec.config)
+        self._constants = pack(nominal_constants(spec.config))
 
-    def corrections(self, seen: Seen) -> FloatArray:
+    def correct(self, seen: Seen, corrections: FloatArray) -> None:
         """See the class."""
-        columns = Columns(**{name: seen[name] for name in Columns._fields[:-1]}, mitigable=self.mitigable(seen))
-        out = np.zeros_like(columns.speed)
-        taus = tuple(np.round(seen["tau_s"], 5).tolist())  # the rounding of float32 observations is not a new lag
+        taus_s = np.round(seen["tau_s"], 5)  # the rounding of float32 observations is not a new lag
         if self.solver == "hildreth":
-            _sweep(columns, _stack(self.settings, taus), self._constants, self.settings.release, out)
+            known = (seen.observation, self.layout, seen["desired_gap_m"])
+            release = self.settings.release
+            _sweep(*known, *_stack(self.settings, taus_s.tobytes()), self._constants, release, corrections)
         else:
-            solvers = [_library_solver(self.settings, tau_s) for tau_s in taus]
-            _sweep_with_library(columns, self.settings, taus, solvers, self._constants, out)
-        return out
+            self._correct_by_library(seen, taus_s.tolist(), corrections)
+
+    def _correct_by_library(self, seen: Seen, taus_s: list[float], corrections: FloatArray) -> None:
+        """The same in Python, with the programs solved by a library."""
+        c = unpack(Constants, self._constants, 0)
+        for b, tau_s in enumerate(taus_s):
+            sight = sight_of(seen.observation[b], self.layout, corrections.shape[1])
+            solver, mpc = _library_solver(self.settings, tau_s), design_mpc(self.settings, tau_s)
+            room = mpc_scratch(stack_mpc(self.settings, np.array([tau_s])))
+            ahead = sight.law_command[0]
+            for q in range(1, len(sight.speed)):
+                if acts(sight, self.settings.release, q):
+                    own, preceding = motions(sight, c, float(seen["desired_gap_m"][b]), ahead, q)
+                    pose(own, preceding, c, mpc.model, room)
+                    command = clip(
+                        solver.solve(room.linear, room.limits)[0], c.min_acceleration_mps2, c.max_acceleration_mps2
+                    )
+                    corrections[b, q] = command - sight.law_command[q]
+                ahead = final_of(sight, c, corrections[b], q)
 
 
 def paper_matching(spec: RoleSpec, solver: SolverName = "hildreth") -> MpcMitigation:
@@ -89,8 +96,10 @@ def best_tuned(spec: RoleSpec, solver: SolverName = "hildreth") -> MpcMitigation
 
 
 @lru_cache(maxsize=8)
-def _stack(settings: MpcSettings, taus_s: tuple[float, ...]) -> MpcStack:
-    return stack_mpc(settings, np.array(taus_s))
+def _stack(settings: MpcSettings, taus_s: bytes) -> tuple[Mpc, IntArray]:
+    """The designs for the distinct ones of the lags, float64, and which of them each of the B episodes has."""
+    distinct, which = np.unique(np.frombuffer(taus_s), return_inverse=True)
+    return stack_mpc(settings, distinct), which.astype(np.int64)
 
 
 @lru_cache(maxsize=256)
@@ -105,61 +114,48 @@ def _library_solver(settings: MpcSettings, tau_s: float) -> Solver:
 
 
 @kernel
-def _sweep(columns: Columns, stack: MpcStack, c: Constants, release: bool, out: FloatArray) -> None:
-    """Fill `out` (B, M) m/s2 with the corrections of the mitigable vehicles."""
-    multipliers = np.empty(stack.qp.rows.shape[1])
-    for b in range(out.shape[0]):
-        mpc = mpc_of(stack, b)
-        ahead = columns.law_command[b, 0]  # final command of the predecessor
-        for q in range(1, out.shape[1]):
-            if acts(columns, release, b, q):
-                multipliers[:] = 0.0
-                own = own_motion(columns, c, b, q)
-                preceding = (columns.speed[b, q - 1], columns.acceleration[b, q - 1], ahead)
-                command = predictive_command(own[0], own[1], own[2], own[3], preceding, c, mpc, multipliers)
-                out[b, q] = command - columns.law_command[b, q]
-            ahead = final_of(columns, c, out, b, q)
-
-
-def _sweep_with_library(
-    columns: Columns,
-    settings: MpcSettings,
-    taus_s: tuple[float, ...],
-    solvers: list[Solver],
-    c: Constants,
-    out: FloatArray,
+def _sweep(
+    observation: Observation,
+    layout: Layout,
+    desired_gap_m: FloatArray,
+    stack: Mpc,
+    which: IntArray,
+    constants: Array,
+    release: bool,
+    corrections: FloatArray,
 ) -> None:
-    """`_sweep` with the programs solved by a library."""
-    low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
-    for b, (tau_s, solver) in enumerate(zip(taus_s, solvers, strict=True)):
-        mpc = design_mpc(settings, tau_s)
-        ahead = columns.law_command[b, 0]
-        for q in range(1, out.shape[1]):
-            if acts(columns, settings.release, b, q):
-                preceding = (columns.speed[b, q - 1], columns.acceleration[b, q - 1], ahead)
-                linear, limits = pose(*own_motion(columns, c, b, q), preceding, c, mpc)
-                command = clip(solver.solve(linear, limits)[0], low, high)
-                out[b, q] = command - columns.law_command[b, q]
-            ahead = final_of(columns, c, out, b, q)
+    """Fill `corrections` (B, M) m/s2 of the mitigable vehicles; episode b has design `which[b]` of the stack."""
+    c, sight, room = unpack(Constants, constants, 0), sight_for(corrections.shape[1]), mpc_scratch(stack)
+    multipliers = np.empty(stack.qp.rows.shape[1])
+    for b in range(corrections.shape[0]):
+        look(borrowed(observation)[b], lend(layout), sight)
+        mpc, row = design_of(stack, which[b]), borrowed(corrections)[b]
+        ahead = sight.law_command[0]  # final command of the predecessor
+        for q in range(1, row.size):
+            if acts(sight, release, q):
+                fill(multipliers, 0.0)
+                own, preceding = motions(sight, c, desired_gap_m[b], ahead, q)
+                row[q] = predictive_command(own, preceding, c, mpc, multipliers, room) - sight.law_command[q]
+            ahead = final_of(sight, c, row, q)
 
 
-@kernel
-def acts(columns: Columns, release: bool, b: int, q: int) -> bool:
+@inlined
+def acts(sight: Sight, release: bool, q: int) -> bool:
     """Whether the controller acts on a vehicle: it is mitigable and, with `release`, closing in."""
-    closing: bool = columns.relative_speed[b, q - 1] < 0.0
-    return columns.mitigable[b, q] and (closing or not release)
+    return bool(sight.mitigable[q]) and (not release or bool(sight.relative_speed[q] < 0.0))
 
 
-@kernel
-def own_motion(columns: Columns, c: Constants, b: int, q: int) -> tuple[float, float, float, float]:
-    """Gap, desired gap (m), speed (m/s) and acceleration (m/s2) of a vehicle."""
+@inlined
+def motions(sight: Sight, c: Constants, desired_gap_m: float, ahead: float, q: int) -> tuple[Motion, Preceding]:
+    """Vehicle `q`, and its predecessor with the final command `ahead` (m/s2)."""
     leads = q % c.vehicles_per_platoon == 0
-    desired_gap = c.headway_s * columns.speed[b, q] if leads else columns.desired_gap_m[b]
-    return columns.gap[b, q - 1], desired_gap, columns.speed[b, q], columns.acceleration[b, q]
+    desired_gap = c.headway_s * sight.speed[q] if leads else desired_gap_m
+    own = Motion(sight.gap[q], desired_gap, sight.speed[q], sight.acceleration[q])
+    return own, Preceding(sight.speed[q - 1], sight.acceleration[q - 1], ahead)
 
 
-@kernel
-def final_of(columns: Columns, c: Constants, corrections: FloatArray, b: int, q: int) -> float:
+@inlined
+def final_of(sight: Sight, c: Constants, corrections: FloatArray, q: int) -> float:
     """The final command (m/s2) of a vehicle under its correction."""
-    command = columns.law_command[b, q] + corrections[b, q]
-    return final_command(command, columns.gap[b, q - 1], columns.speed[b, q], columns.speed[b, q - 1], c)
+    command = sight.law_command[q] + corrections[q]
+    return final_command(command, sight.gap[q], sight.speed[q], sight.speed[q - 1], c)

@@ -9,7 +9,8 @@ import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
 
 Event = tuple[int, float]  # platoon (1 = rear), time in s
 NEVER = np.inf
@@ -41,30 +42,21 @@ class PlannedAttack(AnalyticPolicy):
 
     from_front = True  # the last row of a plan is the front platoon, also where fewer platoons are present
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Platoon to disband, or 0, for each episode (B,)."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
         assert state is not None
-        seen = self.spec.fields.decode(observation)
         plans = self._aligned(self.planned(state, seen), seen)
         due = (plans <= seen["time_s"][:, np.newaxis] + 1e-3) & (seen["disbanded"] < 0.5)
         due &= seen["budget_left"][:, np.newaxis] > 0.5
         platoons = np.arange(1, plans.shape[1] + 1)
         return np.max(np.where(due, platoons, 0), axis=1), state
 
-    def planned(self, state: tuple[Array, ...], seen: Mapping[str, FloatArray]) -> FloatArray:
+    def planned(self, state: tuple[Array, ...], seen: Seen) -> FloatArray:
         """The plans (B, N) of the episodes: those that `begin` put into the state."""
         plans: FloatArray = state[0]
         return plans
 
-    def _aligned(self, plans: FloatArray, seen: Mapping[str, FloatArray]) -> FloatArray:
+    def _aligned(self, plans: FloatArray, seen: Seen) -> FloatArray:
         """Plans counted from the front, moved to the platoons present where their number is drawn."""
         if not self.from_front or "present" not in seen:
             return plans
@@ -135,7 +127,7 @@ class Spread(PlannedAttack):
         """Nothing to draw: the budget is seen."""
         return (np.zeros((len(generators), 0)),)
 
-    def planned(self, state: tuple[Array, ...], seen: Mapping[str, FloatArray]) -> FloatArray:
+    def planned(self, state: tuple[Array, ...], seen: Seen) -> FloatArray:
         """The plans (B, N) of the budgets that the episodes began with."""
         budgets = np.rint(seen["budget_left"] + seen["disbanded"].sum(axis=1)).astype(int)
         plans: FloatArray = self.times[budgets]

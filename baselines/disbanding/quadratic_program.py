@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cps_envs.core.kernels import kernel
+from cps_envs.core.kernels import copy, fill, inlined, kernel
+from cps_envs.core.types import FloatArray, IntArray
 
-Vector = NDArray[np.float64]
+Vector = FloatArray
 SWEEPS = 60  # cap of the dual iteration in the controller
 TOLERANCE = 1e-6  # it ends when no multiplier changes by more than this in a sweep
 
@@ -22,57 +22,91 @@ class QuadraticProgram(NamedTuple):
     inverse: Vector  # (n, n) H^-1
     row_response: Vector  # (m, n) G H^-1: minus the change of U per unit of each multiplier
     dual_hessian: Vector  # (m, m) G H^-1 G'
+    columns: Vector  # (n, m) G', along which loops over the rows vectorise
+    inverse_columns: Vector  # (n, n) the same of H^-1
 
 
 def quadratic_program(hessian: Vector, rows: Vector) -> QuadraticProgram:
     """Factor the constant part once."""
     inverse = np.linalg.inv(hessian)
     response = rows @ inverse
-    return QuadraticProgram(*map(np.ascontiguousarray, (hessian, rows, inverse, response, response @ rows.T)))
+    made = (hessian, rows, inverse, response, response @ rows.T, rows.T, inverse.T)
+    return QuadraticProgram(*map(np.ascontiguousarray, made))
 
 
-@kernel
+@inlined
+def unconstrained(qp: QuadraticProgram, linear: Vector, out: Vector) -> None:
+    """Fill `out` (n,) with the optimum without the rows, -H^-1 f."""
+    fill(out, 0.0)
+    for j in range(out.size):
+        for i in range(out.size):
+            out[i] -= qp.inverse_columns[j, i] * linear[j]
+
+
+@inlined
 def slacks(qp: QuadraticProgram, solution: Vector, limits: Vector, out: Vector) -> float:
     """Fill `out` (m,) with w - G U and return the smallest one: U is feasible when it is not negative."""
+    copy(limits, out)
+    for j in range(solution.size):
+        for i in range(out.size):
+            out[i] -= qp.columns[j, i] * solution[j]
     smallest = np.inf
-    for i in range(qp.rows.shape[0]):
-        slack = limits[i]
-        for j in range(qp.rows.shape[1]):
-            slack -= qp.rows[i, j] * solution[j]
-        out[i] = slack
-        smallest = min(smallest, slack)
+    for i in range(out.size):
+        smallest = min(smallest, out[i])
     return smallest
 
 
-@kernel
-def climb_dual(qp: QuadraticProgram, slack: Vector, multipliers: Vector, sweeps: int, tolerance: float) -> int:
+@inlined
+def climb_dual(
+    qp: QuadraticProgram, slack: Vector, multipliers: Vector, positive: IntArray, sweeps: int, tolerance: float
+) -> int:
     """Hildreth's iteration: improve the `multipliers` (m,) >= 0 in place, one by one; returns the sweeps used.
 
     `slack` (m,) belongs to the unconstrained optimum. The cap on the sweeps also ends programs without a feasible
-    point, whose multipliers would grow for ever; every iterate is a valid start for more sweeps.
+    point, whose multipliers would grow for ever; every iterate is a valid start for more sweeps. `positive` (m,) is
+    room for the rows whose multiplier is not zero: they are few, and the other terms of a gradient vanish.
     """
-    size = slack.shape[0]
+    count = list_positive(multipliers, positive)
     for sweep in range(sweeps):
         change = 0.0
-        for i in range(size):
-            gradient = slack[i]
-            for j in range(size):
-                gradient += qp.dual_hessian[i, j] * multipliers[j]
-            better = max(0.0, multipliers[i] - gradient / qp.dual_hessian[i, i])
-            change = max(change, abs(better - multipliers[i]))
-            multipliers[i] = better
+        for i in range(slack.size):
+            gradient, before = slack[i], multipliers[i]
+            for k in range(count):
+                gradient += qp.dual_hessian[i, positive[k]] * multipliers[positive[k]]
+            if before > 0.0 or gradient < 0.0:
+                better = max(0.0, before - gradient / qp.dual_hessian[i, i])
+                change = max(change, abs(better - before))
+                multipliers[i] = better
+                if (better > 0.0) != (before > 0.0):
+                    count = list_positive(multipliers, positive)
         if change < tolerance:
             return sweep + 1
     return sweeps
 
 
-@kernel
+@inlined
+def list_positive(multipliers: Vector, positive: IntArray) -> int:
+    """Write the rows with a positive multiplier into `positive` (m,), in their order; returns how many there are."""
+    count = 0
+    for i in range(multipliers.size):
+        positive[count] = i
+        count += multipliers[i] > 0.0
+    return count
+
+
+@inlined
 def constrain(qp: QuadraticProgram, multipliers: Vector, solution: Vector) -> None:
     """Move the unconstrained optimum `solution` (n,) in place to the point that belongs to the multipliers."""
     for i in range(qp.rows.shape[0]):
         if multipliers[i] > 0.0:
             for j in range(solution.shape[0]):
                 solution[j] -= multipliers[i] * qp.row_response[i, j]
+
+
+@kernel
+def _climb(qp: QuadraticProgram, slack: Vector, multipliers: Vector, sweeps: int, tolerance: float) -> int:
+    """`climb_dual` for Python."""
+    return climb_dual(qp, slack, multipliers, np.empty(slack.size, np.int64), sweeps, tolerance)
 
 
 class Solver(Protocol):
@@ -102,6 +136,6 @@ class HildrethSolver:
         if not self.warm_start:
             self.multipliers[:] = 0.0
         if slacks(self.qp, solution, limits, slack) < 0.0:
-            climb_dual(self.qp, slack, self.multipliers, self.sweeps, self.tolerance)
+            _climb(self.qp, slack, self.multipliers, self.sweeps, self.tolerance)
             constrain(self.qp, self.multipliers, solution)
         return solution

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from baselines.hvac.clock import Clock
+from baselines.hvac.clock import attack_age, elapsed_steps
 from baselines.hvac.stealthy import MAX_BIAS_C
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.observation import MAX_LOG
 from cps_envs.hvac.sensors import sensor_sets
 
 
@@ -42,41 +42,34 @@ class Brink(AnalyticPolicy):
         if self.config.attacker_view != "white" or self.config.attack_action != "any":
             raise ConfigurationError('brink needs attacker_view="white" and attack_action="any"')
         self.margin_c2, self.gain, self.most = margin_c2, gain, most
-        alone = _sets_of_one(self.config)
-        self._compromised = spec.fields.slices["compromised"]
-        self._residual, self._mean = (spec.fields.slices[name].start + alone for name in ("residual", "mean_residual"))
-        self._age, self._now = Clock(spec, "attack_h"), Clock(spec, "elapsed_h")
+        self._alone = _sets_of_one(self.config)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """The biases (B, S), C."""
         return (np.zeros((len(generators), self.config.num_sensors)),)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
-        bias_c = np.zeros((len(observation), self.config.num_sensors)) if state is None else state[0]
-        error_c = np.sqrt(self._c2(observation[:, self._residual]))
-        growing = (self._age(observation) > 0) & (self._now(observation) >= self.config.window_steps)
-        grown = np.clip(bias_c + self.gain * (self._allowed_c(observation) - error_c), 0.0, MAX_BIAS_C)
-        bias_c = np.where(growing[:, np.newaxis] & (observation[:, self._compromised] > 0), grown, bias_c)
+        assert state is not None
+        (bias_c,) = state
+        samples = elapsed_steps(seen, self.config) - self.config.window_steps + 1
+        error_c = np.sqrt(self._c2(seen["residual"][:, self._alone]))
+        allowed_c = self._allowed_c(samples, self._c2(seen["mean_residual"][:, self._alone]))
+        growing = (attack_age(seen, self.config) > 0) & (samples > 0)
+        grown = np.clip(bias_c + self.gain * (allowed_c - error_c), 0.0, MAX_BIAS_C)
+        bias_c = np.where(growing[:, np.newaxis] & (seen["compromised"] > 0.5), grown, bias_c)
         return bias_action(self.config, bias_c), (bias_c,)
 
-    def _allowed_c(self, observation: Array) -> FloatArray:
+    def _allowed_c(self, samples: IntArray, mean_c2: FloatArray) -> FloatArray:
         """The error (B, S), C, that each sensor may have at the next step."""
-        samples = np.maximum(self._now(observation) - self.config.window_steps + 1, 0)[:, np.newaxis]
+        samples = np.maximum(samples, 0)[:, np.newaxis]
         eps = self.config.threshold_c2
-        left = (samples + 1) * (eps - self.margin_c2) - samples * self._c2(observation[:, self._mean])
+        left = (samples + 1) * (eps - self.margin_c2) - samples * mean_c2
         allowed: FloatArray = np.sqrt(np.clip(left, 0.0, self.most * eps))
         return allowed
 
-    def _c2(self, shown: Array) -> FloatArray:
-        """Residuals as observed, in C2."""
-        level = 0.5 * MAX_LOG * (shown.astype(np.float64) + 1.0)
+    def _c2(self, level: FloatArray) -> FloatArray:
+        """Residuals in C2 from those of the observation, ln(1 + J / eps)."""
         residual: FloatArray = self.config.threshold_c2 * np.expm1(level)
         return residual
 

@@ -1,24 +1,24 @@
-"""Time as an observation shows it, read alone: a fraction of the cost of decoding everything."""
+"""Time in whole steps, from the hours that an observation shows."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import Array, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import IntArray
+from cps_envs.hvac.config import HvacConfig
 
 
-class Clock:
-    """Whole steps that a field in hours stands for."""
+def attack_age(seen: Seen, config: HvacConfig) -> IntArray:
+    """Steps (B,) from the onset to the readings that an attacker's action forges; 0 before."""
+    return _steps(seen, "attack_h", config)
 
-    def __init__(self, spec: RoleSpec, name: str) -> None:
-        (field,) = (field for field in spec.fields if field.name == name)
-        steps_per_h = 3600.0 / spec.config.step_s
-        self._place = spec.fields.slices[name].start
-        self._half, self._middle = (steps_per_h * (field.high + sign * field.low) / 2 for sign in (-1, 1))
 
-    def __call__(self, observation: Array) -> IntArray:
-        """The steps (B,) that observations (B, size) show."""
-        shown = observation[:, self._place].astype(np.float64)
-        steps: IntArray = np.rint(shown * self._half + self._middle).astype(np.int64)
-        return steps
+def elapsed_steps(seen: Seen, config: HvacConfig) -> IntArray:
+    """Steps (B,) since midnight of the first day."""
+    return _steps(seen, "elapsed_h", config)
+
+
+def _steps(seen: Seen, name: str, config: HvacConfig) -> IntArray:
+    steps: IntArray = np.rint(seen[name] * (3600.0 / config.step_s)).astype(np.int64)
+    return steps

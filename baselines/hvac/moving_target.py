@@ -10,7 +10,8 @@ import numpy as np
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.sensors import sensor_sets
 
 FALLBACKS = ("least_mean", "model")
@@ -46,19 +47,11 @@ class MovingTarget(AnalyticPolicy):
         uniform = np.stack([generator.random(self.spec.config.num_steps) for generator in generators])
         return uniform, np.zeros(len(uniform), np.int64)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
         assert state is not None
         uniform, used = state
-        return draw_choices(observation, uniform, used, self._draw), (uniform, used + 1)
+        return draw_choices(seen.observation, uniform, used, self._draw), (uniform, used + 1)
 
 
 class Mtd1(MovingTarget):

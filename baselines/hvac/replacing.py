@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from baselines.hvac.clock import Clock
+from baselines.hvac.clock import attack_age
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.config import HvacConfig
 
@@ -29,20 +30,13 @@ class Replacing(AnalyticPolicy):
         self.config: HvacConfig = spec.config
         for reading_c in (low_c, high_c):
             absolute_action(self.config, np.array([[reading_c]]))
-        self.age = Clock(spec, "attack_h")
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
-        return absolute_action(self.config, self.readings(observation, state)), state
+        return absolute_action(self.config, self.readings(seen, state)), state
 
     @abstractmethod
-    def readings(self, observation: Array, state: State) -> FloatArray:
+    def readings(self, seen: Seen, state: State) -> FloatArray:
         """Readings (B, S) or (B, 1), C."""
 
 
@@ -53,9 +47,9 @@ class Constant(Replacing):
         super().__init__(spec, reading_c, reading_c)
         self.reading_c = reading_c
 
-    def readings(self, observation: Array, state: State) -> FloatArray:
+    def readings(self, seen: Seen, state: State) -> FloatArray:
         """The same at all times."""
-        return np.full((len(observation), 1), self.reading_c)
+        return np.full((len(seen), 1), self.reading_c)
 
 
 class Sine(Replacing):
@@ -69,9 +63,9 @@ class Sine(Replacing):
             raise ConfigurationError(f"period_s = {period_s}: a sine needs a positive period")
         self.mean_c, self.amplitude_c, self.period_s = mean_c, amplitude_c, period_s
 
-    def readings(self, observation: Array, state: State) -> FloatArray:
+    def readings(self, seen: Seen, state: State) -> FloatArray:
         """The same for all sensors of an episode."""
-        angle = 2.0 * np.pi * self.age(observation) * self.config.step_s / self.period_s
+        angle = 2.0 * np.pi * attack_age(seen, self.config) * self.config.step_s / self.period_s
         readings: FloatArray = (self.mean_c + self.amplitude_c * np.sin(angle))[:, np.newaxis]
         return readings
 
@@ -94,20 +88,8 @@ class RandomReadings(Replacing):
         shape = (self.config.num_steps, self.config.num_sensors)
         return (np.stack([generator.uniform(self.low_c, self.high_c, shape) for generator in generators]),)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
-        """Actions (B, S + 1), from fresh draws where the episode was not begun."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
-        return super().predict(observation, state, episode_start, deterministic)
-
-    def readings(self, observation: Array, state: State) -> FloatArray:
+    def readings(self, seen: Seen, state: State) -> FloatArray:
         """What was drawn for each sensor."""
         assert state is not None
-        drawn: FloatArray = state[0][np.arange(len(observation)), self.age(observation)]
+        drawn: FloatArray = state[0][np.arange(len(seen)), attack_age(seen, self.config)]
         return drawn

@@ -8,7 +8,8 @@ import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
 from cps_envs.hvac.sensors import sensor_sets
 
 
@@ -19,17 +20,10 @@ class Steady(AnalyticPolicy):
         super().__init__(spec)
         self.choice = choice
         self._start = len(sensor_sets(spec.config)) + 1
-        self._ready = spec.fields.slices["ready"].start
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        return np.where(observation[:, self._ready] > 0, self.choice, self._start), state
+        return np.where(seen["ready"] > 0.5, self.choice, self._start), state
 
 
 class FixedSet(Steady):

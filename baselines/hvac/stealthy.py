@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from baselines.hvac.clock import Clock
+from baselines.hvac.clock import attack_age
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HvacConfig
@@ -42,21 +43,14 @@ class Stealthy(AnalyticPolicy):
             raise ConfigurationError(
                 'attack_action="bias" leaves the noise in forged readings: name the policy with keep_noise=true'
             )
-        self._age = Clock(spec, "attack_h")
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1), or (B, S) with `attack_action="bias"`."""
-        bias_c = np.minimum(self.bias_c(observation, self._age(observation), state), MAX_BIAS_C)
+        bias_c = np.minimum(self.bias_c(seen, attack_age(seen, self.config), state), MAX_BIAS_C)
         return bias_action(self.config, bias_c, keep_noise=self.keep_noise), state
 
     @abstractmethod
-    def bias_c(self, observation: Array, age: IntArray, state: State) -> FloatArray:
+    def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
         """Biases (B, S) or (B, 1), C, none negative, at `age` (B,) steps after the onset."""
 
 
@@ -86,30 +80,17 @@ class Ramp(Stealthy):
                 f"a ramp needs a positive rate in C/h, or a pair (low, high), and a positive exponent; got "
                 f"{rate_c_per_h} and {exponent}"
             )
-        self._compromised = spec.fields.slices["compromised"]
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """The rate (B,) of each episode, C/h; without one, 1."""
         return (np.array([generator.uniform(self._low, self._high) for generator in generators]),)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
-        """Actions (B, S + 1), from fresh draws where the episode was not begun."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
-        return super().predict(observation, state, episode_start, deterministic)
-
-    def bias_c(self, observation: Array, age: IntArray, state: State) -> FloatArray:
+    def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
         """The same for all sensors of an episode."""
         assert state is not None
         rate = state[0]
         if self.rate_c_per_h is None:
-            everything = observation[:, self._compromised].min(axis=1) > 0
+            everything = seen["compromised"].min(axis=1) > 0.5
             rate = np.where(everything, EVERYWHERE_C_PER_H, NOISY_C_PER_H if self.keep_noise else NOISELESS_C_PER_H)
         tau_h = age * self.config.step_s / 3600.0
         bias: FloatArray = (rate * UNIT_H * (tau_h / UNIT_H) ** self.exponent)[:, np.newaxis]
@@ -145,7 +126,7 @@ class HeatLossMimic(Stealthy):
         by_zone = loss_response(self.config, loss_w)
         self._bias_c = by_zone[:, zones_of_sensors(self.config)]
 
-    def bias_c(self, observation: Array, age: IntArray, state: State) -> FloatArray:
+    def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
         """That of each sensor's zone."""
         bias: FloatArray = self._bias_c[age]
         return bias

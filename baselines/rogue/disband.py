@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from baselines.rogue.laws import require_laws
+from baselines.rogue.reading import read
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import Record, copy, inlined, kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.actions import MODIFIED, PLAIN
-from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
+from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN, HUMAN
 
 ROUNDING_M = 1e-3  # of observed growths
 
@@ -37,36 +38,51 @@ class Disband(AnalyticPolicy):
         self.together = np.tile([CONTROLLERS.index("detecting"), MODIFIED], count)
         self.apart = np.tile([CONTROLLERS.index("human"), PLAIN], count)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
-        """The laws (B, 2 (n - 1)) of the intact vehicles."""
-        seen, config = self.spec.fields.decode(observation), self.spec.config
-        following = np.abs(seen["alarm"]) > 0.5
-        grows = np.abs(followed_errors(seen, config.num_vehicles)) < config.inner_share * config.separation_m
-        growth = seen["growth"] + ROUNDING_M
-        complete = (growth >= self.threshold_m) | (grows & (growth + config.growth_step_m >= self.threshold_m))
-        human = seen["law"][:, :, DRIVEN.index("human")] > 0.5
-        apart = np.any((following & complete) | human, axis=1)
-        return np.where(apart[:, np.newaxis], self.apart, self.together), state
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The controllers (B, 2 (n - 1)) of the intact vehicles."""
+        config, size = self.spec.config, self.together.size
+        actions = np.empty((len(seen), size), np.int64)
+        limits = (config.separation_m, config.inner_share, config.growth_step_m, self.threshold_m)
+        _disband(seen.observation, seen.fields.offsets, seen.fields.scale, limits, self.together, self.apart, actions)
+        return actions, state
 
 
-def followed_errors(seen: Mapping[str, FloatArray], num_vehicles: int) -> FloatArray:
-    """The error e (B, n - 1), m, of each intact vehicle on the side of its alarm, where its separation has grown."""
-    seized = np.round(seen["attacker_index"]).astype(np.int64)[:, np.newaxis] - 1
-    place = np.arange(num_vehicles - 1)
-    vehicle = place + (place >= seized)
-    gaps = seen["gap_error"]
-    nobody = np.zeros((len(gaps), 1))
-    front = np.hstack([gaps, seen["reference_error"][:, np.newaxis]])
-    rear = np.hstack([nobody, -gaps])
-    ahead = np.take_along_axis(front, vehicle, axis=1) - seen["growth"]
-    behind = np.take_along_axis(rear, vehicle, axis=1) + seen["growth"]
-    return np.where(seen["alarm"] > 0.5, ahead, behind)
+@kernel
+def _disband(
+    observation: Observation,
+    offsets: Array,
+    scale: FloatArray,
+    limits: tuple[float, float, float, float],
+    together: IntArray,
+    apart: IntArray,
+    actions: IntArray,
+) -> None:
+    """Fill the actions (B, 2 (n - 1)): those of disbanding once a vehicle is ready for it, or drives by hand."""
+    separation_m, inner_share, step_m, threshold_m = limits
+    at = offsets[0]
+    for b in range(actions.shape[0]):
+        leaving = False
+        for k in range(actions.shape[1] // 2):
+            growth = read(observation, scale, b, at.growth + k) + ROUNDING_M
+            if abs(read(observation, scale, b, at.alarm + k)) > 0.5:
+                error = followed_error(observation, at, scale, b, k)
+                grows = abs(error) < inner_share * separation_m
+                leaving |= growth >= threshold_m or (grows and growth + step_m >= threshold_m)
+            leaving |= read(observation, scale, b, at.law + k * len(DRIVEN) + HUMAN) > 0.5
+        copy(apart if leaving else together, actions[b])
+
+
+@inlined
+def followed_error(observation: Observation, at: Record, scale: FloatArray, b: int, k: int) -> float:
+    """The error e, m, of intact vehicle `k` on the side of its alarm, where its separation has grown."""
+    i = k + (k >= round(read(observation, scale, b, at.attacker_index)) - 1)
+    growth = read(observation, scale, b, at.growth + k)
+    if read(observation, scale, b, at.alarm + k) > 0.5:
+        leads = i == at.gap_rate - at.gap_error
+        ahead = at.reference_error if leads else at.gap_error + i
+        return read(observation, scale, b, ahead) - growth
+    behind = -read(observation, scale, b, at.gap_error + i - 1) if i > 0 else 0.0
+    return behind + growth
 
 
 def disband_2(spec: RoleSpec) -> Disband:

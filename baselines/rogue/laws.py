@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
 from cps_envs.rogue.actions import PLAIN
 from cps_envs.rogue.controllers import CONTROLLERS
 
@@ -25,15 +26,9 @@ class HeldLaw(AnalyticPolicy):
             raise ConfigurationError(f"law = {law!r} is not one of {', '.join(CONTROLLERS)}")
         self.action = np.tile([CONTROLLERS.index(law), PLAIN], spec.config.num_intact)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The same action for every episode."""
-        return np.stack([self.action] * len(observation)), state
+        return repeat(self.action, len(seen)), state
 
 
 def require_laws(spec: RoleSpec, policy: AnalyticPolicy) -> None:

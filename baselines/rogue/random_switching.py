@@ -9,7 +9,8 @@ import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
 
 
 class RandomSwitching(AnalyticPolicy):
@@ -42,22 +43,11 @@ class RandomSwitching(AnalyticPolicy):
             signs[k] = sign
         return signs
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
-        """The actions (B, 1), each -1 or 1.
-
-        Raises:
-            TypeError: `begin` was not called.
-        """
-        if state is None:
-            raise TypeError("the signs are drawn at the start of an episode: call begin() before predict()")
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The actions (B, 1), each -1 or 1."""
+        assert state is not None  # begun
         (signs,) = state
-        left_s = self.spec.fields.decode(observation)["time_left_s"]
-        decision = signs.shape[1] - np.round(left_s / self.spec.decision_interval_s).astype(np.int64)
+        left = np.round(seen["time_left_s"] / self.spec.decision_interval_s)
+        decision = signs.shape[1] - left.astype(np.int64)
         now = np.clip(decision, 0, signs.shape[1] - 1)
         return signs[np.arange(len(signs)), now][:, np.newaxis], state

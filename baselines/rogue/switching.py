@@ -8,10 +8,12 @@ from importlib.resources import files
 
 import numpy as np
 
-from baselines.rogue.memory import recalled
+from baselines.rogue.reading import read, recalled
 from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.kernels import inlined, kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Observation
 
 SIGNALS = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "speed_excess", "one")
 RATE_MPS, EXCESS_MPS = 5.0, 10.0
@@ -46,30 +48,49 @@ class Switching(AnalyticPolicy):
                 raise ConfigurationError(f"weights of shape (7,) or (B, 7) were expected, got {self.sets.shape}")
         self.searched = weights is None
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1), each -1 or 1, which are also the state (B,)."""
-        seen, sigma = self.spec.fields.decode(observation), self.spec.config.separation_m
-        weights = self.sets
-        if self.searched:
-            weights = self.sets[np.argmin(np.abs(seen["power_ratio"][:, np.newaxis] - self.ratios), axis=1)]
-        signals = (
-            seen["front_gap_error"] / sigma,
-            seen["front_gap_rate"] / RATE_MPS,
-            seen["rear_gap_error"] / sigma,
-            seen["rear_gap_rate"] / RATE_MPS,
-            (seen["speed"] - seen["reference_speed"]) / EXCESS_MPS,
-            np.ones(len(observation)),
-        )
-        form = np.sum(np.stack(signals, axis=1) * weights[..., :-1], axis=1)
-        before = recalled(np.ones(len(observation)), state, episode_start)
-        sign = np.where(np.abs(form) > np.abs(weights[..., -1]), np.sign(form), before)
+        sign = recalled(np.ones(len(seen)), seen, state)
+        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
+        _switch(*shown, self.spec.config.separation_m, self.ratios, np.atleast_2d(self.sets), self.searched, sign)
         return sign[:, np.newaxis], (sign,)
+
+
+@kernel
+def _switch(
+    observation: Observation,
+    offsets: Array,
+    scale: FloatArray,
+    separation_m: float,
+    ratios: FloatArray,
+    sets: FloatArray,
+    searched: bool,
+    sign: FloatArray,
+) -> None:
+    """Bring the signs (B,) of the last decision up to date."""
+    at = offsets[0]
+    for b in range(sign.size):
+        row = nearest(ratios, read(observation, scale, b, at.power_ratio)) if searched else b % sets.shape[0]
+        weights = sets[row]
+        form = weights[0] * (read(observation, scale, b, at.front_gap_error) / separation_m)
+        form += weights[1] * (read(observation, scale, b, at.front_gap_rate) / RATE_MPS)
+        form += weights[2] * (read(observation, scale, b, at.rear_gap_error) / separation_m)
+        form += weights[3] * (read(observation, scale, b, at.rear_gap_rate) / RATE_MPS)
+        excess = read(observation, scale, b, at.speed) - read(observation, scale, b, at.reference_speed)
+        form += weights[4] * (excess / EXCESS_MPS)
+        form += weights[5]
+        if abs(form) > abs(weights[6]):
+            sign[b] = np.sign(form)
+
+
+@inlined
+def nearest(values: FloatArray, value: float) -> int:
+    """The index of the nearest of some values."""
+    best = 0
+    for k in range(values.size):
+        if abs(value - values[k]) < abs(value - values[best]):
+            best = k
+    return best
 
 
 def _found_against(defender: str) -> tuple[FloatArray, FloatArray]:

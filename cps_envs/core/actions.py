@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.kernels import kernel
 from cps_envs.core.types import Array, FloatArray, IntArray
 
 INT64 = np.dtype(np.int64)
@@ -81,7 +81,7 @@ def _limits(space: Any) -> tuple[Any, Any]:
     return space.start, space.start + counts - 1
 
 
-@numba.njit(cache=True)
+@kernel
 def _clip(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     """Limit values (B, k) to [low, high] in place; False where one is not finite."""
     finite = True
@@ -93,7 +93,7 @@ def _clip(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     return finite
 
 
-@numba.njit(cache=True)
+@kernel
 def _are_indices(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     """Whether the values (B, k) are whole numbers in [low, high]."""
     for b in range(values.shape[0]):
@@ -104,7 +104,7 @@ def _are_indices(values: FloatArray, low: FloatArray, high: FloatArray) -> bool:
     return True
 
 
-@numba.njit(cache=True)
+@kernel
 def _are_integers(values: IntArray, low: FloatArray, high: FloatArray) -> bool:
     """Whether the integers (B, k) lie in [low, high]."""
     for b in range(values.shape[0]):

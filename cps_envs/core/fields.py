@@ -7,12 +7,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 
-import numba
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.errors import near
-from cps_envs.core.kernels import borrowed, inlined
+from cps_envs.core.kernels import borrowed, inlined, kernel
 from cps_envs.core.types import Array, FloatArray, Observation
 
 
@@ -136,7 +135,7 @@ def encode_row(values: FloatArray, scale: FloatArray, encoded: Observation) -> N
         encoded[entry] = 1.0 if scaled > 1.0 else -1.0 if scaled < -1.0 else scaled  # NaN stays visible
 
 
-@numba.njit(cache=True)
+@kernel
 def _encode(values: FloatArray, scale: FloatArray, encoded: Observation) -> None:
     for b in range(values.shape[0]):
         encode_row(borrowed(values)[b], borrowed(scale), borrowed(encoded)[b])

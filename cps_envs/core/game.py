@@ -18,6 +18,8 @@ from cps_envs.core.team import Team
 from cps_envs.core.threads import Threads
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 
+UNKNOWN = 2**62  # more game steps than any horizon
+
 
 class Game(ABC):
     """B environments of one problem. Moves are simultaneous; a role's action holds until its next decision.
@@ -42,7 +44,7 @@ class Game(ABC):
         self.elapsed: IntArray = np.zeros(num_envs, np.int64)  # (B,) game steps done
         self.terminated: BoolArray = np.zeros(num_envs, np.bool_)  # (B,) ended by physics
         self.threads = Threads(1, num_envs)
-        self._latest = 0  # at least the largest entry of `elapsed`
+        self._latest = UNKNOWN  # at least the largest entry of `elapsed`
         self._mask_parts: dict[Role, tuple[slice, ...]] = {}
 
     def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:

@@ -3,24 +3,60 @@
 Numba by itself looks at the file of a kernel alone. Most of ours are made of functions from several files, so that an
 edit of one of those would go unnoticed. Here a kernel's stamp covers every file of its package that it imports,
 directly or through others.
+
+The first kernel that a process has to compile is announced on stderr, because a first use takes a minute otherwise
+silent. `CPS_ENVS_QUIET=1` hides that line.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
+import os
 import re
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.sigutils import normalize_signature
 
 IMPORT = re.compile(r"^(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+([\w.]+))", re.MULTILINE)
 OURS = "cps_envs"
 
+QUIET = "CPS_ENVS_QUIET"
+NOTICE = (
+    "cps_envs: compiling kernels, once on this machine: up to a minute for a problem. `cps-envs warm` does it ahead; "
+    f"{QUIET}=1 hides this line."
+)
+UNKEPT = (
+    "cps_envs: compiled kernels cannot be kept, because no folder for them can be written, so every process compiles "
+    "them anew. Set NUMBA_CACHE_DIR to a folder that can be written."
+)
+
 Dispatcher = TypeVar("Dispatcher", bound=Callable[..., Any])
+compiled: list[str] = []  # the kernels that this process had to compile
+told: set[str] = set()  # what it has said about that
+
+
+class Index(IndexDataCacheFile):
+    """The list of what is kept of a function; one that cannot be read counts as empty.
+
+    It names the classes of the signatures, which may have gone since it was written, or it may be damaged.
+    """
+
+    def _load_index(self) -> Any:
+        try:
+            return super()._load_index()  # type: ignore[no-untyped-call]
+        except Exception:  # whatever a file of unknown content does to pickle
+            return {}
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return super()._load_data(name)  # type: ignore[no-untyped-call]
+        except Exception as error:
+            raise OSError(f"{name} cannot be read: {error}") from error  # numba then compiles anew
 
 
 class SourceCache(FunctionCache):
@@ -28,15 +64,62 @@ class SourceCache(FunctionCache):
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        self._cache_file._source_stamp = sources_stamp(function.__module__)
+        stamp = sources_stamp(function.__module__)
+        self._cache_file = Index(self._cache_path, self._impl.filename_base, stamp)  # type: ignore[no-untyped-call]
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The compiled function for a signature; None if there is none, and numba then compiles it.
+
+        Two processes that compile at once may write the same file for different signatures: the last one stays, and
+        the other one's is not used but compiled again.
+        """
+        found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
+        if found is None or tuple(found.signature.args) != tuple(normalize_signature(sig)[0]):  # type: ignore[no-untyped-call]
+            return announce(self._py_func)
+        return found
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep a compiled function; a full or read-only disk costs time at the next start, nothing else."""
+        try:
+            super().save_overload(sig, data)  # type: ignore[no-untyped-call]
+        except OSError:
+            tell(UNKEPT)
+
+
+class Unkept(NullCache):
+    """For functions whose compiled form no folder can take."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self._py_func = function
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Nothing: numba compiles."""
+        tell(UNKEPT)
+        return announce(self._py_func)
 
 
 def cache_by_sources(dispatcher: Dispatcher) -> Dispatcher:
     """Give a jitted function a `SourceCache`; one without a file, from a prompt say, is compiled anew each time."""
     function = dispatcher.py_func  # type: ignore[attr-defined]
     if Path(function.__code__.co_filename).is_file():
-        dispatcher._cache = SourceCache(function)  # type: ignore[attr-defined]
+        try:
+            dispatcher._cache = SourceCache(function)  # type: ignore[attr-defined]
+        except RuntimeError:  # numba found no folder that it may write to
+            dispatcher._cache = Unkept(function)  # type: ignore[attr-defined]
     return dispatcher
+
+
+def announce(function: Callable[..., Any]) -> None:
+    """Count a kernel that is about to be compiled, and say so at the first one."""
+    tell(NOTICE)
+    compiled.append(f"{function.__module__}.{function.__qualname__}")
+
+
+def tell(line: str) -> None:
+    """Write a line to stderr, once in this process."""
+    if line not in told and os.environ.get(QUIET, "0") in ("", "0"):
+        print(line, file=sys.stderr, flush=True)
+    told.add(line)
 
 
 def sources_stamp(module: str) -> str:

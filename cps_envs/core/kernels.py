@@ -38,13 +38,13 @@ SCALARS = {int: np.int64, float: np.float64, bool: np.bool_}
 
 def kernel(function: Function) -> Function:
     """Compile a function that Python calls, and keep the result for later processes."""
-    dispatcher: Function = njit(cache=True, **OPTIONS)(function)
+    dispatcher: Function = njit(**OPTIONS)(function)
     return cache_by_sources(dispatcher)
 
 
 def inlined(function: Function) -> Function:
     """Compile a function that kernels call: it becomes a part of them. Called from Python it runs as plain Python."""
-    dispatcher: Any = njit(cache=True, **INSIDE)(function)
+    dispatcher: Any = njit(**INSIDE)(function)
     dispatcher._insert = lambda *_: None  # there is no wrapper that Python could call
     dispatcher._compile_for_args = lambda *_, **__: function
     inside: Function = dispatcher

@@ -5,14 +5,16 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeAlias, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.fields import Fields
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Observation, Role
+
+if TYPE_CHECKING:  # fields bring the compiler of kernels along
+    from cps_envs.core.fields import Fields
 
 State: TypeAlias = tuple[Array, ...] | None  # arrays with a leading environment axis
 Answer = TypeVar("Answer")

@@ -5,16 +5,35 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cps_envs.core.config import configure, parameter_table
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.fields import Fields
-from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.match import Match
 from cps_envs.core.policy import Policy
 from cps_envs.core.types import Role
+
+if TYPE_CHECKING:  # a declaration has to be cheap to import: what it names brings the compiler of kernels along
+    from cps_envs.core.fields import Fields
+    from cps_envs.core.game import Game
+    from cps_envs.core.match import Match
+
+
+@dataclass(frozen=True)
+class Later:
+    """A function or class that is imported when it is first called: `Later("cps_envs.hvac.game:HvacGame")`."""
+
+    path: str  # "module:attribute"
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it."""
+        return imported(self.path)(*arguments)
+
+
+def imported(path: str) -> Any:
+    """What a path "module:attribute" names."""
+    module, _, attribute = path.partition(":")
+    return getattr(importlib.import_module(module), attribute)
 
 
 @dataclass(frozen=True)
@@ -23,15 +42,14 @@ class Work:
 
     unit: str  # plural, such as "vehicle-steps"
     per_game_step: Callable[[Any], float]  # units that an environment does in a game step under a configuration
-    target_per_s: float = 0.0  # units per CPU second that the simulation alone ought to reach; 0: none
-    vector_target_per_s: float = 0.0  # the same of the attacker's vector environment with 1,024 environments
 
 
 @dataclass(frozen=True)
 class Problem:
     """Everything that distinguishes one problem from another, for interfaces, registration and command line.
 
-    Environments are pickled with their problem, so its parts are importable functions and classes, no lambdas.
+    Environments are pickled with their problem, so its parts are importable functions and classes, no lambdas. Those
+    that need compiled kernels can be `Later`, so that listing problems does not load them.
     """
 
     name: str  # lower case, the package's name
@@ -42,6 +60,7 @@ class Problem:
     fields: Mapping[Role, Callable[[Any], Fields]]  # what each role observes under a configuration
     opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
     viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
+    swarm: Role | None = None  # the role that also has a decentralised form, one agent for each member of its team
     namespace: str = "cps_envs"  # of the ids; a package of your own takes its own
     work: Work | None = None  # what `cps-envs bench` counts beside steps
 
@@ -57,6 +76,8 @@ class Problem:
 
     def match(self, config: Any, num_envs: int, players: Mapping[Role, PolicyReference]) -> Match:
         """A batch of episodes with some roles played from inside."""
+        from cps_envs.core.match import Match
+
         game = self.game(config, num_envs)
         return Match(game, {role: self.policy(reference, game, role) for role, reference in players.items()})
 
@@ -83,5 +104,4 @@ class Problem:
         Raises:
             MissingExtraError: the drawing package is not installed.
         """
-        module, _, attribute = self.viewer.partition(":")
-        return getattr(importlib.import_module(module), attribute)(config)
+        return imported(self.viewer)(config)

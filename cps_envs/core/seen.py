@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from cps_envs.core.fields import Fields
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+
+if TYPE_CHECKING:  # fields bring the compiler of kernels along
+    from cps_envs.core.fields import Fields
 
 
 class Seen:

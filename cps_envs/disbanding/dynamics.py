@@ -1,19 +1,20 @@
 """One integration step of an episode in small pieces, and `advance`, the closed loop with a defender's corrections.
 
-An *episode* here is a `State` without its axis B: the rows of one episode as views, scalars as arrays of length one.
-Every closed loop composes the same pieces in the order of section 2.6 of the specification: commands by the law,
-mitigation, collision avoidance, integration, accounting.
+An *episode* is one environment's view of a `State`: rows without the axis B, scalars as arrays of length one.
+Every closed loop composes the same pieces in the order of section 2.6 of the specification: commands by the platoons'
+controllers, mitigation, collision avoidance, integration, accounting.
 """
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+import math
 
-from cps_envs.core.kernels import kernel
-from cps_envs.disbanding.commands import (
+import numpy as np
+
+from cps_envs.core.kernels import borrowed, clip, inlined, kernel, unpack, view
+from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.disbanding.controllers import (
     avoidance_margin,
-    clip,
     command_humans,
     command_platoons,
     corrected,
@@ -21,24 +22,21 @@ from cps_envs.disbanding.commands import (
     look_ahead,
     most_forward_disbanded,
 )
-from cps_envs.disbanding.constants import Constants, constants_of, episode_of
-from cps_envs.disbanding.state import State
+from cps_envs.disbanding.state import Constants, State
 
 STOP_MPS = 0.01  # a vehicle stops when it gets slower than this
 REARM_MPS = 1.0  # a further stop counts once it was faster than this
 
 
-@kernel
-def command_by_law(
-    episode: State, c: Constants, gap: NDArray[np.float64], closing: NDArray[np.float64], u: NDArray[np.float64]
-) -> None:
+@inlined
+def command_by_law(episode: State, c: Constants, gap: FloatArray, closing: FloatArray, u: FloatArray) -> None:
     """Fill gap (m), closing speed (m/s) and the plain law's command `u` (m/s2) of every vehicle, (2.2) to (2.5)."""
     look_ahead(episode, c.num_vehicles, gap, closing)
     command_platoons(episode, c, gap, closing, u)
     command_humans(episode, c, gap, episode.step[0] * c.dt_s, u)
 
 
-@kernel
+@inlined
 def first_mitigable(episode: State, c: Constants) -> int:
     """The most forward vehicle that may be mitigable now: vehicles from here on are, where their platoon is intact."""
     size = c.vehicles_per_platoon
@@ -47,8 +45,8 @@ def first_mitigable(episode: State, c: Constants) -> int:
     return min(front + 1, platoons) * size
 
 
-@kernel
-def correct_commands(episode: State, c: Constants, correction: NDArray[np.float64]) -> None:
+@inlined
+def correct_commands(episode: State, c: Constants, correction: FloatArray) -> None:
     """Apply the defender's corrections (M,) m/s2 to the commands of the mitigable vehicles by rule (2.7)."""
     size, time_s = c.vehicles_per_platoon, episode.step[0] * c.dt_s
     low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
@@ -58,7 +56,7 @@ def correct_commands(episode: State, c: Constants, correction: NDArray[np.float6
                 episode.command[q] = corrected(episode.command[q], correction[q], low, high)
 
 
-@kernel
+@inlined
 def final_command(command: float, gap: float, speed: float, speed_ahead: float, c: Constants) -> float:
     """What the actuator gets (m/s2): saturated where the interpretation has it, then (2.6), which overrides all."""
     low = c.min_acceleration_mps2
@@ -68,8 +66,8 @@ def final_command(command: float, gap: float, speed: float, speed_ahead: float, 
     return low if margin <= 0.0 else command
 
 
-@kernel
-def avoid_collisions(episode: State, c: Constants, gap: NDArray[np.float64]) -> None:
+@inlined
+def avoid_collisions(episode: State, c: Constants, gap: FloatArray) -> None:
     """Make every command final; the front vehicle has an infinite gap."""
     u, speed = episode.command, episode.speed
     u[0] = final_command(u[0], gap[0], speed[0], speed[0], c)
@@ -77,14 +75,14 @@ def avoid_collisions(episode: State, c: Constants, gap: NDArray[np.float64]) -> 
         u[q] = final_command(u[q], gap[q], speed[q], speed[q - 1], c)
 
 
-@kernel
+@inlined
 def within_speeds(acceleration: float, speed: float, slowest: float, fastest: float) -> float:
     """The acceleration (m/s2), or zero where it points out of a speed limit that `speed` has reached."""
     inward = min(acceleration, 0.0) if speed >= fastest else acceleration
     return max(inward, 0.0) if speed <= slowest else inward
 
 
-@kernel
+@inlined
 def integrate_euler(episode: State, c: Constants) -> None:
     """Explicit Euler step of (2.1) from the old state, then the limits of acceleration and speed."""
     dt, tau = c.dt_s, c.tau_s
@@ -99,11 +97,11 @@ def integrate_euler(episode: State, c: Constants) -> None:
         a[q] = within_speeds(acceleration, speed, slowest, fastest)
 
 
-@kernel
+@inlined
 def integrate_exactly(episode: State, c: Constants) -> None:
     """Exact step of (2.1) with the command held; a vehicle that reaches its lowest speed does not move backward."""
     dt, tau = c.dt_s, c.tau_s
-    decay = np.exp(-dt / tau)
+    decay = math.exp(-dt / tau)
     slowest, fastest = c.min_speed_mps, c.max_speed_mps
     x, v, a, u = episode.position, episode.speed, episode.acceleration, episode.command
     for q in range(c.num_vehicles):
@@ -115,7 +113,7 @@ def integrate_exactly(episode: State, c: Constants) -> None:
         a[q] = within_speeds(u[q] + lag * decay, speed, slowest, fastest)
 
 
-@kernel
+@inlined
 def keep_order(episode: State, c: Constants) -> None:
     """Inelastic contact, front to rear: who touches its predecessor stays behind it and is not faster."""
     x, v, a = episode.position, episode.speed, episode.acceleration
@@ -127,11 +125,9 @@ def keep_order(episode: State, c: Constants) -> None:
                 a[q] = min(a[q], a[q - 1])
 
 
-@kernel
-def integrate(episode: State, c: Constants, gap: NDArray[np.float64]) -> None:
-    """Move every vehicle by one step under its final command, remember the gaps before, mark who touches whom."""
-    for q in range(1, c.num_vehicles):
-        episode.previous_gap[q] = gap[q]
+@inlined
+def integrate(episode: State, c: Constants) -> None:
+    """Move every vehicle by one step under its final command, and mark who touches whom."""
     if c.exact_integration:
         integrate_exactly(episode, c)
     else:
@@ -141,7 +137,7 @@ def integrate(episode: State, c: Constants, gap: NDArray[np.float64]) -> None:
         keep_order(episode, c)
 
 
-@kernel
+@inlined
 def mark_collisions(episode: State, c: Constants) -> None:
     """Note the vehicles whose gap ahead is <= 0 after the step, and their predecessors."""
     x = episode.position
@@ -159,7 +155,7 @@ def mark_collisions(episode: State, c: Constants) -> None:
                 episode.first_collision_s[0] = (episode.step[0] + 1) * c.dt_s
 
 
-@kernel
+@inlined
 def involve(episode: State, c: Constants, q: int) -> None:
     """Mark vehicle `q` as involved in a collision, and whether its platoon was intact when that happened."""
     if not episode.collided[q]:
@@ -168,7 +164,7 @@ def involve(episode: State, c: Constants, q: int) -> None:
         episode.collided_intact[q] = not has_begun(episode.step[0] * c.dt_s, disbanding_s)
 
 
-@kernel
+@inlined
 def add_speed_errors(episode: State, c: Constants) -> None:
     """Add the speed errors of (2.8) after the step: per vehicle, and their mean over the vehicles intact now."""
     speed, desired_speed, size = episode.speed, c.desired_speed_mps, c.vehicles_per_platoon
@@ -187,7 +183,7 @@ def add_speed_errors(episode: State, c: Constants) -> None:
         episode.intact_error[0] += total / intact
 
 
-@kernel
+@inlined
 def count_stops(episode: State, c: Constants) -> None:
     """Count the vehicles that came to a stop in this step; bitwise logic, as branches cost more than the rest."""
     speed, moving, stops = episode.speed, episode.moving, episode.stops
@@ -197,7 +193,7 @@ def count_stops(episode: State, c: Constants) -> None:
         moving[q] = (speed[q] > REARM_MPS) | (moving[q] & (not still))
 
 
-@kernel
+@inlined
 def account(episode: State, c: Constants) -> None:
     """Everything that is counted after a step: collisions are marked by `integrate`; then the clock moves on."""
     add_speed_errors(episode, c)
@@ -205,38 +201,41 @@ def account(episode: State, c: Constants) -> None:
     episode.step[0] += 1
 
 
-@kernel
+@inlined
 def has_ended(episode: State, c: Constants) -> bool:
-    """Whether the episode stands still because an intact vehicle has collided and its parameters say so."""
-    return c.stop_at_collision and bool(np.any(episode.collided_intact[: c.num_vehicles]))
+    """Whether the episode stands still because an intact vehicle has collided and its constants say so."""
+    ended = False
+    if c.stop_at_collision:
+        for q in range(c.num_vehicles):
+            ended = ended or bool(episode.collided_intact[q])
+    return ended
 
 
-@kernel
-def advance_episode(episode: State, c: Constants, correction: NDArray[np.float64], num_steps: int) -> None:
-    """`advance` for one episode; `correction` (M,) m/s2."""
-    gap, closing = np.empty(c.num_vehicles), np.empty(c.num_vehicles)
+@inlined
+def advance_episode(episode: State, c: Constants, correction: FloatArray, closing: FloatArray, num_steps: int) -> None:
+    """`advance` for one episode; `correction` (M,) m/s2, `closing` (M,) is room to work in.
+
+    It allocates nothing, so that a thread of a GPU can run it, too.
+    """
+    gap = episode.previous_gap  # what is computed at a step is the gap before the next one
     for _ in range(num_steps):
         if has_ended(episode, c):
             return
         command_by_law(episode, c, gap, closing, episode.command)
         correct_commands(episode, c, correction)
         avoid_collisions(episode, c, gap)
-        integrate(episode, c, gap)
+        integrate(episode, c)
         account(episode, c)
 
 
 @kernel
-def advance(
-    state: State,
-    parameters: NDArray[np.void],
-    correction: NDArray[np.float64],
-    active: NDArray[np.bool_],
-    num_steps: int,
-) -> None:
-    """Advance in place every episode b with active[b] by `num_steps` integration steps, holding the corrections.
+def advance(state: State, constants: Array, correction: FloatArray, envs: BoolArray, num_steps: int) -> None:
+    """Advance the marked environments (B,) in place by `num_steps` integration steps, holding the corrections.
 
-    `parameters` (B,) records of `parameters.PARAMETERS`; `correction` (B, M) m/s2; `active` (B,).
+    `constants` (B,) records of `Constants`; `correction` (B, M) m/s2.
     """
-    for b in range(active.shape[0]):
-        if active[b]:
-            advance_episode(episode_of(state, b), constants_of(parameters, b), correction[b], num_steps)
+    closing = np.empty(correction.shape[1])
+    for b in range(envs.size):
+        if envs[b]:
+            episode, c = view(state, b), unpack(Constants, constants, b)
+            advance_episode(episode, c, borrowed(correction)[b], closing, num_steps)

@@ -1,4 +1,4 @@
-"""What each role observes: names, units and fixed bounds. `observation.py` fills the values in the same order."""
+"""What each role observes: names, units and fixed bounds. `observation.py` fills them in."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ def _road(config: DisbandingConfig) -> tuple[Field, ...]:
     )
 
 
-def _present(config: DisbandingConfig) -> tuple[Field, ...]:
+def _present(config: DisbandingConfig) -> Field:
     drawn = isinstance(config.num_platoons, tuple)
-    row = Field("present", "-", 0, 1, (config.max_platoons,), "the platoon exists in this episode")
-    return (row,) if drawn else ()
+    return Field("present", "-", 0, 1, (config.max_platoons if drawn else 0,), "the platoon exists in this episode")
 
 
 def attacker_fields(config: DisbandingConfig) -> Fields:
@@ -44,7 +43,7 @@ def attacker_fields(config: DisbandingConfig) -> Fields:
         Field("stopped", "-", 0, 1, (platoons,), "share of the platoon's vehicles below 0.01 m/s"),
         Field("disbanded", "-", 0, 1, (platoons,), "the platoon has been disbanded"),
         Field("since_disbanding_s", "s", 0, config.duration_s, (platoons,), "0 while intact"),
-        *_present(config),
+        _present(config),
         Field("budget_left", "platoons", 0, config.max_budget, (), "that may still be disbanded"),
         *_road(config),
     )
@@ -68,7 +67,7 @@ def defender_fields(config: DisbandingConfig) -> Fields:
         Field("ahead_acceleration", "m/s2", low, high, (platoons - 1,), "of that vehicle; 0 if there is none"),
         Field("ahead_command", "m/s2", low - reach, high + reach, (platoons - 1,), "its final command; 0 if none"),
         Field("ahead_distance", "m", 0, MAX_DISTANCE_M, (platoons - 1,), "from it to the leader; the bound if none"),
-        *_present(config),
+        _present(config),
         *_road(config),
     )
 

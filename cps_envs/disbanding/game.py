@@ -4,27 +4,74 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
+from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, records, unpack, view
 from cps_envs.core.team import Team
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.disbanding.attack import disband, mark_legal
 from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.episode import draw_episode
+from cps_envs.disbanding.dynamics import advance_episode
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
-from cps_envs.disbanding.initial import place
-from cps_envs.disbanding.metrics import METRICS
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
-from cps_envs.disbanding.parameters import PARAMETERS
-from cps_envs.disbanding.payoff import CHARGES, Rules
-from cps_envs.disbanding.scene import Scene
-from cps_envs.disbanding.state import State, allocate
+from cps_envs.disbanding.payoff import Metrics, Rules, charge, measure
+from cps_envs.disbanding.picture.scene import Scene
+from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
+from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
-from cps_envs.disbanding.turn import Account, settle, take_turn
 
-MEASURES = METRICS + CHARGES
+CHARGES = ("collision_penalty", "end_charge")  # paid beside the velocity error
+
+
+class Account(NamedTuple):
+    """What the attacker may do and has been paid for."""
+
+    budget: IntArray  # (B,) platoons that the attacker may still disband
+    legal: BoolArray  # (B, N + 1) attacks
+    total: FloatArray  # (B,) the attacker's payoff so far
+
+
+@kernel
+def step(
+    state: State,
+    constants: Array,
+    account: Account,
+    metrics: Array,
+    rules: Array,
+    targets: IntArray,
+    correction: FloatArray,
+    envs: BoolArray,
+    num_steps: int,
+) -> None:
+    """Disband `targets` (B,) where legal, advance marked environments under `correction` (B, M) in m/s2, and settle."""
+    r, closing = unpack(Rules, rules, 0), np.empty(correction.shape[1])
+    for b in range(envs.size):
+        if envs[b]:
+            episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)
+            disband(episode, c, targets[b], own.budget, own.legal)
+            advance_episode(episode, c, borrowed(correction)[b], closing, num_steps)
+            settle(episode, c, own, borrowed(metrics)[b], r)
+
+
+@kernel
+def settle_all(state: State, constants: Array, account: Account, metrics: Array, rules: Array, envs: BoolArray) -> None:
+    """`settle` for the marked environments."""
+    r = unpack(Rules, rules, 0)
+    for b in range(envs.size):
+        if envs[b]:
+            settle(view(state, b), unpack(Constants, constants, b), view(account, b), borrowed(metrics)[b], r)
+
+
+@inlined
+def settle(episode: State, c: Constants, account: Account, metrics: Record, rules: Rules) -> None:
+    """Bring metrics, payoff and legal attacks up to the state."""
+    measure(episode, c, rules.horizon_steps, metrics)
+    account.total[0] = charge(episode, c, rules, metrics)
+    mark_legal(episode, c, account.budget[0], rules.steps_per_decision, account.legal)
 
 
 class DisbandingGame(Game):
@@ -38,6 +85,7 @@ class DisbandingGame(Game):
     """
 
     name = "disbanding"
+    threaded = True
 
     def __init__(self, config: DisbandingConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -54,54 +102,41 @@ class DisbandingGame(Game):
         }
         self.neutral_action = {"attacker": np.array(0), "defender": np.zeros(corrections)}
         self.max_correction_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
-        paid = "velocity_error_all" if config.payoff_set == "all" else "velocity_error_intact_now"
-        self._rules = Rules(
+        intact_now = config.payoff_set == "intact_now"
+        self.payoff_parts = ("velocity_error_intact_now" if intact_now else "velocity_error_all", *CHARGES)
+        rules = Rules(
             horizon_steps=config.horizon_steps,
             collision_penalty=config.collision_penalty,
-            velocity_error=METRICS.index(paid),
+            pays_intact_now=intact_now,
             steps_per_decision=config.periods_per_second * config.steps_per_period,
         )
-        self.payoff_parts = (paid, "collision_penalty", "end_charge")
+        self._rules, self._spread = pack(rules), spread(config)
         self._allocate()
 
     def _allocate(self) -> None:
         config, envs = self.config, self.num_envs
         self.state: State = allocate(envs, config.max_platoons, config.vehicles_per_platoon)
-        self.parameters = np.zeros(envs, PARAMETERS)
-        self.budget = np.zeros(envs, np.int64)
-        self._account = Account(
-            table=np.zeros((envs, len(MEASURES))),
-            total=np.zeros(envs),
-            legal=np.zeros((envs, config.max_platoons + 1), np.bool_),
-        )
+        self.constants = records(Constants, envs)
+        self.constants[:] = pack(nominal_constants(config))
+        self.budget: IntArray = np.zeros(envs, np.int64)
+        legal = np.zeros((envs, config.max_platoons + 1), np.bool_)
+        self._account = Account(self.budget, legal, np.zeros(envs))
+        self._metrics = records(Metrics, envs)
         self._waiting = np.zeros(envs, np.int64)
         self._still = np.zeros((envs, config.max_vehicles))
+        self._shares = np.zeros((envs, len(self._spread.low), config.max_vehicles))
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        shape = (self.num_envs, self.config.max_vehicles)
-        factors, offsets, delays, headways = (np.zeros(shape) for _ in range(4))
-        for b in np.flatnonzero(envs).tolist():
-            episode = draw_episode(self.config, generators[b])
-            self.parameters[b], self.budget[b] = episode.parameters, episode.budget
-            factors[b], offsets[b] = episode.gap_factors, episode.speed_offsets_mps
-            delays[b], headways[b] = episode.takeover_delays_s, episode.driver_headways_s
-        place(
-            self.state,
-            self.parameters,
-            envs,
-            gap_factors=factors,
-            speed_offsets_mps=offsets,
-            takeover_delays_s=delays,
-            driver_headways_s=headways,
-        )
-        self._settle()
+        draw(self.config, envs, generators, self.constants, self.budget, self._shares)
+        place_drawn(self.state, self.constants, self._shares, self._spread, envs)
+        self._settle(envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         targets = actions.get("attacker", self._waiting)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
         before, steps = self._account.total.copy(), num_steps * self.config.steps_per_period
-        moves = (self.budget, targets, correction, envs, steps)
-        take_turn(self.state, self.parameters, *moves, self._rules, self._account)
+        known = (self.state, self.constants, self._account, self._metrics, self._rules)
+        self.threads.run(lambda mine: step(*known, targets, correction, mine, steps), envs)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
         return self._account.total - before
@@ -116,22 +151,23 @@ class DisbandingGame(Game):
     def by_vehicle(self, rows: FloatArray) -> FloatArray:
         """Values (B, M) of each vehicle from values (B, N) of the paper's platoons (row i - 1 = platoon i)."""
         size = self.config.vehicles_per_platoon
-        present = self.parameters["num_vehicles"] // size
+        present = self.constants["num_vehicles"] // size
         row = present[:, np.newaxis] - 1 - np.arange(self.config.max_platoons)
         return np.repeat(np.take_along_axis(rows, np.maximum(row, 0), axis=1), size, axis=1)
 
-    def _settle(self) -> None:
-        settle(self.state, self.parameters, self.budget, self._rules, self._account)
+    def _settle(self, envs: BoolArray) -> None:
+        settle_all(self.state, self.constants, self._account, self._metrics, self._rules, envs)
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""
-        values = np.empty((self.num_envs, self.fields[role].size))
-        drawn = isinstance(self.config.num_platoons, tuple)
+        fields = self.fields[role]
+        encoded = np.empty((self.num_envs, fields.size), np.float32)
+        known = (self.state, self.constants, self._metrics)
         if role == "attacker":
-            observe_attacker(self.state, self.parameters, self._account.table, self.budget, drawn, values)
+            observe_attacker(*known, self.budget, fields.offsets, fields.scale, encoded)
         else:
-            observe_defender(self.state, self.parameters, self._account.table, drawn, values)
-        return self.fields[role].encode(values)
+            observe_defender(*known, fields.offsets, fields.scale, encoded)
+        return encoded
 
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal attacks (B, N + 1); the defender's corrections are always legal."""
@@ -142,42 +178,39 @@ class DisbandingGame(Game):
         return self._account.legal[b].astype(np.int8) if role == "attacker" else None
 
     def metrics(self) -> dict[str, Array]:
-        """`metrics.METRICS` and `payoff.CHARGES` so far, each (B,)."""
-        return dict(zip(MEASURES, self._account.table.T, strict=True))
+        """`payoff.Metrics` so far, each (B,)."""
+        return {name: self._metrics[name] for name in Metrics._fields}
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(MEASURES, self._account.table[b].tolist()))  # noqa: B905, strict costs a microsecond
+        return dict(zip(Metrics._fields, self._metrics.item(b)))  # noqa: B905, strict costs a microsecond
 
     def model(self, b: int, num_envs: int) -> DisbandingGame:
         """Privileged: copies of one episode in its present state."""
         copy = DisbandingGame(self.config, num_envs)
         for mine, theirs in zip(self.state, copy.state, strict=True):
             theirs[:] = mine[b]
-        copy.parameters[:] = self.parameters[b]
-        copy.budget[:] = self.budget[b]
+        copy.constants[:], copy.budget[:] = self.constants[b], self.budget[b]
         copy.elapsed[:], copy.terminated[:] = self.elapsed[b], self.terminated[b]
-        copy._settle()
+        copy._settle(np.ones(num_envs, np.bool_))
         return copy
 
     def fingerprint(self) -> bytes:
-        """A digest of parameters and state; equal for games that will go on alike under equal actions."""
-        digest = hashlib.sha256(self.parameters.tobytes() + self.budget.tobytes())
+        """A digest of constants and state; equal for games that will go on alike under equal actions."""
+        digest = hashlib.sha256(repr((self.constants.tolist(), self.budget.tolist())).encode())
         for array in self.state:
             digest.update(array.tobytes())
         return digest.digest()
 
     def num_present_platoons(self, b: int) -> int:
         """N of an episode, where it is drawn."""
-        return int(self.parameters["num_vehicles"][b]) // self.config.vehicles_per_platoon
+        return int(self.constants["num_vehicles"][b]) // self.config.vehicles_per_platoon
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
-        p = self.parameters[b]
-        present = slice(0, int(p["num_vehicles"]))
-        state = self.state
+        state, present = self.state, slice(0, int(self.constants["num_vehicles"][b]))
         return Scene(
-            time_s=float(state.step[b] * p["dt_s"]),
+            time_s=float(state.step[b] * self.constants["dt_s"][b]),
             duration_s=self.config.duration_s,
             vehicles_per_platoon=self.config.vehicles_per_platoon,
             position=state.position[b, present].copy(),
@@ -190,4 +223,6 @@ class DisbandingGame(Game):
 
     def team(self, role: Role) -> Team:
         """The defender as one agent per vehicle."""
-        return VehicleTeam(self) if role == "defender" else super().team(role)
+        if role == "attacker":
+            return super().team(role)
+        return VehicleTeam(self.config, self.state, self.constants, self.elapsed)

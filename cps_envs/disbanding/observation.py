@@ -1,55 +1,63 @@
-"""Kernels that read observations off a state, in physical units and in the order of `fields.py`."""
+"""Kernels that read observations off a state: each field of `fields.py` by its name, in its unit, then encoded."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cps_envs.core.kernels import kernel
-from cps_envs.disbanding.commands import avoidance_margin, clip, has_begun
-from cps_envs.disbanding.constants import Constants, constants_of, episode_of
+from cps_envs.core.fields import encode_row
+from cps_envs.core.kernels import Record, borrowed, clip, fill, inlined, kernel, unpack, view
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.disbanding.controllers import avoidance_margin, has_begun
 from cps_envs.disbanding.dynamics import STOP_MPS, command_by_law, final_command, first_mitigable
 from cps_envs.disbanding.fields import MAX_DISTANCE_M, MAX_GAP_M
-from cps_envs.disbanding.metrics import METRICS
-from cps_envs.disbanding.state import State
-
-VELOCITY_ERROR = METRICS.index("velocity_error_all")
-COLLIDED = METRICS.index("collided")
-Values = NDArray[np.float64]
-
-
-@kernel
-def fill_road(c: Constants, time_s: float, metrics: Values, row: Values) -> None:
-    """The five entries of the road as a whole at the end of `row`."""
-    row[-5] = time_s
-    row[-4] = metrics[VELOCITY_ERROR]
-    row[-3] = metrics[COLLIDED]
-    row[-2] = c.tau_s
-    row[-1] = c.desired_gap_m
+from cps_envs.disbanding.state import Constants, State
 
 
 @kernel
 def observe_attacker(
-    state: State, parameters: NDArray[np.void], metrics: Values, budget: NDArray[np.int64], drawn: bool, out: Values
+    state: State,
+    constants: Array,
+    metrics: Array,
+    budget: IntArray,
+    offsets: Array,
+    scale: FloatArray,
+    encoded: Observation,
 ) -> None:
-    """Fill `out` (B, size) with `attacker_fields`; `drawn` tells whether the field `present` is there."""
-    out[:] = 0.0
-    for b in range(out.shape[0]):
-        c, episode, row = constants_of(parameters, b), episode_of(state, b), out[b]
-        size, rows = c.vehicles_per_platoon, episode.disbanding_s.shape[0]
-        platoons, time_s = c.num_vehicles // size, episode.step[0] * c.dt_s
+    """Fill `encoded` (B, size) with `attacker_fields`, given their offsets and scale; `metrics`, `budget`: (B,)."""
+    at, row = borrowed(offsets)[0], np.empty(encoded.shape[1])
+    for b in range(encoded.shape[0]):
+        c, episode = unpack(Constants, constants, b), view(state, b)
+        platoons, time_s = c.num_vehicles // c.vehicles_per_platoon, episode.step[0] * c.dt_s
+        fill(row, 0.0)
         for platoon in range(platoons):
-            i = platoons - 1 - platoon  # row of the paper's platoon i + 1
-            fill_platoon(episode, c, platoon, row, i, rows, time_s)
-        if drawn:
-            row[-6 - rows : platoons - 6 - rows] = 1.0
-        row[-6] = budget[b]
-        fill_road(c, time_s, metrics[b], row)
+            fill_platoon(episode, c, platoon, row, at, platoons - 1 - platoon, time_s)  # the paper's platoon i + 1
+        fill_present(row, at.present, at.budget_left, platoons)
+        row[at.budget_left] = budget[b]
+        fill_road(c, time_s, borrowed(metrics)[b], row, at)
+        encode_row(borrowed(row), borrowed(scale), borrowed(encoded)[b])
 
 
-@kernel
-def fill_platoon(episode: State, c: Constants, platoon: int, row: Values, i: int, rows: int, time_s: float) -> None:
-    """The entries of one platoon (counted from the front) in row `i` of the attacker's `rows` rows."""
+@inlined
+def fill_present(row: FloatArray, first: int, end: int, platoons: int) -> None:
+    """One for each platoon of the episode, where the field `present` is there: between `first` and `end`."""
+    fill(row[first : min(first + platoons, end)], 1.0)
+
+
+@inlined
+def fill_road(c: Constants, time_s: float, metrics: Record, row: FloatArray, at: Record) -> None:
+    """The entries of the road as a whole."""
+    row[at.time_s] = time_s
+    row[at.velocity_error] = metrics.velocity_error_all
+    row[at.collided] = metrics.collided
+    row[at.tau_s] = c.tau_s
+    row[at.desired_gap_m] = c.desired_gap_m
+
+
+@inlined
+def fill_platoon(
+    episode: State, c: Constants, platoon: int, row: FloatArray, at: Record, i: int, time_s: float
+) -> None:
+    """The entries of one platoon (counted from the front) at place `i` of each of the attacker's fields."""
     size = c.vehicles_per_platoon
     first = platoon * size
     total, slowest, stopped = 0.0, np.inf, 0
@@ -60,138 +68,155 @@ def fill_platoon(episode: State, c: Constants, platoon: int, row: Values, i: int
     narrowest = np.inf
     for q in range(first + 1, first + size):
         narrowest = min(narrowest, episode.position[q - 1] - episode.position[q])
-    row[i] = total / size
-    row[rows + i] = slowest
+    row[at.mean_speed + i] = total / size
+    row[at.min_speed + i] = slowest
     if platoon > 0:
-        row[2 * rows + i] = episode.position[first - 1] - episode.position[first]
-    inner = 3 * rows - 1
-    row[inner + i] = (episode.position[first] - episode.position[first + size - 1]) / (size - 1)
-    row[inner + rows + i] = narrowest
-    row[inner + 2 * rows + i] = stopped / size
+        row[at.leader_gap + i] = episode.position[first - 1] - episode.position[first]
+    row[at.mean_gap + i] = (episode.position[first] - episode.position[first + size - 1]) / (size - 1)
+    row[at.min_gap + i] = narrowest
+    row[at.stopped + i] = stopped / size
     if has_begun(time_s, episode.disbanding_s[platoon]):
-        row[inner + 3 * rows + i] = 1.0
-        row[inner + 4 * rows + i] = time_s - episode.disbanding_s[platoon]
+        row[at.disbanded + i] = 1.0
+        row[at.since_disbanding_s + i] = time_s - episode.disbanding_s[platoon]
 
 
 @kernel
-def nearest_disbanded(episode: State, c: Constants, platoon: int, time_s: float) -> int:
-    """The last vehicle of the nearest disbanded platoon ahead of `platoon` (counted from the front); -1 if none."""
-    for ahead in range(platoon - 1, -1, -1):
-        if has_begun(time_s, episode.disbanding_s[ahead]):
-            return (ahead + 1) * c.vehicles_per_platoon - 1
-    return -1
+def observe_defender(
+    state: State, constants: Array, metrics: Array, offsets: Array, scale: FloatArray, encoded: Observation
+) -> None:
+    """Fill `encoded` (B, size) with `defender_fields`, whose offsets and scale are given; `metrics` (B,)."""
+    at, row = borrowed(offsets)[0], np.empty(encoded.shape[1])
+    vehicles = state.speed.shape[1]
+    gap, closing, law = np.empty(vehicles), np.empty(vehicles), np.empty(vehicles)
+    for b in range(encoded.shape[0]):
+        c, episode = unpack(Constants, constants, b), view(state, b)
+        command_by_law(episode, c, gap, closing, law)
+        fill(row, 0.0)
+        fill_defender(episode, c, gap, closing, law, borrowed(metrics)[b], row, at)
+        encode_row(borrowed(row), borrowed(scale), borrowed(encoded)[b])
 
 
-@kernel
-def disbanded_command(episode: State, c: Constants, gap: Values, law: Values, d: int) -> float:
+@inlined
+def fill_defender(
+    episode: State,
+    c: Constants,
+    gap: FloatArray,
+    closing: FloatArray,
+    law: FloatArray,
+    metrics: Record,
+    row: FloatArray,
+    at: Record,
+) -> None:
+    """All of `defender_fields`, given gaps (m), closing speeds (m/s) and plain commands `law` (m/s2), (M,)."""
+    time_s = episode.step[0] * c.dt_s
+    fill_vehicles(episode, c, gap, closing, law, row, at, time_s)
+    fill_broadcast(episode, c, gap, law, row, at, time_s)
+    fill_present(row, at.present, at.time_s, c.num_vehicles // c.vehicles_per_platoon)
+    fill_road(c, time_s, metrics, row, at)
+
+
+@inlined
+def fill_vehicles(
+    episode: State,
+    c: Constants,
+    gap: FloatArray,
+    closing: FloatArray,
+    law: FloatArray,
+    row: FloatArray,
+    at: Record,
+    time_s: float,
+) -> None:
+    """The entries of every vehicle, up to and including `mitigable`."""
+    size, mitigable = c.vehicles_per_platoon, first_mitigable(episode, c)
+    for q in range(c.num_vehicles):
+        row[at.speed + q] = episode.speed[q]
+        row[at.acceleration + q] = episode.acceleration[q]
+        row[at.law_command + q] = clip(law[q], c.min_acceleration_mps2, c.max_acceleration_mps2)
+    for q in range(1, c.num_vehicles):
+        row[at.gap + q - 1] = gap[q]
+        row[at.relative_speed + q - 1] = closing[q]
+    for q in range(mitigable, c.num_vehicles):
+        if not has_begun(time_s, episode.disbanding_s[q // size]):
+            row[at.mitigable + q - size] = 1.0
+
+
+@inlined
+def fill_broadcast(
+    episode: State, c: Constants, gap: FloatArray, law: FloatArray, row: FloatArray, at: Record, time_s: float
+) -> None:
+    """The entries of every platoon: disbanded or not, and the nearest disbanded vehicle ahead of it, `d`."""
+    size, platoons, d = c.vehicles_per_platoon, c.num_vehicles // c.vehicles_per_platoon, -1
+    for platoon in range(platoons):
+        i = platoons - 1 - platoon
+        if platoon > 0:
+            row[at.ahead_speed + i] = episode.speed[d] if d >= 0 else c.desired_speed_mps
+            row[at.ahead_acceleration + i] = episode.acceleration[d] if d >= 0 else 0.0
+            row[at.ahead_command + i] = disbanded_command(episode, c, gap, law, d)
+            distance = episode.position[d] - episode.position[platoon * size] if d >= 0 else MAX_DISTANCE_M
+            row[at.ahead_distance + i] = distance
+        if has_begun(time_s, episode.disbanding_s[platoon]):
+            row[at.disbanded + i] = 1.0
+            d = (platoon + 1) * size - 1
+
+
+@inlined
+def disbanded_command(episode: State, c: Constants, gap: FloatArray, law: FloatArray, d: int) -> float:
     """Final command (m/s2) of the disbanded vehicle `d`, which may exceed [u_min, u_max]; 0 if d = -1."""
     return final_command(law[d], gap[d], episode.speed[d], episode.speed[max(d - 1, 0)], c) if d >= 0 else 0.0
 
 
 @kernel
-def observe_defender(state: State, parameters: NDArray[np.void], metrics: Values, drawn: bool, out: Values) -> None:
-    """Fill `out` (B, size) with `defender_fields`; `drawn` tells whether the field `present` is there."""
-    out[:] = 0.0
-    for b in range(out.shape[0]):
-        c, episode, row = constants_of(parameters, b), episode_of(state, b), out[b]
-        gap, closing, law = np.empty(c.num_vehicles), np.empty(c.num_vehicles), np.empty(c.num_vehicles)
+def observe_vehicles(state: State, constants: Array, offsets: Array, scale: FloatArray, encoded: Observation) -> None:
+    """Fill `encoded` (B, M, size) with `vehicle_fields`, whose offsets and scale are given; absent vehicles: zeros."""
+    at, row = borrowed(offsets)[0], np.empty(encoded.shape[2])
+    vehicles = encoded.shape[1]
+    gap, closing, law = np.empty(vehicles), np.empty(vehicles), np.empty(vehicles)
+    for b in range(encoded.shape[0]):
+        c, episode = unpack(Constants, constants, b), view(state, b)
         command_by_law(episode, c, gap, closing, law)
-        time_s = episode.step[0] * c.dt_s
-        fill_vehicles(episode, c, gap, closing, law, row, time_s)
-        fill_broadcast(episode, c, gap, law, row, time_s)
-        if drawn:
-            rows = episode.disbanding_s.shape[0]
-            row[-5 - rows : c.num_vehicles // c.vehicles_per_platoon - 5 - rows] = 1.0
-        fill_road(c, time_s, metrics[b], row)
+        mitigable, time_s = first_mitigable(episode, c), episode.step[0] * c.dt_s
+        d, longest_s = -1, 0.0  # the nearest disbanded vehicle ahead; the time since the first disbanding ahead
+        for q in range(vehicles):
+            fill(row, 0.0)
+            if q < c.num_vehicles:
+                fill_own(episode, c, gap, closing, law, q, row, at)
+                platoon = q // c.vehicles_per_platoon
+                intact = not has_begun(time_s, episode.disbanding_s[platoon])
+                row[at.active], row[at.mitigable] = intact, intact and q >= mitigable
+                row[at.since_disbanding_s] = longest_s
+                row[at.ahead_speed] = episode.speed[d] if d >= 0 else c.desired_speed_mps
+                row[at.ahead_acceleration] = episode.acceleration[d] if d >= 0 else 0.0
+                row[at.ahead_distance] = episode.position[d] - episode.position[q] if d >= 0 else MAX_DISTANCE_M
+                if row[at.trails] > 0.0:
+                    longest_s = max(longest_s, time_s - episode.disbanding_s[platoon])
+                    d = d if intact else q
+            encode_row(borrowed(row), borrowed(scale), borrowed(encoded)[b, q])
 
 
-@kernel
-def fill_vehicles(
-    episode: State, c: Constants, gap: Values, closing: Values, law: Values, row: Values, time_s: float
+@inlined
+def fill_own(
+    episode: State,
+    c: Constants,
+    gap: FloatArray,
+    closing: FloatArray,
+    law: FloatArray,
+    q: int,
+    row: FloatArray,
+    at: Record,
 ) -> None:
-    """The entries of every vehicle, up to and including `mitigable`."""
-    size, width, mitigable = c.vehicles_per_platoon, episode.speed.shape[0], first_mitigable(episode, c)
-    for q in range(c.num_vehicles):
-        row[q] = episode.speed[q]
-        row[width + q] = episode.acceleration[q]
-        if q > 0:
-            row[2 * width + q - 1] = gap[q]
-            row[3 * width + q - 2] = closing[q]
-        row[4 * width - 2 + q] = clip(law[q], c.min_acceleration_mps2, c.max_acceleration_mps2)
-        if q >= mitigable and not has_begun(time_s, episode.disbanding_s[q // size]):
-            row[5 * width - 2 + q - size] = 1.0
-
-
-@kernel
-def fill_broadcast(episode: State, c: Constants, gap: Values, law: Values, row: Values, time_s: float) -> None:
-    """The entries of every platoon: disbanded or not, and the nearest disbanded vehicle ahead of it."""
-    size, width, rows = c.vehicles_per_platoon, episode.speed.shape[0], episode.disbanding_s.shape[0]
-    platoons = c.num_vehicles // size
-    start = 6 * width - 2 - size
-    ahead = start + rows
-    for platoon in range(platoons):
-        i = platoons - 1 - platoon
-        row[start + i] = has_begun(time_s, episode.disbanding_s[platoon])
-        if platoon > 0:
-            d = nearest_disbanded(episode, c, platoon, time_s)
-            row[ahead + i] = episode.speed[d] if d >= 0 else c.desired_speed_mps
-            row[ahead + rows - 1 + i] = episode.acceleration[d] if d >= 0 else 0.0
-            row[ahead + 2 * (rows - 1) + i] = disbanded_command(episode, c, gap, law, d)
-            distance = episode.position[d] - episode.position[platoon * size] if d >= 0 else MAX_DISTANCE_M
-            row[ahead + 3 * (rows - 1) + i] = distance
-
-
-@kernel
-def observe_vehicles(state: State, parameters: NDArray[np.void], out: Values) -> None:
-    """Fill `out` (B, M, size) with `vehicle_fields`; absent vehicles keep zeros."""
-    out[:] = 0.0
-    for b in range(out.shape[0]):
-        c, episode = constants_of(parameters, b), episode_of(state, b)
-        gap, closing, law = np.empty(c.num_vehicles), np.empty(c.num_vehicles), np.empty(c.num_vehicles)
-        command_by_law(episode, c, gap, closing, law)
-        for q in range(c.num_vehicles):
-            fill_vehicle(episode, c, gap, closing, law, q, out[b, q])
-
-
-@kernel
-def fill_vehicle(episode: State, c: Constants, gap: Values, closing: Values, law: Values, q: int, row: Values) -> None:
-    """The own row of vehicle `q`."""
-    size, rear, time_s = c.vehicles_per_platoon, c.num_vehicles - 1, episode.step[0] * c.dt_s
+    """What vehicle `q` knows of itself and its neighbours."""
+    size, rear, speed, before = c.vehicles_per_platoon, c.num_vehicles - 1, episode.speed[q], max(q - 1, 0)
     low, high = c.min_acceleration_mps2, c.max_acceleration_mps2
-    platoon, speed, before = q // size, episode.speed[q], max(q - 1, 0)
-    intact = not has_begun(time_s, episode.disbanding_s[platoon])
-    leads, trails = q % size == 0, q % size == size - 1
-    desired = c.headway_s * speed if leads else c.desired_gap_m
-    row[0] = intact
-    row[1] = intact and q >= first_mitigable(episode, c)
-    row[2] = leads
-    row[3] = trails
-    row[4] = q / rear
-    row[5] = speed
-    row[6] = episode.acceleration[q]
-    row[7] = min(gap[q], MAX_GAP_M)
-    row[8] = gap[q] - desired if q > 0 else 0.0
-    row[9] = gap[q + 1] - c.desired_gap_m if q < rear else 0.0
-    row[10] = closing[q]
-    row[11] = closing[q + 1] if q < rear else 0.0
-    one_sided = c.one_sided_avoidance
-    row[12] = avoidance_margin(row[7], speed, episode.speed[before], c.standstill_gap_m, -low, one_sided)
-    row[13] = clip(law[q], low, high)
-    row[14] = episode.acceleration[before] if q > 0 else 0.0
-    row[15] = clip(episode.command[before], low, high) if q > 0 else 0.0
-    row[16] = since_disbanding(episode, platoon, time_s)
-    d = nearest_disbanded(episode, c, platoon, time_s)
-    row[17] = episode.speed[d] if d >= 0 else c.desired_speed_mps
-    row[18] = episode.acceleration[d] if d >= 0 else 0.0
-    row[19] = episode.position[d] - episode.position[q] if d >= 0 else MAX_DISTANCE_M
-    row[20] = c.tau_s
-    row[21] = c.desired_gap_m
-
-
-@kernel
-def since_disbanding(episode: State, platoon: int, time_s: float) -> float:
-    """Time (s) since the first disbanding ahead of `platoon`; 0 if there was none."""
-    longest = 0.0
-    for ahead in range(platoon):
-        longest = max(longest, time_s - episode.disbanding_s[ahead])
-    return longest
+    leads, space = q % size == 0, min(gap[q], MAX_GAP_M)
+    row[at.leads], row[at.trails], row[at.place] = leads, q % size == size - 1, q / rear
+    row[at.speed], row[at.acceleration], row[at.gap] = speed, episode.acceleration[q], space
+    row[at.gap_error] = gap[q] - (c.headway_s * speed if leads else c.desired_gap_m) if q > 0 else 0.0
+    row[at.rear_gap_error] = gap[q + 1] - c.desired_gap_m if q < rear else 0.0
+    row[at.relative_speed] = closing[q]
+    row[at.rear_relative_speed] = closing[q + 1] if q < rear else 0.0
+    margin = avoidance_margin(space, speed, episode.speed[before], c.standstill_gap_m, -low, c.one_sided_avoidance)
+    row[at.avoidance_margin] = margin
+    row[at.law_command] = clip(law[q], low, high)
+    row[at.predecessor_acceleration] = episode.acceleration[before] if q > 0 else 0.0
+    row[at.predecessor_command] = clip(episode.command[before], low, high) if q > 0 else 0.0
+    row[at.tau_s], row[at.desired_gap_m] = c.tau_s, c.desired_gap_m

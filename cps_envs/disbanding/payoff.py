@@ -1,57 +1,98 @@
-"""What the attacker is paid: the velocity error, a penalty for collisions, and the charge of an early end."""
+"""The numbers of chapter 2 read from a state, and what the attacker is paid of them."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cps_envs.core.kernels import kernel
-from cps_envs.disbanding.metrics import METRICS
-from cps_envs.disbanding.state import State
+from cps_envs.core.kernels import Record, borrowed, inlined, kernel, records, unpack, view
+from cps_envs.core.types import Array, FloatArray
+from cps_envs.disbanding.state import Constants, State
 
-CHARGES = (
-    "collision_penalty",  # points of E_v, for intact vehicles involved in collisions, scaled by 100 / M
-    "end_charge",  # points of E_v, the rest of an episode ended by a collision at 100 %
-    "disbanded_platoons",  # how many; not paid
-)
-COLLIDED_INTACT = METRICS.index("collided_intact")
+
+class Metrics(NamedTuple):
+    """What is known of an episode so far; a batch has them as `core.kernels.records`, (B,)."""
+
+    velocity_error_all: float  # percent, (2.8) over all vehicles
+    velocity_error_intact: float  # percent, (2.8) over the vehicles of platoons never disbanded
+    velocity_error_intact_now: float  # percent, (2.8) over the vehicles intact at each step
+    collided: float  # vehicles involved in a collision
+    collided_intact: float  # of these, the ones whose platoon was intact then
+    first_collision_s: float  # s, -1 if none
+    stopped_share: float  # percent of the vehicles of platoons never disbanded that stopped at least once
+    collision_penalty: float  # points of E_v, for intact vehicles involved in collisions, scaled by 100 / M
+    end_charge: float  # points of E_v, the rest of an episode ended by a collision at 100 %
+    disbanded_platoons: float  # how many; not paid
 
 
 class Rules(NamedTuple):
-    """What a turn needs of the configuration."""
+    """What a game step needs of the configuration."""
 
     horizon_steps: int  # integration steps in an episode
     collision_penalty: float  # points of E_v per 100/M vehicles
-    velocity_error: int  # column of METRICS that is paid
+    pays_intact_now: bool  # velocity_error_intact_now instead of velocity_error_all
     steps_per_decision: int  # integration steps between two decisions of the attacker
 
 
-@kernel
-def charge(
-    state: State,
-    parameters: NDArray[np.void],
-    rules: Rules,
-    table: NDArray[np.float64],
-    total: NDArray[np.float64],
-) -> None:
-    """Fill the columns CHARGES of `table` (B, len(METRICS + CHARGES)) and the attacker's payoff `total` (B,) so far."""
-    first = len(METRICS)
-    for b in range(total.shape[0]):
-        p = parameters[b]
-        table[b, first] = rules.collision_penalty * 100.0 / p.num_vehicles * table[b, COLLIDED_INTACT]
-        ended = p.stop_at_collision and table[b, COLLIDED_INTACT] > 0.0
-        table[b, first + 1] = 100.0 * (1.0 - state.step[b] / rules.horizon_steps) if ended else 0.0
-        table[b, first + 2] = disbanded(state, b)
-        total[b] = table[b, rules.velocity_error] + table[b, first] + table[b, first + 1]
+def measured(state: State, constants: Array, horizon_steps: int) -> Array:
+    """The metrics (B,) of a state, without the charges: records of `Metrics`."""
+    table = records(Metrics, len(constants))
+    measure_all(state, constants, horizon_steps, table)
+    return table
 
 
 @kernel
-def disbanded(state: State, b: int) -> int:
-    """Number of disbanded platoons of episode `b`."""
+def measure_all(state: State, constants: Array, horizon_steps: int, table: Array) -> None:
+    """`measure` for B environments."""
+    for b in range(table.size):
+        measure(view(state, b), unpack(Constants, constants, b), horizon_steps, borrowed(table)[b])
+
+
+@inlined
+def measure(episode: State, c: Constants, horizon_steps: int, metrics: Record) -> None:
+    """Fill the metrics of an episode up to `stopped_share`.
+
+    Velocity errors are divided by the steps of the whole episode, `horizon_steps`: they grow to the final value.
+    Shares over an empty set of vehicles are 0.
+    """
+    size = c.vehicles_per_platoon
+    percent = 100.0 / (horizon_steps * c.desired_speed_mps)
+    total, intact_total, intact, stopped, collided, collided_intact = 0.0, 0.0, 0, 0, 0, 0
+    for platoon in range(c.num_vehicles // size):
+        is_intact = episode.disbanding_s[platoon] == np.inf
+        for q in range(platoon * size, (platoon + 1) * size):
+            total += episode.speed_error[q]
+            collided += episode.collided[q]
+            collided_intact += episode.collided_intact[q]
+            if is_intact:
+                intact += 1
+                intact_total += episode.speed_error[q]
+                stopped += episode.stops[q] > 0
+    metrics.velocity_error_all = percent * total / c.num_vehicles
+    metrics.velocity_error_intact = percent * intact_total / max(intact, 1)
+    metrics.velocity_error_intact_now = percent * episode.intact_error[0]
+    metrics.collided = collided
+    metrics.collided_intact = collided_intact
+    metrics.first_collision_s = episode.first_collision_s[0]
+    metrics.stopped_share = 100.0 * stopped / max(intact, 1)
+
+
+@inlined
+def charge(episode: State, c: Constants, rules: Rules, metrics: Record) -> float:
+    """Fill the charges of an episode; returns the attacker's payoff so far."""
+    metrics.collision_penalty = rules.collision_penalty * 100.0 / c.num_vehicles * metrics.collided_intact
+    ended = c.stop_at_collision and metrics.collided_intact > 0.0
+    metrics.end_charge = 100.0 * (1.0 - episode.step[0] / rules.horizon_steps) if ended else 0.0
+    metrics.disbanded_platoons = count_disbanded(episode.disbanding_s)
+    paid = metrics.velocity_error_intact_now if rules.pays_intact_now else metrics.velocity_error_all
+    return float(paid + metrics.collision_penalty + metrics.end_charge)
+
+
+@inlined
+def count_disbanded(disbanding_s: FloatArray) -> int:
+    """How many of the platoons (N,) are disbanded."""
     count = 0
-    for platoon in range(state.disbanding_s.shape[1]):
-        if state.disbanding_s[b, platoon] < np.inf:
-            count += 1
+    for platoon in range(disbanding_s.size):
+        count += disbanding_s[platoon] < np.inf
     return count

@@ -1,11 +1,9 @@
-"""The disbanding problem as the faces see it."""
+"""The disbanding problem as the interfaces see it."""
 
 from __future__ import annotations
 
-from cps_envs.core.problem import Problem, Work
+from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.disbanding.config import PRESETS, DisbandingConfig
-from cps_envs.disbanding.fields import attacker_fields, defender_fields
-from cps_envs.disbanding.game import DisbandingGame
 
 
 def vehicle_steps(config: DisbandingConfig) -> float:
@@ -18,16 +16,16 @@ DISBANDING = Problem(
     version=0,
     summary="An attacker disbands vehicle platoons; defenders correct commands so that traffic does not stop or crash.",
     presets=PRESETS,
-    game=DisbandingGame,
-    fields={"attacker": attacker_fields, "defender": defender_fields},
+    game=Later("cps_envs.disbanding.game:DisbandingGame"),
+    fields={
+        "attacker": Later("cps_envs.disbanding.fields:attacker_fields"),
+        "defender": Later("cps_envs.disbanding.fields:defender_fields"),
+    },
     opponents={
         "paper": {"attacker": "lead", "defender": "none"},
         "learning": {"attacker": "random", "defender": "none"},
     },
-    viewer="cps_envs.disbanding.viewer:Viewer",
-    work=Work(
-        unit="vehicle-steps",
-        per_game_step=vehicle_steps,
-        target_per_s=20e6,
-    ),
+    viewer="cps_envs.disbanding.picture.viewer:Viewer",
+    swarm="defender",
+    work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

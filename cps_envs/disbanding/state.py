@@ -1,41 +1,67 @@
-"""The state of a batch of strings of platoons, as plain arrays that numba kernels work on in place."""
+"""What kernels know of a batch of strings of platoons: the state, which they change in place, and the constants."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
 
 
 class State(NamedTuple):
-    """B episodes of N platoons with M = N * n vehicles in all.
+    """B environments with N platoons of n vehicles, M = N * n in all; `core.kernels.view` cuts one out, an `episode`.
 
     Vehicles are numbered front to rear along the string: q = 0 is the front vehicle, q - 1 the predecessor of q, and
     platoon p = q // n, also counted from the front (the paper's platoon index is N - p).
     """
 
-    step: NDArray[np.int64]  # (B,) integration steps done; the time is step * dt
-    position: NDArray[np.float64]  # (B, M) m
-    speed: NDArray[np.float64]  # (B, M) m/s
-    acceleration: NDArray[np.float64]  # (B, M) m/s2
-    command: NDArray[np.float64]  # (B, M) m/s2, final commanded acceleration of the last step
-    previous_gap: NDArray[np.float64]  # (B, M) m, gap ahead at the step before; +inf at the start and for q = 0
-    disbanding_s: NDArray[np.float64]  # (B, N) s, when each platoon is disbanded; +inf while intact
-    takeover_delay_s: NDArray[np.float64]  # (B, M) s between disbanding and the driver's taking over
-    driver_headway_s: NDArray[np.float64]  # (B, M) s, time headway of each human driver
-    speed_error: NDArray[np.float64]  # (B, M) m/s, sum over the steps of |v - v_d|
-    intact_error: NDArray[np.float64]  # (B,) m/s, sum over the steps of the mean |v - v_d| of the vehicles intact then
-    rear_collided: NDArray[np.bool_]  # (B, M) the gap ahead was <= 0 at some time
-    collided: NDArray[np.bool_]  # (B, M) involved in a collision: rear_collided, or the predecessor of such a vehicle
-    collided_intact: NDArray[np.bool_]  # (B, M) became involved while its platoon was intact
-    first_collision_s: NDArray[np.float64]  # (B,) s, -1 while there is none
-    stops: NDArray[np.int64]  # (B, M) number of stops (speed below 0.01 m/s, re-armed above 1 m/s)
-    moving: NDArray[np.bool_]  # (B, M) a further stop would count
+    step: IntArray  # (B,) integration steps done; the time is step * dt
+    position: FloatArray  # (B, M) m
+    speed: FloatArray  # (B, M) m/s
+    acceleration: FloatArray  # (B, M) m/s2
+    command: FloatArray  # (B, M) m/s2, final commanded acceleration of the last step
+    previous_gap: FloatArray  # (B, M) m, gap ahead at the step before; +inf at the start and for q = 0
+    disbanding_s: FloatArray  # (B, N) s, when each platoon is disbanded; +inf while intact
+    takeover_delay_s: FloatArray  # (B, M) s between disbanding and the driver's taking over
+    driver_headway_s: FloatArray  # (B, M) s, time headway of each human driver
+    speed_error: FloatArray  # (B, M) m/s, sum over the steps of |v - v_d|
+    intact_error: FloatArray  # (B,) m/s, sum over the steps of the mean |v - v_d| of the vehicles intact then
+    rear_collided: BoolArray  # (B, M) the gap ahead was <= 0 at some time
+    collided: BoolArray  # (B, M) involved in a collision: rear_collided, or the predecessor of such a vehicle
+    collided_intact: BoolArray  # (B, M) became involved while its platoon was intact
+    first_collision_s: FloatArray  # (B,) s, -1 while there is none
+    stops: IntArray  # (B, M) number of stops (speed below 0.01 m/s, re-armed above 1 m/s)
+    moving: BoolArray  # (B, M) a further stop would count
+
+
+class Constants(NamedTuple):
+    """The numbers of one episode; a batch has them as `core.kernels.records`, (B,)."""
+
+    num_vehicles: int  # M of this episode; vehicles q >= num_vehicles of the arrays are absent
+    vehicles_per_platoon: int  # n
+    dt_s: float  # integration step
+    tau_s: float  # actuation lag, (2.1)
+    desired_gap_m: float  # x_d
+    headway_s: float  # h of the platoon leaders, (2.4)
+    proportional_gain: float  # k_p, 1/s2
+    derivative_gain: float  # k_d, 1/s
+    desired_speed_mps: float  # v_d
+    min_speed_mps: float  # v_min
+    max_speed_mps: float  # v_max
+    min_acceleration_mps2: float  # u_min
+    max_acceleration_mps2: float  # u_max
+    standstill_gap_m: float  # r_0
+    exact_integration: bool  # zero-order hold of (2.1) instead of explicit Euler
+    saturate_command: bool  # clip the commands of intact and human vehicles to [u_min, u_max]
+    one_sided_avoidance: bool  # (2.6) with max(0, v^2 - v_p^2)
+    transitional_controller: bool  # leaders brake early when they close in (interpretation S1)
+    inelastic_contact: bool  # vehicles that touch stay behind one another instead of passing as ghosts
+    stop_at_collision: bool  # the episode stands still from the first collision of an intact vehicle on
 
 
 def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> State:
-    """A state with every array zero; `initial.place` fills the episodes."""
+    """A state with every array zero; `start.place` fills the episodes."""
     envs, vehicles = num_envs, num_platoons * vehicles_per_platoon
     return State(
         step=np.zeros(envs, np.int64),

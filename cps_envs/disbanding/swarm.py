@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.team import Team
-from cps_envs.core.types import Array, FloatArray, Observation
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.observation import observe_vehicles
-
-if TYPE_CHECKING:
-    from cps_envs.disbanding.game import DisbandingGame
+from cps_envs.disbanding.state import State
 
 
 class VehicleTeam(Team):
@@ -22,24 +19,23 @@ class VehicleTeam(Team):
 
     With `swarm_reward="team"` all share minus the attacker's payoff. With `"local"` each is charged for its own speed
     error, -100/K_s |v - v_d|/v_d per integration step, and for its own collision: another objective than the payoff.
+    `elapsed` (B,) is the game's own count of its steps.
     """
 
-    def __init__(self, game: DisbandingGame) -> None:
-        if game.config.defense_action != "vehicle":
+    def __init__(self, config: DisbandingConfig, state: State, constants: Array, elapsed: IntArray) -> None:
+        if config.defense_action != "vehicle":
             raise ConfigurationError('the swarm form needs defense_action="vehicle", one correction per vehicle')
-        self._game = game
-        self.agents = tuple(f"vehicle_{q}" for q in range(game.config.max_vehicles))
-        self.fields = vehicle_fields(game.config)
+        self._config, self._state, self._constants, self._elapsed = config, state, constants, elapsed
+        self.agents = tuple(f"vehicle_{q}" for q in range(config.max_vehicles))
+        self.fields = vehicle_fields(config)
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
-        self._charged = np.zeros((game.num_envs, len(self.agents)))
+        self._charged = np.zeros((len(constants), len(self.agents)))
 
     def observe(self) -> Observation:
         """Own rows (B, M, size), see `fields.vehicle_fields`."""
-        game = self._game
-        envs, agents = game.num_envs, len(self.agents)
-        values = np.empty((envs, agents, self.fields.size))
-        observe_vehicles(game.state, game.parameters, values)
-        return self.fields.encode(values.reshape(-1, self.fields.size)).reshape(values.shape)
+        encoded = np.empty((len(self._constants), len(self.agents), self.fields.size), np.float32)
+        observe_vehicles(self._state, self._constants, self.fields.offsets, self.fields.scale, encoded)
+        return encoded
 
     def join(self, actions: Array) -> Array:
         """The defender's action (B, M) from (B, M, 1)."""
@@ -47,15 +43,15 @@ class VehicleTeam(Team):
 
     def rewards(self, payoff: FloatArray) -> FloatArray:
         """Rewards (B, M) of the last step."""
-        if self._game.config.swarm_reward == "team":
+        if self._config.swarm_reward == "team":
             return np.repeat(-payoff[:, np.newaxis], len(self.agents), axis=1)
         before, self._charged = self._charged, self._charges()
-        fresh = self._game.elapsed[:, np.newaxis] <= 1
+        fresh = self._elapsed[:, np.newaxis] <= 1
         return np.where(fresh, 0.0, before) - self._charged
 
     def _charges(self) -> FloatArray:
         """What each vehicle has been charged for since the start of the episode, (B, M)."""
-        game = self._game
-        percent = 100.0 / (game.config.horizon_steps * game.config.desired_speed_mps)
-        charge: FloatArray = percent * game.state.speed_error
-        return charge + game.config.collision_penalty * game.state.collided_intact
+        config = self._config
+        percent = 100.0 / (config.horizon_steps * config.desired_speed_mps)
+        charge: FloatArray = percent * self._state.speed_error
+        return charge + config.collision_penalty * self._state.collided_intact

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from cps_envs.core.problem import Problem, Work
+from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.fdi.config import PRESETS, FdiConfig
-from cps_envs.fdi.game import FdiGame
-from cps_envs.fdi.observation import attacker_fields, defender_fields
 
 
-def decisions(config: FdiConfig) -> float:
-    """Decisions in a game step of an episode; a function of its own so that problems pickle."""
-    return 1.0
+def vehicle_steps(config: FdiConfig) -> float:
+    """Steps of single vehicles in a game step of an episode; a function of its own so that problems pickle."""
+    return config.num_vehicles
 
 
 ATTACKERS = {  # where it is not the plain optimum
@@ -23,9 +21,12 @@ FDI = Problem(
     version=0,
     summary="An attacker falsifies range and range-rate readings to make vehicles collide; a defender doubts them.",
     presets=PRESETS,
-    game=FdiGame,
-    fields={"attacker": attacker_fields, "defender": defender_fields},
+    game=Later("cps_envs.fdi.game:FdiGame"),
+    fields={
+        "attacker": Later("cps_envs.fdi.observation:attacker_fields"),
+        "defender": Later("cps_envs.fdi.observation:defender_fields"),
+    },
     opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
     viewer="cps_envs.fdi.picture.viewer:Viewer",
-    work=Work(unit="decisions", per_game_step=decisions, vector_target_per_s=2e6),
+    work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

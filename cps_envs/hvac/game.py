@@ -20,7 +20,7 @@ from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_
 from cps_envs.hvac.payoff import attacked_states, count_choice, count_errors, measure
 from cps_envs.hvac.picture.scene import Scene
 from cps_envs.hvac.start import Draws, start
-from cps_envs.hvac.state import Metrics, Scratch, State, allocate, scratch_of
+from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
 
 READINGS = 0  # the choice of the raw readings
 
@@ -46,6 +46,7 @@ class HvacGame(Game):
     """
 
     name = "hvac"
+    threaded = True
 
     def __init__(self, config: HvacConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -70,7 +71,7 @@ class HvacGame(Game):
             attacker_at=self.fields["attacker"].offsets,
             defender_at=self.fields["defender"].offsets,
         )
-        board = (self.constants, pack(self.rules), self.state, scratch_of(self.constants), self._views)
+        board = (self.constants, pack(self.rules), self.state, self._views)
         self._begin, self._step = Bound(begin, *board), Bound(step, *board)
         self._draws = Draws(config)
         self._episodes: IntArray = np.arange(num_envs)
@@ -88,7 +89,7 @@ class HvacGame(Game):
         payoff = np.zeros(self.num_envs)
         forging = np.ascontiguousarray(actions.get("attacker", self._quiet), np.float64)
         choices = np.ascontiguousarray(actions.get("defender", self._raw), np.int64)
-        self._step(forging, choices, np.ascontiguousarray(envs), num_steps, payoff)
+        self.threads.run(lambda mine: self._step(forging, choices, mine, num_steps, payoff), np.ascontiguousarray(envs))
         return payoff
 
     def observe(self, role: Role) -> Observation:
@@ -144,14 +145,12 @@ class HvacGame(Game):
 
 
 @kernel
-def begin(
-    model: Model, numbers: Array, state: State, room: Scratch, views: Views, quiet: FloatArray, envs: BoolArray
-) -> None:
+def begin(model: Model, numbers: Array, state: State, views: Views, quiet: FloatArray, envs: BoolArray) -> None:
     """Put drawn episodes at k = 0 and read the sensors, which nobody has forged, in the marked environments (B,)."""
-    model, rules, scratch, views = lend(model), unpack(Rules, numbers, 0), lend(room), lend(views)
+    model, rules, room, views = lend(model), unpack(Rules, numbers, 0), make_scratch(model), lend(views)
     for b in range(len(envs)):
         if envs[b]:
-            episode = view(state, b)
+            episode, scratch = view(state, b), lend(room)
             start(model, rules, episode)
             count_errors(model, rules, episode)
             sense(model, rules, episode, quiet[b])
@@ -164,7 +163,6 @@ def step(
     model: Model,
     numbers: Array,
     state: State,
-    room: Scratch,
     views: Views,
     forging: FloatArray,
     choices: IntArray,
@@ -177,10 +175,10 @@ def step(
     The defender's `choices` (B,) answer the readings of k; the attacker's actions `forging` (B, S + 1) or (B, S) make
     those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
     """
-    model, rules, scratch, views = lend(model), unpack(Rules, numbers, 0), lend(room), lend(views)
+    model, rules, room, views = lend(model), unpack(Rules, numbers, 0), make_scratch(model), lend(views)
     for b in range(len(envs)):
         if envs[b]:
-            episode = view(state, b)
+            episode, scratch = view(state, b), lend(room)
             if episode.step[0] == 0:
                 payoff[b] = episode.squared_error[0] / attacked_states(model, episode)
             for _ in range(num_steps):

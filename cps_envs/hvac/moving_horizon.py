@@ -43,7 +43,8 @@ def set_gains(A: FloatArray, window: int, member: BoolArray, zone: IntArray) -> 
     all_powers = powers(A, window)
     gain, condition = np.empty((len(member), *A.shape)), np.empty(len(member))
     for a, sensors in enumerate(member):
-        _, singular, V = np.linalg.svd(observability(all_powers[:window], sensors, zone), full_matrices=False)
+        R = np.linalg.qr(observability(all_powers[:window], sensors, zone), mode="r")  # has the same values and V
+        _, singular, V = np.linalg.svd(R)
         seen = singular > singular[0] * np.finfo(float).eps * len(V) * window
         inverse = np.divide(1.0, singular**2, out=np.zeros_like(singular), where=seen)
         gain[a] = all_powers[window] @ (V.T * inverse) @ V

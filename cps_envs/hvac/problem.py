@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.problem import Problem, Work
+from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.hvac.config import PRESETS, HvacConfig
-from cps_envs.hvac.game import HvacGame
-from cps_envs.hvac.observation import attacker_fields, defender_fields
 
 
 def sensor_steps(config: HvacConfig) -> float:
@@ -24,12 +22,15 @@ HVAC = Problem(
     version=0,
     summary="An attacker forges temperature sensors of a heated building; a defender chooses which ones to believe.",
     presets=PRESETS,
-    game=HvacGame,
-    fields={"attacker": attacker_fields, "defender": defender_fields},
+    game=Later("cps_envs.hvac.game:HvacGame"),
+    fields={
+        "attacker": Later("cps_envs.hvac.observation:attacker_fields"),
+        "defender": Later("cps_envs.hvac.observation:defender_fields"),
+    },
     opponents={
         "paper": {"attacker": "constant", "defender": "mtd2"},
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "mtd2"},
     },
     viewer="cps_envs.hvac.picture.viewer:Viewer",
-    work=Work(unit="sensor-steps", per_game_step=sensor_steps, target_per_s=4 / 30e-6),
+    work=Work(unit="sensor-steps", per_game_step=sensor_steps),
 )

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import records
+from cps_envs.core.kernels import inlined, records
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.hvac.model import BLOCK, Model
 
@@ -61,7 +61,7 @@ class State(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """Room that a kernel works in, one environment after the other."""
+    """Room that a call of a kernel works in, one environment after the other."""
 
     sums: FloatArray  # (S, blocks BLOCK) h_s
     vector: FloatArray  # (n,)
@@ -108,7 +108,8 @@ def allocate(num_envs: int, model: Model) -> State:
     )
 
 
-def scratch_of(model: Model) -> Scratch:
-    """Room for the kernels, its contents of no meaning."""
-    n, blocks = model.window.shape[:2]
+@inlined
+def make_scratch(model: Model) -> Scratch:
+    """Room for a call of a kernel, its contents of no meaning."""
+    n, blocks = model.window.shape[0], model.window.shape[1]
     return Scratch(np.empty((len(model.zone), blocks * BLOCK)), np.empty(n), np.empty(n), np.empty((n, n)))

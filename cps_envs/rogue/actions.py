@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.config import bounds
+from cps_envs.core.kernels import clip, inlined, kernel, pack, unpack
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
@@ -18,23 +21,50 @@ def mode_space(num_vehicles: int) -> spaces.MultiDiscrete:
     return spaces.MultiDiscrete([len(CONTROLLERS), 2] * num_vehicles)
 
 
-def command_limits(config: RogueConfig) -> tuple[float, float]:
-    """The accelerations (m/s2) of the actions -1 (as a positive number) and 1: full effort at v_ref, 7.5 and 2.5.
+class Engine(NamedTuple):
+    """Drive, drag and efforts of an intact vehicle; drawn quantities stand at the middle of their range."""
 
-    Drawn quantities stand at the middle of their range.
-    """
-    ranges = (config.drive_mps2, config.drag_per_s, config.reference_speed_mps)
-    drive, drag, speed = (sum(bounds(quantity)) / 2 for quantity in ranges)
-    return drag * speed - drive * config.min_effort, drive * config.max_effort - drag * speed
+    drive_mps2: float
+    drag_per_s: float
+    min_effort: float
+    max_effort: float
+
+
+def engine_of(config: RogueConfig) -> Engine:
+    """The engine under a configuration."""
+    drive, drag = (sum(bounds(quantity)) / 2 for quantity in (config.drive_mps2, config.drag_per_s))
+    return Engine(drive, drag, config.min_effort, config.max_effort)
+
+
+def command_limits(config: RogueConfig) -> tuple[float, float]:
+    """The accelerations (m/s2) of the actions -1 (as a positive number) and 1: full effort at v_ref, 7.5 and 2.5."""
+    engine, speed = engine_of(config), sum(bounds(config.reference_speed_mps)) / 2
+    braking = engine.drag_per_s * speed - engine.drive_mps2 * engine.min_effort
+    return braking, engine.drive_mps2 * engine.max_effort - engine.drag_per_s * speed
 
 
 def action_of_effort(effort: Array, speed_mps: Array, power_ratio: Array, config: RogueConfig) -> FloatArray:
     """The attacker's actions in [-1, 1] that set these efforts at these speeds; all arguments broadcast.
 
-    The inverse of `dynamics.effort_of`, with drive and drag at the middle of their range where they are drawn.
+    The inverse of `dynamics.effort_of`.
     """
-    drive, drag = (sum(bounds(quantity)) / 2 for quantity in (config.drive_mps2, config.drag_per_s))
-    cruise = np.clip(drag * speed_mps / (power_ratio * drive), config.min_effort, config.max_effort)
-    reach = np.where(effort > cruise, config.max_effort - cruise, cruise - config.min_effort)
-    action: FloatArray = np.clip((effort - cruise) / np.maximum(reach, 1e-12), -1.0, 1.0)
-    return action
+    given = np.stack(np.broadcast_arrays(effort, speed_mps, power_ratio)).astype(np.float64)
+    actions = np.empty(given.shape[1:])
+    _set_efforts(given.reshape(3, -1), pack(engine_of(config)), actions.reshape(-1))
+    return actions
+
+
+@kernel
+def _set_efforts(given: FloatArray, engine: Array, actions: FloatArray) -> None:
+    effort, speed, ratio = given
+    for k in range(actions.size):
+        actions[k] = action_for(effort[k], speed[k], ratio[k], unpack(Engine, engine, 0))
+
+
+@inlined
+def action_for(effort: float, speed_mps: float, power_ratio: float, engine: Engine) -> float:
+    """`action_of_effort` of one vehicle, for kernels."""
+    least, most = engine.min_effort, engine.max_effort
+    cruise = clip(engine.drag_per_s * speed_mps / (power_ratio * engine.drive_mps2), least, most)
+    reach = most - cruise if effort > cruise else cruise - least
+    return clip((effort - cruise) / max(reach, 1e-12), -1.0, 1.0)

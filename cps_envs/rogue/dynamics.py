@@ -22,9 +22,9 @@ from cps_envs.rogue.controllers import (
     scheduled_authority,
     sliding,
 )
-from cps_envs.rogue.detector import listen, raise_alarms
+from cps_envs.rogue.detector import NOBODY, capability, listen, raise_alarm
 from cps_envs.rogue.formation import reference_position, scattering
-from cps_envs.rogue.state import Drawn, Rules, Scratch, State
+from cps_envs.rogue.state import Drawn, Rules, Scratch, Side, State
 
 
 @inlined
@@ -77,13 +77,21 @@ def effort_of(action: float, cruise: float, r: Rules) -> float:
 
 @inlined
 def integrate(episode: State, scratch: Scratch, score: Record, c: Drawn, r: Rules) -> None:
-    """One integration step of all: sense, watch, decide, move, touch."""
-    sense(episode, scratch, c, r)
-    listen(episode, scratch, c, r)
-    raise_alarms(episode, scratch, score, r)
+    """One integration step of all: sense, watch, decide; then move; then touch."""
     grows = episode.step[0] % r.growth_steps == 0
+    behind, own = NOBODY, capability(episode, 0, c, r)
+    rear = Side(0.0, 0.0, 0.0)
     for i in range(episode.speed.size):
-        scratch.command[i] = decide(episode, i, scratch, grows, c, r)
+        front, ahead = rear, own
+        if i + 1 < episode.speed.size:
+            front, ahead = sense(episode, i, r), capability(episode, i + 1, c, r)
+        else:
+            front = sense_reference(episode, i, c, r)
+        if i != c.attacker:
+            listen(episode, i, front, rear, ahead, behind, r)
+            raise_alarm(episode, i, scratch, score, r)
+        scratch.command[i] = decide(episode, i, front, rear, scratch, grows, c, r)
+        rear, behind, own = front, own, ahead
     for i in range(c.attacker):
         actuate(episode, i, scratch, c.drive_mps2, c, r)
     if episode.step[0] < c.onset_step:
@@ -98,40 +106,37 @@ def integrate(episode: State, scratch: Scratch, score: Record, c: Drawn, r: Rule
 
 
 @inlined
-def sense(episode: State, scratch: Scratch, c: Drawn, r: Rules) -> None:
-    """The errors between neighbours, and of the leader to its reference, which keeps no separation."""
-    leader = episode.armed.size
-    for i in range(leader):
-        scratch.error[i + 1] = episode.position[i + 1] - episode.position[i] - r.separation_m
-        scratch.rate[i + 1] = episode.speed[i + 1] - episode.speed[i]
-    for i in range(leader):
-        scratch.closing[i] = sliding(scratch.error[i + 1], scratch.rate[i + 1], r.max_acceleration_mps2, r)
-    scratch.error[leader + 1] = reference_position(episode, c, r) - episode.position[leader]
-    scratch.rate[leader + 1] = c.reference_speed_mps - episode.speed[leader]
+def sense(episode: State, i: int, r: Rules) -> Side:
+    """The errors of vehicle `i` to the one ahead. Those of that one to vehicle `i` are the same with opposite signs."""
+    error = episode.position[i + 1] - episode.position[i] - r.separation_m
+    rate = episode.speed[i + 1] - episode.speed[i]
+    return Side(error, rate, sliding(error, rate, r.max_acceleration_mps2, r))
 
 
 @inlined
-def decide(episode: State, i: int, scratch: Scratch, grows: bool, c: Drawn, r: Rules) -> float:
+def sense_reference(episode: State, leader: int, c: Drawn, r: Rules) -> Side:
+    """The errors of the leader to its reference, which keeps no separation."""
+    error = reference_position(episode, c, r) - episode.position[leader]
+    return Side(error, c.reference_speed_mps - episode.speed[leader], 0.0)
+
+
+@inlined
+def decide(episode: State, i: int, front: Side, rear: Side, scratch: Scratch, grows: bool, c: Drawn, r: Rules) -> float:
     """The desired acceleration (m/s2) of vehicle `i` in this step; `grows`: separations may grow in it."""
     controller = episode.controller[i]
-    e_front, d_front = scratch.error[i + 1], scratch.rate[i + 1]
-    e_rear, d_rear = -scratch.error[i], -scratch.rate[i]
-    leads, trails = i + 1 == episode.speed.size, i == 0
     if controller == LINEAR:
-        return linear(e_front + e_rear, d_front + d_rear, r)
+        return linear(front.error - rear.error, front.rate - rear.rate, r)
     if controller == SLIDING:
-        return sliding(e_front + e_rear, d_front + d_rear, r.max_acceleration_mps2, r)
-    modified = scratch.modified[i] == 1
+        return sliding(front.error - rear.error, front.rate - rear.rate, r.max_acceleration_mps2, r)
+    modified, leads, trails = scratch.modified[i] == 1, i + 1 == episode.speed.size, i == 0
     if controller == FRONT:
-        return follow(
-            episode, i, e_front if leads else e_front - episode.growth[i], d_front, modified and not leads, grows, r
-        )
+        error = front.error if leads else front.error - episode.growth[i]
+        return follow(episode, i, error, front.rate, modified and not leads, grows, r)
     if controller == REAR:
-        return follow(
-            episode, i, 0.0 if trails else e_rear + episode.growth[i], d_rear, modified and not trails, grows, r
-        )
+        error = 0.0 if trails else -rear.error + episode.growth[i]
+        return follow(episode, i, error, -rear.rate, modified and not trails, grows, r)
     if controller == HUMAN:
-        return drive_by_hand(episode, i, e_front, d_front, c, r)
+        return drive_by_hand(episode, i, front.error, front.rate, c, r)
     return float(scratch.wanted[i])
 
 

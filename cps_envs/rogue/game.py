@@ -38,6 +38,7 @@ class RogueGame(Game):
     """
 
     name = "rogue"
+    threaded = True
 
     def __init__(self, config: RogueConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -69,8 +70,9 @@ class RogueGame(Game):
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         attack = actions.get("attacker", self._neutral["attacker"])
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
-        moves, payoff = (attack, orders, accelerations), np.empty(self.num_envs)
-        step(self._arrays, self.drawn, self.rules, moves, envs, num_steps, self._scores, payoff)
+        moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
+        given = (self._arrays, self.drawn, self.rules, moves)
+        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs)
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
@@ -136,7 +138,6 @@ def step(
     state, r = State(*arrays), unpack(Rules, rules, 0)
     scratch = make_scratch(state.position.shape[1])
     for b in range(envs.size):
-        payoff[b] = 0.0
         if envs[b]:
             episode, c, score = view(state, b), unpack(Drawn, drawn, b), borrowed(scores)[b]
             before = score.damage + score.formation_charge

@@ -50,15 +50,15 @@ DEFENSE = """\
 Drive the intact vehicles of a platoon so that the one that an attacker drives does little damage.
 
 ## Description
-The other side of `RogueAttack`. The laws of the vehicles run inside the simulation at every integration step, and
-so do their detectors; every 0.1 s the defender selects each vehicle's law or, with `defense_action="command"`, its
-acceleration. A detector integrates, for each side, the square of what the neighbour's acceleration is beyond
+The other side of `RogueAttack`. The vehicles' controllers and detectors run inside the simulation at every integration
+step. Every 0.1 s the defender selects each vehicle's controller or, with `defense_action="command"`, its acceleration.
+A detector integrates, for each side, the square of what the neighbour's acceleration is beyond
 closing the error with us; the first to pass `alarm_threshold` raises the vehicle's alarm for good.
 
 ## Action Space
-`MultiDiscrete([6, 2] * (n - 1))`: for each intact vehicle from the rear to the leader its law,
+`MultiDiscrete([6, 2] * (n - 1))`: for each intact vehicle from the rear to the leader its controller,
 
-| Law | | |
+| Controller | | |
 |---|---|---|
 | 0 | `linear` | bidirectional proportional-derivative (5.15); the neutral action |
 | 1 | `sliding` | sliding mode on both sides (5.9) to (5.11) |
@@ -89,7 +89,7 @@ undiscounted return equals `-(info["damage"] + info["formation_charge"])`.
 ## Starting State
 Steady state: separations of 9 m, 25 m/s, the leader on its reference; perturbed in preset `learning`, which also
 draws the power ratio, drive, drag, reference speed and the onset of the attack, and adds sensor noise to what is
-observed (not to what the vehicles' own laws and detectors see).
+observed (not to what the vehicles' own controllers and detectors see).
 
 ## Episode End
 Truncated after 100 s (`paper`) or 60 s (`learning`). Nothing terminates an episode.

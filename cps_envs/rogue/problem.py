@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from cps_envs.core.problem import Problem, Work
+from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.rogue.config import PRESETS, RogueConfig
-from cps_envs.rogue.game import RogueGame
-from cps_envs.rogue.observation import attacker_fields, defender_fields
 
 LEARNING_ATTACKERS = (
     'mixture?policies=["square?frequency_hz=0.05","square","duty_square?frequency_hz=0.05","duty_square","random",'
@@ -14,9 +12,9 @@ LEARNING_ATTACKERS = (
 LEARNING_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
 
 
-def platoon_steps(config: RogueConfig) -> float:
-    """Integration steps of the platoon in a game step of an episode; a function of its own so that problems pickle."""
-    return config.steps_per_period
+def vehicle_steps(config: RogueConfig) -> float:
+    """Integration steps of single vehicles in a game step; a function of its own so that problems pickle."""
+    return config.steps_per_period * config.num_vehicles
 
 
 ROGUE = Problem(
@@ -24,12 +22,16 @@ ROGUE = Problem(
     version=0,
     summary="An attacker drives one vehicle of a platoon to cause collisions; the intact vehicles avoid or outlast it.",
     presets=PRESETS,
-    game=RogueGame,
-    fields={"attacker": attacker_fields, "defender": defender_fields},
+    game=Later("cps_envs.rogue.game:RogueGame"),
+    fields={
+        "attacker": Later("cps_envs.rogue.observation:attacker_fields"),
+        "defender": Later("cps_envs.rogue.observation:defender_fields"),
+    },
     opponents={
         "paper": {"attacker": "square", "defender": "none"},
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": LEARNING_DEFENDERS},
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
-    work=Work(unit="platoon-steps", per_game_step=platoon_steps, target_per_s=10e6),
+    swarm="defender",
+    work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

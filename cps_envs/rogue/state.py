@@ -85,35 +85,28 @@ class Rules(NamedTuple):
     acceleration_noise_mps2: float
 
 
-class Scratch(NamedTuple):
-    """What an integration step works out on its way, for one platoon after the other."""
+class Side(NamedTuple):
+    """What lies between a vehicle and the one ahead of it."""
 
-    error: FloatArray  # (n + 1,) m, e between vehicles i - 1 and i; first nobody's, last the leader's to its reference
-    rate: FloatArray  # (n + 1,) m/s, d of the same
-    closing: FloatArray  # (n - 1,) m/s2, by which the sliding mode would close the errors of each pair
-    least: FloatArray  # (n,) m/s2, which an intact vehicle could do at this speed
-    most: FloatArray  # (n,) m/s2, the same
-    command: FloatArray  # (n,) m/s2, desired, before the limits of the actuator
+    error: float  # m, e
+    rate: float  # m/s, d
+    closing: float  # m/s2, by which the sliding mode would close the error
+
+
+class Scratch(NamedTuple):
+    """What one platoon after the other needs beside its state."""
+
     ordered: IntArray  # (n,) controllers that the defender has selected; `SLIDING` for the seized vehicle
     modified: IntArray  # (n,) whether following is modified
     wanted: FloatArray  # (n,) m/s2, of vehicles that are commanded
+    command: FloatArray  # (n,) m/s2, desired, before the limits of the actuator
 
 
 @inlined
 def make_scratch(num_vehicles: int) -> Scratch:
     """Scratch for platoons of this many vehicles."""
     n = num_vehicles
-    return Scratch(
-        error=np.zeros(n + 1),
-        rate=np.zeros(n + 1),
-        closing=np.empty(n - 1),
-        least=np.empty(n),
-        most=np.empty(n),
-        command=np.empty(n),
-        ordered=np.empty(n, np.int64),
-        modified=np.empty(n, np.int64),
-        wanted=np.empty(n),
-    )
+    return Scratch(np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n))
 
 
 def allocate(num_envs: int, num_vehicles: int) -> State:

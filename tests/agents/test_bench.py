@@ -1,24 +1,46 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
-from agents.bench import faces, suite
-from agents.bench.clock import calls_per_s
-from agents.bench.suite import measure_all
+from agents.bench import interfaces, opponents, sizes, suite
+from agents.bench.clock import calls_per_s, microseconds
+from agents.bench.interfaces import ADDED, items, short
+from agents.bench.row import Item, Row, Values, Yardsticks
+from agents.bench.sizes import SIZES, Size, episode_kb
+from agents.bench.suite import Findings, measure, plan
+from agents.bench.targets import judge
+from agents.bench.yardsticks import measure_yardsticks
 from agents.cli import app
-from cps_envs import find_problem
+from agents.commands.bench import bench
+from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.lookup import policy_names
+from cps_envs.core.types import ROLES
 
-PROBLEM = find_problem("disbanding")
+PROBLEM = find_problem("rogue")
+YARDSTICKS = Yardsticks(cartpole_us=10.0, updates_per_s=1e9)
+
+
+def quiet(done: int, total: int, note: str) -> None:
+    pass
+
+
+def names(part: str) -> set[str]:
+    return {item.name for item in plan([PROBLEM], [part])}
 
 
 @pytest.fixture
-def few_envs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(faces, "NUM_ENVS", (1, 2))
-    monkeypatch.setattr(suite, "KERNEL_LANES", (1,))
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(interfaces, "NUM_ENVS", (1, 2))
+    monkeypatch.setattr(
+        sizes, "SIZES", (Size("rogue", "5 vehicles", share=1e-9), Size("rogue", "hit", attack="square"))
+    )
+    monkeypatch.setattr(opponents, "policy_names", lambda problem, role: ["none", "square", "pd"])
+    monkeypatch.setattr(opponents, "shipped_names", lambda: [])
 
 
 def test_calls_are_counted_by_cpu_time() -> None:
@@ -26,40 +48,185 @@ def test_calls_are_counted_by_cpu_time() -> None:
     rate = calls_per_s(lambda: calls.append(sum(range(20_000))), 0.03)
     assert 100 < rate < 1e6
     assert len(calls) > 3
+    started: list[int] = []
+    assert microseconds(lambda: started.append(1), lambda: sum(range(20_000)), 5) == pytest.approx(1e6 / rate, rel=0.9)
+    assert started == [1]
 
 
-@pytest.mark.usefixtures("few_envs")
+def test_the_simplest_vehicle_is_faster_than_any_problem() -> None:
+    found = measure_yardsticks(0.02)
+    assert 1 < found.cartpole_us < 1000
+    assert found.updates_per_s > 1e8
+
+
+def test_everything_is_planned() -> None:
+    assert names("sizes") >= {"rogue 5 vehicles", "rogue 30 vehicles"}
+    assert names("interfaces") >= {"CartPole vector 64", "RogueAttack single", "RogueDefense vector 1024"}
+    assert "rogue parallel" in names("interfaces")
+    assert names("added") == {"RogueAttack", "RogueDefense"}
+    asked = names("opponents")
+    for role in ROLES:
+        policies = {f"rogue.{role}.{name}" for name in policy_names("rogue", role)}
+        assert {name for name in policies if not name.endswith((".none", ".mixture"))} <= asked
+    assert any("zoo:" in name for name in asked)
+    assert short("cps_envs/RogueAttack-v0") == "RogueAttack"
+
+
+def test_the_table_of_sizes_names_problems_and_is_valid() -> None:
+    assert {size.problem for size in SIZES} == set(PROBLEMS)
+    assert len({(size.problem, size.name) for size in SIZES}) == len(SIZES)
+    for size in SIZES:
+        find_problem(size.problem).config("paper", size.overrides)
+        than = size.cheaper[0]
+        assert not than or any((other.problem, other.name) == (size.problem, than) for other in SIZES)
+
+
+@pytest.mark.usefixtures("few")
 def test_everything_is_measured() -> None:
-    reports: list[tuple[int, int, str]] = []
-    found = measure_all([PROBLEM], 0.01, lambda *report: reports.append(report))
-    measured = {(speed.env, speed.form, speed.envs) for speed in found["speeds"]}
-    assert ("CartPole-v1", "vector", 2) in measured
-    assert ("cps_envs/DisbandingAttack-v0", "single", 1) in measured
-    assert ("cps_envs/disbanding-v0", "parallel", 1) in measured
-    assert reports[-1][0] == reports[-1][1] == len(found["speeds"]) + 1 + 2
-    for speed in found["speeds"]:
-        assert speed.steps_per_s > 0
-        ours = speed.env != "CartPole-v1"
-        assert (speed.work_per_s > 0) == ours
-        assert speed.cartpole_ratio > 0 if ours else speed.cartpole_ratio == 1
+    reports: list[tuple[int, int]] = []
+    plans = plan([PROBLEM], ["sizes", "interfaces", "added", "opponents"])
+    found = measure(plans, 0.01, lambda done, total, note: reports.append((done, total)))
+    assert reports[-1] == (len(plans), len(plans))
+    assert not found.interrupted
+    assert len(found.yardsticks) == 4
+    rows = {(row.part, row.name): row for row in found.rows}
+    single, batch = rows["interfaces", "RogueAttack single"].values, rows["interfaces", "RogueAttack vector 2"].values
+    assert single["steps_per_s"] == pytest.approx(1e6 / single["step_us"])
+    assert batch["step_us"] > 0
+    paper, hit = rows["sizes", "rogue 5 vehicles"].values, rows["sizes", "rogue hit"].values
+    assert paper["work_per_s"] == pytest.approx(500 * 1e6 / paper["step_us"])
+    assert paper["episode_kb"] > 0.5
+    assert "episode_kb" not in hit
+    assert hit["substep_ns"] > 0
+    added = rows[ADDED, "RogueDefense"].values
+    assert added["game_us"] > 1
+    assert added["vector_us"] > 0
+    square = rows["opponents", "rogue.attacker.square"].values
+    assert square["times_none_1"] > 1
+    assert rows["opponents", "rogue.defender.pd"].values.keys() >= {"us_1", "us_64", "times_none_64"}
+    wanting = rows["opponents", "rogue.attacker.pd"]
+    assert (wanting.values, "no attacker policy 'pd'" in wanting.note) == ({}, True)
 
 
-def test_work_is_counted_per_decision() -> None:
-    attack, duel = (next(face for face in faces.faces(PROBLEM) if face.form == form) for form in ("single", "parallel"))
-    assert (attack.work, duel.work) == (100 * 100, 100 * 10)
-    assert duel.decisions == pytest.approx(1.1)
+def test_memory_grows_with_the_size() -> None:
+    small, large = (episode_kb(PROBLEM, {"num_vehicles": count, "dt_s": 1e-4}) for count in (5, 30))
+    assert 0 < small < large
 
 
-@pytest.mark.usefixtures("few_envs")
-def test_the_command_prints_whether_targets_are_met() -> None:
-    result = CliRunner().invoke(app, ["bench", "--seconds", "0.01", "--json"])
+def row(part: str, name: str, note: str = "", **values: float) -> Row:
+    return Row(part, name, values, note)
+
+
+def test_a_kernel_whose_cost_does_not_fall_with_the_size_misses_its_target() -> None:
+    slow = [
+        row("sizes", "disbanding 100 vehicles", work_per_s=3e8, machine_share=0.05, step_us=200.0),
+        row("sizes", "disbanding 4 vehicles", work_per_s=1e7, machine_share=0.002, step_us=150.0),
+    ]
+    met = {target.what: target.met for target in judge(slow)}
+    assert met["disbanding 4 vehicles: cost over 100 vehicles"] is False
+    assert met["disbanding 100 vehicles: share"] is met["disbanding 100 vehicles: substeps/s"] is True
+
+
+def test_targets_are_the_costliest_opponent_that_is_no_solver() -> None:
+    measured = [
+        row("opponents", "fdi.attacker.cheap", times_none_64=1.5),
+        row("opponents", "fdi.attacker.dear", times_none_64=2.5),
+        row("opponents", "fdi.attacker.exact", note="solver", times_none_64=99.0),
+        row("opponents", "fdi.attacker.absent", note="needs options"),
+        row("added", "FdiAttack", single_us=3.0, vector_us=30.0),
+        row("interfaces", "FdiAttack single", cartpoles=1.0, steps_per_s=1e5),
+    ]
+    met = {target.what: target.met for target in judge(measured)}
+    assert met == {
+        "FdiAttack single: CartPoles": True,
+        "FdiAttack: us that single adds": True,
+        "FdiAttack: us that vector adds": False,
+        "fdi attacker, costliest: dear, x none": False,
+    }
+
+
+def test_ctrl_c_keeps_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed(seconds: float, yardsticks: Yardsticks) -> Values:
+        raise KeyboardInterrupt
+
+    plans = [Item("added", "first", lambda *_: {"game_us": 1.0}), Item("added", "second", pressed)]
+    monkeypatch.setattr(suite, "measure_yardsticks", lambda seconds: YARDSTICKS)
+    found = measure(plans, 0.01, quiet)
+    assert found.interrupted
+    assert [each.name for each in found.rows] == ["first"]
+
+
+@pytest.fixture
+def measured(monkeypatch: pytest.MonkeyPatch) -> Findings:
+    """What the command finds, without measuring."""
+    found = Findings(
+        [
+            row(
+                "sizes", "disbanding 1,000 vehicles", work_per_s=2e8, substep_ns=5.0, machine_share=0.03, step_us=500.0
+            ),
+            row("interfaces", "DisbandingDefense vector 1024", steps_per_s=1e9, step_us=0.001, cartpoles=0.0001),
+            row("added", "DisbandingDefense", game_us=20.0, single_us=4.0, vector_us=20.0),
+            row("opponents", "disbanding.defender.zoo:disbanding-defense-ppo", us_1=1e4, times_none_1=999.0),
+            row("opponents", "disbanding.attacker.plan", note="needs events"),
+            row("training", "fdi-attack-disturbed-ppo", steps_per_s=2e4, default_steps_per_s=1e3, ratio=20.0),
+        ],
+        [YARDSTICKS],
+    )
+    monkeypatch.setattr(suite, "measure", lambda items, seconds, report: found)
+    return found
+
+
+def invoke(*arguments: str) -> Any:
+    return CliRunner().invoke(app, ["bench", *arguments], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"})
+
+
+def test_the_command_prints_tables_that_fit_a_terminal(measured: Findings) -> None:
+    result = invoke("--problem", "disbanding")
     assert result.exit_code == 0, result.output
-    found: dict[str, Any] = json.loads(result.stdout)
-    assert {"machine", "speeds", "physics", "added", "targets"} <= set(found)
-    for target in found["targets"]:
-        bound = float(target["wanted"].split()[-1].replace(",", ""))
-        reached = target["measured"] >= bound if "at least" in target["wanted"] else target["measured"] < bound
-        assert target["met"] == reached
-    printed = CliRunner().invoke(app, ["bench", "--seconds", "0.01"]).stdout
-    assert "CartPole" in printed
-    assert "Targets" in printed
+    assert max(map(len, result.stdout.splitlines())) <= 80
+    for text in ("defender zoo:disbanding-defense-ppo", "disbanding.attacker.plan: needs events", "not met", "1.00e9"):
+        assert text in result.stdout
+
+
+def test_the_command_prints_json(measured: Findings) -> None:
+    found = json.loads(invoke("--json", "--quick").stdout)
+    assert set(found) == {"machine", "yardsticks", "rows", "targets", "interrupted"}
+    assert found["rows"][0]["values"]["substep_ns"] == 5.0
+    assert {target["met"] for target in found["targets"]} == {True, False}
+
+
+def test_an_interrupted_command_prints_and_says_so(measured: Findings) -> None:
+    measured.interrupted = True
+    result = invoke("--problem", "disbanding")
+    assert result.exit_code == 130
+    assert "DisbandingDefense vector 1024" in result.stdout
+    assert "Interrupted: 6 of" in result.stderr
+
+
+@pytest.mark.parametrize("arguments", [("--problem", "rouge"), ("--part", "size")])
+def test_unknown_names_are_the_users_mistake(arguments: tuple[str, str]) -> None:
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert "Did you mean" in result.stderr
+
+
+def test_help_begins_with_verbs() -> None:
+    assert (bench.__doc__ or "").startswith("Measure")
+    assert "face" not in invoke("--help").stdout.lower().replace("interface", "")
+
+
+@pytest.mark.slow
+def test_training_is_measured_beside_the_defaults(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("sb3_contrib")
+    from agents.bench import training
+
+    recipe = replace(training.RECIPES["fdi-defense-ppo"], num_envs=8, steps_per_update=16, batch_size=64, epochs=1)
+    monkeypatch.setattr(training, "RECIPES", {recipe.name: recipe})
+    monkeypatch.setattr(training, "DEFAULT_STEPS", 64)
+    (item,) = training.items([find_problem("fdi")])
+    values = item.measure(0.1, YARDSTICKS)
+    assert values["ratio"] == values["steps_per_s"] / values["default_steps_per_s"] > 0
+
+
+def test_cartpole_comes_first() -> None:
+    assert next(iter(items([PROBLEM]))).name == "CartPole single"

@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from agents.cli import app
-from baselines.disbanding.testbed import reference
+from baselines.testbed import reference
 from cps_envs.core.play import play_episodes
-from cps_envs.disbanding.testbed.problem import TESTBED
+from cps_envs.testbed.problem import TESTBED
 
 EARLY = "plan?events=[[3, 5]]"
 SHORT = ("--set", "duration_s=12", "--set", "measured_from_s=5", "--set", "measured_for_s=5", "--attacker", EARLY)

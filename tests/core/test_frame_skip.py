@@ -89,6 +89,13 @@ def test_a_game_says_which_environments_are_at_their_end() -> None:
     game.advance({}, np.array([True, False]), 2)
 
 
+def test_a_copy_of_a_game_knows_how_far_it_is() -> None:
+    game, copy = started(), ToyGame(ToyConfig(reach_m=0.0), 2)
+    copy.elapsed[:], copy.generators = 12, list(game.generators)
+    with pytest.raises(ResetNeeded, match=r"environments \[0, 1\] cannot advance"):
+        copy.advance({}, np.ones(2, np.bool_), 1)
+
+
 def test_terminated_environments_may_be_marked_beyond_the_end() -> None:
     game = started()
     game.advance({}, np.array([True, True]), 12)

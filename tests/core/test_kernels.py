@@ -1,5 +1,6 @@
 """The convention of the kernels: views of one environment, records of numbers, and a cache that notices edits."""
 
+import os
 import pickle
 import subprocess
 import sys
@@ -10,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from cps_envs.core import kernel_cache
 from cps_envs.core.fields import Field, Fields
-from cps_envs.core.kernel_cache import reach, sources_stamp
+from cps_envs.core.kernel_cache import NOTICE, UNKEPT, reach, sources_stamp
 from cps_envs.core.kernels import (
     Bound,
     borrowed,
@@ -165,24 +167,40 @@ def gain(x: float) -> float:
 """
 
 
+def finished(folder: Path, code: str, quiet: str = "1") -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"CPS_ENVS_QUIET": quiet}
+    environment.pop("NUMBA_CACHE_DIR", None)  # beside the sources
+    return subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True, env=environment
+    )
+
+
 def outcome(folder: Path, package: str) -> list[str]:
     """What a kernel returns in a process of its own, and whether it had to be compiled."""
     code = f"from {package}.physics import run, misses; count = misses(); print(run(3.0), count)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True)
-    return done.stdout.split()
+    return finished(folder, code).stdout.split()
 
 
-@pytest.mark.usefixtures("tmp_path")
-def test_an_edit_of_an_imported_function_is_noticed(tmp_path: Path) -> None:
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
     package = tmp_path / "strange_problem"
     package.mkdir()
     (package / "__init__.py").touch()
     (package / "physics.py").write_text(textwrap.dedent(KERNELS.format(package=package.name)))
     (package / "law.py").write_text(LAW.format(factor=2.0))
+    return package
+
+
+def test_an_edit_of_an_imported_function_is_noticed(tmp_path: Path, package: Path) -> None:
     assert outcome(tmp_path, package.name) == ["6.0", "1"]
     assert outcome(tmp_path, package.name) == ["6.0", "0"]
     (package / "law.py").write_text(LAW.format(factor=5.0))
     assert outcome(tmp_path, package.name) == ["15.0", "1"]
+    kept = [path for path in package.rglob("physics.run*") if path.suffix in (".nbi", ".nbc")]
+    assert kept
+    for path in kept:  # damaged, or of classes that have gone
+        path.write_bytes(path.read_bytes()[:40])
+        assert outcome(tmp_path, package.name)[0] == "15.0"
 
 
 @kernel
@@ -199,3 +217,55 @@ def test_what_is_borrowed_is_the_array_itself_and_stays_with_its_owner() -> None
         double_row(array, 1)
     assert array.tolist() == [[0, 1, 2], [24, 32, 40]]
     assert sys.getrefcount(array) == owners
+
+
+def test_compiling_is_announced_once_in_a_process(tmp_path: Path, package: Path) -> None:
+    code = f"from {package.name}.physics import run; run(1.0); run(1)"
+    law = package / "law.py"
+    law.write_text(LAW.format(factor=4.0))
+    assert finished(tmp_path, code, quiet="1").stderr == ""
+    law.write_text(LAW.format(factor=5.0))
+    assert finished(tmp_path, code, quiet="0").stderr == NOTICE + "\n"
+    assert finished(tmp_path, code, quiet="0").stderr == ""
+
+
+def test_the_file_of_another_signature_is_not_used(tmp_path: Path, package: Path) -> None:
+    """Two processes that compile at once can leave the index of one with the machine code of the other."""
+    code = f"from {package.name}.physics import run, misses; print(run(3.0), run(3), misses())"
+    assert finished(tmp_path, code).stdout == "6.0 6.0 2\n"
+    first, second = sorted(package.glob("__pycache__/physics.run-*.nbc"))
+    first.write_bytes(second.read_bytes())
+    assert finished(tmp_path, code).stdout == "6.0 6.0 1\n"
+    assert finished(tmp_path, code).stdout == "6.0 6.0 0\n"
+
+
+def doubled(x: float) -> float:
+    return 2 * x
+
+
+def test_kernels_work_where_no_folder_can_be_written(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def nowhere(function: object) -> None:
+        raise RuntimeError("cannot cache function: no locator available")
+
+    monkeypatch.setenv("CPS_ENVS_QUIET", "0")
+    monkeypatch.setattr(kernel_cache, "told", set())
+    monkeypatch.setattr(kernel_cache, "SourceCache", nowhere)
+    assert kernel(doubled)(1.5) == 3.0
+    assert capsys.readouterr().err == f"{UNKEPT}\n{NOTICE}\n"
+
+
+def test_a_full_disk_costs_nothing_but_time(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setenv("CPS_ENVS_QUIET", "0")
+    monkeypatch.setattr(kernel_cache, "told", {NOTICE})
+    twice = kernel(doubled)
+    monkeypatch.setattr(twice._cache._cache_file, "save", full)  # type: ignore[attr-defined]
+    monkeypatch.setattr(twice._cache._cache_file, "load", lambda key: None)  # type: ignore[attr-defined]
+    assert twice(2.0) == 4.0
+    assert capsys.readouterr().err == f"{UNKEPT}\n"

@@ -3,11 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.disbanding.constants import Constants
+from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_envs.disbanding.dynamics import advance
-from cps_envs.disbanding.initial import place
-from cps_envs.disbanding.interpretation import INTERPRETATIONS
-from cps_envs.disbanding.parameters import PARAMETERS
+from cps_envs.disbanding.start import place, undisturbed
 from cps_envs.disbanding.state import State, allocate
 from tests.disbanding.table_2_1 import CELLS, LEAD, TWO, law_commands, metrics, run, start, steps, table_2_1
 
@@ -16,10 +14,6 @@ def assert_same(ours: State, theirs: State, b: int = 0) -> None:
     """All arrays of the single environment `ours` equal those of one environment of `theirs`, bit for bit."""
     for name in State._fields:
         np.testing.assert_array_equal(getattr(ours, name)[0], getattr(theirs, name)[b], err_msg=name)
-
-
-def test_constants_mirror_the_parameters() -> None:
-    assert Constants._fields == PARAMETERS.names
 
 
 @pytest.mark.parametrize("interpretation", INTERPRETATIONS)
@@ -38,9 +32,9 @@ def test_environments_of_a_batch_equal_single_runs() -> None:
     singles = [table_2_1(1, name, tau_s=tau) for name, tau in zip(names, (0.1, 0.2, 0.3, 0.5), strict=True)]
     batch = np.concatenate(singles)
     drawn = {
-        "gap_factors": rng.uniform(0.97, 1.03, (4, 100)),
-        "speed_offsets_mps": rng.uniform(-0.3, 0.3, (4, 100)),
-        "takeover_delays_s": rng.uniform(0.0, 2.0, (4, 100)),
+        "gap_factor": rng.uniform(0.97, 1.03, (4, 100)),
+        "speed_offset_mps": rng.uniform(-0.3, 0.3, (4, 100)),
+        "takeover_delay_s": rng.uniform(0.0, 2.0, (4, 100)),
     }
     correction = rng.uniform(-1.0, 1.0, (4, 100))
     together = start(batch, TWO, **drawn)
@@ -109,8 +103,8 @@ def test_drivers_take_over_after_their_delay() -> None:
     parameters = table_2_1()
     delays = np.zeros((1, 100))
     delays[0, 5] = 0.5
-    state = start(parameters, LEAD, takeover_delays_s=delays)
-    late = start(parameters, LEAD, takeover_delays_s=delays + 0.5)
+    state = start(parameters, LEAD, takeover_delay_s=delays)
+    late = start(parameters, LEAD, takeover_delay_s=delays + 0.5)
     run(state, parameters, 1.01)
     run(late, parameters, 1.01)
     braking = np.flatnonzero(state.command[0] < -1.0).tolist()
@@ -147,7 +141,7 @@ def test_collisions_within_a_disbanded_platoon_do_not_count_as_intact() -> None:
     parameters = table_2_1(tau_s=0.5, stop_at_collision=True)
     delays = np.zeros((1, 100))
     delays[0, 6] = 30.0
-    state = start(parameters, LEAD, takeover_delays_s=delays, driver_headways_s=np.full((1, 100), 0.3))
+    state = start(parameters, LEAD, takeover_delay_s=delays, driver_headway_s=np.full((1, 100), 0.3))
     state.position[0, 6:] += 5.5  # vehicle 6 is in front of its predecessor when the attack begins
     state.disbanding_s[0, 0] = 0.0
     run(state, parameters, 0.01)
@@ -178,7 +172,7 @@ def test_place_touches_the_given_environments_only_and_clears_them() -> None:
     state = start(parameters, LEAD)
     run(state, parameters, 10.0)
     before = State(*(array.copy() for array in state))
-    place(state, parameters, np.array([False, True]))
+    place(state, parameters, undisturbed(parameters, 100), np.array([False, True]))
     fresh = start(parameters)
     for name in State._fields:
         np.testing.assert_array_equal(getattr(state, name)[0], getattr(before, name)[0], err_msg=name)
@@ -189,10 +183,11 @@ def test_place_perturbs() -> None:
     parameters = table_2_1(num_vehicles=20)
     state = allocate(1, 3, 10)
     factors, offsets = np.full((1, 30), 1.1), np.full((1, 30), 20.0)
-    place(state, parameters, np.ones(1, np.bool_), gap_factors=factors, speed_offsets_mps=-offsets)
+    steady, every = undisturbed(parameters, 30), np.ones(1, np.bool_)
+    place(state, parameters, steady._replace(gap_factor=factors, speed_offset_mps=-offsets), every)
     gaps = -np.diff(state.position[0])
     assert state.position[0, 0] == 0.0
     np.testing.assert_allclose(gaps[:19], 1.1 * np.array([5.0] * 9 + [46.5] + [5.0] * 9))
     np.testing.assert_array_equal(state.speed[0], [11.0] * 20 + [0.0] * 10)
-    place(state, parameters, np.ones(1, np.bool_), speed_offsets_mps=offsets)
+    place(state, parameters, steady._replace(speed_offset_mps=offsets), every)
     assert state.speed[0, :20].tolist() == [36.0] * 20

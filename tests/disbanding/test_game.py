@@ -113,7 +113,7 @@ def test_the_other_payoff_is_the_error_of_the_intact():
 
 def test_learning_draws_within_its_ranges():
     game = started(seeds=range(50), preset="learning", num_platoons=(2, 4), attack_budget=(1, 2))
-    p = game.parameters
+    p = game.constants
     assert set(p["num_vehicles"]) == {20, 30, 40}
     assert p["tau_s"].min() >= 0.1
     assert p["tau_s"].max() <= 0.5

@@ -13,10 +13,11 @@ from baselines.disbanding.heuristic import (
     travelled_distance,
     travelled_distance_command,
 )
-from cps_envs.disbanding.constants import constants_of
+from cps_envs.core.kernels import unpack
+from cps_envs.disbanding.state import Constants
 from tests.disbanding.table_2_1 import LEAD, metrics, run, run_heuristic, start, steps, table_2_1
 
-CONSTANTS = constants_of(table_2_1(), 0)
+CONSTANTS = unpack(Constants, table_2_1(), 0)
 speeds = st.floats(0.0, 36.0)
 commands = st.floats(-5.0, 1.0)
 

@@ -6,18 +6,22 @@ import pytest
 from baselines.disbanding.mpc import (
     BEST_TUNED,
     PAPER_MATCHING,
+    Motion,
     MpcSettings,
+    Preceding,
     assemble,
     design_mpc,
-    mpc_of,
+    design_of,
+    mpc_scratch,
     predictive_command,
     stack_mpc,
 )
 from baselines.disbanding.osqp_solver import OsqpSolver
-from cps_envs.disbanding.constants import constants_of
+from cps_envs.core.kernels import unpack
+from cps_envs.disbanding.state import Constants
 from tests.disbanding.table_2_1 import CELLS, LEAD, metrics, run_mpc, start, table_2_1
 
-CONSTANTS = constants_of(table_2_1(), 0)
+CONSTANTS = unpack(Constants, table_2_1(), 0)
 SETTINGS = [PAPER_MATCHING, BEST_TUNED]
 
 
@@ -45,9 +49,9 @@ def predict(
 def test_matrices_are_cost_and_constraints_of_the_model(settings: MpcSettings, tau_s: float) -> None:
     rng = np.random.default_rng(5)
     mpc, horizon = design_mpc(settings, tau_s), settings.horizon
-    error, ahead, desired_gap = rng.normal(size=3), (12.0, -0.7, -1.3), 5.0
+    error, ahead, desired_gap = rng.normal(size=3), Preceding(12.0, -0.7, -1.3), 5.0
     linear, limits = np.empty(horizon), np.empty(5 * horizon - 4)
-    assemble(mpc, error, desired_gap, ahead, CONSTANTS, linear, limits)
+    assemble(mpc.model, error, desired_gap, ahead, CONSTANTS, linear, limits)
     weights = np.array([settings.error_weights] * (horizon - 1) + [settings.terminal_weights])
 
     def cost(commands: np.ndarray) -> float:
@@ -74,13 +78,15 @@ def test_command_is_the_first_of_the_optimum(settings: MpcSettings) -> None:
     mpc = design_mpc(settings, 0.3)
     osqp, horizon = OsqpSolver(mpc.qp), settings.horizon
     linear, limits, constrained = np.empty(horizon), np.empty(5 * horizon - 4), 0
+    room = mpc_scratch(stack_mpc(settings, np.array([0.3])))
     for _ in range(60):
         gap, speed, acceleration = rng.uniform(4.0, 12.0), rng.uniform(5.0, 30.0), rng.uniform(-2.0, 1.0)
-        ahead = (speed + rng.uniform(-0.5, 0.5), rng.uniform(-2.0, 1.0), rng.uniform(-3.0, 1.0))
+        ahead = Preceding(speed + rng.uniform(-0.5, 0.5), rng.uniform(-2.0, 1.0), rng.uniform(-3.0, 1.0))
         multipliers = np.zeros(len(limits))
-        ours = predictive_command(gap, 5.0, speed, acceleration, ahead, CONSTANTS, mpc, multipliers)
+        own = Motion(gap, 5.0, speed, acceleration)
+        ours = predictive_command(own, ahead, CONSTANTS, mpc, multipliers, room)
         error = np.array([gap - 5.0, ahead[0] - speed, ahead[1] - acceleration])
-        assemble(mpc, error, 5.0, ahead, CONSTANTS, linear, limits)
+        assemble(mpc.model, error, 5.0, ahead, CONSTANTS, linear, limits)
         assert ours == pytest.approx(np.clip(osqp.solve(linear, limits)[0], -5.0, 1.0), abs=2e-3)
         constrained += bool(multipliers.any())
     assert constrained > 5
@@ -88,8 +94,11 @@ def test_command_is_the_first_of_the_optimum(settings: MpcSettings) -> None:
 
 def test_a_standing_predecessor_does_not_drive_backward() -> None:
     mpc, zeros = design_mpc(PAPER_MATCHING, 0.3), np.zeros(21)
-    braking = predictive_command(3.0, 5.0, 2.0, -1.0, (0.0, 0.0, -5.0), CONSTANTS, mpc, zeros.copy())
-    idle = predictive_command(3.0, 5.0, 2.0, -1.0, (0.0, 0.0, 0.0), CONSTANTS, mpc, zeros.copy())
+    own, room = Motion(3.0, 5.0, 2.0, -1.0), mpc_scratch(stack_mpc(PAPER_MATCHING, np.array([0.3])))
+    braking, idle = (
+        predictive_command(own, Preceding(0.0, 0.0, command), CONSTANTS, mpc, zeros.copy(), room)
+        for command in (-5.0, 0.0)
+    )
     assert braking == idle
 
 
@@ -105,8 +114,8 @@ def test_a_stack_holds_the_designs() -> None:
     taus_s = np.array([0.1, 0.4])
     stack = stack_mpc(PAPER_MATCHING, taus_s)
     for b, tau_s in enumerate(taus_s):
-        ours, single = mpc_of(stack, b), design_mpc(PAPER_MATCHING, float(tau_s))
-        np.testing.assert_equal(tuple(ours[:-1]) + tuple(ours.qp), tuple(single[:-1]) + tuple(single.qp))
+        ours, single = design_of(stack, b), design_mpc(PAPER_MATCHING, float(tau_s))
+        np.testing.assert_equal((*ours.model, *ours.qp), (*single.model, *single.qp))
 
 
 def test_best_tuned_is_far_below_the_paper() -> None:

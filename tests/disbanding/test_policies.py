@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.disbanding.corrections import CopyDisbanded
+from baselines.disbanding.corrections import CopyDisbanded, sight_for
 from baselines.disbanding.feedback import LinearFeedback, shipped_weights
 from baselines.disbanding.feedback_search import FeedbackSearch, candidate_costs, search_feedback
+from baselines.disbanding.heuristic import FORESIGHT
+from baselines.disbanding.heuristic_policy import sweep_row
 from baselines.disbanding.plans import Plan, RandomPlan, plan_array
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
+from cps_envs.disbanding.start import nominal_constants
 
 TAUS_S = (0.1, 0.3, 0.5)
 
@@ -66,20 +69,19 @@ def test_impossible_foresight_is_refused(options, message):
 
 
 def test_the_heuristic_can_know_that_collision_avoidance_is_off():
-    spec = spec_of("defender", num_platoons=2, vehicles_per_platoon=2)
-    seen = {  # vehicle 2 is nearer than r_0 without closing in, and vehicle 3 closes in on it
-        "speed": np.array([[30.0, 30.0, 30.0, 30.1]]),
-        "gap": np.array([[5.0, 0.5, 5.0]]),
-        "relative_speed": np.array([[0.0, 0.0, -0.1]]),
-        "law_command": np.array([[0.0, 0.0, 1.0, 1.0]]),
-        "mitigable": np.array([[1.0, 1.0]]),
-    }
-    with_avoidance, without = (
-        resolve_policy(f"heuristic?avoidance={word}", spec).corrections(seen)[0, 3] for word in ("true", "false")
-    )
+    constants = nominal_constants(DISBANDING.config("paper", {"num_platoons": 2, "vehicles_per_platoon": 2}))
+    sight = sight_for(4)  # vehicle 2 is nearer than r_0 without closing in, and vehicle 3 closes in on it
+    sight.speed[:] = 30.0, 30.0, 30.0, 30.1
+    sight.gap[1:] = 5.0, 0.5, 5.0
+    sight.relative_speed[3] = -0.1
+    sight.law_command[2:] = 1.0
+    sight.mitigable[2:] = True
+    with_avoidance, without = np.zeros(4), np.zeros(4)
+    sweep_row(sight, constants, FORESIGHT, True, with_avoidance)
+    sweep_row(sight, constants, FORESIGHT, False, without)
     # In 0.5 s a vehicle that brakes fully falls back by 0.5 m, one that accelerates by the law gains 0.1 m (2.13).
-    assert with_avoidance == pytest.approx((-0.5 - 0.05) / 0.125 - 1.0)
-    assert without == pytest.approx((0.1 - 0.05) / 0.125 - 1.0)
+    assert with_avoidance[3] == pytest.approx((-0.5 - 0.05) / 0.125 - 1.0)
+    assert without[3] == pytest.approx((0.1 - 0.05) / 0.125 - 1.0)
 
 
 def test_printed_feedback_gives_the_printed_errors():

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.disbanding.interpretation import INTERPRETATIONS
+from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_envs.disbanding.state import State
 from tests.disbanding.table_2_1 import metrics, run, start, table_2_1
 
@@ -30,10 +30,10 @@ situations = st.fixed_dictionaries(
         "tau_s": numbers(0.05, 0.6),
         "desired_gap_m": numbers(1.5, 8.0),
         "attack": st.dictionaries(st.integers(1, PLATOONS), numbers(0.0, 8.0), max_size=3),
-        "gap_factors": rows(0.5, 1.5),
-        "speed_offsets_mps": rows(-10.0, 5.0),
-        "takeover_delays_s": rows(0.0, 2.0),
-        "driver_headways_s": rows(0.5, 2.5),
+        "gap_factor": rows(0.5, 1.5),
+        "speed_offset_mps": rows(-10.0, 5.0),
+        "takeover_delay_s": rows(0.0, 2.0),
+        "driver_headway_s": rows(0.5, 2.5),
     }
 )
 

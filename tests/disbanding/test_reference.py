@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from cps_envs.disbanding.parameters import PARAMETERS
+from cps_envs.disbanding.state import Constants
 from tests.disbanding.reference import Reference
 from tests.disbanding.table_2_1 import run, start, steps, table_2_1
 
@@ -28,13 +28,13 @@ def test_kernel_agrees_with_the_plain_loop(case: str, interpretation: str, corre
     attack = changes.pop("attack")
     parameters = table_2_1(1, interpretation, **SHAPE, **changes)
     perturbation = {
-        "gap_factors": rng.uniform(0.95, 1.05, (1, 20)),
-        "speed_offsets_mps": rng.uniform(-0.5, 0.5, (1, 20)),
-        "takeover_delays_s": rng.uniform(0.0, 2.0, (1, 20)),
-        "driver_headways_s": rng.uniform(1.2, 1.8, (1, 20)),
+        "gap_factor": rng.uniform(0.95, 1.05, (1, 20)),
+        "speed_offset_mps": rng.uniform(-0.5, 0.5, (1, 20)),
+        "takeover_delay_s": rng.uniform(0.0, 2.0, (1, 20)),
+        "driver_headway_s": rng.uniform(1.2, 1.8, (1, 20)),
     }
     state = start(parameters, attack, 4, **perturbation)
-    p = SimpleNamespace(**{name: parameters[name][0] for name in PARAMETERS.names or ()})
+    p = SimpleNamespace(**{name: parameters[name][0] for name in Constants._fields})
     rows = (state.position, state.speed, state.disbanding_s, state.takeover_delay_s, state.driver_headway_s)
     reference = Reference(p, *(row[0].copy() for row in rows))
     for _ in range(5):

@@ -13,11 +13,11 @@ import pytest
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.convoy import BEYOND_M, VEHICLE_M, lay_out
 from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.palette import LEVELS, speed_level
-from cps_envs.disbanding.scene import Scene
-from cps_envs.disbanding.viewer import Viewer
+from cps_envs.disbanding.picture.convoy import BEYOND_M, VEHICLE_M, lay_out
+from cps_envs.disbanding.picture.palette import LEVELS, speed_level
+from cps_envs.disbanding.picture.scene import Scene
+from cps_envs.disbanding.picture.viewer import Viewer
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/DisbandingAttack-v0", "cps_envs:cps_envs/DisbandingDefense-v0"
 EVERY = np.ones(1, np.bool_)

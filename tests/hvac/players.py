@@ -27,8 +27,10 @@ class Seeded(AnalyticPolicy):
 class RandomChoice(Seeded):
     """Any legal choice."""
 
-    def predict(self, observation, state=None, episode_start=None, deterministic=False, *, action_masks):
-        return self.draw(state, action_masks)
+    masked = True
+
+    def act(self, seen, state):
+        return self.draw(state, seen.masks)
 
 
 class MovingTarget(Seeded):
@@ -38,8 +40,7 @@ class MovingTarget(Seeded):
         super().__init__(spec)
         self._mark = mark
 
-    def predict(self, observation, state=None, episode_start=None, deterministic=False):
-        seen = self.spec.fields.decode(observation)
+    def act(self, seen, state):
         marked = seen[self._mark] > 0.5
         least = seen["mean_residual"] == seen["mean_residual"].min(axis=1, keepdims=True)
         chosen, state = self.draw(state, np.where(marked.any(axis=1, keepdims=True), marked, least))
@@ -53,8 +54,8 @@ class Always(AnalyticPolicy):
         super().__init__(spec)
         self._choice = choice
 
-    def predict(self, observation, state=None, episode_start=None, deterministic=False):
-        return np.full(len(observation), self._choice), state
+    def act(self, seen, state):
+        return np.full(len(seen), self._choice), state
 
 
 class Constant(AnalyticPolicy):
@@ -64,6 +65,6 @@ class Constant(AnalyticPolicy):
         super().__init__(spec)
         self._reading_c = reading_c
 
-    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+    def act(self, seen, state):
         config = self.spec.config
-        return absolute_action(config, np.full((len(observation), config.num_sensors), self._reading_c)), state
+        return absolute_action(config, np.full((len(seen), config.num_sensors), self._reading_c)), state

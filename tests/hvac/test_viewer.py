@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 from cps_envs.core.errors import MissingExtraError
+from cps_envs.core.picture.history import History
+from cps_envs.core.picture.plot import Plot
 from cps_envs.core.types import Array
 from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.picture.belief import belief_of, clock, flawed_sets
-from cps_envs.hvac.picture.history import FLAWED_LOW, INTACT_HIGH, INTACT_LOW, MOST_POINTS, STEP, ZONES, History
+from cps_envs.hvac.picture.history import FLAWED_LOW, INTACT_HIGH, INTACT_LOW, MOST_POINTS, STEP, ZONES, row_of
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.layout import arrange
 from cps_envs.hvac.picture.palette import TEMPERATURE_SCALE, temperature_color
-from cps_envs.hvac.picture.plot import Plot
 from cps_envs.hvac.picture.scene import Scene
 from cps_envs.hvac.picture.traces import marked_steps, range_of, worst_zone
 from cps_envs.hvac.picture.viewer import HOUSE, Viewer
@@ -247,10 +248,10 @@ def test_the_last_choice_means_all_sensors_until_the_window_is_full() -> None:
 
 def test_history_keeps_what_was_true_believed_and_read() -> None:
     member, game = membership(CONFIG), started(**DAY)
-    history = History(member)
+    history = History(MOST_POINTS)
     for scene in [game.scene(0), *attacked(game, 120, 3)]:
-        history.add(scene)
-        history.add(scene)
+        history.add(scene.episode, (scene.step,), row_of(scene, member))
+        history.add(scene.episode, (scene.step,), row_of(scene, member))
     rows = history.rows()
     assert rows[:, STEP].tolist() == list(range(121))
     np.testing.assert_array_equal(rows[-1, ZONES:], [*scene.temperature, *scene.estimate, *scene.reading])
@@ -262,9 +263,10 @@ def test_history_keeps_what_was_true_believed_and_read() -> None:
 
 
 def test_history_of_a_long_episode_is_thinned_but_ends_now() -> None:
-    history = History(membership(CONFIG))
+    history, member = History(MOST_POINTS), membership(CONFIG)
     for step in range(3 * MOST_POINTS + 2):
-        history.add(replace(UNDER_WAY, step=step))
+        scene = replace(UNDER_WAY, step=step)
+        history.add(scene.episode, (step,), row_of(scene, member))
     rows = history.rows()
     assert len(rows) <= MOST_POINTS + 1
     assert (rows[0, STEP], rows[-1, STEP]) == (0, 3 * MOST_POINTS + 1)

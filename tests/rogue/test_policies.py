@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from baselines.rogue.disband import Disband, followed_errors
+from baselines.rogue.disband import Disband, followed_error
 from baselines.rogue.random_switching import RandomSwitching
 from baselines.rogue.square import SquareWave
 from baselines.rogue.switching import SIZE, Switching, shipped_weights
@@ -105,8 +105,8 @@ def test_random_switching_draws_full_efforts_with_the_mean_times_asked_for():
     assert np.array_equal(found, again)
     assert not np.array_equal(found[:, 0], found[:, 1])
     policy = RandomSwitching(spec_of("attacker"))
-    with pytest.raises(TypeError, match="begin"):
-        policy.predict(np.zeros((1, spec_of("attacker").fields.size), np.float32))
+    view = observation(spec_of("attacker"), time_left_s=90.0)
+    assert np.array_equal(policy.predict(view)[0], policy.predict(view)[0])  # without begin it draws the same each time
 
 
 def observation(spec, **values):
@@ -184,15 +184,16 @@ def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m, attack
     assert np.all(np.array(growths) < threshold_m)
 
 
-def test_followed_errors_are_those_of_the_laws():
+def test_followed_errors_are_those_of_the_controllers():
     config = config_of(attacker_index=2, alarm_threshold=20.0, dt_s=0.0005)
     game = ROGUE.game(config, 1)
     game.reset(np.ones(1, bool), [np.random.default_rng(0)])
     for period in range(60):
         attack = np.array([[1.0 if period < 25 else -1.0]])
         game.advance({"attacker": attack, "defender": np.array([[5, 1] * 4])}, np.ones(1, bool), 1)
-    seen, vehicles = game.fields["defender"].decode(game.observe("defender")), view(game.state, 0)
-    x, found = vehicles.position, followed_errors(seen, 5)[0]
+    fields, shown, vehicles = game.fields["defender"], game.observe("defender"), view(game.state, 0)
+    x, at = vehicles.position, fields.offsets.view(np.recarray)[0]
+    found = [followed_error(shown, at, fields.scale, 0, k) for k in range(4)]
     assert np.all(vehicles.alarm[[0, 2, 3, 4]] != 0)
     for place, i in enumerate((0, 2, 3, 4)):
         growth, front = vehicles.growth[i], vehicles.alarm[i] > 0

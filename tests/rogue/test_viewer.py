@@ -19,7 +19,7 @@ from cps_envs.rogue.config import PRESETS, RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.picture.bars import wanted_growth
-from cps_envs.rogue.picture.history import MOST_POINTS, History
+from cps_envs.rogue.picture.history import MOST_POINTS, Recording
 from cps_envs.rogue.picture.palette import LAW_COLORS
 from cps_envs.rogue.picture.road import lay_out, named, window_m
 from cps_envs.rogue.picture.scene import Scene
@@ -212,16 +212,16 @@ def test_markings_stay_on_the_road() -> None:
 
 def test_contact_is_marked_while_it_lasts_and_shortly_after() -> None:
     game = opened(SOLID)
-    scene, viewer, history = game.scene(0), Viewer(SOLID), History()
+    scene, viewer, recording = game.scene(0), Viewer(SOLID), Recording()
     while not scene.damage.any():
-        history.add(scene)
+        recording.add(scene)
         scene = drive(game, 1.0)
-    history.add(scene)
-    np.testing.assert_array_equal(history.damaged_since(scene.time_s - 0.6), scene.damage > 0)
+    recording.add(scene)
+    np.testing.assert_array_equal(recording.damaged_since(scene.time_s - 0.6), scene.damage > 0)
     for _ in range(8):
         scene = replace(scene, time_s=scene.time_s + 0.1)
-        history.add(scene)
-    assert not history.damaged_since(scene.time_s - 0.6).any()
+        recording.add(scene)
+    assert not recording.damaged_since(scene.time_s - 0.6).any()
     released = replace(scene, touching=np.zeros_like(scene.touching))
     held = replace(scene, touching=np.ones_like(scene.touching))
     assert not np.array_equal(viewer.frame(released), viewer.frame(held))
@@ -249,41 +249,41 @@ def test_every_law_has_its_own_colour() -> None:
     assert len(set(LAW_COLORS.values())) == len(LAW_COLORS)
 
 
-def moments(history: History, scene: Scene, times: Callable[[int], float], count: int) -> None:
+def moments(recording: Recording, scene: Scene, times: Callable[[int], float], count: int) -> None:
     for k in range(count):
-        history.add(replace(scene, time_s=times(k), speed=scene.speed + k))
+        recording.add(replace(scene, time_s=times(k), speed=scene.speed + k))
 
 
 def test_history_is_thinned_and_keeps_the_last_moment() -> None:
-    history = History()
-    moments(history, START, lambda k: 0.1 * k, 10 * MOST_POINTS + 7)
-    course = history.course()
-    assert MOST_POINTS / 2 < len(course.time_s) <= MOST_POINTS + 1
-    assert course.time_s[-1] == pytest.approx(0.1 * (10 * MOST_POINTS + 6))
-    assert (np.diff(course.time_s) > 0).all()
-    assert course.speed.shape[1:] == (5,)
-    assert course.gap.shape == course.damage.shape == (len(course.time_s), 4)
+    recording = Recording()
+    moments(recording, START, lambda k: 0.1 * k, 10 * MOST_POINTS + 7)
+    traces = recording.traces()
+    assert MOST_POINTS / 2 < len(traces.time_s) <= MOST_POINTS + 1
+    assert traces.time_s[-1] == pytest.approx(0.1 * (10 * MOST_POINTS + 6))
+    assert (np.diff(traces.time_s) > 0).all()
+    assert traces.speed.shape[1:] == (5,)
+    assert traces.gap.shape == traces.damage.shape == (len(traces.time_s), 4)
 
 
 def test_history_replaces_the_same_moment_and_forgets_when_time_goes_back() -> None:
-    history = History()
-    moments(history, START, lambda k: min(k, 3), 6)
-    course = history.course()
-    assert course.time_s.tolist() == [0, 1, 2, 3]
-    np.testing.assert_array_equal(course.speed[-1], START.speed + 5)
-    history.add(UNDER_WAY)
-    history.add(START)
-    assert history.course().time_s.tolist() == [0.0]
+    recording = Recording()
+    moments(recording, START, lambda k: min(k, 3), 6)
+    traces = recording.traces()
+    assert traces.time_s.tolist() == [0, 1, 2, 3]
+    np.testing.assert_array_equal(traces.speed[-1], START.speed + 5)
+    recording.add(UNDER_WAY)
+    recording.add(START)
+    assert recording.traces().time_s.tolist() == [0.0]
 
 
 def test_axes_hold_what_they_show() -> None:
-    history = History()
+    recording = Recording()
     for scene in (START, UNDER_WAY, PUSHED, SCATTERED):
-        history.add(replace(scene, episode=1, time_s=scene.time_s))
-    course = history.course()
-    (_, gaps), (_, speeds), (damage, total) = plots(SCATTERED, course)
-    assert gaps.low <= course.gap[:, 1:3].min() <= course.gap[:, 1:3].max() <= gaps.high
-    assert course.speed.max() <= speeds.high
+        recording.add(replace(scene, episode=1, time_s=scene.time_s))
+    traces = recording.traces()
+    (_, gaps), (_, speeds), (damage, total) = plots(SCATTERED, traces)
+    assert gaps.low <= traces.gap[:, 1:3].min() <= traces.gap[:, 1:3].max() <= gaps.high
+    assert traces.speed.max() <= speeds.high
     assert damage.shows(float(SCATTERED.damage.max()))
     assert total.shows(float(SCATTERED.damage.sum()))
 

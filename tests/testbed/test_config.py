@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.disbanding.testbed.config import BASELINE, MITIGATED, RobotConfig
-from cps_envs.disbanding.testbed.problem import TESTBED, attack_fields, defense_fields
-from cps_envs.disbanding.testbed.rules import rules_of
+from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
+from cps_envs.testbed.problem import TESTBED, attack_fields, defense_fields
+from cps_envs.testbed.state import rules_of
 
 
 def test_the_road_is_ten_times_as_large_and_has_the_limits_of_table_2_1() -> None:

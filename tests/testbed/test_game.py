@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from baselines.disbanding.corrections import CopyDisbanded
-from baselines.disbanding.testbed.mitigation import mitigation
+from baselines.testbed.mitigation import mitigation
 from cps_envs.core.game import Game
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
-from cps_envs.disbanding.testbed.config import BASELINE, MITIGATED, RobotConfig
-from cps_envs.disbanding.testbed.game import RobotGame
-from cps_envs.disbanding.testbed.problem import ATTACK, TESTBED
-from cps_envs.disbanding.testbed.scene import desired_arcs
+from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
+from cps_envs.testbed.game import RobotGame
+from cps_envs.testbed.picture.scene import desired_arcs
+from cps_envs.testbed.problem import ATTACK, TESTBED
 
 ONE = np.ones(1, np.bool_)
 SHORT = replace(BASELINE, duration_s=24.0, measured_from_s=10.0, measured_for_s=10.0)

@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.disbanding.testbed.config import BASELINE
-from cps_envs.disbanding.testbed.kalman import INITIAL_VARIANCE, correct, predict
-from cps_envs.disbanding.testbed.rules import rules_of
+from cps_envs.testbed.config import BASELINE
+from cps_envs.testbed.kalman import INITIAL_VARIANCE, correct, predict
+from cps_envs.testbed.state import rules_of
 
 RULES = rules_of(BASELINE)
 DT, Q_HEADING, Q_SPEED, NOISE = 0.01, 0.3, 0.1, 0.0005

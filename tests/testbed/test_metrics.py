@@ -3,10 +3,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.disbanding.testbed.config import BASELINE
-from cps_envs.disbanding.testbed.metrics import METRICS, measure_episode, velocity_errors
-from cps_envs.disbanding.testbed.rules import rules_of
-from cps_envs.disbanding.testbed.state import Robots, allocate
+from cps_envs.core.kernels import view
+from cps_envs.testbed.config import BASELINE
+from cps_envs.testbed.payoff import METRICS, measure_episode, velocity_error
+from cps_envs.testbed.state import Robots, allocate, rules_of
 
 INTACT = np.array([False] * 3 + [True] * 6)
 
@@ -20,9 +20,8 @@ def robots() -> Robots:
 
 
 def measured(made: Robots, period: int = 1200) -> dict[str, float]:
-    error = np.empty(1)
-    velocity_errors(made.error, np.array([[20.0, np.inf, np.inf]]), rules_of(BASELINE), error)
-    return dict(zip(METRICS, [*error, *measure_episode(made, 0, period, INTACT, BASELINE)], strict=True))
+    error = velocity_error(made.error[0], np.array([20.0, np.inf, np.inf]), rules_of(BASELINE))
+    return dict(zip(METRICS, [error, *measure_episode(view(made, 0), period, INTACT, BASELINE)], strict=True))
 
 
 def test_steady_driving() -> None:

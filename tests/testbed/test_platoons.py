@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.disbanding.constants import constants_of, episode_of
-from cps_envs.disbanding.initial import place
-from cps_envs.disbanding.state import State, allocate
-from cps_envs.disbanding.testbed.config import BASELINE, MITIGATED, RobotConfig
-from cps_envs.disbanding.testbed.platoons import decide, mark_touching
-from cps_envs.disbanding.testbed.rules import rules_of
-from cps_envs.disbanding.testbed.start import string_parameters
+from cps_envs.core.kernels import pack, unpack, view
+from cps_envs.disbanding.start import place, undisturbed
+from cps_envs.disbanding.state import Constants, State, allocate
+from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
+from cps_envs.testbed.controllers import decide, mark_touching
+from cps_envs.testbed.start import string_constants
+from cps_envs.testbed.state import rules_of
 
 U_MIN, U_MAX, V_D = -0.5, 0.1, 0.25
 ONE = np.ones(1, np.bool_)
@@ -20,7 +20,8 @@ ONE = np.ones(1, np.bool_)
 def string(s: np.ndarray, v: np.ndarray, time_s: float, disbanding_s: float = np.inf) -> State:
     """A State of robots at `s` (m) with speeds `v` (m/s), front to rear; the front platoon may be disbanded."""
     state = allocate(1, 3, 3)
-    place(state, np.stack([string_parameters(BASELINE)]), ONE, driver_headways_s=np.full((1, 9), 1.3))
+    constants = pack(string_constants(BASELINE))
+    place(state, constants, undisturbed(constants, 9)._replace(driver_headway_s=np.full((1, 9), 1.3)), ONE)
     state.step[0] = round(time_s / 0.05)
     state.position[0], state.speed[0] = 10.0 * s, 10.0 * v
     state.disbanding_s[0, 0] = disbanding_s
@@ -29,9 +30,9 @@ def string(s: np.ndarray, v: np.ndarray, time_s: float, disbanding_s: float = np
 
 def ours(state: State, config: RobotConfig, correction: np.ndarray | None = None) -> np.ndarray:
     """Final commands (9,) in the robots' m/s2; `correction` in those of the road."""
-    parameters = np.stack([string_parameters(config)])
+    parameters = pack(string_constants(config))
     held = np.zeros(9) if correction is None else correction
-    decide(episode_of(state, 0), constants_of(parameters, 0), rules_of(config), held, np.empty(9), np.empty(9))
+    decide(view(state, 0), unpack(Constants, parameters, 0), rules_of(config), held, np.empty(9), np.empty(9))
     return state.command[0] / 10.0
 
 
@@ -101,10 +102,10 @@ def test_robots_touch_at_the_length_of_a_body() -> None:
     s = -0.35 * np.arange(9.0)
     s[4:] += 0.2495  # robot 5 (q = 4) is 0.1005 m behind robot 6
     state = string(s, np.full(9, V_D), 5.0)
-    parameters = np.stack([string_parameters(BASELINE)])
-    mark_touching(episode_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
+    parameters = pack(string_constants(BASELINE))
+    mark_touching(view(state, 0), unpack(Constants, parameters, 0), rules_of(BASELINE))
     assert not state.collided.any()
     state.position[0, 4:] += 0.01
-    mark_touching(episode_of(state, 0), constants_of(parameters, 0), rules_of(BASELINE))
+    mark_touching(view(state, 0), unpack(Constants, parameters, 0), rules_of(BASELINE))
     assert np.flatnonzero(state.collided[0]).tolist() == [3, 4]
     assert np.flatnonzero(state.rear_collided[0]).tolist() == [4]

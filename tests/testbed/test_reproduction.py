@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from agents.console import to_json
-from baselines.disbanding.testbed import chapter
-from baselines.disbanding.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Runs
-from baselines.disbanding.testbed.chapter import Reproduction, reproduce_section
-from baselines.disbanding.testbed.claims import CLAIMS
-from baselines.disbanding.testbed.mitigation import mitigation
-from baselines.disbanding.testbed.reference import Reference, check, references
-from baselines.disbanding.testbed.results import Results, needed
 from baselines.reproduction.verdicts import VERDICTS
-from cps_envs.disbanding.testbed.config import MITIGATED
+from baselines.testbed import chapter
+from baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Runs
+from baselines.testbed.chapter import Reproduction, reproduce_section
+from baselines.testbed.claims import CLAIMS
+from baselines.testbed.mitigation import mitigation
+from baselines.testbed.reference import Reference, check, references
+from baselines.testbed.results import Results, needed
+from cps_envs.testbed.config import MITIGATED
 
 PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"
 MET = {"lowest_speed_mps": 0.06, "stopped": 0.0, "smallest_gap_m": 0.2, "collided": 0.0, "rms_acceleration_mps2": 0.06}

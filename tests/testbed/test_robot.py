@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from cps_envs.disbanding.testbed.config import RobotConfig
-from cps_envs.disbanding.testbed.robot import advanced_arc, drive, wheel_target, wrapped
-from cps_envs.disbanding.testbed.rules import rules_of
+from cps_envs.testbed.config import RobotConfig
+from cps_envs.testbed.robot import advanced_arc, drive, wheel_target, wrapped
+from cps_envs.testbed.state import rules_of
 
 QUIET = rules_of(RobotConfig(speed_noise_mps=0.0))
 IDEAL = np.ones(2)

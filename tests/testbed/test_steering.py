@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from cps_envs.disbanding.testbed.config import RobotConfig
-from cps_envs.disbanding.testbed.robot import drive
-from cps_envs.disbanding.testbed.rules import Rules, rules_of
-from cps_envs.disbanding.testbed.steering import order_speed, pursue
+from cps_envs.testbed.config import RobotConfig
+from cps_envs.testbed.controllers import order_speed, pursue
+from cps_envs.testbed.robot import drive
+from cps_envs.testbed.state import Rules, rules_of
 
 QUIET = rules_of(RobotConfig(speed_noise_mps=0.0))
 RADIUS = 1.5

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from cps_envs.core.types import Array
-from cps_envs.disbanding.testbed.config import BASELINE, RobotConfig
-from cps_envs.disbanding.testbed.problem import TESTBED
-from cps_envs.disbanding.testbed.scene import Scene, desired_arcs
-from cps_envs.disbanding.testbed.track import Track
-from cps_envs.disbanding.testbed.viewer import Viewer
+from cps_envs.testbed.config import BASELINE, RobotConfig
+from cps_envs.testbed.picture.scene import Scene, desired_arcs
+from cps_envs.testbed.picture.track import Track
+from cps_envs.testbed.picture.viewer import Viewer
+from cps_envs.testbed.problem import TESTBED
 
 pytest.importorskip("pygame")
 ONE = np.ones(1, np.bool_)

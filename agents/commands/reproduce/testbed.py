@@ -23,9 +23,9 @@ def section_2_5(
     Values that differ from the paper are findings and do not fail. The exit code is 1 when our three E_v leave the
     spread of the specification, or do not fall from case to case in nine of ten seeds: then the simulation has changed.
     """
-    from baselines.disbanding.testbed.cases import QUICK_SEEDS, SEEDS
-    from baselines.disbanding.testbed.chapter import Reproduction, reproduce_section
     from baselines.reproduction.evidence import Report
+    from baselines.testbed.cases import QUICK_SEEDS, SEEDS
+    from baselines.testbed.chapter import Reproduction, reproduce_section
 
     num_seeds = seeds or (QUICK_SEEDS if quick else SEEDS)
 

@@ -12,7 +12,7 @@ from baselines.disbanding.reproduction.experiments import FIGURE_TAUS_S, PLATOON
 from baselines.disbanding.reproduction.optimal import Events, optima
 from baselines.disbanding.reproduction.strings import EveryOther, PlatoonCourse, StringCourse, courses
 from baselines.reproduction.block import Block
-from cps_envs.disbanding.interpretation import INTERPRETATIONS
+from cps_envs.disbanding.config import INTERPRETATIONS
 
 CELL_NOTE = (
     "Crash: the paper's flag / ours, * where they differ. mpc: one set of weights for all cells, tuned on the mpc "

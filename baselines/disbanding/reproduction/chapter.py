@@ -20,7 +20,7 @@ from baselines.reproduction.block import Block
 from baselines.reproduction.claims import Claim, Finding
 from baselines.reproduction.evidence import Report, compute
 from baselines.reproduction.findings import findings_block, findings_document
-from cps_envs.disbanding.interpretation import INTERPRETATIONS
+from cps_envs.disbanding.config import INTERPRETATIONS
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,8 @@ class Recorded:
 
     def run(self) -> Record:
         """Simulate it to the end."""
-        state, parameters = begin(self.scenario)
-        advance = driver(self.scenario, state, parameters)
+        state, constants = begin(self.scenario)
+        advance = driver(self.scenario, state, constants)
         config = self.scenario.config
         steps = round(self.sample_s / config.dynamics.dt_s)
         samples = config.horizon_steps // steps
@@ -43,7 +43,7 @@ class Recorded:
             advance(steps)
             position[k + 1], speed[k + 1] = state.position[0], state.speed[0]
         time_s = np.arange(samples + 1, dtype=np.float64) * self.sample_s
-        return Record(config, time_s, position, speed, outcome(state, parameters, config.horizon_steps))
+        return Record(config, time_s, position, speed, outcome(state, constants, config.horizon_steps))
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ import numpy as np
 
 from baselines.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
 from baselines.disbanding.mpc import PAPER_MATCHING, stack_mpc
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.kernels import pack
+from cps_envs.core.types import Array, BoolArray, IntArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.dynamics import advance
-from cps_envs.disbanding.episode import draw_parameters
-from cps_envs.disbanding.initial import place
-from cps_envs.disbanding.metrics import METRICS, measure
+from cps_envs.disbanding.payoff import measured
+from cps_envs.disbanding.start import nominal_constants, place, undisturbed
 from cps_envs.disbanding.state import State, allocate
 
 Attack = tuple[tuple[int, float], ...]  # (paper platoon, 1 = rear; time in s)
@@ -84,45 +84,43 @@ class Scenario:
 
     def run(self) -> Outcome:
         """Simulate it to the end."""
-        state, parameters = begin(self)
+        state, constants = begin(self)
         steps = self.config.horizon_steps
-        driver(self, state, parameters)(steps)
-        return outcome(state, parameters, steps)
+        driver(self, state, constants)(steps)
+        return outcome(state, constants, steps)
 
 
 def begin(scenario: Scenario) -> tuple[State, Array]:
-    """One episode at time 0 with the attack written into it, and its parameters (1,)."""
+    """One episode at time 0 with the attack written into it, and its constants (1,)."""
     config = scenario.config
-    parameters = draw_parameters(config, np.random.default_rng(0))[np.newaxis]  # nothing is left to chance
+    constants = pack(nominal_constants(config))
     state = allocate(1, config.max_platoons, config.vehicles_per_platoon)
-    place(state, parameters, np.ones(1, np.bool_))
+    place(state, constants, undisturbed(constants, config.max_vehicles), np.ones(1, np.bool_))
     for platoon, time_s in scenario.attack:
         state.disbanding_s[0, config.max_platoons - platoon] = time_s
-    return state, parameters
+    return state, constants
 
 
-def driver(scenario: Scenario, state: State, parameters: Array) -> Advance:
+def driver(scenario: Scenario, state: State, constants: Array) -> Advance:
     """The closed loop of the scenario's controller: every step for the heuristic, the MPC by its own period."""
     envs = np.ones(1, np.bool_)
     zeros = np.zeros_like(state.position)
     if scenario.controller == "baseline":
-        return lambda steps: advance(state, parameters, zeros, envs, steps)
+        return lambda steps: advance(state, constants, zeros, envs, steps)
     if scenario.controller == "heuristic":
-        return lambda steps: advance_with_heuristic(state, parameters, envs, steps, 1, True, zeros)
-    mpc = stack_mpc(PAPER_MATCHING, parameters["tau_s"])
+        return lambda steps: advance_with_heuristic(state, constants, envs, steps, 1, True, zeros)
+    mpc = stack_mpc(PAPER_MATCHING, constants["tau_s"])
     memory = mpc_memory(mpc, zeros.shape[1])
-    return lambda steps: advance_with_mpc(state, parameters, envs, steps, mpc, PAPER_MATCHING.release, memory)
+    return lambda steps: advance_with_mpc(state, constants, envs, steps, mpc, PAPER_MATCHING.release, memory)
 
 
-def outcome(state: State, parameters: Array, horizon_steps: int) -> Outcome:
+def outcome(state: State, constants: Array, horizon_steps: int) -> Outcome:
     """Read the first episode."""
-    table: FloatArray = np.empty((len(parameters), len(METRICS)))
-    measure(state, parameters, horizon_steps, table)
-    metrics = dict(zip(METRICS, table[0].tolist(), strict=True))
-    size = int(parameters["vehicles_per_platoon"][0])
+    metrics = measured(state, constants, horizon_steps)[0]
+    size = int(constants["vehicles_per_platoon"][0])
     return Outcome(
-        velocity_error_all=metrics["velocity_error_all"],
-        velocity_error_intact=metrics["velocity_error_intact"],
+        velocity_error_all=float(metrics["velocity_error_all"]),
+        velocity_error_intact=float(metrics["velocity_error_intact"]),
         intact=np.repeat(np.isinf(state.disbanding_s[0]), size),
         stops=state.stops[0].copy(),
         collided=state.collided[0].copy(),

@@ -8,11 +8,11 @@ import numpy as np
 
 from baselines.disbanding.plan_search import Evaluate, SearchResult, SearchSettings, search_plan
 from baselines.disbanding.reproduction.scenario import Scenario
+from cps_envs.core.kernels import pack
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.dynamics import advance
-from cps_envs.disbanding.episode import draw_parameters
-from cps_envs.disbanding.initial import place
-from cps_envs.disbanding.metrics import METRICS, measure
+from cps_envs.disbanding.payoff import measured
+from cps_envs.disbanding.start import nominal_constants, place, undisturbed
 from cps_envs.disbanding.state import allocate
 
 DEFAULT = SearchSettings()
@@ -61,17 +61,16 @@ class Search:
 def evaluator(scenario: Scenario) -> Evaluate:
     """A function from plans, disbanding times (P, N) of the paper's platoons 1..N, to E_v over all vehicles (P,)."""
     config = scenario.config
-    record = draw_parameters(config, np.random.default_rng(0))
+    nominal = pack(nominal_constants(config))
 
     def evaluate(plans: FloatArray) -> FloatArray:
         envs = np.ones(len(plans), np.bool_)
-        parameters = np.repeat(record[np.newaxis], len(plans))
+        constants = np.repeat(nominal, len(plans))
         state = allocate(len(plans), config.max_platoons, config.vehicles_per_platoon)
-        place(state, parameters, envs)
+        place(state, constants, undisturbed(constants, config.max_vehicles), envs)
         state.disbanding_s[:] = plans[:, ::-1]
-        advance(state, parameters, np.zeros_like(state.position), envs, config.horizon_steps)
-        table = np.empty((len(plans), len(METRICS)))
-        measure(state, parameters, config.horizon_steps, table)
-        return table[:, METRICS.index("velocity_error_all")]
+        advance(state, constants, np.zeros_like(state.position), envs, config.horizon_steps)
+        errors: FloatArray = measured(state, constants, config.horizon_steps)["velocity_error_all"]
+        return errors
 
     return evaluate

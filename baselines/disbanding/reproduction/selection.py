@@ -8,7 +8,7 @@ from typing import Any
 from baselines.disbanding.reproduction.experiments import Experiments
 from baselines.reproduction.evidence import Experiment
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.disbanding.interpretation import INTERPRETATIONS
+from cps_envs.disbanding.config import INTERPRETATIONS
 
 PARTS = {
     "2.2": "Table 2.2: one platoon disbanded",

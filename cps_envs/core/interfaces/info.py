@@ -48,4 +48,6 @@ def batch_info(game: Game, role: Role, envs: BoolArray | None = None) -> dict[st
     marks = np.ones((len(info), game.num_envs), np.bool_)  # made at once: twice as fast as an array for each key
     if envs is not None:
         marks &= envs
-    return info | {f"_{name}": mark for name, mark in zip(info, marks, strict=True)}
+    for name, mark in zip(tuple(info), marks, strict=True):
+        info[f"_{name}"] = mark
+    return info

@@ -114,13 +114,13 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self._any_ended = mark_ends(game.terminated, game.elapsed, self._limit, live, terminated, truncated) > 0
         if self._any_ended:
             self._ended = terminated | truncated
-        final = {}
-        if self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP:
-            final = self._restart_ended()
+        again = self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP
+        final = self._restart_ended() if again else {}
         if self.render_mode == "human":
             self._renderer.show()
         info = batch_info(game, self.role)
-        return game.observe(self.role), SIGN[self.role] * payoff, terminated, truncated, info | final
+        info.update(final)
+        return game.observe(self.role), SIGN[self.role] * payoff, terminated, truncated, info
 
     def action_masks(self) -> BoolArray:
         """Legal actions (B, k).

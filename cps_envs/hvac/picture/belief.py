@@ -10,6 +10,8 @@ from cps_envs.core.types import BoolArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.scene import Scene
 
+MOST_NAMED = 16  # sensors
+
 
 class Belief(NamedTuple):
     """Where the estimate came from."""
@@ -43,8 +45,10 @@ def flawed_sets(member: BoolArray, compromised: BoolArray) -> BoolArray:
 
 
 def in_words(sensors: BoolArray) -> str:
-    """The numbers of the marked sensors (S,)."""
+    """The numbers of the marked sensors (S,), or how many they are."""
     numbers = [str(sensor + 1) for sensor in np.flatnonzero(sensors)]
+    if len(numbers) > MOST_NAMED:
+        return f"{len(numbers)} of {len(sensors)} sensors"
     return f"sensor {numbers[0]}" if len(numbers) == 1 else f"sensors {', '.join(numbers[:-1])} and {numbers[-1]}"
 
 

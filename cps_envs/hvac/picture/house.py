@@ -15,7 +15,7 @@ from cps_envs.hvac.picture.palette import WALL, temperature_color
 from cps_envs.hvac.picture.room import draw_room
 from cps_envs.hvac.picture.scene import Scene
 
-GAP = 14  # pixels between rooms
+GAP, NARROW = 14, 8  # pixels between rooms, and where more than four storeys are drawn
 SKY, GROUND = 24, 22  # pixels of height
 NARROWEST, WIDEST = 0.16, 0.5  # share of a wall that a link takes, by its conductance
 SMALL = 16
@@ -31,16 +31,17 @@ class House:
         below = GROUND + GAP if config.ground_zones else 0
         self._inner: Box = (left, top + SKY + GAP, width, height - SKY - GAP - below)
         self._layout: Layout = arrange(config, width / self._inner[3])
+        self._gap = GAP if self._layout.rows <= 4 else NARROW
         self._adjacent = self._layout.adjacent()
 
     @cached_property
     def rooms(self) -> list[Box]:
         """The box of each zone."""
         left, top, width, height = self._inner
-        wide, high = width + GAP, (height + GAP) / self._layout.rows
+        wide, high = width + self._gap, (height + self._gap) / self._layout.rows
         places = zip(*(values.tolist() for values in self._layout), strict=True)
         return [
-            (left + begin * wide, top + row * high, (end - begin) * wide - GAP, high - GAP)
+            (left + begin * wide, top + row * high, (end - begin) * wide - self._gap, high - self._gap)
             for row, begin, end in places
         ]
 
@@ -50,7 +51,7 @@ class House:
         conductance = 1.0 / np.array(self._config.link_resistance_k_per_w)
         shares = NARROWEST + (WIDEST - NARROWEST) * conductance / conductance.max(initial=0)
         return [
-            _between(self.rooms[zone], self.rooms[other], share)
+            _between(self.rooms[zone], self.rooms[other], share, self._gap)
             for (zone, other), share in zip(self._links, shares.tolist(), strict=True)
             if self._adjacent[zone, other]
         ]
@@ -85,11 +86,11 @@ class House:
         canvas.text(self.afar, (left + width - 12, top + SKY / 2), INK, SMALL, align=1)
 
 
-def _between(one: Box, two: Box, share: float) -> Box:
+def _between(one: Box, two: Box, share: float, gap: float) -> Box:
     """A box through the wall that two neighbours share, as long as `share` of it."""
     begin = [max(one[side], two[side]) for side in (0, 1)]
     end = [min(one[side] + one[side + 2], two[side] + two[side + 2]) for side in (0, 1)]
     width, height = end[0] - begin[0], end[1] - begin[1]
     if width < 0:
-        return (end[0] - 2, begin[1] + height * (1 - share) / 2, GAP + 4, height * share)
-    return (begin[0] + width * (1 - share) / 2, end[1] - 2, width * share, GAP + 4)
+        return (end[0] - 2, begin[1] + height * (1 - share) / 2, gap + 4, height * share)
+    return (begin[0] + width * (1 - share) / 2, end[1] - 2, width * share, gap + 4)

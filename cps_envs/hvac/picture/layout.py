@@ -12,7 +12,7 @@ from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.config import HvacConfig
 
 STARTS = 8  # arrangements from which a better one is sought
-MOST_COLUMNS = 4  # with space for two sensors in each room
+MOST_COLUMNS = 4  # with space for two sensors in each room; more where zones are many
 ASPECT = 1.5  # width to height of a room that looks best
 LEAST_SHARED = 0.08  # of the width of the building, for a door between two floors
 
@@ -52,7 +52,7 @@ def arrange(config: HvacConfig, aspect: float) -> Layout:
     ground = np.isin(zones + 1, config.ground_zones)
     floors = [zones[~ground], zones[ground]]
     sizes = [len(floor) for floor in floors]
-    layouts = [_rooms(sizes, columns) for columns in range(1, MOST_COLUMNS + 1)]
+    layouts = [_rooms(sizes, columns) for columns in range(1, max(MOST_COLUMNS, math.ceil(math.sqrt(len(zones)))) + 1)]
     rooms = min(layouts, key=lambda layout: _ugliness(layout, aspect))
     links = np.array(config.link_zones, int).reshape(-1, 2) - 1
     return rooms.of(_shortest(_distances(rooms), floors, links))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_envs.core.picture.palette import WHITE, Color, color_scale
+from cps_envs.core.picture.palette import Color, color_scale
 
 TRUE: Color = (48, 112, 190)
 FALSE: Color = (214, 102, 16)  # compromised sensors, and sets with one
@@ -22,9 +22,3 @@ def temperature_color(temperature_c: float, reference_c: float) -> Color:
     """Blue 10 C or more below the reference, pale at it, red 10 C or more above."""
     share = (temperature_c - reference_c + REACH_C) / (2 * REACH_C)
     return TEMPERATURE_SCALE[round(min(max(share, 0.0), 1.0) * (LEVELS - 1))]
-
-
-def tint(color: Color, share: float, ground: Color = WHITE) -> Color:
-    """A colour laid over a ground so thinly that `share` of it remains."""
-    red, green, blue = (round(share * top + (1 - share) * below) for top, below in zip(color, ground, strict=True))
-    return red, green, blue

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.palette import GRID, INK, MUTED
+from cps_envs.core.picture.palette import GRID, INK, MUTED, tint
+from cps_envs.core.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import flawed_sets
-from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HONEST, TRUE, tint
-from cps_envs.hvac.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel
+from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HONEST, TRUE
 from cps_envs.hvac.picture.scene import Scene
 
 NARROWEST = 5.0  # pixels of a column below which sensors are not told apart
@@ -25,7 +25,8 @@ def draw_sets(canvas: Canvas, scene: Scene, plot: Plot, config: HvacConfig, memb
     """
     left, top, width, height = plot.box
     metrics, pitch = scene.metrics, width / len(member)
-    draw_panel(canvas, plot, f"{len(member)} sets now: mean (dot), newest (line)")
+    draw_panel(canvas, plot)
+    draw_title(canvas, plot, f"{len(member)} sets now: mean (dot), newest (line)")
     note = f"{metrics['distinct_sets']:.0f} used, {metrics['flawed_steps']:.0f} steps on flawed ones"
     canvas.text(note, (left + width, top - 7), MUTED, SMALL, align=1)
     if 0 < scene.choice <= len(member):

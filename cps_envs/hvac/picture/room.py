@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
-from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker
+from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import Belief
-from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HEAT, HONEST, temperature_color, tint
+from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HEAT, HONEST, temperature_color
 from cps_envs.hvac.picture.scene import Scene
 
 WIDE, HIGH = 150, 130  # pixels from which a room has space for words
+LEAST_WIDE, LEAST_HIGH = 90, 60  # below which it has space for its number, its temperature and its sensors only
 EDGE = 10  # pixels between a wall and what is in the room
 SMALL = 15
 
@@ -21,9 +22,23 @@ def draw_room(canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, 
     canvas.box(box, darker(color, 0.78), radius=6, border=2)
     spacious = box[2] >= WIDE and box[3] >= HIGH
     with canvas.within(box):
+        if box[2] < LEAST_WIDE or box[3] < LEAST_HIGH:
+            draw_in_short(canvas, scene, belief, config, zone, box)
+            return
         draw_temperatures(canvas, scene, zone, box, spacious=spacious)
         draw_sensors(canvas, scene, belief, config, zone, box, spacious=spacious)
         draw_heating(canvas, scene, config, zone, box, spacious=spacious)
+
+
+def draw_in_short(canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, zone: int, box: Box) -> None:
+    """Number and true temperature of a zone in one line, and discs of its sensors; orange ones are compromised."""
+    left, top, width, height = box
+    canvas.text(str(zone + 1), (left + 4, top + 9), MUTED, SMALL)
+    canvas.text(f"{scene.temperature[zone]:.1f}", (left + width - 4, top + 9), INK, 17, align=1)
+    for place, sensor in enumerate(range(zone, config.num_sensors, config.num_zones)):
+        color = FALSE if scene.compromised[sensor] else HONEST
+        at = (left + 10 + 16 * place, top + height - 10)
+        draw_disc(canvas, "", at, 5.5, color, full=bool(belief.believed[sensor]))
 
 
 def draw_temperatures(canvas: Canvas, scene: Scene, zone: int, box: Box, *, spacious: bool) -> None:

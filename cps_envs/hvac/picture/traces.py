@@ -7,13 +7,23 @@ import math
 import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.palette import INK, MUTED
+from cps_envs.core.picture.palette import INK, MUTED, tint
+from cps_envs.core.picture.plot import (
+    ROOM,
+    SMALL,
+    Plot,
+    draw_curve,
+    draw_dots,
+    draw_edge,
+    draw_level,
+    draw_panel,
+    draw_title,
+)
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import clock
 from cps_envs.hvac.picture.history import FLAWED_HIGH, FLAWED_LOW, IMPACT, INTACT_HIGH, INTACT_LOW, STEP, ZONES
-from cps_envs.hvac.picture.palette import DAMAGE, ESTIMATE, FALSE, TRUE, WALL, tint
-from cps_envs.hvac.picture.plot import ROOM, SMALL, Plot, draw_curve, draw_dots, draw_edge, draw_level, draw_panel
+from cps_envs.hvac.picture.palette import DAMAGE, ESTIMATE, FALSE, TRUE, WALL
 from cps_envs.hvac.picture.scene import Scene
 
 TIME_MARKS = 5
@@ -55,7 +65,8 @@ def draw_temperature(canvas: Canvas, scene: Scene, box: Box, rows: FloatArray, c
     everything = rows[:, ZONES : ZONES + n]
     plot = Plot(box, *range_of(everything, np.append(estimated[acted], read[forged]), config))
     x = times(plot, rows[:, STEP], config)
-    draw_panel(canvas, plot, f"Zone {zone + 1}, the worst so far: temperature (°C)")
+    draw_panel(canvas, plot)
+    draw_title(canvas, plot, f"Zone {zone + 1}, the worst so far: temperature (°C)")
     draw_onset(canvas, scene, plot, config)
     if len(rows) > 1:
         for other in everything.T:
@@ -73,7 +84,8 @@ def draw_temperature(canvas: Canvas, scene: Scene, box: Box, rows: FloatArray, c
 def draw_residuals(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray, config: HvacConfig) -> None:
     """Between which values the mean residuals of intact and of flawed sets lie, that of the chosen set, and eps."""
     left, top, width, _ = plot.box
-    draw_panel(canvas, plot, "Mean residuals of intact and flawed sets (C²)")
+    draw_panel(canvas, plot)
+    draw_title(canvas, plot, "Mean residuals of intact and flawed sets (C²)")
     canvas.text(f"threshold {config.threshold_c2:.3g}", (left + width, top - 7), INK, SMALL, align=1)
     draw_onset(canvas, scene, plot, config)
     x = times(plot, rows[:, STEP], config)
@@ -95,7 +107,8 @@ def draw_residuals(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray, c
 
 def draw_impact(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray, config: HvacConfig) -> None:
     """A_impact so far, and the time below."""
-    draw_panel(canvas, plot, "A_impact so far (C²)")
+    draw_panel(canvas, plot)
+    draw_title(canvas, plot, "A_impact so far (C²)")
     draw_onset(canvas, scene, plot, config)
     draw_curve(canvas, plot.points(times(plot, rows[:, STEP], config), rows[:, IMPACT]), DAMAGE)
     draw_edge(canvas, plot)

@@ -7,14 +7,15 @@ import math
 import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas
+from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE
+from cps_envs.core.picture.plot import AXIS, Plot, rounded_up
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import Belief, belief_of, clock
-from cps_envs.hvac.picture.history import FLAWED_HIGH, INTACT_HIGH, History
+from cps_envs.hvac.picture.history import FLAWED_HIGH, INTACT_HIGH, MOST_POINTS, row_of
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HONEST, REACH_C, TEMPERATURE_SCALE, TRUE
-from cps_envs.hvac.picture.plot import AXIS, Plot, rounded_up
 from cps_envs.hvac.picture.ranking import draw_sets
 from cps_envs.hvac.picture.room import draw_disc
 from cps_envs.hvac.picture.scene import Scene
@@ -44,12 +45,12 @@ class Viewer:
         self._config = config
         self._canvas = Canvas(WIDTH, HEIGHT)
         self._member = membership(config)
-        self._history = History(self._member)
+        self._history = History(MOST_POINTS)
         self._house = House(config, HOUSE)
 
     def watch(self, scene: Scene) -> None:
         """Take a moment in without drawing it, so that later curves hold it."""
-        self._history.add(scene)
+        self._history.add(scene.episode, (scene.step,), row_of(scene, self._member))
 
     def frame(self, scene: Scene) -> Array:
         """The picture of a scene, uint8 (H, W, 3)."""

@@ -10,7 +10,7 @@ from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.palette import MUTED, Color, tint
 from cps_envs.core.picture.plot import AXIS, SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import FloatArray
-from cps_envs.rogue.picture.history import Course
+from cps_envs.rogue.picture.history import Traces
 from cps_envs.rogue.picture.palette import AHEAD, ALARM, ATTACKER, BEHIND, BRAKING, DAMAGE, OTHER
 from cps_envs.rogue.picture.scene import Scene
 
@@ -19,37 +19,37 @@ LEVELS = 10  # of effort that its colours tell apart, on either side of zero
 EFFORTS = {k: tint(ATTACKER if k > 0 else BRAKING, abs(k) / LEVELS) for k in range(-LEVELS, LEVELS + 1)}
 
 
-def draw_gap_curves(canvas: Canvas, scene: Scene, plot: Plot, course: Course) -> None:
+def draw_gap_curves(canvas: Canvas, scene: Scene, plot: Plot, traces: Traces) -> None:
     """The gaps ahead of the attacker and behind it."""
     draw_panel(canvas, plot)
     draw_level(canvas, plot, scene.desired_gap_m, MUTED)
     canvas.box((plot.box[0], round(plot.y(0.0)), plot.box[2], 1), DAMAGE)
     draw_events(canvas, scene, plot)
-    x = plot.along(course.time_s / scene.duration_s)
+    x = plot.along(traces.time_s / scene.duration_s)
     end = draw_title(canvas, plot, "Gaps beside the attacker (m):")
     for pair, name, color in ((scene.attacker - 1, "behind", BEHIND), (scene.attacker, "ahead", AHEAD)):
         if pair >= 0:
             end = draw_name(canvas, plot, end, f"{name} {round(float(scene.gap[pair]), 1) + 0.0:.1f}", color)
-            draw_course(canvas, plot, x, course.gap[:, pair], color)
+            draw_trace(canvas, plot, x, traces.gap[:, pair], color)
     draw_edge(canvas, plot)
 
 
-def draw_speed_curves(canvas: Canvas, scene: Scene, plot: Plot, course: Course) -> None:
+def draw_speed_curves(canvas: Canvas, scene: Scene, plot: Plot, traces: Traces) -> None:
     """The speeds of all, those of the attacker and its neighbours in colours, and its effort as a strip."""
     draw_panel(canvas, plot)
     draw_level(canvas, plot, scene.reference_speed_mps, MUTED)
     draw_events(canvas, scene, plot)
-    x = plot.along(course.time_s / scene.duration_s)
+    x = plot.along(traces.time_s / scene.duration_s)
     m, end = scene.attacker, draw_title(canvas, plot, "Speeds (m/s):")
     for i in range(len(scene.speed)):
         if abs(i - m) > 1:
-            draw_thinly(canvas, plot.points(x, course.speed[:, i]))
+            draw_thinly(canvas, plot.points(x, traces.speed[:, i]))
     for i, name, color in ((m - 1, "behind", BEHIND), (m + 1, "ahead", AHEAD), (m, "attacker", ATTACKER)):
         if i >= 0:
             end = draw_name(canvas, plot, end, f"{name} {scene.speed[i]:.1f}", color)
-            draw_course(canvas, plot, x, course.speed[:, i], color)
+            draw_trace(canvas, plot, x, traces.speed[:, i], color)
     draw_strip_names(canvas, plot)
-    draw_effort(canvas, scene, plot, x, course.effort)
+    draw_effort(canvas, scene, plot, x, traces.effort)
     draw_edge(canvas, plot)
 
 
@@ -72,22 +72,22 @@ def draw_effort(canvas: Canvas, scene: Scene, plot: Plot, x: FloatArray, effort:
         canvas.box((left, top + height - STRIP, right - left, STRIP), EFFORTS[int(levels[begin])])
 
 
-def draw_damage_curve(canvas: Canvas, scene: Scene, plot: Plot, course: Course, unit: str) -> None:
+def draw_damage_curve(canvas: Canvas, scene: Scene, plot: Plot, traces: Traces, unit: str) -> None:
     """The damage of all pairs together."""
     draw_panel(canvas, plot)
-    x = plot.along(course.time_s / scene.duration_s)
-    points = plot.points(x, course.damage.sum(axis=1))
+    x = plot.along(traces.time_s / scene.duration_s)
+    points = plot.points(x, traces.damage.sum(axis=1))
     if len(points) > 1 and scene.damage.any():
         base = plot.y(0.0)
         canvas.polygon([*points, (points[-1][0], base), (points[0][0], base)], tint(DAMAGE, 0.16))
     draw_events(canvas, scene, plot)
-    draw_course(canvas, plot, x, course.damage.sum(axis=1), DAMAGE)
+    draw_trace(canvas, plot, x, traces.damage.sum(axis=1), DAMAGE)
     end = draw_title(canvas, plot, f"Damage of all pairs ({unit}):")
     draw_name(canvas, plot, end, f"{scene.damage.sum():.1f}", DAMAGE)
     draw_edge(canvas, plot)
 
 
-def draw_course(canvas: Canvas, plot: Plot, x: FloatArray, values: FloatArray, color: Color) -> None:
+def draw_trace(canvas: Canvas, plot: Plot, x: FloatArray, values: FloatArray, color: Color) -> None:
     """A curve with a dot at its end."""
     points = plot.points(x, values)
     draw_curve(canvas, points, color)

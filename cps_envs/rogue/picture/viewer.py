@@ -1,4 +1,4 @@
-"""The picture of a platoon with a seized vehicle: the road, what each vehicle does, and the course of the episode."""
+"""The picture of a platoon with a seized vehicle: the road, what each vehicle does, and the episode so far."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.picture.bars import draw_damage, draw_detectors, draw_gaps, draw_numbers
 from cps_envs.rogue.picture.curves import draw_damage_curve, draw_gap_curves, draw_speed_curves, events
-from cps_envs.rogue.picture.history import Course, History
+from cps_envs.rogue.picture.history import Recording, Traces
 from cps_envs.rogue.picture.overview import draw_overview
 from cps_envs.rogue.picture.palette import ALARM, ATTACKER, BRAKING, DAMAGE, LAW_COLORS
 from cps_envs.rogue.picture.road import draw_road
@@ -42,17 +42,17 @@ class Viewer:
     def __init__(self, config: RogueConfig) -> None:
         self._config = config
         self._canvas = Canvas(WIDTH, HEIGHT)
-        self._history = History()
+        self._recording = Recording()
 
     def watch(self, scene: Scene) -> None:
         """Take a moment in without drawing it, so that later curves hold it."""
-        self._history.add(scene)
+        self._recording.add(scene)
 
     def frame(self, scene: Scene) -> Array:
         """The picture of a scene, uint8 (H, W, 3)."""
         self.watch(scene)
         canvas = self._canvas
-        struck = scene.touching | self._history.damaged_since(scene.time_s - STRUCK_S)
+        struck = scene.touching | self._recording.damaged_since(scene.time_s - STRUCK_S)
         canvas.fill(PAGE)
         draw_progress(canvas, scene)
         draw_metrics(canvas, scene, (MARGIN, 52, INNER, 38), self._config.formation_weight_mps2 > 0)
@@ -60,31 +60,31 @@ class Viewer:
         draw_legend(canvas, self._config.defense_action == "mode")
         draw_road(canvas, scene, struck, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
         draw_overview(canvas, scene, (MARGIN, OVERVIEW_TOP, INNER, OVERVIEW_HEIGHT))
-        draw_plots(canvas, scene, self._history.course())
+        draw_plots(canvas, scene, self._recording.traces())
         return canvas.pixels()
 
 
-def draw_plots(canvas: Canvas, scene: Scene, course: Course) -> None:
-    """Columns of vehicles on the left, their course on the right."""
+def draw_plots(canvas: Canvas, scene: Scene, traces: Traces) -> None:
+    """Bars of each vehicle on the left, curves over time on the right."""
     unit = UNITS[scene.contact]
-    (gap, gaps), (detector, speeds), (damage, damages) = plots(scene, course)
+    (gap, gaps), (detector, speeds), (damage, damages) = plots(scene, traces)
     draw_gaps(canvas, scene, gap)
     draw_detectors(canvas, scene, detector)
     draw_damage(canvas, scene, damage, unit)
     draw_numbers(canvas, scene, damage)
-    draw_gap_curves(canvas, scene, gaps, course)
-    draw_speed_curves(canvas, scene, speeds, course)
-    draw_damage_curve(canvas, scene, damages, course, unit)
+    draw_gap_curves(canvas, scene, gaps, traces)
+    draw_speed_curves(canvas, scene, speeds, traces)
+    draw_damage_curve(canvas, scene, damages, traces, unit)
     draw_times(canvas, damages, scene.duration_s)
 
 
-def plots(scene: Scene, course: Course) -> list[tuple[Plot, Plot]]:
+def plots(scene: Scene, traces: Traces) -> list[tuple[Plot, Plot]]:
     """Left and right plot of each row."""
     desired, m = scene.desired_gap_m, scene.attacker
-    beside = course.gap[:, max(m - 1, 0) : m + 1]
+    beside = traces.gap[:, max(m - 1, 0) : m + 1]
     lowest, highest = float(beside.min()), float(beside.max())
     shown = (-rounded_up(max(desired / 2, -HEADROOM * lowest)), rounded_up(max(3 * desired, HEADROOM * highest)))
-    speed = rounded_up(max(1.5 * scene.reference_speed_mps, float(course.speed.max())))
+    speed = rounded_up(max(1.5 * scene.reference_speed_mps, float(traces.speed.max())))
     worst, total = float(scene.damage.max()), float(scene.damage.sum())
     ranges = (
         ((-desired, 4 * desired), shown),

@@ -1,0 +1,141 @@
+"""What the source of a policy declares, read without importing it: that would bring numba and solvers along."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TypeAlias
+
+Definition: TypeAlias = ast.ClassDef | ast.FunctionDef
+
+
+class UnreadableError(LookupError):
+    """The source does not show what was asked for; importing the module would."""
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """A policy class, or a function that makes a policy, in the source."""
+
+    summary: str  # first line of its docstring, or of its module's
+    privileged: tuple[str, ...]  # what it needs to know beyond its observations, sorted
+
+
+@dataclass(frozen=True)
+class Source:
+    """A module's names: what it defines, and what it takes from elsewhere."""
+
+    summary: str
+    definitions: dict[str, Definition]
+    imports: dict[str, tuple[str, str]]  # name -> the module and the name there
+    modules: tuple[str, ...]  # everything that is imported at the top level
+
+
+def declaration(module: str, attribute: str) -> Declaration:
+    """What the source says about a policy.
+
+    Raises:
+        UnreadableError: it is neither a class nor a function, or its class names no literal set of privileges.
+    """
+    where, found = _definition(module, attribute)
+    summary = _summary(found) or _source(where).summary
+    if not summary:
+        raise UnreadableError(f"{module}:{attribute} has no docstring")
+    return Declaration(summary, tuple(sorted(_privileged(where, found))))
+
+
+@cache
+def missing_package(module: str) -> str:
+    """The first package that a module needs at its top level, itself or through its own package's, and that is missing.
+
+    Empty where nothing is missing.
+    """
+    waiting, seen = [module], {module}
+    own = {module.partition(".")[0], "cps_envs"}
+    while waiting:
+        for name in _source(waiting.pop()).modules:
+            package = name.partition(".")[0]
+            if package not in own and find_spec(package) is None:
+                return package
+            if package in own and name not in seen and _file(name) is not None:
+                seen.add(name)
+                waiting.append(name)
+    return ""
+
+
+def _definition(module: str, name: str) -> tuple[str, Definition]:
+    """A class or function and the module that defines it, which may be another one than it was asked for in."""
+    source = _source(module)
+    if name in source.definitions:
+        return module, source.definitions[name]
+    if name in source.imports:
+        return _definition(*source.imports[name])
+    raise UnreadableError(f"{module} neither defines nor imports {name!r}")
+
+
+def _privileged(module: str, found: Definition) -> frozenset[str]:
+    """The privileges of a class, those of its first base that names some, or of the class that a function returns."""
+    if isinstance(found, ast.FunctionDef):
+        return _privileged(*_definition(module, _name(found.returns)))
+    for statement in found.body:
+        target = statement.targets[0] if isinstance(statement, ast.Assign) else getattr(statement, "target", None)
+        if isinstance(target, ast.Name) and target.id == "privileged":
+            return _names(statement.value)  # type: ignore[attr-defined]
+    for base in found.bases:
+        where, above = _definition(module, _name(base))
+        if isinstance(above, ast.ClassDef) and (inherited := _privileged(where, above)):
+            return inherited
+    return frozenset()
+
+
+def _names(value: ast.expr) -> frozenset[str]:
+    """The strings of `frozenset()` or `frozenset({"model"})`."""
+    try:
+        if isinstance(value, ast.Call) and _name(value.func) == "frozenset":
+            return frozenset(*map(ast.literal_eval, value.args))
+    except ValueError:
+        pass
+    raise UnreadableError(f"no set of names: {ast.unparse(value)}")
+
+
+def _name(expression: ast.expr | None) -> str:
+    if isinstance(expression, ast.Name):
+        return expression.id
+    raise UnreadableError("no plain name")
+
+
+def _summary(node: Definition | ast.Module) -> str:
+    return (ast.get_docstring(node) or "").partition("\n")[0]
+
+
+@cache
+def _source(module: str) -> Source:
+    path = _file(module)
+    if path is None:
+        raise UnreadableError(f"{module} has no source")
+    tree = ast.parse(path.read_bytes())
+    definitions: dict[str, Definition] = {}
+    imports: dict[str, tuple[str, str]] = {}
+    modules: list[str] = []
+    for node in tree.body:
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+            definitions[node.name] = node
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            modules.append(node.module)
+            imports.update({alias.asname or alias.name: (node.module, alias.name) for alias in node.names})
+        elif isinstance(node, ast.Import):
+            modules += [alias.name for alias in node.names]
+    return Source(_summary(tree), definitions, imports, tuple(modules))
+
+
+@cache
+def _file(module: str) -> Path | None:
+    """A module's file; asking imports the packages around it, not the module."""
+    try:
+        found = find_spec(module)
+    except ModuleNotFoundError:
+        return None
+    return Path(found.origin) if found and found.origin and found.origin.endswith(".py") else None

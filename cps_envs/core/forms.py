@@ -1,0 +1,77 @@
+"""The classes and functions that show a problem to Gymnasium and PettingZoo, made from its declaration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias, cast
+
+from pettingzoo import AECEnv
+from pettingzoo.utils.conversions import parallel_to_aec
+
+from cps_envs.core.interfaces.env import RoleEnv
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.interfaces.vector_env import RoleVectorEnv
+from cps_envs.core.problem import Problem
+from cps_envs.core.registration import class_name
+from cps_envs.core.types import Role
+
+Classes: TypeAlias = tuple[type[RoleEnv], type[RoleVectorEnv]]
+
+
+@dataclass(frozen=True)
+class Forms:
+    """What a module of a problem offers; it gives each of them the name under which it was made."""
+
+    attack: Classes  # ...AttackEnv, ...AttackVectorEnv
+    defense: Classes  # ...DefenseEnv, ...DefenseVectorEnv
+    parallel_env: Callable[..., RolesParallelEnv]
+    env: Callable[..., AECEnv[Any, Any, Any]]
+    swarm_env: Callable[..., SwarmEnv]
+
+
+def declare(problem: Problem, module: str, *, attack: str, defense: str, rhythm: str, swarm: str = "") -> Forms:
+    """The forms of a problem for the module of this name.
+
+    `attack` and `defense` are the documentation pages of the two roles, with `{observation_table}` and
+    `{parameter_table}` for what the problem itself knows. `rhythm` says when the parallel form's agents act, as in
+    "every 0.1 s", and `swarm` what the agents of a decentralised defence are.
+    """
+    config = type(problem.presets["paper"]).__name__
+
+    def parallel_env(**kwargs: Any) -> RolesParallelEnv:
+        return RolesParallelEnv(problem, **kwargs)
+
+    def env(**kwargs: Any) -> AECEnv[Any, Any, Any]:
+        """`parallel_env` as a turn-based `pettingzoo.AECEnv`; both moves of a step still count as simultaneous."""
+        return parallel_to_aec(parallel_env(**kwargs))
+
+    def swarm_env(**kwargs: Any) -> SwarmEnv:
+        return SwarmEnv(problem, "defender", **kwargs)
+
+    parallel_env.__doc__ = (
+        f"Attacker and defender in a `pettingzoo.ParallelEnv`, {rhythm}.\n\n"
+        f"Arguments: `preset`, `render_mode` and any field of `{config}`."
+    )
+    swarm_env.__doc__ = (
+        f"{swarm}\n\nArguments: `preset`, `opponent` (an attacker), `render_mode` and any field of `{config}`."
+    )
+    for function in (parallel_env, env, swarm_env):
+        function.__module__, function.__qualname__ = module, function.__name__  # so that it can be pickled
+    return Forms(
+        attack=_classes(problem, "attacker", module, attack),
+        defense=_classes(problem, "defender", module, defense),
+        parallel_env=parallel_env,
+        env=env,
+        swarm_env=swarm_env,
+    )
+
+
+def _classes(problem: Problem, role: Role, module: str, page: str) -> Classes:
+    """The single and the vector environment of a role."""
+    name = class_name(problem, role)
+    members: dict[str, Any] = {"__module__": module, "problem": problem, "role": role}
+    single = type(f"{name}Env", (RoleEnv,), {**members, "__doc__": page})
+    vector = type(f"{name}VectorEnv", (RoleVectorEnv,), {**members, "__doc__": f"`{name}Env` for a whole batch."})
+    return cast(Classes, (single, vector))

@@ -1,0 +1,1 @@
+"""How a string of platoons is drawn."""

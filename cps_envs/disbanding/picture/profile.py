@@ -1,0 +1,104 @@
+"""The speed of every vehicle along the whole string, over a strip of road seen from far above."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
+from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PANEL, Color
+from cps_envs.core.picture.vehicle import ASPHALT, MARKING
+from cps_envs.core.types import FloatArray
+from cps_envs.disbanding.picture.convoy import Convoy
+from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, SPEED_SCALE
+
+AXIS = 40  # pixels at the right for the speed axis
+STRIP, NUMBERS = 13, 15  # pixels for the strip of road and for the platoon numbers below it
+SMALL = 15
+SIGN_M = 250.0  # distance between the signs beside the road
+DASH_M = 50.0
+DOT = 7  # pixels
+
+
+def draw_profile(canvas: Canvas, convoy: Convoy, box: Box, desired_speed_mps: float) -> None:
+    """Speed over position in the upper part of a box, the strip and the platoons' numbers below, on one scale."""
+    left, top, width, height = box
+    plot = (left, top, width - AXIS, height - STRIP - NUMBERS)
+    scale = plot[2] / convoy.road_m
+    x = left + plot[2] - convoy.behind_m * scale  # (M,) front bumpers
+    draw_axes(canvas, convoy, plot, scale, desired_speed_mps)
+    draw_speeds(canvas, convoy, x, plot)
+    draw_strip(canvas, convoy, x, (left, top + plot[3], plot[2], STRIP), scale)
+    draw_numbers(canvas, convoy, left + plot[2], top + height - NUMBERS / 2 + 1, scale)
+
+
+def height_of(speed: FloatArray | float, max_speed_mps: float, plot: Box) -> FloatArray:
+    """Height in pixels of speeds (m/s), with room for a dot above and below."""
+    return np.asarray(plot[1] + plot[3] - 6 - np.asarray(speed) / max_speed_mps * (plot[3] - 12))
+
+
+def draw_axes(canvas: Canvas, convoy: Convoy, plot: Box, scale: float, desired_speed_mps: float) -> None:
+    """Grid, speed axis, desired speed, and signs that stand beside the road at fixed distances."""
+    left, top, width, height = plot
+    canvas.box(plot, PANEL)
+    pitch_m = legible(SIGN_M * scale) / scale
+    first_m = np.ceil((convoy.end_m - convoy.road_m) / pitch_m) * pitch_m
+    for metres in np.arange(first_m, convoy.end_m, pitch_m).tolist():
+        x = left + width - (convoy.end_m - metres) * scale
+        canvas.box((x, top, 1, height), GRID)
+    maximum = convoy.scene.max_speed_mps
+    for speed in [*np.arange(0.0, max(desired_speed_mps - 4.0, 1.0), 10.0), desired_speed_mps]:
+        y = float(height_of(speed, maximum, plot))
+        canvas.box((left, y, width, 1), GRID)
+        canvas.text(f"{speed:.0f}", (left + width + 8, y), MUTED, SMALL)
+    canvas.dashes((left, y, width, 1), MUTED, period=8, length=4)
+    canvas.box(plot, BORDER, border=1)
+    canvas.text("m/s", (left + width + 8, top + height + STRIP / 2), MUTED, SMALL)
+
+
+def draw_speeds(canvas: Canvas, convoy: Convoy, x: FloatArray, plot: Box) -> None:
+    """A dot for each vehicle, hollow for human drivers, a cross for those in a collision, joined front to rear."""
+    y = height_of(convoy.scene.speed, convoy.scene.max_speed_mps, plot)
+    canvas.path(list(zip(x.tolist(), y.tolist(), strict=True)), MARKING)
+    for q in range(len(x)):
+        color = SPEED_SCALE[int(convoy.level[q])]
+        draw_dot(canvas, (float(x[q]), float(y[q])), color, bool(convoy.human[q]), bool(convoy.scene.collided[q]))
+
+
+def draw_dot(canvas: Canvas, centre: Point, color: Color, human: bool, collided: bool) -> None:
+    """The mark of one vehicle."""
+
+    def paint(large: Canvas) -> None:
+        end = OVERSAMPLING * DOT
+        if collided:
+            large.cross((0, 0, end, end), color, 0.28 * end)
+        else:
+            large.box((0, 0, end, end), color, radius=end // 2)
+        if human and not collided:
+            large.box((0.25 * end, 0.25 * end, 0.5 * end, 0.5 * end), PANEL, radius=end // 4)
+
+    at = (centre[0] - DOT / 2, centre[1] - DOT / 2)
+    canvas.sprite(("dot", color, human, collided), (DOT, DOT), at, paint)
+
+
+def draw_strip(canvas: Canvas, convoy: Convoy, x: FloatArray, box: Box, scale: float) -> None:
+    """The whole string on its episode, whose markings run backwards under the vehicles."""
+    left, top, width, height = box
+    canvas.box(box, ASPHALT)
+    period = legible(DASH_M * scale)
+    phase = -(convoy.end_m - convoy.road_m) * scale
+    for y in (top + 1, top + height - 2):
+        canvas.dashes((left, y, width, 1), MARKING, period=period, length=period / 2, phase=phase)
+    for q in range(len(x)):
+        color = SPEED_SCALE[int(convoy.level[q])]
+        canvas.box((float(x[q]) - 3, top + 3, 3, height - 6), color)
+
+
+def draw_numbers(canvas: Canvas, convoy: Convoy, right: float, y: float, scale: float) -> None:
+    """The paper's platoon numbers below the middle of each platoon, left out where they would overlap."""
+    free, disbanded = np.inf, convoy.disbanded()
+    for platoon, centre in enumerate((right - convoy.spans().mean(axis=1) * scale).tolist()):
+        label, color = str(len(disbanded) - platoon), DISBANDED if disbanded[platoon] else INTACT
+        width = canvas.text_width(label, color, SMALL)
+        if centre + width / 2 < free - 3:
+            canvas.text(label, (centre, y), color, SMALL, align=0.5)
+            free = centre - width / 2

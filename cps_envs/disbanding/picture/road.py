@@ -1,0 +1,118 @@
+"""The road wrapped over several rows with every vehicle on it, front platoon on top, gaps to scale."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
+from cps_envs.core.picture.palette import INK, MUTED, PAGE, WHITE, Color
+from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHOULDER, draw_car
+from cps_envs.core.types import FloatArray
+from cps_envs.disbanding.picture.convoy import VEHICLE_M, Convoy
+from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, SPEED_SCALE
+
+DASH_PERIOD_M, DASH_M = 12.0, 4.0
+CAR_WIDTH_M = 2.1
+WIDEST_LANE = 22  # pixels
+GUTTER = 40  # pixels at the right for the distance from the end of the road
+BRACKET = 11  # pixels above a lane for the platoon's bracket and label
+LABEL_SIZE = 15
+HUMAN_RIM = WHITE
+CROSS = 9  # pixels of the mark of a vehicle that was in a collision
+
+
+def draw_road(canvas: Canvas, convoy: Convoy, box: Box) -> None:
+    """All rows, from top to bottom of a box."""
+    left, top, width, height = box
+    row_height = height / convoy.rows
+    for row in range(convoy.rows):
+        draw_row(canvas, convoy, row, (left, top + row * row_height, width - GUTTER, row_height))
+
+
+def draw_row(canvas: Canvas, convoy: Convoy, row: int, box: Box) -> None:
+    """One row: lane with markings, brackets over the platoons, vehicles, distance from the end of the road."""
+    left, top, width, height = box
+    lane = (left, top + BRACKET + 2, width, min(height - BRACKET - 4, WIDEST_LANE))
+    scale, begin_m = width / convoy.row_m, row * convoy.row_m
+    draw_lane(canvas, lane, scale, convoy.end_m - begin_m - convoy.row_m)
+    spans = left + width - (convoy.spans() - begin_m) * scale  # (N, 2) from right to left
+    for platoon in np.flatnonzero((spans[:, 1] < left + width - 3) & (spans[:, 0] > left + 3)).tolist():
+        front, rear = spans[platoon].tolist()
+        draw_bracket(canvas, convoy, platoon, (rear, front), (left, top, width, BRACKET))
+    with canvas.within(lane):
+        draw_vehicles(canvas, convoy, left + width - (convoy.behind_m - begin_m) * scale, scale, lane)
+    canvas.text(f"{begin_m:.0f} m", (left + width + GUTTER, lane[1] + lane[3] / 2), MUTED, LABEL_SIZE, align=1)
+
+
+def draw_lane(canvas: Canvas, lane: Box, scale: float, begin_m: float) -> None:
+    """Asphalt whose markings stay on the road, and so run backwards under the vehicles; it begins at `begin_m`."""
+    left, top, width, height = lane
+    canvas.box(lane, ASPHALT, radius=2)
+    canvas.box((left, top + 1, width, 1), SHOULDER)
+    period = legible(DASH_PERIOD_M * scale)
+    line = (left, top + height - 2, width, 1)
+    canvas.dashes(line, MARKING, period=period, length=period / 3, phase=-begin_m * scale)
+
+
+def draw_bracket(canvas: Canvas, convoy: Convoy, platoon: int, span: Point, box: Box) -> None:
+    """A line over the part of a platoon in a row, with its number, and where its front is when it was disbanded."""
+    disbanded, platoons = bool(convoy.disbanded()[platoon]), len(convoy.scene.disbanding_s)
+    number, color = str(platoons - platoon), DISBANDED if disbanded else INTACT
+    begin, end = max(span[0], box[0]), min(span[1], box[0] + box[2])
+    y = box[1] + box[3] / 2 + 1
+    canvas.box((begin, y, end - begin, 1), color)
+    for tip, here in ((begin, begin == span[0]), (end - 1, end == span[1])):
+        if here:
+            canvas.box((tip, y, 1, 5), color)
+    badge = canvas.text_width(number, WHITE, LABEL_SIZE) + 8
+    if end - begin < badge:
+        return
+    canvas.box((end - badge, y - 6, badge, 12), color, radius=3)
+    canvas.text(number, (end - badge / 2, y + 1), WHITE, LABEL_SIZE, align=0.5)
+    note = f"disbanded at {convoy.scene.disbanding_s[platoon]:.0f} s"
+    width = canvas.text_width(note, color, LABEL_SIZE) + 8
+    if disbanded and end == span[1] and end - begin >= badge + width + 4:
+        canvas.box((end - badge - width, y - 5, width, 11), PAGE)
+        canvas.text(note, (end - badge - 4, y + 1), color, LABEL_SIZE, align=1)
+
+
+def draw_vehicles(canvas: Canvas, convoy: Convoy, x: FloatArray, scale: float, lane: Box) -> None:
+    """The vehicles whose front bumpers `x` (M,) bring them into a lane; collided ones bear a cross, or are one."""
+    left, top, width, height = lane
+    size = (max(round(VEHICLE_M * scale), 3), round(min(max(CAR_WIDTH_M * scale, 6), height - 4)))
+    middle, large = top + height / 2, size[0] >= 2 * CROSS
+    seen = np.flatnonzero((x > left) & (x - size[0] < left + width)).tolist()
+    collided = convoy.scene.collided
+    for q in seen:
+        if large or not collided[q]:
+            at = (float(x[q]) - size[0], middle - size[1] / 2)
+            draw_car(canvas, at, size, SPEED_SCALE[int(convoy.level[q])], HUMAN_RIM if convoy.human[q] else None)
+    for q in seen:
+        if collided[q]:
+            color = WHITE if large else SPEED_SCALE[int(convoy.level[q])]
+            draw_cross(canvas, (float(x[q]) - size[0] / 2, middle), color)
+
+
+def draw_cross(canvas: Canvas, centre: Point, color: Color) -> None:
+    """The mark of a vehicle that was in a collision."""
+
+    def paint(large: Canvas) -> None:
+        end = OVERSAMPLING * CROSS
+        large.cross((0, 0, end, end), INK, 0.36 * end)
+        large.cross((0.07 * end, 0.07 * end, 0.86 * end, 0.86 * end), color, 0.2 * end)
+
+    canvas.sprite(("cross", color), (CROSS, CROSS), (centre[0] - CROSS / 2, centre[1] - CROSS / 2), paint)
+
+
+def draw_legend(canvas: Canvas, right: float, y: float) -> None:
+    """What the vehicles' outlines and marks mean, ending at `right`."""
+    cruise, car = SPEED_SCALE[round(0.86 * (len(SPEED_SCALE) - 1))], (20, 9)
+    for label in ("in a collision", "human driver", "intact"):
+        right -= canvas.text_width(label, INK, LABEL_SIZE)
+        canvas.text(label, (right, y), INK, LABEL_SIZE)
+        right -= 30
+        canvas.box((right - 2, y - 7, 26, 14), ASPHALT, radius=2)
+        draw_car(canvas, (right + 1, y - 4.5), car, cruise, HUMAN_RIM if label == "human driver" else None)
+        if label == "in a collision":
+            draw_cross(canvas, (right + 11, y), WHITE)
+        right -= 16

@@ -1,0 +1,147 @@
+"""The start of episodes: what is drawn for them, and the steady state (specification 2.6), optionally perturbed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cps_envs.core.config import IntRange, bounds
+from cps_envs.core.kernels import clip, fill, inlined, kernel, unpack, view
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.state import Constants, State
+
+MIN_SPEED_MPS = 0.0  # Table 2.1: v_min
+
+
+class Perturbation(NamedTuple):
+    """What moves a start away from the steady state, per vehicle; absent vehicles are ignored."""
+
+    gap_factor: FloatArray  # (B, M) multiplies the steady gap: x_d inside a platoon, h v_d ahead of a leader
+    speed_offset_mps: FloatArray  # (B, M) is added to v_d and limited to the speed range
+    takeover_delay_s: FloatArray  # (B, M) of each human driver
+    driver_headway_s: FloatArray  # (B, M) of each human driver
+
+
+class Spread(NamedTuple):
+    """The interval from which a vehicle's row of `Perturbation` is drawn, as its lower end and its width."""
+
+    low: FloatArray  # (4,)
+    width: FloatArray  # (4,)
+
+
+def undisturbed(constants: Array, num_vehicles: int) -> Perturbation:
+    """The steady state with drivers who take over at once and keep the leaders' headway h; `constants` is (B,)."""
+    shape = (len(constants), num_vehicles)
+    headways = np.broadcast_to(constants["headway_s"][:, np.newaxis], shape)
+    return Perturbation(np.ones(shape), np.zeros(shape), np.zeros(shape), headways.copy())
+
+
+def nominal_constants(config: DisbandingConfig) -> Constants:
+    """What is publicly known of every episode; drawn quantities stand at the middle, and N at the end, of their range.
+
+    Of a configuration that leaves nothing to chance these are the constants of every episode.
+    """
+    known = vars(config) | vars(config.dynamics) | {"num_vehicles": config.max_vehicles, "min_speed_mps": MIN_SPEED_MPS}
+    known["stop_at_collision"] = config.on_collision == "end"
+    known |= {name: sum(bounds(getattr(config, name))) / 2 for name in ("tau_s", "desired_gap_m")}
+    return Constants(**{name: known[name] for name in Constants._fields})
+
+
+def spread(config: DisbandingConfig) -> Spread:
+    """How far the vehicles of an episode may differ."""
+    ends = np.array(
+        [
+            (-config.gap_spread, config.gap_spread),
+            (-config.speed_spread_mps, config.speed_spread_mps),
+            bounds(config.takeover_delay_s),
+            bounds(config.driver_headway_s),
+        ],
+        np.float64,
+    )
+    return Spread(ends[:, 0].copy(), ends[:, 1] - ends[:, 0])
+
+
+def draw(
+    config: DisbandingConfig,
+    envs: BoolArray,
+    generators: Sequence[np.random.Generator],
+    constants: Array,
+    budget: IntArray,
+    shares: FloatArray,
+) -> None:
+    """Draw the marked environments' constants (B,), budgets (B,), and the place of each vehicle in its `Spread`.
+
+    `shares` (B, 4, M) in [0, 1). What the configuration leaves exact is drawn too, so that the order of the draws is
+    always the same: platoons, lag, desired gap, budget, vehicles.
+    """
+    vehicles, taus, gaps = constants["num_vehicles"], constants["tau_s"], constants["desired_gap_m"]
+    (tau_low, tau_high), (gap_low, gap_high) = bounds(config.tau_s), bounds(config.desired_gap_m)
+    for b in np.flatnonzero(envs).tolist():
+        generator = generators[b]
+        vehicles[b] = _draw_whole(config.num_platoons, generator) * config.vehicles_per_platoon
+        tau_share, gap_share = generator.random(2).tolist()
+        taus[b] = tau_low + (tau_high - tau_low) * tau_share
+        gaps[b] = gap_low + (gap_high - gap_low) * gap_share
+        budget[b] = _draw_whole(config.attack_budget, generator)
+        generator.random(out=shares[b])
+
+
+def _draw_whole(value: IntRange, generator: Any) -> int:
+    low, high = bounds(value)
+    return int(generator.integers(int(low), int(high) + 1)) if low < high else int(low)
+
+
+@kernel
+def place_drawn(state: State, constants: Array, shares: FloatArray, limits: Spread, envs: BoolArray) -> None:
+    """`place` with a perturbation that lies in the interval `limits` at `shares` (B, 4, M)."""
+    rows = np.empty((4, shares.shape[2]))
+    for b in range(envs.size):
+        if envs[b]:
+            for k in range(4):
+                for q in range(shares.shape[2]):
+                    rows[k, q] = limits.low[k] + limits.width[k] * shares[b, k, q]
+            for q in range(shares.shape[2]):
+                rows[0, q] = 1.0 + rows[0, q]
+            drawn = Perturbation(rows[0], rows[1], rows[2], rows[3])
+            place_episode(view(state, b), unpack(Constants, constants, b), drawn)
+
+
+@kernel
+def place(state: State, constants: Array, perturbation: Perturbation, envs: BoolArray) -> None:
+    """Put the marked environments (B,) at time 0: all platoons intact, everything that is counted cleared."""
+    for b in range(envs.size):
+        if envs[b]:
+            place_episode(view(state, b), unpack(Constants, constants, b), view(perturbation, b))
+
+
+@inlined
+def place_episode(episode: State, c: Constants, perturbation: Perturbation) -> None:
+    """`place` for one episode; the perturbation's rows are (M,)."""
+    clear(episode)
+    desired_speed, place_m = c.desired_speed_mps, 0.0
+    for q in range(c.num_vehicles):
+        gap = c.headway_s * desired_speed if q % c.vehicles_per_platoon == 0 else c.desired_gap_m
+        place_m += (gap if q > 0 else 0.0) * perturbation.gap_factor[q]
+        episode.position[q] = -place_m
+        episode.speed[q] = clip(desired_speed + perturbation.speed_offset_mps[q], c.min_speed_mps, c.max_speed_mps)
+        episode.takeover_delay_s[q] = perturbation.takeover_delay_s[q]
+        episode.driver_headway_s[q] = perturbation.driver_headway_s[q]
+
+
+@inlined
+def clear(episode: State) -> None:
+    """Zero everything, for absent vehicles too, and write what stands for "not yet"."""
+    episode.step[0] = 0
+    episode.intact_error[0] = 0.0
+    episode.first_collision_s[0] = -1.0
+    fill(episode.disbanding_s, np.inf)
+    for q in range(episode.position.size):
+        episode.position[q] = episode.speed[q] = episode.acceleration[q] = episode.command[q] = 0.0
+        episode.takeover_delay_s[q] = episode.driver_headway_s[q] = episode.speed_error[q] = 0.0
+        episode.previous_gap[q] = np.inf
+        episode.rear_collided[q] = episode.collided[q] = episode.collided_intact[q] = False
+        episode.stops[q] = 0
+        episode.moving[q] = True

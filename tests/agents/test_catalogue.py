@@ -1,0 +1,118 @@
+"""The listing reads sources instead of importing policies; both ways have to agree."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import textwrap
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
+from agents.declarations import UnreadableError, declaration, missing_package
+from cps_envs import PROBLEMS
+from cps_envs.core.lookup import policy_entry
+from cps_envs.core.problem import Later
+from cps_envs.core.types import ROLES
+
+
+@pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
+def test_sources_say_what_importing_says(problem):
+    pytest.importorskip("scipy")
+    for role in ROLES:
+        for entry in policies(problem, role):
+            assert entry == imported_entry(entry.name, policy_entry(problem.name, role, entry.name))
+
+
+@pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
+def test_what_a_problem_imports_later_is_there(problem):
+    config = problem.presets["paper"]
+    game = problem.game(config, 1)
+    for role in ROLES:
+        assert problem.fields[role](config).size == game.fields[role].size
+        try:
+            game.team(role)
+        except TypeError:
+            assert problem.swarm != role
+        else:
+            assert problem.swarm == role
+    module = pytest.importorskip(f"cps_envs.{problem.name}_v{problem.version}")
+    offered = {name.rpartition(".")[2] for form, name in pettingzoo_ids(problem).items() if form != "id"}
+    assert offered == {name for name in ("parallel_env", "env", "swarm_env") if hasattr(module, name)}
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import cps_envs",
+        "from agents.catalogue import describe_everything; describe_everything()",
+        "from agents.commands.train import _list; from agents.recipes.finding import RECIPES; "
+        "_list(list(RECIPES.values()), False)",
+    ],
+)
+def test_listings_do_not_load_the_compiler(code):
+    code += "; import sys; print(sorted({'numba', 'scipy', 'torch'} & set(sys.modules)))"
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert printed.splitlines()[-1] == "[]"
+
+
+def test_later_is_a_value_and_names_its_function():
+    later = Later("cps_envs.core.types:other")
+    assert later == Later("cps_envs.core.types:other")
+    assert later("attacker") == "defender"
+
+
+STRANGE = """
+    '''What the module says.'''
+    import nowhere_to_be_found
+    from {package}.bases import Base
+
+    class Mine(Base):
+        pass
+
+    def make(spec) -> Mine:
+        '''Make one.
+
+        More.
+        '''
+
+    table = 3
+    """
+BASES = """
+    class Base:
+        privileged: frozenset[str] = frozenset({"opponent", "model"})
+    """
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    folder = tmp_path / "strange_policies"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "mine.py").write_text(textwrap.dedent(STRANGE.format(package=folder.name)))
+    (folder / "bases.py").write_text(textwrap.dedent(BASES))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    return folder.name
+
+
+def test_a_source_shows_summary_privileges_and_what_is_missing(package):
+    made, own = declaration(f"{package}.mine", "make"), declaration(f"{package}.mine", "Mine")
+    assert (made.summary, own.summary) == ("Make one.", "What the module says.")
+    assert made.privileged == own.privileged == ("model", "opponent")
+    assert missing_package(f"{package}.mine") == "nowhere_to_be_found"
+    assert missing_package(f"{package}.bases") == ""
+    with pytest.raises(UnreadableError):
+        declaration(f"{package}.mine", "table")
+
+
+def test_a_policy_that_cannot_be_loaded_says_what_it_lacks(package):
+    entry = imported_entry("mine", EntryPoint("disbanding.attacker.mine", f"{package}.mine:make", "cps_envs.policies"))
+    assert (entry.summary, entry.missing) == ("", "nowhere_to_be_found")
+
+
+def test_presets_and_roles_are_listed():
+    found = describe_problem(PROBLEMS["hvac"])
+    assert found["presets"] == list(PROBLEMS["hvac"].presets)
+    assert {entry["name"] for entry in found["policies"]["defender"]} >= {"none", "mtd2", "mixture"}

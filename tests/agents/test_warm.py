@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import agents.warm
+from agents.cli import app
+from agents.warm import Visit, visits, warm
+from cps_envs import PROBLEMS
+from cps_envs.core.kernel_cache import UNKEPT, compiled, told
+from cps_envs.core.lookup import policy_names
+from cps_envs.core.types import ROLES
+from cps_envs.testbed.problem import TESTBED
+from tests.core.toy import TOY
+
+
+def invoke(*arguments: str) -> Any:
+    return CliRunner().invoke(app, ["warm", "--jobs", "1", *arguments])
+
+
+@pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
+def test_presets_interfaces_and_policies_are_visited(problem: Any) -> None:
+    uses = [visit.what for visit in visits(problem)]
+    assert len(set(uses)) == len(uses)
+    for preset in problem.presets:
+        assert {f"{preset}: {role}, {form}" for role in ROLES for form in ("single", "vector")} <= set(uses)
+        assert f"{preset}: parallel" in uses
+        assert (f"{preset}: swarm" in uses) == (problem.swarm is not None)
+    assert {f"{role} {name}" for role in ROLES for name in policy_names(problem.name, role)} <= set(uses)
+    assert any("zoo:" in use for use in uses)
+
+
+def test_nothing_is_left_to_compile_after_warming() -> None:
+    found = warm("toy", [*visits(TOY), *visits(TESTBED)])
+    assert found.failed == []
+    before = list(compiled)
+    for visit in visits(TOY):
+        visit.play()
+    assert compiled == before
+    assert found.uses == len(list(visits(TOY))) + len(list(visits(TESTBED)))
+
+
+@pytest.fixture
+def little(monkeypatch: pytest.MonkeyPatch) -> list[Visit]:
+    """What a problem's visits are for the command."""
+    uses = [Visit("rogue", "in passing", lambda: None)]
+    monkeypatch.setattr(agents.warm, "visits", lambda problem: iter(uses))
+    return uses
+
+
+@pytest.mark.usefixtures("little")
+def test_the_command_reports_each_problem() -> None:
+    result = invoke("--problem", "rogue", "--problem", "testbed", "--json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert [each["problem"] for each in found["problems"]] == ["rogue", "testbed"]
+    assert found["kept"]
+    assert found["problems"][0]["uses"] == 1
+    assert "rogue: 0 kernels compiled" in result.stderr
+    assert "testbed" in invoke().stdout
+
+
+def test_the_command_goes_on_after_a_failure_and_says_so(little: list[Visit]) -> None:
+    def broken() -> None:
+        raise ZeroDivisionError("nobody [expected] this")
+
+    little.insert(0, Visit("rogue", "badly", broken))
+    result = invoke("--problem", "rogue", "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout)["problems"][0]["uses"] == 2
+    assert "rogue, badly: ZeroDivisionError: nobody [expected] this" in result.stderr
+
+
+@pytest.mark.usefixtures("little")
+def test_the_command_says_when_nothing_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("agents.warm.told", told | {UNKEPT})
+    result = invoke("--problem", "rogue", "--json")
+    assert (result.exit_code, json.loads(result.stdout)["kept"]) == (1, False)
+
+
+def test_an_unknown_problem_is_the_users_mistake() -> None:
+    result = invoke("--problem", "rouge")
+    assert result.exit_code == 2
+    assert "Did you mean 'rogue'?" in result.stderr
+
+
+def test_an_interrupt_gives_130(little: list[Visit]) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    little.append(Visit("rogue", "until somebody presses Ctrl-C", interrupted))
+    assert invoke("--problem", "rogue").exit_code == 130

@@ -1,0 +1,102 @@
+"""The problem in one file: through every public check, the command line and the documents."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from agents.catalogue import describe_problem
+from agents.cli import app
+from agents.docs import chapter
+from cps_envs import find_problem
+from cps_envs.core.conformance import CHECKS, Check, find_subject, run_check
+from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.problem import Problem
+
+FOLDER = Path(__file__).parents[2] / "examples"
+MINUTE = {"duration_s": 60}
+
+
+@pytest.fixture(autouse=True)
+def _own_problem(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The examples can be imported, by processes that tests start too."""
+    monkeypatch.syspath_prepend(str(FOLDER))
+    monkeypatch.setenv("PYTHONPATH", str(FOLDER), prepend=os.pathsep)
+
+
+@pytest.fixture
+def tank() -> Problem:
+    return find_problem("own_problem:TANK")
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("side", ["Attack", "Defense"])
+def test_it_conforms(side: str, check: Check, tank: Problem) -> None:
+    variants = [{"preset": "learning"}, {"preset": "learning", "opponent": "none"}]
+    subject = find_subject(f"own_problem:own_problem/Tank{side}-v0", MINUTE, variants)
+    if run_check(check, subject).status == "skipped":
+        assert check.__name__ in ("check_swarm", "check_live_swarm", "check_action_masks")
+
+
+def test_the_program_prints_every_meeting() -> None:
+    program = [sys.executable, str(FOLDER / "own_problem.py")]
+    lines = subprocess.run(program, check=True, capture_output=True, text=True).stdout.splitlines()
+    payoffs = {tuple(line.split()[:3:2]): float(line.split()[3]) for line in lines}
+    assert len(payoffs) == 9
+    assert payoffs["Bias", "none"] > 2 * payoffs["none", "none"]  # the attack does harm
+    assert payoffs["Bias", "Doubt"] < payoffs["Bias", "none"]  # doubting the sensor helps
+    assert payoffs["Bias?rise_s=60", "Doubt"] > payoffs["Bias", "Doubt"]  # a slow bias is not noticed
+
+
+def test_the_command_line_plays_it(tmp_path: Path) -> None:
+    picture = tmp_path / "tank.png"
+    pytest.importorskip("pygame")
+    arguments = ["play", "own_problem:TANK", "--set", "duration_s=20", "--json"]
+    result = CliRunner().invoke(app, [*arguments, "--attacker", "own_problem:Bias?rise_s=9", "--render", str(picture)])
+    assert result.exit_code == 0, result.output
+    assert "error_ms" in json.dumps(json.loads(result.stdout))
+    assert picture.stat().st_size > 0
+
+
+def test_the_documents_describe_it(tank: Problem) -> None:
+    page = "\n".join(chapter(tank))
+    assert "| 0 | `level` |" in page
+    assert "`correction_per_s`" in page
+    assert "own_problem:own_problem/TankDefense-v0" in page
+    assert describe_problem(tank)["pettingzoo"]["parallel"] == "own_problem.parallel_env"
+
+
+def test_a_bias_that_reads_low_floods_a_low_tank(tank: Problem) -> None:
+    env: Any = gymnasium.make("own_problem:own_problem/TankAttack-v0", height_m=1.2, opponent="none")
+    env.reset(seed=0)
+    for _ in range(120):
+        _, _, terminated, _, info = env.step(np.array([-1.0], np.float32))
+        if terminated:
+            break
+    assert terminated
+    assert info["flood_fee_ms"] == 30.0
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("own_problem:TONK", "no problem can be imported from 'own_problem:TONK'"),
+        ("nowhere:TANK", "No module named 'nowhere'"),
+        ("own_problem:main", "is no problem but"),
+        ("disbandin", "Did you mean 'disbanding'"),
+    ],
+)
+def test_a_wrong_name_is_refused(name: str, message: str) -> None:
+    importlib.import_module("own_problem")
+    with pytest.raises(UnknownNameError, match=message):
+        find_problem(name)
