@@ -56,7 +56,7 @@ class FdiAttack(Recipe):
 
     def masks(self, game: FdiGame) -> BoolArray | None:  # type: ignore[override]
         """Entries of sensors that nobody attacks mean nothing: they are fixed, lest they be noise."""
-        attacked = _table(game.tasks, game.config.num_vehicles)[0][_tasks(game)]
+        attacked = _table(game.tasks, game.config.num_vehicles)[0][game.state.task]
         masks = np.repeat(attacked[:, :, np.newaxis], game.config.share_levels + 1, axis=2)
         masks[:, :, 0] = ~attacked
         return masks.reshape(len(masks), -1)
@@ -66,8 +66,8 @@ class FdiAttack(Recipe):
 
         Every task can be hit, and any hit is worth more than any miss: the best attack stays the best.
         """
-        target = _table(game.tasks, game.config.num_vehicles)[1][_tasks(game)]
-        gaps = 1 + game.memories[np.arange(game.num_envs), target] / game.config.desired_gap_m
+        target = _table(game.tasks, game.config.num_vehicles)[1][game.state.task]
+        gaps = 1 + game.state.error[np.arange(game.num_envs), target] / game.config.desired_gap_m
         metrics = game.metrics()
         miss = self.miss_cost * (np.clip(gaps, 0, FURTHEST_GAPS) + metrics["illegal"])
         return np.where(ended & (rewards <= 0), -miss, rewards / metrics["oracle_value_mps"])
@@ -90,13 +90,6 @@ class FdiAttackDisturbed(FdiAttack):
     search_steps: int = 0  # no two episodes start alike
     self_imitation: int = 0
     evaluation_episodes: int = 256
-
-
-def _tasks(game: FdiGame) -> IntArray:
-    """The index of each environment's task (B,)."""
-    from cps_envs.fdi.memory import TASK
-
-    return game.counts[:, TASK]
 
 
 @lru_cache(maxsize=8)

@@ -58,9 +58,9 @@ class FdiDefense(Recipe):
 
     def learned(self, game: FdiGame, rewards: FloatArray, ended: BoolArray) -> FloatArray:  # type: ignore[override]
         """False alarms cost more than the problem charges, which makes no difference between false and true ones."""
-        memories = map(game.memory, range(len(rewards)))
-        false = [np.sum((memory.trust == 0) & (memory.injection == 0)) for memory in memories]
-        return rewards - self.false_alarm_cost_mps * np.array(false)
+        false = (game.state.trust == 0) & (game.state.injection == 0)
+        reward: FloatArray = rewards - self.false_alarm_cost_mps * np.sum(false, axis=1)
+        return reward
 
     def score(self, outcome: Mapping[str, Array]) -> float:
         """As learned from: the return and what false alarms cost."""

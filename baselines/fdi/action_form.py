@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import kernel
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.holding import Holder, held_by, hold
+from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, unpack
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.fields import is_drawn
-from cps_envs.fdi.legality import legal_levels
-from cps_envs.fdi.memory import (
-    BLOCKS_PER_VEHICLE,
-    constants_of,
-    matrices_of,
-    memory_of,
-    pack_constants,
-    pack_matrices,
-    update_law,
-)
+from cps_envs.fdi.legality import legal_in_slot, place
+from cps_envs.fdi.observation import is_drawn
+from cps_envs.fdi.state import Constants, Matrices, Scratch, constants_of, matrices_of, new_scratch
 
-Pick = Callable[[int, IntArray, IntArray], IntArray]  # slot, lowest and highest legal levels (B,) -> levels (B,)
+
+class Form(NamedTuple):
+    """What kernels know of the S slots of an action."""
+
+    sensors: IntArray  # (S,) readings
+    bounds: IntArray  # (S,) largest levels
+    share_levels: IntArray  # (1,) of the form "share"; 0 in the form "level"
+    constants: Array  # (1,) records of `state.Constants`
+    matrices: Matrices
 
 
 class ActionForm:
@@ -31,12 +33,14 @@ class ActionForm:
     """
 
     def __init__(self, config: FdiConfig) -> None:
+        self.config, self.drawn = config, is_drawn(config)
         n = config.num_vehicles
         attacked = config.fixed_task.sensors.flags(n)
-        self.sensors: IntArray = np.arange(2 * n) if is_drawn(config) else np.flatnonzero(attacked)  # (S,) readings
+        self.sensors: IntArray = np.arange(2 * n) if self.drawn else np.flatnonzero(attacked)  # (S,) readings
         self.bounds: IntArray = np.where(self.sensors < n, config.range_levels, config.rate_levels)  # (S,) levels
         self.share_levels = config.share_levels if config.attack_action == "share" else 0
-        self._packed, self._stacked = pack_constants(config), pack_matrices(config)
+        form = Form(self.sensors, self.bounds, np.array([self.share_levels]), constants_of(config), matrices_of(config))
+        self.holder = hold(form)  # for kernels
         resolution = np.where(self.sensors < n, config.range_resolution_m, config.rate_resolution_mps)
         self._transition = config.model.transition
         self._effect = config.model.injection[:, self.sensors] * resolution
@@ -45,114 +49,154 @@ class ActionForm:
         self,
         error: FloatArray,
         attacked: BoolArray,
-        pick: Pick,
+        wishes: IntArray,
         *,
         legal: bool = True,
-        action_masks: BoolArray | None = None,
+        masks: BoolArray | None = None,
     ) -> tuple[IntArray, IntArray]:
         """Actions (B, S) and the levels (B, S) that they inject in states with the error (B, 2n).
 
         Args:
             error: true e, m and m/s.
             attacked: (B, S) slots that count; the others inject nothing.
-            pick: chooses the levels of a slot once its legal interval is known.
+            wishes: (B, S) the levels that are wanted.
             legal: replace a level that would end the episode by the nearest legal one; nothing in a dead end.
-            action_masks: of the environment, which knows what is legal to the last digit.
+            masks: of the environment, which knows what is legal to the last digit, (B, k).
         """
-        offered = None if action_masks is None or self.share_levels else self._offered(action_masks)
-        levels, actions = np.zeros(attacked.shape, np.int64), np.zeros(attacked.shape, np.int64)
-        for slot in range(len(self.sensors)):
-            low, high = self._interval(error, attacked, levels, slot, offered)
-            wish = pick(slot, low, high)
-            if legal:
-                wish = np.clip(wish, low, high)
-            wish = np.where(attacked[:, slot], np.clip(wish, -self.bounds[slot], self.bounds[slot]), 0)
-            if self.share_levels:
-                actions[:, slot], levels[:, slot] = to_shares(wish, low, high, self.share_levels)
-            else:
-                actions[:, slot], levels[:, slot] = wish + self.bounds[slot], wish
+        actions, levels = np.empty(wishes.shape, np.int64), np.empty(wishes.shape, np.int64)
+        _say(self.holder, error, attacked, wishes, self.masks(masks, len(error)), legal, actions, levels)
         return actions, levels
 
     def to_levels(self, error: FloatArray, attacked: BoolArray, actions: IntArray) -> IntArray:
         """The levels (B, S) that actions (B, S) ask for."""
-        if not self.share_levels:
-            return np.where(attacked, actions - self.bounds, 0)
-        levels = np.zeros(attacked.shape, np.int64)
-        for slot in range(len(self.sensors)):
-            low, high = self._interval(error, attacked, levels, slot, None)
-            acts = attacked[:, slot] & (actions[:, slot] > 0)
-            levels[:, slot] = np.where(acts, _said(actions[:, slot], low, high, self.share_levels), 0)
+        levels = np.empty(attacked.shape, np.int64)
+        _read(self.holder, error, attacked, actions, levels)
         return levels
 
-    def sayable(self, low: IntArray, high: IntArray) -> IntArray:
-        """The levels (B, share_levels + 1) that the form "share" can say where the interval (B,) is legal."""
-        actions = np.arange(self.share_levels + 1)
-        said = _said(actions, low[:, np.newaxis], high[:, np.newaxis], self.share_levels)
-        return np.where(actions > 0, said, 0)
+    def masks(self, masks: BoolArray | None, num_envs: int) -> BoolArray:
+        """The masks that `interval_of` looks at: those of the form "level", if there are any, else (B, 0)."""
+        return np.zeros((num_envs, 0), np.bool_) if masks is None or self.share_levels else masks
 
     def error_after(self, error: FloatArray, levels: IntArray) -> FloatArray:
         """The error (2n,) one step after injecting levels (S,), (3.16): nothing clipped, disturbed or defended."""
         after: FloatArray = self._transition @ error + self._effect @ levels
         return after
 
-    def _interval(
-        self, error: FloatArray, attacked: BoolArray, levels: IntArray, slot: int, offered: IntArray | None
-    ) -> tuple[IntArray, IntArray]:
-        """The lowest and the highest legal level (B,) of a slot; 0 and 0 where there is none."""
-        found = np.empty((len(error), 2), np.int64)
-        _fill_intervals(error, np.where(attacked, self.sensors, -1), levels, slot, self._packed, self._stacked, found)
-        low, high = found.T
-        if offered is not None:
-            low, high = np.maximum(low, offered[:, slot, 0]), np.minimum(high, offered[:, slot, 1])
-        empty = low > high
-        return np.where(empty, 0, low), np.where(empty, 0, high)
-
-    def _offered(self, masks: BoolArray) -> IntArray:
-        """The intervals (B, S, 2) that masks over the flattened action leave."""
-        parts = np.split(masks, np.cumsum(2 * self.bounds + 1)[:-1], axis=1)
-        low = np.stack([np.argmax(part, axis=1) for part in parts], axis=1)
-        high = np.stack([part.shape[1] - 1 - np.argmax(part[:, ::-1], axis=1) for part in parts], axis=1)
-        return np.stack([low, high], axis=2) - self.bounds[:, np.newaxis]
+    def errors_after(self, errors: FloatArray, levels: IntArray) -> FloatArray:
+        """The same of a batch: errors (B, 2n) and levels (B, S)."""
+        after: FloatArray = errors @ self._transition.T + levels @ self._effect.T
+        return after
 
 
-def to_shares(levels: IntArray, low: IntArray, high: IntArray, count: int) -> tuple[IntArray, IntArray]:
-    """Actions (B,) of the form "share" and the levels (B,) that they inject: the nearest that this form can say.
+class Slots(NamedTuple):
+    """An episode's slots while a kernel chooses their levels; one episode uses them after the other."""
+
+    sensors: IntArray  # (S,) readings, -1 where not attacked
+    s: Scratch  # `level` holds what the earlier slots took
+
+
+@inlined
+def new_slots(form: Form, n: int) -> Slots:
+    """Slots of no episode yet."""
+    return Slots(np.empty(form.sensors.size, np.int64), new_scratch(n, form.sensors.size))
+
+
+@inlined
+def open_slots(form: Form, attacked: BoolArray, slots: Slots) -> Slots:
+    """Turn to an episode in which the marked slots (S,) are attacked."""
+    sensors, s = borrowed(slots.sensors), lend(slots.s)
+    for slot in range(sensors.size):
+        sensors[slot] = form.sensors[slot] if attacked[slot] else -1
+    place(sensors, s.slot)
+    return Slots(sensors, s)
+
+
+@inlined
+def interval_of(
+    form: Form, c: Constants, error: FloatArray, slots: Slots, slot: int, mask: BoolArray
+) -> tuple[int, int]:
+    """The lowest and the highest legal level of a slot; 0 and 0 where there is none, or it is not attacked."""
+    if slots.sensors[slot] < 0:
+        return 0, 0
+    legal_in_slot(error, c, form.matrices, slots.sensors, slot, slots.s.interval, slots.s)
+    low, high = slots.s.interval[slot, 0], slots.s.interval[slot, 1]
+    if mask.size > 0:
+        middle = form.bounds[slot]
+        for before in range(slot):
+            middle += 2 * form.bounds[before] + 1
+        while low <= high and not mask[middle + low]:
+            low += 1
+        while low <= high and not mask[middle + high]:
+            high -= 1
+    return (0, 0) if low > high else (low, high)
+
+
+@inlined
+def take(form: Form, slots: Slots, slot: int, wish: int, low: int, high: int) -> int:
+    """The action that injects a wished level, or the nearest that can be said, which is noted for the later slots."""
+    bound, count = form.bounds[slot], form.share_levels[0]
+    level = max(-bound, min(bound, wish)) if slots.sensors[slot] >= 0 else 0
+    if count == 0:
+        slots.s.level[slot] = level
+        action: int = level + bound
+        return action
+    action, slots.s.level[slot] = to_share(level, low, high, count)
+    return action
+
+
+@inlined
+def to_share(level: int, low: int, high: int, count: int) -> tuple[int, int]:
+    """The action of the form "share" and the level that it injects: the nearest that this form can say.
 
     It says every legal level where there are at most `count` of them.
     """
-    part = np.clip((levels - low) / np.maximum(high - low, 1), 0, 1)
-    action = 1 + np.rint(part * (count - 1)).astype(np.int64)
-    nothing = levels == 0
-    return np.where(nothing, 0, action), np.where(nothing, 0, _said(action, low, high, count))
+    if level == 0:
+        return 0, 0
+    part = clip((level - low) / max(high - low, 1), 0.0, 1.0)
+    action = 1 + int(np.rint(part * (count - 1)))
+    return action, said(action, low, high, count)
 
 
-def _said(action: IntArray, low: IntArray, high: IntArray, count: int) -> IntArray:
-    """The levels (B,) behind the actions 1..count, as in `choice.choose_levels`."""
-    part = (action - 1) / (count - 1)
-    levels: IntArray = low + np.floor(part * (high - low) + 0.5).astype(np.int64)
-    return levels
+@inlined
+def said(action: int, low: int, high: int, count: int) -> int:
+    """The level behind an action of the form "share", as in `legality.choose_levels`."""
+    return low + math.floor((action - 1) / (count - 1) * (high - low) + 0.5) if action > 0 else 0
 
 
 @kernel
-def _fill_intervals(
+def _say(
+    holder: Holder[Form],
     errors: FloatArray,
-    sensors: IntArray,
+    attacked: BoolArray,
+    wishes: IntArray,
+    masks: BoolArray,
+    legal: bool,
+    actions: IntArray,
     levels: IntArray,
-    slot: int,
-    packed: FloatArray,
-    stacked: FloatArray,
-    found: IntArray,
 ) -> None:
-    """Fill the legal intervals (B, 2) of a slot, where `levels` (B, S) of the slots before it are taken.
+    """See `ActionForm.to_actions`."""
+    form = held_by(holder)
+    c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
+    for b in range(wishes.shape[0]):
+        slots = open_slots(form, borrowed(attacked)[b], new)
+        for slot in range(wishes.shape[1]):
+            low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(masks)[b])
+            wish = wishes[b, slot]
+            actions[b, slot] = take(form, slots, slot, min(max(wish, low), high) if legal else wish, low, high)
+            levels[b, slot] = slots.s.level[slot]
 
-    `sensors` (B, S) are readings, -1 where not attacked; see `episode` for the packed constants and stacked matrices.
-    """
-    c, m = constants_of(packed), matrices_of(stacked)
-    slots = sensors.shape[1]
-    memory = memory_of(np.zeros((1, BLOCKS_PER_VEHICLE * (errors.shape[1] // 2))), 0)
-    interval, row = np.empty((slots, 2), np.int64), np.empty(slots)
-    for b in range(len(errors)):
-        memory.error[:] = errors[b]
-        update_law(memory, m)
-        legal_levels(memory, c, m, sensors[b], levels[b], slot, interval, row)
-        found[b] = interval[slot]
+
+@kernel
+def _read(holder: Holder[Form], errors: FloatArray, attacked: BoolArray, actions: IntArray, levels: IntArray) -> None:
+    """See `ActionForm.to_levels`."""
+    form = held_by(holder)
+    c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
+    count, nothing = form.share_levels[0], np.empty(0, np.bool_)
+    for b in range(actions.shape[0]):
+        slots = open_slots(form, borrowed(attacked)[b], new)
+        for slot in range(actions.shape[1]):
+            level = actions[b, slot] - form.bounds[slot] if attacked[b, slot] else 0
+            if count > 0:
+                low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(nothing))
+                level = said(actions[b, slot], low, high, count) if attacked[b, slot] else 0
+            slots.s.level[slot] = levels[b, slot] = level

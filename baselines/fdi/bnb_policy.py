@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from baselines.fdi.action_form import Pick
-from baselines.fdi.branch_and_bound import CORRECTED, Search, find_injections, make_search
-from baselines.fdi.injection import InjectionPolicy, View, wished
+from baselines.fdi.branch_and_bound import CORRECTED, Search, fill_sequences, make_search
+from baselines.fdi.injection import InjectionPolicy, View
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.types import BoolArray, IntArray
 
@@ -36,6 +35,10 @@ class BranchAndBound(InjectionPolicy):
         super().__init__(spec, legal=legal)
         self.steps_ahead, self.infeasible_calls = steps_ahead, 0
         self._options: dict[str, Any] = {"steps_ahead": steps_ahead, "width": width, "gap_sign": gap_sign}
+        n, places = self.config.num_vehicles, {sensor: slot for slot, sensor in enumerate(self.form.sensors.tolist())}
+        slots = [(i, places.get(i - 1, -1), places.get(n + i - 1, -1)) for i in range(1, n + 1)]
+        self._vehicles = [own for own in slots if max(own[1:]) >= 0]  # and their slots for range and range-rate
+        self._searches: dict[tuple[int, str], Search] = {}
         self._search(1, "x")  # refuses impossible options
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
@@ -44,29 +47,37 @@ class BranchAndBound(InjectionPolicy):
         sequences = np.zeros((envs, self.steps_ahead + 1, len(self.form.sensors)), np.int64)
         return sequences, np.full(envs, self.steps_ahead + 1)
 
-    def choose(self, view: View, state: State) -> tuple[Pick, State]:
+    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
         """The next injections of the sequences; new sequences where they are used up."""
         assert state is not None
         sequences, used = state[0].copy(), state[1].copy()
         due = used > self.steps_ahead
         sequences[due], used[due] = 0, 0
-        for envs, vehicle, kind in self._attacks(view, due):
-            found = find_injections(self._search(vehicle, kind), view.error[envs])
-            self.infeasible_calls += int(np.sum(~found.found))
-            slots = np.flatnonzero(np.isin(self.form.sensors, self._search(vehicle, kind).readings))
-            sequences[envs[:, np.newaxis], :, slots] = found.levels.transpose(0, 2, 1)
-        return wished(sequences[np.arange(len(used)), used]), (sequences, used + 1)
+        for envs, vehicle, kind, slots in self._attacks(view, due):
+            search = self._search(vehicle, kind)
+            self.infeasible_calls += fill_sequences(search, view.error, envs, slots, sequences)
+        actions = self.say(view, sequences[np.arange(len(used)), used], masks)
+        return actions, (sequences, used + 1)
 
     def _search(self, vehicle: int, kind: str) -> Search:
-        return make_search(self.config, vehicle, kind, **self._options)
+        if (
+            vehicle,
+            kind,
+        ) not in self._searches:  # quicker than hashing a configuration
+            self._searches[vehicle, kind] = make_search(self.config, vehicle, kind, **self._options)
+        return self._searches[vehicle, kind]
 
-    def _attacks(self, view: View, due: BoolArray) -> Iterator[tuple[IntArray, int, str]]:
-        """The episodes that attack a vehicle with a kind of sensors and need a new sequence."""
-        n = self.config.num_vehicles
-        attacked = np.zeros((len(due), 2 * n), np.bool_)
-        attacked[:, self.form.sensors] = view.attacked & due[:, np.newaxis]
-        for vehicle in range(1, n + 1):
-            ranges, rates = attacked[:, vehicle - 1], attacked[:, n + vehicle - 1]
-            for kind, chosen in (("x", ranges & ~rates), ("v", rates & ~ranges), ("xv", ranges & rates)):
-                if chosen.any():
-                    yield np.flatnonzero(chosen), vehicle, kind
+    def _attacks(self, view: View, due: BoolArray) -> Iterator[tuple[BoolArray, int, str, IntArray]]:
+        """The episodes (B,) that need a new sequence against sensors of a vehicle, of which kind, and their slots."""
+        wanted = view.attacked & due[:, np.newaxis]
+        some: BoolArray = np.any(wanted, axis=0)
+        for vehicle, ranges, rates in self._vehicles:
+            if ranges < 0 or rates < 0 or not (some[ranges] and some[rates]):
+                for kind, slot in (("x", ranges), ("v", rates)):
+                    if slot >= 0 and some[slot]:
+                        yield wanted[:, slot], vehicle, kind, np.array([slot])
+                continue
+            both = wanted[:, ranges] & wanted[:, rates]
+            yield wanted[:, ranges] & ~both, vehicle, "x", np.array([ranges])
+            yield wanted[:, rates] & ~both, vehicle, "v", np.array([rates])
+            yield both, vehicle, "xv", np.array([ranges, rates])

@@ -113,6 +113,27 @@ def find_injections(search: Search, errors: FloatArray) -> Injections:
     return Injections(np.where(found[:, np.newaxis, np.newaxis], levels, 0), found, costs, nodes)
 
 
+@kernel
+def fill_sequences(search: Search, errors: FloatArray, envs: BoolArray, slots: IntArray, sequences: IntArray) -> int:
+    """Write the cheapest sequences of the marked episodes (B,) into `sequences` (B, N_h + 1, S), at the slots (q,).
+
+    They are zeros where there is none; returns how many these are. `errors` (B, 2n) are true states.
+    """
+    path, chosen = np.empty((1, search.steps, errors.shape[1])), np.empty((1, search.steps), np.int64)
+    costs, nodes, missing = np.empty(1), np.empty(1, np.int64), 0
+    for b in range(envs.size):
+        if envs[b]:
+            path[0, 0], costs[0], nodes[0] = errors[b], np.inf, 1
+            _search_all(search, path, chosen, costs, nodes)
+            found = costs[0] < np.inf
+            missing += not found
+            for step in range(search.steps):
+                for sensor in range(slots.size):
+                    level = search.levels[sensor, search.moves[chosen[0, step], sensor]] if found else 0
+                    sequences[b, step, slots[sensor]] = level
+    return missing
+
+
 def error_of(gap_error_m: FloatArray, relative_speed_mps: FloatArray) -> FloatArray:
     """The states e (B, 2n) of decoded observations (B, n); what nearly rests is put to rest, so that attacks start."""
     error = np.concatenate([gap_error_m, relative_speed_mps], axis=-1, dtype=np.float64)
@@ -148,8 +169,8 @@ def _search_all(search: Search, path: FloatArray, chosen: IntArray, costs: Float
     spent = np.empty(search.steps)
     allowed = np.empty((search.steps, search.values.shape[0], search.values.shape[1]), np.bool_)
     for b in range(len(path)):
-        depth, spent[0], places[0, 1] = 0, 0.0, 0
-        _accept(search, path[b, 0], allowed[0])
+        depth, spent[0] = 0, 0.0
+        places[0, 1] = 0 if _accept(search, path[b, 0], allowed[0]) else len(search.costs)
         while depth >= 0:
             move = _next_allowed(search, allowed[depth], places[depth, 1], spent[depth], costs[b])
             if move < 0:
@@ -164,21 +185,24 @@ def _search_all(search: Search, path: FloatArray, chosen: IntArray, costs: Float
                 continue
             _propagate(search, path[b, depth], move, path[b, depth + 1])
             depth += 1
-            spent[depth], places[depth, 1] = cost, 0
-            _accept(search, path[b, depth], allowed[depth])
+            spent[depth] = cost
+            places[depth, 1] = 0 if _accept(search, path[b, depth], allowed[depth]) else len(search.costs)
             nodes[b] += 1
 
 
 @kernel
-def _accept(search: Search, error: FloatArray, allowed: BoolArray) -> None:
-    """Mark the candidates (q, c) of each sensor that satisfy (3.39), or (3.40) and (3.41), and the sensor's bounds."""
+def _accept(search: Search, error: FloatArray, allowed: BoolArray) -> bool:
+    """Mark the candidates (q, c) of each sensor that satisfy (3.39), or (3.40) and (3.41), and the sensor's bounds.
+
+    Returns whether every sensor has one.
+    """
     i, n = search.vehicle, error.size // 2
     own, ahead = 0.0, 0.0
     for state in range(error.size):
         own += search.own[state] * error[state]
         ahead += search.ahead[state] * error[state]
     rest = own - ahead + search.gap_sign * error[i]
-    speed = error[n + i] + 0.0  # so that -0 is +0
+    speed, possible = error[n + i] + 0.0, True  # the sum so that -0 is +0
     for sensor in range(allowed.shape[0]):
         kept = 0
         for place in range(allowed.shape[1]):
@@ -187,6 +211,8 @@ def _accept(search: Search, error: FloatArray, allowed: BoolArray) -> None:
             fits = gain >= 0.0 and error[search.readings[sensor]] + value >= search.lowest[sensor]
             allowed[sensor, place] = fits and (search.width == 0 or kept < search.width)
             kept += fits
+        possible &= kept > 0
+    return possible
 
 
 @kernel

@@ -72,17 +72,26 @@ def best_from(
     will do, since waiting is free there. None where no collision is reached: whole levels reach none either. The plan
     depends on the arguments alone, not on what was asked before.
     """
+    best = fastest_from(config, task, error, step, lengths)
+    if best is None:
+        return None
+    speed_mps, ending = best
+    found = solve(_shifted(_loaded(config, task.sensors, ending, fastest=True).program, error))
+    if found.columns is None:
+        return None
+    return Plan(speed_mps, found.columns.reshape(ending.steps, -1))
+
+
+def fastest_from(
+    config: FdiConfig, task: Task, error: FloatArray, step: int, lengths: Sequence[int] | None = None
+) -> tuple[float, Ending] | None:
+    """Speed (m/s, 0 or more) and ending of the plan of `best_from`, which are quicker to tell than the plan."""
     target, best_mps, ending = task.target - 1, -np.inf, None
     for steps in sorted(range(1, config.horizon - step + 1) if lengths is None else lengths, reverse=True):
         reached_mps = _closing(config, task, error, Ending(steps, target))
         if reached_mps > best_mps + SAME_MPS:
             best_mps, ending = reached_mps, Ending(steps, target)
-    if ending is None:
-        return None
-    found = solve(_shifted(_loaded(config, task.sensors, ending, fastest=True).program, error))
-    if found.columns is None:
-        return None
-    return Plan(max(0.0, best_mps), found.columns.reshape(ending.steps, -1))
+    return None if ending is None else (max(0.0, best_mps), ending)
 
 
 def _closing(config: FdiConfig, task: Task, error: FloatArray, ending: Ending) -> float:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
 
-import numpy as np
-
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, IntArray
 from cps_envs.fdi.config import FdiConfig
 
-Seen = Mapping[str, FloatArray]  # the defender's decoded observation
 ROUNDING = 1e-3  # m and m/s; observations are of single precision
 
 
@@ -24,25 +21,19 @@ class Detector(AnalyticPolicy):
 
     @abstractmethod
     def blank(self, envs: int) -> Array:
-        """What is remembered of an episode, (B, ...), at its start."""
+        """What is remembered of an episode at its start: zeros (B, ...)."""
 
     @abstractmethod
-    def distrust(self, seen: Seen, memory: Array) -> tuple[BoolArray, Array]:
-        """Readings (B, 2n), ranges 1..n, then range-rates, that are not to be used, and what to remember."""
+    def judge(self, seen: Seen, memory: Array, actions: IntArray) -> None:
+        """Renew what is remembered (B, ...), and set the trust of readings that are not to be used to 0.
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+        The memory of an episode that begins, see `seen.start`, counts as blank. Actions (B, 3n) trust every reading
+        before: ranges of vehicles 1..n, then range-rates.
+        """
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, 3n): trust in every reading, then no correction."""
-        memory = self.blank(len(observation))
-        if state is not None:
-            fresh = np.zeros(len(memory), np.bool_) if episode_start is None else episode_start
-            memory[~fresh] = state[0][~fresh]
-        distrusted, memory = self.distrust(self.spec.fields.decode(observation), memory)
-        actions = np.repeat(self.spec.neutral_action[np.newaxis], len(observation), axis=0)
-        actions[:, : 2 * self.config.num_vehicles] = ~distrusted
+        memory = self.blank(len(seen)) if state is None else state[0].copy()
+        actions = repeat(self.spec.neutral_action, len(seen))
+        self.judge(seen, memory, actions)
         return actions, (memory,)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.fdi.detector import ROUNDING, Detector, Seen
+from baselines.fdi.detector import ROUNDING, Detector
+from baselines.fdi.injection import decoded
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.kernels import inlined, kernel
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.fields import MAX_RATE_MPS
+from cps_envs.fdi.observation import MAX_RATE_MPS
 
 HOLD_S = 2.0  # chosen
 
@@ -36,15 +39,10 @@ class KinematicResidual(Detector):
         """For each vehicle (B, n, 2): steps for which the alarm still holds, and the residuals since then, m."""
         return np.zeros((envs, self.config.num_vehicles, 2))
 
-    def distrust(self, seen: Seen, memory: Array) -> tuple[BoolArray, Array]:
+    def judge(self, seen: Seen, memory: Array, actions: IntArray) -> None:
         """See the class."""
-        residual, (left, offset) = seen["kinematic_residual"], np.moveaxis(memory, -1, 0)
-        raised = np.abs(residual) > self.threshold_m
-        left = latched(raised, left, self.hold_steps)
-        doubted = (left > 0) | (np.abs(offset) > self.threshold_m)
-        offset = np.where(doubted, offset + residual, 0.0)
-        ranges = (left > 0) | (np.abs(offset) > self.threshold_m)
-        return np.concatenate([ranges, left > 0], axis=1), np.stack([left, offset], axis=-1)
+        layout = (seen.fields.offsets, seen.fields.scale)
+        _compare_changes(seen.observation, seen.start, *layout, self.threshold_m, self.hold_steps, memory, actions)
 
 
 class FrontRearRedundancy(Detector):
@@ -68,27 +66,71 @@ class FrontRearRedundancy(Detector):
         """Steps (B, n - 1) for which a range stays doubted."""
         return np.zeros((envs, self.config.num_vehicles - 1), np.int64)
 
-    def distrust(self, seen: Seen, memory: Array) -> tuple[BoolArray, Array]:
+    def judge(self, seen: Seen, memory: Array, actions: IntArray) -> None:
         """See the class."""
-        raised = np.abs(seen["redundancy_residual"]) > self.config.range_resolution_m / 2
-        left = latched(raised, memory, self.hold_steps)
-        return np.pad(left > 0, ((0, 0), (0, self.config.num_vehicles + 1))), left
+        layout, largest_m = (seen.fields.offsets, seen.fields.scale), self.config.range_resolution_m / 2
+        _compare_sensors(seen.observation, seen.start, *layout, largest_m, self.hold_steps, memory, actions)
 
 
 class ModelOnly(AnalyticPolicy):
     """Replaces every reading at every step: a reference, as blind to attacks as to disturbances."""
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, 3n)."""
         action = self.spec.neutral_action.copy()
         action[: 2 * self.spec.config.num_vehicles] = 0
-        return np.stack([action] * len(observation)), state
+        return repeat(action, len(seen)), state
+
+
+@kernel
+def _compare_changes(
+    observation: Observation,
+    start: BoolArray,
+    offsets: Array,
+    scale: FloatArray,
+    threshold_m: float,
+    hold_steps: int,
+    memory: FloatArray,
+    actions: IntArray,
+) -> None:
+    """`KinematicResidual.judge` on observations (B, size) whose fields begin at `offsets`."""
+    n, at = memory.shape[1], offsets[0]
+    for b in range(memory.shape[0]):
+        for i in range(n):
+            residual = decoded(observation[b], scale, at.kinematic_residual + i)
+            left, offset = (0.0, 0.0) if start[b] else (memory[b, i, 0], memory[b, i, 1])
+            left = latched(abs(residual) > threshold_m, left, hold_steps)
+            doubted = left > 0 or abs(offset) > threshold_m
+            offset = offset + residual if doubted else 0.0
+            memory[b, i, 0], memory[b, i, 1] = left, offset
+            actions[b, i] = not (left > 0 or abs(offset) > threshold_m)
+            actions[b, n + i] = not left > 0
+
+
+@kernel
+def _compare_sensors(
+    observation: Observation,
+    start: BoolArray,
+    offsets: Array,
+    scale: FloatArray,
+    largest_m: float,
+    hold_steps: int,
+    memory: IntArray,
+    actions: IntArray,
+) -> None:
+    """`FrontRearRedundancy.judge` on observations (B, size) whose fields begin at `offsets`."""
+    at = offsets[0]
+    for b in range(memory.shape[0]):
+        for i in range(memory.shape[1]):
+            difference = decoded(observation[b], scale, at.redundancy_residual + i)
+            memory[b, i] = latched(abs(difference) > largest_m, 0 if start[b] else memory[b, i], hold_steps)
+            actions[b, i] = not memory[b, i] > 0
+
+
+@inlined
+def latched(raised: bool, left: float, steps: int) -> float:
+    """For how many steps, this one included, an alarm stays on: `steps` more where raised, else one less."""
+    return steps + 1 if raised else max(left - 1, 0)
 
 
 def hold_steps(config: FdiConfig, hold_s: float) -> int:
@@ -100,11 +142,6 @@ def hold_steps(config: FdiConfig, hold_s: float) -> int:
     if hold_s < 0:
         raise ConfigurationError(f"hold_s = {hold_s} must be 0 or more")
     return round(hold_s / config.dt_s)
-
-
-def latched(raised: BoolArray, left: Array, steps: int) -> Array:
-    """The steps, this one included, for which alarms stay on: `steps` more where raised, else one less than before."""
-    return np.where(raised, steps + 1, np.maximum(left - 1, 0))
 
 
 def quiet_residual_m(config: FdiConfig) -> float:

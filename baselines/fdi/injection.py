@@ -7,10 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from baselines.fdi.action_form import ActionForm, Pick
-from baselines.fdi.branch_and_bound import error_of
+from baselines.fdi.action_form import ActionForm
+from baselines.fdi.branch_and_bound import AT_REST
+from cps_envs.core.kernels import inlined, kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task
@@ -32,48 +34,38 @@ class InjectionPolicy(AnalyticPolicy):
     dead end.
     """
 
+    masked = True
+
     def __init__(self, spec: RoleSpec, *, legal: bool = True) -> None:
         super().__init__(spec)
         self.config: FdiConfig = spec.config
         self.legal = legal
         self.form = ActionForm(self.config)
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-        action_masks: BoolArray | None = None,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S)."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
-        view = self.view(observation)
-        pick, state = self.choose(view, state)
-        actions, _ = self.form.to_actions(view.error, view.attacked, pick, legal=self.legal, action_masks=action_masks)
-        return actions, state
+        return self.choose(view_of(self.form, seen), seen.masks, state)
 
     @abstractmethod
-    def choose(self, view: View, state: State) -> tuple[Pick, State]:
-        """How to pick the level of each slot once its legal interval is known, and the new state."""
+    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
+        """Actions (B, S), and the new state."""
 
-    def view(self, observation: Array) -> View:
-        """The decoded observations (B, size)."""
-        return view_of(self.spec, observation)
+    def say(self, view: View, wishes: IntArray, masks: BoolArray | None) -> IntArray:
+        """The actions (B, S) that inject wished levels (B, S)."""
+        return self.form.to_actions(view.error, view.attacked, wishes, legal=self.legal, masks=masks)[0]
 
 
-def view_of(spec: RoleSpec, observation: Array) -> View:
-    """What an attacker's observations (B, size) say."""
-    config: FdiConfig = spec.config
-    seen, envs = spec.fields.decode(observation), len(observation)
-    if "attacked" in seen:
-        attacked, target = seen["attacked"] > 0.5, np.argmax(seen["target"], axis=1)
-    else:
-        attacked = np.ones((envs, config.fixed_task.sensors.count), np.bool_)
-        target = np.full(envs, config.target - 1)
-    step = config.horizon - np.rint(seen["steps_left"]).astype(np.int64)
-    return View(error_of(seen["gap_error"], seen["relative_speed"]), attacked, target, step)
+def view_of(form: ActionForm, seen: Seen) -> View:
+    """What an attacker's observations say."""
+    envs, slots, n = len(seen), len(form.sensors), form.config.num_vehicles
+    view = View(
+        np.empty((envs, 2 * n)),
+        np.ones((envs, slots), np.bool_),
+        np.full(envs, form.config.target - 1),
+        np.empty(envs, np.int64),
+    )
+    _look(seen.observation, seen.fields.offsets, seen.fields.scale, form.config.horizon, form.drawn, *view)
+    return view
 
 
 def task_of(config: FdiConfig, view: View, b: int) -> Task:
@@ -85,6 +77,37 @@ def task_of(config: FdiConfig, view: View, b: int) -> Task:
     return Task(Sensors(*vehicles), int(view.target[b]) + 1)
 
 
-def wished(levels: IntArray) -> Pick:
-    """Picks given levels (B, S)."""
-    return lambda slot, low, high: levels[:, slot]
+@inlined
+def decoded(row: Observation, scale: FloatArray, entry: int) -> float:
+    """An entry of an observation (size,) in its field's unit."""
+    value: float = row[entry] * scale[1, entry] + scale[0, entry]
+    return value
+
+
+@kernel
+def _look(
+    observation: Observation,
+    offsets: Array,
+    scale: FloatArray,
+    horizon: int,
+    drawn: bool,
+    error: FloatArray,
+    attacked: BoolArray,
+    target: IntArray,
+    step: IntArray,
+) -> None:
+    """Fill a `View` from observations (B, size), whose fields begin at `offsets`; a fixed task is filled in already."""
+    at, n = offsets[0], error.shape[1] // 2
+    for b in range(observation.shape[0]):
+        row = observation[b]
+        for j in range(2 * n):
+            entry = at.gap_error + j if j < n else at.relative_speed + j - n
+            value = decoded(row, scale, entry)
+            error[b, j] = 0.0 if abs(value) < AT_REST else value  # so that attacks start
+        step[b] = horizon - int(np.rint(decoded(row, scale, at.steps_left)))
+        if drawn:
+            for j in range(2 * n):
+                attacked[b, j] = decoded(row, scale, at.attacked + j) > 0.5
+            for i in range(n):
+                if row[at.target + i] > row[at.target + target[b]]:
+                    target[b] = i

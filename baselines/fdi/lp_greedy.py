@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from baselines.fdi.action_form import Pick
-from baselines.fdi.continuation import Plan, best_from
-from baselines.fdi.injection import InjectionPolicy, View, task_of, wished
+from baselines.fdi.continuation import Plan, best_from, fastest_from
+from baselines.fdi.injection import InjectionPolicy, View, task_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.types import FloatArray, IntArray
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.task import Task
@@ -55,25 +55,28 @@ class LpGreedy(InjectionPolicy):
         self.max_steps = max_steps
         self._configs = {RESERVED: with_reserve(self.config, reserve), TIGHT: self.config}
 
-    def choose(self, view: View, state: State) -> tuple[Pick, State]:
+    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
         """See the class."""
         levels = np.zeros(view.attacked.shape, np.int64)
         for b in range(len(levels)):
             task, step = task_of(self.config, view, b), int(view.step[b])
-            plan, _ = self._plan(task, view.error[b], step)
+            plan = self._plan(task, view.error[b], step)
             if plan is not None:
                 levels[b] = self._rounded(plan, task, view, b)
-        return wished(levels), state
+        return self.say(view, levels, masks), state
 
-    def _plan(self, task: Task, error: FloatArray, step: int) -> tuple[Plan | None, Prospect]:
-        """The plan, with reserve if there is one, and what it promises."""
-        longest = min(self.max_steps, self.config.horizon - step)
-        lengths = range(1, longest + 1) if error.any() else (longest,)
-        for rank, config in self._configs.items():
-            plan = best_from(config, task, error, step, lengths)
+    def _plan(self, task: Task, error: FloatArray, step: int) -> Plan | None:
+        """The plan, with reserve if there is one."""
+        for config in self._configs.values():
+            plan = best_from(config, task, error, step, self._lengths(error, step))
             if plan is not None:
-                return plan, Prospect(rank, plan.speed_mps)
-        return None, LOST
+                return plan
+        return None
+
+    def _lengths(self, error: FloatArray, step: int) -> Sequence[int]:
+        """The lengths of attacks that are considered."""
+        longest = min(self.max_steps, self.config.horizon - step)
+        return range(1, longest + 1) if error.any() else (longest,)
 
     def _rounded(self, plan: Plan, task: Task, view: View, b: int) -> IntArray:
         """The rounding (S,) of a plan's first injections that leaves the best prospect, the nearest of equal ones."""
@@ -83,7 +86,7 @@ class LpGreedy(InjectionPolicy):
         ways = np.array(list(product(*({int(np.floor(level)), int(np.ceil(level))} for level in wish))))
         errors = np.repeat(view.error[b : b + 1], len(ways), axis=0)
         rows = np.repeat(attacked[np.newaxis], len(ways), axis=0)
-        _, levels = self.form.to_actions(errors, rows, wished(ways))
+        _, levels = self.form.to_actions(errors, rows, ways)
         distance = np.abs(levels - wish).sum(axis=1).tolist()
         step = int(view.step[b]) + 1
         prospects = [self._prospect(task, self.form.error_after(view.error[b], way), step) for way in levels]
@@ -96,7 +99,12 @@ class LpGreedy(InjectionPolicy):
         if np.any(error[:n] <= touch_m):
             target = task.target - 1
             return Prospect(HIT, max(0.0, -float(error[n + target]))) if error[target] <= touch_m else LOST
-        return self._plan(task, error, step)[1] if step < self.config.horizon else LOST
+        if step < self.config.horizon:
+            for rank, config in self._configs.items():
+                best = fastest_from(config, task, error, step, self._lengths(error, step))
+                if best is not None:
+                    return Prospect(rank, best[0])
+        return LOST
 
 
 def with_reserve(config: FdiConfig, reserve: float) -> FdiConfig:

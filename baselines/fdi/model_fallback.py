@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from baselines.fdi.detector import ROUNDING, Detector, Seen
+from baselines.fdi.detector import ROUNDING, Detector
+from baselines.fdi.injection import decoded
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 
 DEVIATIONS = 5.0  # chosen: one reading in two million is beyond
 
@@ -39,19 +44,54 @@ class ModelFallback(Detector):
         """Covariances (B, n, 3) of gap error and relative speed: xx, xv, vv; the start is known exactly."""
         return np.zeros((envs, self.config.num_vehicles, 3))
 
-    def distrust(self, seen: Seen, memory: Array) -> tuple[BoolArray, Array]:
+    def judge(self, seen: Seen, memory: Array, actions: IntArray) -> None:
         """See the class."""
-        innovation = np.concatenate([seen["range_innovation"], seen["rate_innovation"]], axis=1)
-        deviation = np.sqrt(np.concatenate([memory[..., 0], memory[..., 2]], axis=1))
-        distrusted = np.abs(innovation) > self.deviations * deviation + ROUNDING
-        return distrusted, self._predicted(memory, ~distrusted)
+        _compare_with_model(
+            seen.observation,
+            seen.start,
+            seen.fields.offsets,
+            seen.fields.scale,
+            self.deviations,
+            self.config.dt_s,
+            self._growth,
+            self._known,
+            memory,
+            actions,
+        )
 
-    def _predicted(self, covariance: FloatArray, trusted: BoolArray) -> FloatArray:
-        """The covariances (B, n, 3) one step after the trusted readings (B, 2n) were used."""
-        ranges, rates = np.split(trusted, 2, axis=1)
-        certain = ranges | self._known
-        xx = np.where(certain, 0.0, covariance[..., 0])
-        vv = np.where(rates, 0.0, covariance[..., 2])
-        xv = np.where(certain | rates, 0.0, covariance[..., 1])
-        dt_s = self.config.dt_s
-        return np.stack([xx + 2 * dt_s * xv + dt_s**2 * vv, xv + dt_s * vv, vv], axis=2) + self._growth
+
+@kernel
+def _compare_with_model(
+    observation: Observation,
+    start: BoolArray,
+    offsets: Array,
+    scale: FloatArray,
+    deviations: float,
+    dt_s: float,
+    growth: FloatArray,
+    known: BoolArray,
+    memory: FloatArray,
+    actions: IntArray,
+) -> None:
+    """`ModelFallback.judge` on observations (B, size) whose fields begin at `offsets`.
+
+    A covariance `memory[b, i]` (3,) grows by `growth[i]` in a step, in which readings that are trusted become certain;
+    the ranges that are `known` (n,) are anyway.
+    """
+    n, at = memory.shape[1], offsets[0]
+    for b in range(memory.shape[0]):
+        for i in range(n):
+            covariance = memory[b, i]
+            xx, xv, vv = (0.0, 0.0, 0.0) if start[b] else (covariance[0], covariance[1], covariance[2])
+            range_off = abs(decoded(observation[b], scale, at.range_innovation + i))
+            rate_off = abs(decoded(observation[b], scale, at.rate_innovation + i))
+            range_doubted = range_off > deviations * math.sqrt(xx) + ROUNDING
+            rate_doubted = rate_off > deviations * math.sqrt(vv) + ROUNDING
+            actions[b, i], actions[b, n + i] = not range_doubted, not rate_doubted
+            certain = not range_doubted or known[i]
+            xx = 0.0 if certain else xx
+            xv = 0.0 if certain or not rate_doubted else xv
+            vv = vv if rate_doubted else 0.0
+            covariance[0] = xx + 2 * dt_s * xv + dt_s**2 * vv + growth[i, 0]
+            covariance[1] = xv + dt_s * vv + growth[i, 1]
+            covariance[2] = vv + growth[i, 2]

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from baselines.fdi.action_form import Pick
+from baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, take
 from baselines.fdi.injection import InjectionPolicy, View
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.holding import Holder, held_by
+from cps_envs.core.kernels import borrowed, kernel, unpack
 from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.types import IntArray
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.fdi.state import Constants
 
 
 class RandomInjection(InjectionPolicy):
@@ -37,29 +41,61 @@ class RandomInjection(InjectionPolicy):
         self.largest: IntArray = self.form.bounds if largest is None else np.minimum(self.form.bounds, largest)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Draws (B, horizon, S, 2) of the whole episode, one for the level and one for keeping it; no level yet."""
+        """Draws (horizon, S, 2) of each whole episode, one for the level and one for keeping it; no level yet."""
         shape = (self.config.horizon, len(self.form.sensors), 2)
-        draws = np.stack([generator.random(shape) for generator in generators])
+        draws = np.empty(len(generators), object)  # large, and handed on as they are
+        for b, generator in enumerate(generators):
+            draws[b] = generator.random(shape)
         return draws, np.zeros((len(draws), len(self.form.sensors)), np.int64)
 
-    def choose(self, view: View, state: State) -> tuple[Pick, State]:
+    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
         """See the class."""
         assert state is not None
         draws, last = state
-        now = draws[np.arange(len(draws)), view.step]
-        keeps = (now[..., 1] < self.stickiness) & (view.step > 0)[:, np.newaxis]
-        taken = last.copy()  # sides, 0 = lowest, with `extremes`, else levels; filled as slots are picked
+        actions, taken = np.empty_like(last), last.copy()
+        form, masks, latest = self.form, self.form.masks(masks, len(last)), self.config.horizon - 1
+        now = np.array([own[min(step, latest)] for own, step in zip(draws, view.step.tolist(), strict=True)])
+        _draw(form.holder, *view, masks, now, self.largest, self.stickiness, self.extremes, taken, actions)
+        return actions, (draws, taken)
 
-        def pick(slot: int, low: IntArray, high: IntArray) -> IntArray:
-            lowest = np.minimum(np.maximum(low, -self.largest[slot]), high)
-            highest = np.maximum(np.minimum(high, self.largest[slot]), lowest)
-            choices = np.full(len(low), 2) if self.extremes else highest - lowest + 1
-            drawn = np.floor(now[:, slot, 0] * choices).astype(np.int64) + (0 if self.extremes else lowest)
-            taken[:, slot] = np.where(keeps[:, slot], last[:, slot], drawn)
-            wish = np.where(taken[:, slot] > 0, highest, lowest) if self.extremes else taken[:, slot]
-            return np.clip(wish, lowest, highest)
 
-        return pick, (draws, taken)
+@kernel
+def _draw(
+    holder: Holder[Form],
+    errors: FloatArray,
+    attacked: BoolArray,
+    target: IntArray,
+    steps: IntArray,
+    masks: BoolArray,
+    draws: FloatArray,
+    largest: IntArray,
+    stickiness: float,
+    extremes: bool,
+    taken: IntArray,
+    actions: IntArray,
+) -> None:
+    """Fill the actions (B, S) of a view.
+
+    `taken` (B, S) is what was taken in the last step, and then in this one: with `extremes` sides, 0 = lowest, else
+    levels. `largest` (S,) bounds them, `draws` (B, S, 2) are in [0, 1): for the level, and for keeping it.
+    """
+    form = held_by(holder)
+    c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
+    for b in range(steps.size):
+        slots = open_slots(form, borrowed(attacked)[b], new)
+        for slot in range(form.sensors.size):
+            low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(masks)[b])
+            lowest = min(max(low, -largest[slot]), high)
+            highest = max(min(high, largest[slot]), lowest)
+            if not (draws[b, slot, 1] < stickiness and steps[b] > 0):
+                choices = 2 if extremes else highest - lowest + 1
+                drawn = math.floor(draws[b, slot, 0] * choices)
+                taken[b, slot] = drawn if extremes else lowest + drawn
+            wish = taken[b, slot]
+            if extremes:
+                wish = highest if wish > 0 else lowest
+            wish = min(max(min(max(wish, lowest), highest), low), high)
+            actions[b, slot] = take(form, slots, slot, wish, low, high)
 
 
 def bang_bang(spec: RoleSpec, stickiness: float = 0.8) -> RandomInjection:

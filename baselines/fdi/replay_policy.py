@@ -8,14 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from baselines.fdi.action_form import Pick
-from baselines.fdi.injection import InjectionPolicy, View, wished
+from baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, said, take
+from baselines.fdi.injection import InjectionPolicy, View
 from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.holding import Holder, held_by
+from cps_envs.core.kernels import borrowed, inlined, kernel, unpack
 from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.types import BoolArray, IntArray
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.optima import Record, known, known_within
 from cps_envs.fdi.selection import chosen_tasks
+from cps_envs.fdi.state import Constants
 from cps_envs.fdi.task import Task
 
 MOST_INTEGERS = 60  # horizon times sensors up to which an optimum is searched for when a policy is made
@@ -51,49 +54,25 @@ class Replay(InjectionPolicy):
         keys = self._key(flags[:, self.form.sensors], targets)
         self._order = np.argsort(keys)
         self._keys = keys[self._order]
+        slots = self.form.sensors.tolist()
+        self._partners: IntArray = np.array([slots.index(s + n) if s + n in slots else -1 for s in slots])
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """The step (B,) at which each episode's plan starts."""
+        if not isinstance(self.start, str):
+            return (np.full(len(generators), self.start),)
         return (np.array([self._onset(generator) for generator in generators]),)
 
-    def choose(self, view: View, state: State) -> tuple[Pick, State]:
+    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
         """See the class."""
         assert state is not None
-        tasks = self._order[np.searchsorted(self._keys, self._key(view.attacked, view.target))]
-        step = view.step - state[0]
-        playing = (step >= 0) & (step < self.steps)
-        levels = self._levels[tasks, np.where(playing, step, 0)]
-        levels = np.where(playing[:, np.newaxis], levels, 0)
-        return self._said(levels, view) if self.form.share_levels else wished(levels), state
-
-    def _said(self, levels: IntArray, view: View) -> Pick:
-        """Levels (B, S) for the form "share", which cannot say every range while the range-rate is attacked too.
-
-        Of a vehicle's injections only k_p d_x + k_d d_v counts: the nearest range that can be said is taken with the
-        range-rate that leaves this sum as it is. There is not always one, and then this is no replay any more.
-        """
-        config, taken, slots = self.config, levels.copy(), self.form.sensors.tolist()
-        rate_mps2 = config.derivative_gain * config.rate_resolution_mps
-        envs, ratio = np.arange(len(levels)), config.proportional_gain * config.range_resolution_m / rate_mps2
-
-        def pick(slot: int, low: IntArray, high: IntArray) -> IntArray:
-            partner = slots[slot] + config.num_vehicles
-            if partner in slots:
-                rate = slots.index(partner)
-                ranges = self.form.sayable(low, high)
-                change = ratio * (levels[:, [slot]] - ranges)
-                rates = levels[:, [rate]] + np.rint(change).astype(np.int64)
-                fits = (np.abs(change - np.rint(change)) < WHOLE) & (np.abs(rates) <= self.form.bounds[rate])
-                best = np.argmin(np.where(fits, np.abs(levels[:, [slot]] - ranges), np.inf), axis=1)
-                both = view.attacked[:, slot] & view.attacked[:, rate] & fits[envs, best]
-                taken[both, slot], taken[both, rate] = ranges[envs, best][both], rates[envs, best][both]
-            return taken[:, slot]
-
-        return pick
+        actions = np.empty(view.attacked.shape, np.int64)
+        plans = (self._levels, self._keys, self._order, self._partners)
+        _play(self.form.holder, *view, self.form.masks(masks, len(actions)), state[0], *plans, actions)
+        return actions, state
 
     def _onset(self, generator: np.random.Generator) -> int:
-        drawn = int(generator.integers(max(self.config.horizon - self.steps, 0) + 1))
-        return drawn if isinstance(self.start, str) else self.start
+        return int(generator.integers(max(self.config.horizon - self.steps, 0) + 1))
 
     def _placed(self, task: Task, plan: IntArray) -> IntArray:
         """A plan (k, q) as levels (steps, S) that ends like the longest one."""
@@ -106,6 +85,64 @@ class Replay(InjectionPolicy):
         """One number (T,) for each combination of attacked slots (T, S) and target (T,)."""
         bits: IntArray = attacked @ (1 << np.arange(len(self.form.sensors), dtype=np.int64))
         return bits * self.config.num_vehicles + target
+
+
+@kernel
+def _play(
+    holder: Holder[Form],
+    errors: FloatArray,
+    attacked: BoolArray,
+    target: IntArray,
+    steps: IntArray,
+    masks: BoolArray,
+    onsets: IntArray,
+    plans: IntArray,
+    keys: IntArray,
+    order: IntArray,
+    partners: IntArray,
+    actions: IntArray,
+) -> None:
+    """Fill the actions (B, S) of a view.
+
+    `plans` (T, k, S) are levels of the tasks, which `order` (T,) sorts by their `keys` (T,); they begin at the `onsets`
+    (B,). `partners` (S,) are the slots of the range-rates of the vehicles whose ranges a slot is for, or -1.
+    """
+    form = held_by(holder)
+    c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
+    wishes, n = np.empty(form.sensors.size, np.int64), errors.shape[1] // 2
+    for b in range(steps.size):
+        slots, step, key = open_slots(form, borrowed(attacked)[b], new), steps[b] - onsets[b], target[b]
+        for slot in range(wishes.size):
+            key += n * (attacked[b, slot] << slot)
+        task = order[min(np.searchsorted(keys, key), keys.size - 1)]
+        for slot in range(wishes.size):
+            wishes[slot] = plans[task, step, slot] if 0 <= step < plans.shape[1] else 0
+        for slot in range(wishes.size):
+            low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(masks)[b])
+            if form.share_levels[0] > 0 and partners[slot] >= 0 and attacked[b, slot] and attacked[b, partners[slot]]:
+                share_out(form, c, slot, partners[slot], low, high, borrowed(wishes))
+            actions[b, slot] = take(form, slots, slot, wishes[slot], low, high)
+
+
+@inlined
+def share_out(form: Form, c: Constants, slot: int, rate: int, low: int, high: int, wishes: IntArray) -> None:
+    """Change the wishes for a vehicle's range and range-rate so that the form "share" can say them.
+
+    It cannot say every range while the range-rate is attacked too. Of both injections only k_p d_x + k_d d_v counts:
+    the nearest range that can be said is taken with the range-rate that leaves this sum as it is. There is not always
+    one, and then this is no replay any more.
+    """
+    ratio = c.proportional_gain * c.range_resolution_m / (c.derivative_gain * c.rate_resolution_mps)
+    least, best_range, best_rate = np.inf, wishes[slot], wishes[rate]
+    for action in range(form.share_levels[0] + 1):
+        level = said(action, low, high, form.share_levels[0])
+        change = ratio * (wishes[slot] - level)
+        other = wishes[rate] + int(np.rint(change))
+        fits = abs(change - np.rint(change)) < WHOLE and abs(other) <= form.bounds[rate]
+        distance = abs(wishes[slot] - level)
+        if fits and distance < least:
+            least, best_range, best_rate = distance, level, other
+    wishes[slot], wishes[rate] = best_range, best_rate
 
 
 def plan_of(config: FdiConfig, task: Task, time_limit_s: float = SEARCH_S) -> IntArray:

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from baselines.fdi.injection import task_of, view_of, wished
+from baselines.fdi.injection import task_of, view_of
 from baselines.fdi.shields import make_shield
 from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
-from cps_envs.core.types import Array, BoolArray, FloatArray
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, ask
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
 
 SEEN = 1e-4  # m and m/s; how far a float32 observation may be off the state that the model gives
 
@@ -42,30 +43,24 @@ class Shielded(AnalyticPolicy):
         inner = begin(generators, knowledge) if begin is not None else None
         return (*own, *(inner or ()))
 
-    def predict(
-        self,
-        observation: Array,
-        state: State = None,
-        episode_start: BoolArray | None = None,
-        deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S)."""
-        if state is None:
-            state = self.begin([np.random.default_rng() for _ in observation], [{}] * len(observation))
         assert state is not None
-        actions, inner = self.policy.predict(observation, state[3:] or None, episode_start, deterministic)
-        expected, plans, lengths = (array.copy() for array in state[:3])
-        view, form = view_of(self.spec, observation), self.shield.form
+        actions, inner = ask(self.policy, seen, state[3:] or None)
+        expected, plans, lengths = state[0], state[1].copy(), state[2].copy()
+        view, form = view_of(self.shield.form, seen), self.shield.form
         view = view._replace(error=_corrected(view.error, expected))
         levels = form.to_levels(view.error, view.attacked, np.asarray(actions))
-        for b in range(len(levels)):
+        _, nearest = form.to_actions(view.error, view.attacked, levels)
+        passes = self.shield.passes(view.error, view.attacked, view.step, nearest)
+        levels[passes], lengths[passes] = nearest[passes], 0
+        for b in np.flatnonzero(~passes).tolist():
             task, kept = task_of(self.spec.config, view, b), plans[b, : lengths[b]]
             levels[b], plan = self.shield.allow(task, view.error[b], int(view.step[b]), levels[b], kept)
             lengths[b] = len(plan)
             plans[b, : len(plan)] = plan.copy()
-        actions, levels = form.to_actions(view.error, view.attacked, wished(levels))
-        for b in range(len(levels)):
-            expected[b] = form.error_after(view.error[b], levels[b])
+        actions, levels = form.to_actions(view.error, view.attacked, levels)
+        expected = form.errors_after(view.error, levels)
         return actions, (expected, plans, lengths, *(inner or ()))
 
 

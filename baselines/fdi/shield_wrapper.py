@@ -7,12 +7,10 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from baselines.fdi.injection import wished
 from baselines.fdi.shields import make_shield
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import IntArray, Observation
 from cps_envs.fdi.game import FdiGame
-from cps_envs.fdi.memory import STEP, TASK
 
 
 class ShieldedInjection(gymnasium.Wrapper[Observation, Any, Observation, Any]):
@@ -45,12 +43,12 @@ class ShieldedInjection(gymnasium.Wrapper[Observation, Any, Observation, Any]):
     def step(self, action: Any) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
         """Advance by one decision."""
         game, form = self.game, self.shield.form
-        task = game.tasks[game.counts[0, TASK]]
+        task = game.tasks[game.state.task[0]]
         attacked = task.sensors.flags(game.config.num_vehicles)[form.sensors][np.newaxis]
-        error = game.memory(0).error.copy()
+        error = game.state.error[0].copy()
         wish = form.to_levels(error[np.newaxis], attacked, np.asarray(action)[np.newaxis])
-        levels, self._kept = self.shield.allow(task, error, int(game.counts[0, STEP]), wish[0], self._kept)
-        actions, injected = form.to_actions(error[np.newaxis], attacked, wished(levels[np.newaxis]))
+        levels, self._kept = self.shield.allow(task, error, int(game.state.step[0]), wish[0], self._kept)
+        actions, injected = form.to_actions(error[np.newaxis], attacked, levels[np.newaxis])
         observation, reward, terminated, truncated, info = self.env.step(actions[0])
         shielded = float(not np.array_equal(injected, wish))
         return observation, reward, terminated, truncated, {**info, "shielded": shielded}

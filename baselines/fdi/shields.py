@@ -13,8 +13,8 @@ from itertools import product
 import numpy as np
 
 from baselines.fdi.action_form import ActionForm
+from baselines.fdi.calming import find_examples
 from baselines.fdi.continuation import integer_continuation, legal_continuation
-from baselines.fdi.injection import wished
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -46,11 +46,18 @@ class Shield(ABC):
         `error` (2n,) is e(step), `kept` the plan of the call before; (0, S) where there is none, as at the start.
         """
 
+    def passes(self, error: FloatArray, attacked: BoolArray, step: IntArray, levels: IntArray) -> BoolArray:
+        """Episodes (B,) in which the nearest legal levels (B, S) pass for certain, without looking any further.
+
+        `error` (B, 2n) is e(step), and `attacked` (B, S) are the slots that count.
+        """
+        return np.zeros(len(levels), np.bool_)
+
     def _legal(self, task: Task, error: FloatArray, wishes: IntArray) -> IntArray:
         """The nearest levels (W, S) that are legal in this step, each once."""
         attacked = self._attacked(task)
         errors, rows = np.tile(error, (len(wishes), 1)), np.tile(attacked, (len(wishes), 1))
-        _, levels = self.form.to_actions(errors, rows, wished(wishes))
+        _, levels = self.form.to_actions(errors, rows, wishes)
         return np.array(list(dict.fromkeys(map(tuple, levels.tolist()))), np.int64)
 
     def _attacked(self, task: Task) -> BoolArray:
@@ -69,6 +76,12 @@ class LpShield(Shield):
     What it forbids is a certain dead end. What it allows may still be one for whole levels, and where it finds nothing
     it lets the nearest legal levels pass: it makes dead ends rare, not impossible.
     """
+
+    def passes(self, error: FloatArray, attacked: BoolArray, step: IntArray, levels: IntArray) -> BoolArray:
+        """See `Shield.passes`: an example of going on tells as much as a linear program, and sooner."""
+        found = np.empty(len(levels), np.bool_)
+        find_examples(self.form.holder, error, attacked, step, levels, found)
+        return found
 
     def allow(
         self, task: Task, error: FloatArray, step: int, wish: IntArray, kept: IntArray

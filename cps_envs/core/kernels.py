@@ -104,7 +104,7 @@ def lend(arrays: Named) -> Named:
     return arrays
 
 
-@functools.cache
+@functools.cache  # one object per class
 def record_type(numbers: Any) -> np.dtype[np.void]:
     """The structured type whose fields are those of a named tuple of int, float and bool.
 
@@ -121,7 +121,8 @@ def records(numbers: Any, size: int) -> Array:
 
 def pack(numbers: Any) -> Array:
     """A named tuple of numbers as records (1,): what all environments share, such as the rules of a configuration."""
-    return np.array([tuple(numbers)], record_type(type(numbers)))
+    kind: Any = type(numbers)
+    return np.array([tuple(numbers)], record_type(kind))
 
 
 def unpack(numbers: type[Named], table: Array, b: int) -> Named:

@@ -4,18 +4,42 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import gcd
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, overload
 
 import numpy as np
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
-from cps_envs.core.policy import Idle, Policy, State, is_decentralised, repeat, takes_masks
+from cps_envs.core.policy import Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
 
 OnDecision: TypeAlias = Callable[[FloatArray, BoolArray], None]
+
+
+class Spawned(Sequence[np.random.Generator]):
+    """What `Generator.spawn` gives each of several parents; made when asked for, since many policies never do."""
+
+    def __init__(self, parents: Sequence[np.random.Generator], seeds: Sequence[Any]) -> None:
+        self._parents, self._seeds = parents, seeds
+        self._made: dict[int, np.random.Generator] = {}
+
+    def __len__(self) -> int:
+        return len(self._seeds)
+
+    @overload
+    def __getitem__(self, index: int) -> np.random.Generator: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[np.random.Generator]: ...
+    def __getitem__(self, index: int | slice) -> np.random.Generator | Sequence[np.random.Generator]:
+        if isinstance(index, slice):
+            return [self[place] for place in range(len(self))[index]]
+        place = range(len(self))[index]
+        if place not in self._made:
+            parent, bits = self._parents[place], type(self._parents[place].bit_generator)
+            self._made[place] = type(parent)(bits(self._seeds[place]))
+        return self._made[place]
 
 
 class Match:
@@ -48,14 +72,20 @@ class Match:
         """Let the players start with the marked environments as they are."""
         if not self.players:
             return
-        marked = np.flatnonzero(envs).tolist()
-        spawned = {b: generators[b].spawn(len(ROLES)) for b in marked}
-        for role, player in self.players.items():
+        for role in self.players:
             self._fresh[role][envs] = True
-            if hasattr(player, "begin"):
-                own = [spawned[b][ROLES.index(role)] for b in marked]
+        if not any(map(begins, self.players.values())):
+            return
+        marked = np.flatnonzero(envs).tolist()
+        sources: list[Any] = [generators[b].bit_generator.seed_seq for b in marked]
+        seeds = [source.spawn(len(ROLES)) for source in sources]
+        for role, player in self.players.items():
+            if begins(player):
+                place = ROLES.index(role)
+                own = Spawned([generators[b] for b in marked], [children[place] for children in seeds])
                 knowledge = [self._knowledge(role, player, b) for b in marked]
-                self._states[role] = put(self._states[role], envs, player.begin(own, knowledge))
+                starter: Any = player
+                self._states[role] = put(self._states[role], envs, starter.begin(own, knowledge))
 
     def step(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps; returns the attacker's payoff (B,)."""
@@ -131,7 +161,7 @@ class Match:
         extras: dict[str, Array] = {}
         mask = self.game.action_mask(role) if role in self._masked else None
         if mask is not None:
-            extras["action_masks"] = mask[due]
+            extras["action_masks"] = mask if due.all() else mask[due]
         if role in self._teams:
             extras["team_observation"] = self._teams[role].observe()[due]
         return extras

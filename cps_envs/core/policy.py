@@ -66,6 +66,12 @@ def is_decentralised(policy: Policy) -> bool:
     return bool(getattr(policy, "decentralised", False))
 
 
+def begins(policy: Policy) -> bool:
+    """Whether a policy wants to know when episodes start."""
+    begin = getattr(type(policy), "begin", None)
+    return hasattr(policy, "begin") and begin is not AnalyticPolicy.begin
+
+
 def ask(policy: Policy, seen: Seen, state: State) -> tuple[Array, State]:
     """What another policy plays where a policy sees `seen`, and that policy's new state."""
     extras: dict[str, Array] = {}

@@ -26,9 +26,9 @@ class FdiConfig:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
     """
 
-    num_vehicles: int = quantity(4, low=2, high=20, source="Tables 3.1-3.6; 5 in Table 3.7, 10 in Fig. 3.2: n")
+    num_vehicles: int = quantity(4, low=2, high=100, source="Tables 3.1-3.6; 5 in Table 3.7, 10 in Fig. 3.2: n")
     attacked: str = quantity("x4", source="Tables 3.1-3.7: x range, v range-rate, xv both; 1 = last vehicle")
-    target: int = quantity(4, low=1, high=20, source="Tables 3.1-3.7: vehicle that is to hit the one ahead")
+    target: int = quantity(4, low=1, high=100, source="Tables 3.1-3.7: vehicle that is to hit the one ahead")
     tasks: str = quantity("", source="chosen: tasks such as 'x4>4 v1>1', or single, pairs, feasible, to draw from")
     horizon: int = quantity(20, unit="steps", low=1, high=100_000, source=f"m; {FREE}")
     desired_gap_m: float = quantity(5.0, unit="m", low=0.5, high=100, source="Fig. 3.2: x_d")

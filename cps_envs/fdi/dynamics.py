@@ -1,119 +1,161 @@
-"""One step of one episode: what the sensors report, what the vehicles command, where that takes the platoon."""
+"""Steps of episodes: both roles' actions, what the vehicles command, where that takes the platoon."""
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import inlined
-from cps_envs.core.types import FloatArray
-from cps_envs.fdi.legality import SLACK, inside
-from cps_envs.fdi.memory import Constants, Matrices, Memory, add_product, assign, fill
+from cps_envs.core.holding import Holder, held_by
+from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack, view
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.fdi.controller import command
+from cps_envs.fdi.legality import SLACK, choose_levels, inside, legal_levels, place
+from cps_envs.fdi.payoff import settle
+from cps_envs.fdi.readings import inject, predict, read_defense, sense
+from cps_envs.fdi.state import Batch, Constants, Matrices, Scratch, State, add_product, new_scratch
+
+
+@kernel
+def step(
+    holder: Holder[Batch], attack: IntArray, defense: IntArray, envs: BoolArray, num_steps: int, payoff: FloatArray
+) -> None:
+    """Move the marked environments by some steps under held actions; episodes that have ended stand still.
+
+    Args:
+        holder: the environments.
+        attack: (B, S) actions.
+        defense: (B, 3 n) trust of the readings and correction levels, or (B, 0).
+        envs: (B,) the environments to move.
+        num_steps: how many.
+        payoff: (B,) to which is added what these steps pay the attacker.
+    """
+    state, metrics, over, tasks, constants, m = held_by(holder)
+    c, scratch = unpack(Constants, constants, 0), new_scratch(state.command.shape[1], attack.shape[1])
+    for k in range(num_steps):  # outside the episodes: what a loop inside them could share costs more than it saves
+        last = k == num_steps - 1
+        for b in range(envs.size):
+            if envs[b] and not over[b]:
+                episode, s = view(state, b), lend(scratch)
+                task, row = tasks[episode.task[0]], metrics[b : b + 1]
+                sensors, target = task[: task.size - 1], task[task.size - 1]
+                if not act(episode, c, m, sensors, borrowed(attack)[b], borrowed(defense)[b], s):
+                    row[0].illegal, over[b] = 1.0, True
+                    continue
+                over[b] = settle(episode, c, target, s.correction, row, borrowed(payoff)[b : b + 1])
+                if not c.by_share and (last or over[b]):
+                    legal_levels(episode.error, c, m, sensors, 0, episode.legal, s)
 
 
 @inlined
-def command(m: Memory, matrices: Matrices, offset: FloatArray) -> None:
-    """The commands (3.15), u = A_2 e + B_a offset, from the offsets (2n,) of what is used from the true values."""
-    assign(m.command, m.law)
-    add_product(matrices.law, 2 * m.law.size, offset, m.command)
+def act(
+    episode: State, c: Constants, m: Matrices, sensors: IntArray, attack: IntArray, defense: IntArray, s: Scratch
+) -> bool:
+    """Both roles' actions and a step of the platoon; False, and nothing moves, where the injection is illegal."""
+    defended = defense.size > 0
+    if defended:  # before this step's commands take the place of the last ones
+        read_defense(defense, c, s.trust, s.correction)
+        predict(episode, c, m, s.trust, s.error)
+    place(sensors, s.slot)
+    choose_levels(attack, episode.error, c, m, sensors, s)
+    inject(episode.injection, c, sensors, s.level)
+    for i in range(episode.command.size):
+        episode.command[i] = command(episode.error, episode.injection, c, i)
+    if not c.clips and not within_limits(episode, c):
+        return False
+    sense(episode, c, s.trust, s.offset)
+    if defended:
+        for i in range(episode.command.size):
+            episode.command[i] = command(episode.error, s.offset, c, i)
+    correct(episode, c, s.correction)
+    move(episode, c, m, s.offset, s.error)
+    episode.step[0] += 1
+    return True
 
 
 @inlined
-def within_limits(m: Memory, c: Constants) -> bool:
+def within_limits(episode: State, c: Constants) -> bool:
     """Whether injection and command satisfy (3.49) for every vehicle and (3.50); (3.48) holds by construction."""
     lowest = -c.desired_gap_m - SLACK
-    for i in range(m.law.size):
-        if c.limit_commands > 0 and not inside(m.command[i], c):
+    for i in range(episode.command.size):
+        if c.limit_commands and not inside(episode.command[i], c):
             return False
-        if c.limit_readings > 0 and m.injection[i] != 0 and m.error[i] + m.injection[i] < lowest:
+        injection = episode.injection[i]
+        if c.limit_readings and injection != 0 and episode.error[i] + injection < lowest:
             return False
     return True
 
 
 @inlined
-def predict(m: Memory, c: Constants, matrices: Matrices, trust: FloatArray, first: bool, estimate: FloatArray) -> None:
-    """Renew the model's prediction of the true values from the readings of the last step.
-
-    `trust` (2n,) is what the defender thinks of those readings after having seen them: an untrusted one is left out,
-    and the rear sensor of the vehicle ahead, or else the prediction that was made for it, takes its place. `estimate`
-    (2n,) is scratch.
-    """
-    n = m.law.size
-    if first:
-        assign(m.prediction, m.error)
-        return
-    for j in range(2 * n):
-        estimate[j] = m.reading[j]
-        if trust[j] == 0:
-            estimate[j] = m.rear[j] if has_rear_sensor(j, n, c) else m.prediction[j]
-    fill(m.prediction, 0.0)
-    if c.clip > 0:
-        add_product(matrices.hold, 0, estimate, m.prediction)
-        add_product(matrices.hold, 2 * n, m.command, m.prediction)
-    else:  # inside the step the commands follow the true values, offset by what the sensors said at its start
-        add_product(matrices.step, 0, estimate, m.prediction)
-        add_product(matrices.step, 4 * n, m.correction, m.prediction)
-        for j in range(2 * n):
-            estimate[j] = m.used[j] - estimate[j]
-        add_product(matrices.step, 2 * n, estimate, m.prediction)
-
-
-@inlined
-def has_rear_sensor(reading: int, n: int, c: Constants) -> bool:
-    """Whether the vehicle ahead measures the same range and shares it; the lead has nobody ahead."""
-    return reading < n - 1 and c.share_rear_range > 0
-
-
-@inlined
-def sense(m: Memory, c: Constants, trust: FloatArray, first: bool, offset: FloatArray) -> None:
-    """Take the readings, replace the untrusted ones, and fill the offsets (2n,) of what is used from the truth."""
-    n = m.law.size
-    for i in range(n):
-        before, rate_before = m.reading[i], m.reading[n + i]
-        now, rate = m.error[i] + m.injection[i], m.error[n + i] + m.injection[n + i]
-        m.residual[i] = 0.0 if first else now - before - c.dt_s / 2 * (rate_before + rate)
-        m.rear[i] = m.error[i]
-    for j in range(2 * n):
-        m.reading[j] = m.error[j] + m.injection[j]
-        m.trust[j] = trust[j]
-        offset[j] = m.injection[j]
-        if trust[j] == 0:
-            offset[j] = 0.0 if has_rear_sensor(j, n, c) else m.prediction[j] - m.error[j]
-        m.used[j] = m.error[j] + offset[j]
-
-
-@inlined
-def correct(m: Memory, c: Constants, correction: FloatArray) -> None:
+def correct(episode: State, c: Constants, correction: FloatArray) -> None:
     """Add the defender's corrections (n,) in m/s2 as far as the limits leave room, and clip where limits clip."""
-    for i in range(m.law.size):
-        wanted = m.command[i] + correction[i]
-        m.command[i], m.correction[i] = wanted, correction[i]
-        if c.limit_commands > 0 and (c.clip > 0 or correction[i] != 0):
-            m.command[i] = min(max(wanted, c.min_acceleration_mps2), c.max_acceleration_mps2)
-            if c.clip == 0:
-                m.correction[i] += m.command[i] - wanted
+    for i in range(episode.command.size):
+        wanted = episode.command[i] + correction[i]
+        episode.command[i], episode.correction[i] = wanted, correction[i]
+        if c.limit_commands and (c.clips or correction[i] != 0):
+            episode.command[i] = clip(wanted, c.min_acceleration_mps2, c.max_acceleration_mps2)
+            if not c.clips:
+                episode.correction[i] += episode.command[i] - wanted
 
 
 @inlined
-def move(
-    m: Memory,
-    c: Constants,
-    matrices: Matrices,
-    offset: FloatArray,
-    disturbances: FloatArray,
-    step: int,
-    state: FloatArray,
-) -> None:
+def move(episode: State, c: Constants, m: Matrices, offset: FloatArray, before: FloatArray) -> None:
     """One step of the errors: the closed loop (3.16), or with clipped limits held commands; plus disturbances.
 
-    `disturbances` holds accelerations (horizon, n) in m/s2 that nobody commanded, or nothing; `state` (2n,) is scratch.
+    `offset` (2n,) is what is used from the true values; `before` (2n,) is scratch.
     """
-    n = m.law.size
-    assign(state, m.error)
-    fill(m.error, 0.0)
-    if c.clip > 0:
-        add_product(matrices.hold, 0, state, m.error)
-        add_product(matrices.hold, 2 * n, m.command, m.error)
+    n = episode.command.size
+    copy(episode.error, before)
+    fill(episode.error, 0.0)
+    if c.clips:
+        add_product(m.hold, 0, before, episode.error)
+        add_product(m.hold, 2 * n, episode.command, episode.error)
     else:
-        add_product(matrices.step, 0, state, m.error)
-        add_product(matrices.step, 2 * n, offset, m.error)
-        add_product(matrices.step, 4 * n, m.correction, m.error)
-    if disturbances.shape[0] > 0:
-        add_product(matrices.hold, 2 * n, disturbances[step], m.error)
+        add_product(m.step, 0, before, episode.error)
+        add_product(m.step, 2 * n, offset, episode.error)
+        add_product(m.step, 4 * n, episode.correction, episode.error)
+    if episode.disturbance.shape[0] > 0:
+        add_product(m.hold, 2 * n, episode.disturbance[episode.step[0]], episode.error)
+
+
+@kernel
+def begin(holder: Holder[Batch], openings: Array, envs: BoolArray) -> None:
+    """Start episodes in the marked environments (B,); `openings` (T,) are the metrics of each task at the start.
+
+    `task` is drawn already, and so are the numbers that `scatter` makes `error` and `disturbance` of.
+    """
+    batch = held_by(holder)
+    c = unpack(Constants, batch.constants, 0)
+    scratch = new_scratch(batch.state.command.shape[1], batch.tasks.shape[1] - 1)
+    for b in range(envs.size):
+        if envs[b]:
+            episode, s = view(batch.state, b), lend(scratch)
+            batch.metrics[b] = openings[episode.task[0]]
+            clear(episode)
+            scatter(episode, c)
+            for values in (episode.reading, episode.prediction, episode.used):
+                copy(episode.error, values)
+            copy(episode.error[: episode.rear.size], episode.rear)
+            sensors = batch.tasks[episode.task[0], : batch.tasks.shape[1] - 1]
+            place(sensors, s.slot)
+            legal_levels(episode.error, c, batch.matrices, sensors, 0, episode.legal, s)
+
+
+@inlined
+def clear(episode: State) -> None:
+    """Forget the last step of an episode, and its counts."""
+    fill(episode.injection, 0.0)
+    fill(episode.trust, 1.0)
+    for values in (episode.command, episode.correction, episode.residual):
+        fill(values, 0.0)
+    episode.step[0] = 0
+    tally = episode.tally[0]
+    tally.injected = tally.replaced = tally.replaced_in_vain = 0
+
+
+@inlined
+def scatter(episode: State, c: Constants) -> None:
+    """Initial errors from uniform draws in [0, 1), and disturbances in m/s2 from standard normal ones, in place."""
+    n = episode.command.size
+    for j in range(2 * n):
+        spread = c.gap_spread_m if j < n else c.speed_spread_mps
+        episode.error[j] = -spread + 2 * spread * episode.error[j] if spread > 0 else 0.0
+    for k in range(episode.disturbance.shape[0]):
+        for i in range(n):
+            episode.disturbance[k, i] = 0.0 + c.disturbance_mps2 * episode.disturbance[k, i]

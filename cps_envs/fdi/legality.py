@@ -3,97 +3,177 @@
 A level is an injection in units of the sensor's resolution. What a set of sensors may do together is a polytope; each
 row `base + sum(coefficient * level)` within bounds. An interval here is what a row leaves to one sensor when the other
 sensors help as much as they can: exact for one sensor, and for two of one vehicle up to rounding to levels.
+
+A vehicle's own command depends on its own two sensors alone, so that the cost is linear in the number of vehicles; what
+looks a step ahead takes every sensor into every row.
 """
 
 from __future__ import annotations
 
 import math
 
-from cps_envs.core.kernels import inlined
+from cps_envs.core.kernels import fill, inlined
 from cps_envs.core.types import FloatArray, IntArray
-from cps_envs.fdi.memory import Constants, Matrices, Memory
+from cps_envs.fdi.controller import feedback
+from cps_envs.fdi.state import Constants, Matrices, Scratch
 
 SLACK = 1e-7  # of every test of legality and of collision, m/s2 and m
 MASK_SLACK = SLACK / 2  # so that rounding never makes an offered injection illegal
 
 
 @inlined
-def resolution(c: Constants, sensor: int, n: int) -> float:
-    """Of a sensor, m or m/s."""
-    return c.range_resolution_m if sensor < n else c.rate_resolution_mps
+def legal_levels(
+    error: FloatArray,
+    c: Constants,
+    m: Matrices,
+    sensors: IntArray,
+    num_fixed: int,
+    interval: IntArray,
+    s: Scratch,
+) -> bool:
+    """Fill the intervals (S, 2) at the error (2n,); the first `num_fixed` of `s.level` are fixed already.
 
-
-@inlined
-def set_box(error: FloatArray, c: Constants, sensors: IntArray, interval: IntArray) -> None:
-    """The levels (S, 2) that (3.48) and (3.50) leave; sensors (S,) are indices of readings, -1 where not attacked."""
+    Returns False where nothing is legal: a vehicle that nobody attacks has to exceed its limits, or an interval is
+    empty. `s.slot` has to be that of the sensors, see `place`.
+    """
     n = error.size // 2
-    for s in range(sensors.size):
-        sensor = sensors[s]
-        levels = c.range_levels if sensor < n else c.rate_levels
-        interval[s, 0], interval[s, 1] = -int(levels), int(levels)
-        if sensor < 0:
-            interval[s, 0], interval[s, 1] = 0, 0
-        elif sensor < n and c.limit_readings > 0:
-            lowest = math.ceil((-c.desired_gap_m - error[sensor] - MASK_SLACK) / c.range_resolution_m)
-            interval[s, 0] = max(interval[s, 0], lowest)
+    for slot in range(sensors.size):
+        set_box(error, c, sensors[slot], slot, interval)
+        if slot < num_fixed:
+            interval[slot, 0] = interval[slot, 1] = s.level[slot]
+    possible = True
+    if c.limit_commands and not c.clips:
+        for i in range(n):
+            if cut_own(error, c, i, interval, s):
+                continue
+            possible &= inside(feedback(error, c, i), c)
+            if c.looks_ahead:
+                cut_ahead(error, c, m, i, sensors, interval, s)
+    for slot in range(sensors.size):
+        possible &= interval[slot, 0] <= interval[slot, 1]
+    return possible
 
 
 @inlined
-def cut(base: float, row: FloatArray, c: Constants, interval: IntArray) -> None:
-    """Shrink the intervals (S, 2) so that base + row @ levels can stay within the limits of acceleration."""
+def legal_in_slot(
+    error: FloatArray, c: Constants, m: Matrices, sensors: IntArray, slot: int, interval: IntArray, s: Scratch
+) -> None:
+    """Fill the interval of an attacked slot, where `s.level` of the slots before it is fixed; see `legal_levels`."""
+    if c.looks_ahead:
+        legal_levels(error, c, m, sensors, slot, interval, s)
+        return
+    n = error.size // 2
+    i = sensors[slot] % n
+    for sensor in (i, n + i):
+        own = s.slot[sensor]
+        if own >= 0:
+            set_box(error, c, sensor, own, interval)
+            if own < slot:
+                interval[own, 0] = interval[own, 1] = s.level[own]
+    if c.limit_commands and not c.clips:
+        cut_own(error, c, i, interval, s)
+
+
+@inlined
+def place(sensors: IntArray, slot: IntArray) -> None:
+    """Fill the slot (2n,) of each reading, -1 where it is not attacked; `sensors` (S,) are readings or -1."""
+    fill(slot, -1)
+    for s in range(sensors.size):
+        if sensors[s] >= 0:
+            slot[sensors[s]] = s
+
+
+@inlined
+def set_box(error: FloatArray, c: Constants, sensor: int, slot: int, interval: IntArray) -> None:
+    """The levels that (3.48) and (3.50) leave to a sensor, the index of a reading; none but 0 where it is -1."""
+    n = error.size // 2
+    levels = c.range_levels if sensor < n else c.rate_levels
+    interval[slot, 0], interval[slot, 1] = -levels, levels
+    if sensor < 0:
+        interval[slot, 0], interval[slot, 1] = 0, 0
+    elif sensor < n and c.limit_readings:
+        lowest = math.ceil((-c.desired_gap_m - error[sensor] - MASK_SLACK) / c.range_resolution_m)
+        interval[slot, 0] = max(interval[slot, 0], lowest)
+
+
+@inlined
+def cut_own(error: FloatArray, c: Constants, i: int, interval: IntArray, s: Scratch) -> bool:
+    """Shrink the intervals of a vehicle's own sensors so that its command (3.49) stays possible; False: it has none."""
+    n, count = error.size // 2, 0
+    for sensor in (i, n + i):
+        gain = c.proportional_gain if sensor < n else c.derivative_gain
+        effect = gain * resolution(c, sensor, n)
+        if s.slot[sensor] >= 0 and effect != 0:
+            s.row[count], s.which[count] = effect, s.slot[sensor]
+            count += 1
+    if count > 0:
+        cut(feedback(error, c, i), c, s.row[:count], s.which[:count], interval)
+    return count > 0
+
+
+@inlined
+def cut_ahead(
+    error: FloatArray, c: Constants, m: Matrices, i: int, sensors: IntArray, interval: IntArray, s: Scratch
+) -> None:
+    """Shrink the intervals so that a vehicle's command one step later stays possible."""
+    n, count = error.size // 2, 0
+    for slot in range(sensors.size):
+        sensor = sensors[slot]
+        if sensor >= 0:
+            s.row[count], s.which[count] = m.ahead[2 * n + sensor, i] * resolution(c, sensor, n), slot
+            count += 1
+    base = 0.0
+    for j in range(2 * n):
+        base += m.ahead[j, i] * error[j]
+    cut(base, c, s.row[:count], s.which[:count], interval)
+
+
+@inlined
+def cut(base: float, c: Constants, row: FloatArray, which: IntArray, interval: IntArray) -> None:
+    """Shrink the intervals `which` (k,) so that base + row (k,) @ levels can stay within the limits of acceleration."""
     low, high = 0.0, 0.0  # of row @ levels
-    for s in range(row.size):
-        a, b = row[s] * interval[s, 0], row[s] * interval[s, 1]
+    for k in range(row.size):
+        a, b = row[k] * interval[which[k], 0], row[k] * interval[which[k], 1]
         low += min(a, b)
         high += max(a, b)
     least = c.min_acceleration_mps2 - MASK_SLACK - base - high
     most = c.max_acceleration_mps2 + MASK_SLACK - base - low
-    for s in range(row.size):
-        a, b = row[s] * interval[s, 0], row[s] * interval[s, 1]
-        if row[s] > 0:
-            interval[s, 0] = max(interval[s, 0], math.ceil((least + b) / row[s]))
-            interval[s, 1] = min(interval[s, 1], math.floor((most + a) / row[s]))
-        elif row[s] < 0:
-            interval[s, 0] = max(interval[s, 0], math.ceil((most + b) / row[s]))
-            interval[s, 1] = min(interval[s, 1], math.floor((least + a) / row[s]))
+    for k in range(row.size):
+        slot = which[k]
+        a, b = row[k] * interval[slot, 0], row[k] * interval[slot, 1]
+        if row[k] > 0:
+            interval[slot, 0] = max(interval[slot, 0], math.ceil((least + b) / row[k]))
+            interval[slot, 1] = min(interval[slot, 1], math.floor((most + a) / row[k]))
+        elif row[k] < 0:
+            interval[slot, 0] = max(interval[slot, 0], math.ceil((most + b) / row[k]))
+            interval[slot, 1] = min(interval[slot, 1], math.floor((least + a) / row[k]))
 
 
 @inlined
-def legal_levels(
-    memory: Memory,
-    c: Constants,
-    m: Matrices,
-    sensors: IntArray,
-    fixed: IntArray,
-    num_fixed: int,
-    interval: IntArray,
-    row: FloatArray,
-) -> bool:
-    """Fill the intervals (S, 2) of an episode's present state; the first `num_fixed` levels are `fixed` already.
+def choose_levels(
+    action: IntArray, error: FloatArray, c: Constants, m: Matrices, sensors: IntArray, s: Scratch
+) -> None:
+    """Fill `s.level` (S,) from an action (S,): a level plus its bound, or a share of the legal interval.
 
-    Returns False where nothing is legal: a vehicle that nobody attacks has to exceed its limits, or an interval is
-    empty. `row` (S,) is scratch.
+    Sensors choose in their order: what the earlier ones took narrows the interval of the later ones. Action 0 of the
+    share form injects nothing; 1 is the lowest legal level, the last one the highest. A shield takes the nearest level
+    of the interval; clipped limits do the same.
     """
-    n = memory.law.size
-    set_box(memory.error, c, sensors, interval)
-    for s in range(num_fixed):
-        interval[s, 0] = interval[s, 1] = fixed[s]
-    possible = True
-    if c.limit_commands > 0 and c.clip == 0:
-        for i in range(n):
-            if fill_row(m.law, c, sensors, i, n, row):
-                cut(memory.law[i], row, c, interval)
-                continue
-            possible &= inside(memory.law[i], c)
-            if c.look_ahead > 0:
-                fill_row(m.ahead, c, sensors, i, n, row)
-                base = 0.0
-                for j in range(2 * n):
-                    base += m.ahead[j, i] * memory.error[j]
-                cut(base, row, c, interval)
-    for s in range(sensors.size):
-        possible &= interval[s, 0] <= interval[s, 1]
-    return possible
+    n = error.size // 2
+    for slot in range(sensors.size):
+        if sensors[slot] < 0:
+            s.level[slot] = 0
+            continue
+        wish = action[slot] - (c.range_levels if sensors[slot] < n else c.rate_levels)
+        if c.by_share or c.shield or c.clips:
+            legal_in_slot(error, c, m, sensors, slot, s.interval, s)
+            low, high = s.interval[slot, 0], s.interval[slot, 1]
+            if c.by_share:
+                share = (action[slot] - 1) / (c.share_levels - 1)
+                wish = low + math.floor(share * (high - low) + 0.5) if action[slot] > 0 and low <= high else 0
+            if low <= high and not (c.by_share and action[slot] == 0 and not c.shield and not c.clips):
+                wish = nearest(wish, low, high)
+        s.level[slot] = wish
 
 
 @inlined
@@ -103,14 +183,9 @@ def inside(command: float, c: Constants) -> bool:
 
 
 @inlined
-def fill_row(matrix: FloatArray, c: Constants, sensors: IntArray, i: int, n: int, row: FloatArray) -> bool:
-    """Coefficients (S,) of the levels in output i of a matrix [state, readings]; whether there are any but zero."""
-    some = False
-    for s in range(sensors.size):
-        sensor = sensors[s]
-        row[s] = matrix[2 * n + sensor, i] * resolution(c, sensor, n) if sensor >= 0 else 0.0
-        some |= row[s] != 0
-    return some
+def resolution(c: Constants, sensor: int, n: int) -> float:
+    """Of a sensor, m or m/s."""
+    return c.range_resolution_m if sensor < n else c.rate_resolution_mps
 
 
 @inlined

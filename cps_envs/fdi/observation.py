@@ -1,94 +1,148 @@
-"""Both roles' observations, in the order of `fields.py`."""
+"""What each role observes, and which actions are legal: fields with units and fixed bounds, and how they are filled."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.fields import encode_row
-from cps_envs.core.kernels import borrowed, inlined, kernel
-from cps_envs.core.types import FloatArray, IntArray, Observation
-from cps_envs.fdi.memory import STEP, TASK, Constants, Memory, constants_of, memory_of
+from cps_envs.core.fields import Field, Fields, encode_row
+from cps_envs.core.holding import Holder, held_by
+from cps_envs.core.kernels import borrowed, copy, inlined, kernel, unpack, view
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.controller import feedback
+from cps_envs.fdi.state import Batch, Constants, State
+
+MAX_RATE_MPS = 20.0
+MAX_ERROR_GAPS = 4.0  # gap errors are shown within four desired gaps
+MAX_COMMAND_SHARE = 4.0  # commands without injection are shown within four times the limit
+
+
+def is_drawn(config: FdiConfig) -> bool:
+    """Whether resets draw the task."""
+    return bool(config.tasks)
+
+
+def num_slots(config: FdiConfig) -> int:
+    """How many injections an action has: one for each attacked sensor, or for every sensor where tasks are drawn."""
+    return 2 * config.num_vehicles if is_drawn(config) else config.fixed_task.sensors.count
+
+
+def attacker_fields(config: FdiConfig) -> Fields:
+    """The true errors of every pair, vehicle 1 (last) first, what the controllers make of them, and the task."""
+    n, slots = config.num_vehicles, num_slots(config)
+    furthest = MAX_ERROR_GAPS * config.desired_gap_m
+    strongest = MAX_COMMAND_SHARE * max(config.max_acceleration_mps2, -config.min_acceleration_mps2)
+    shown = n if is_drawn(config) else 0
+    return Fields(
+        Field("gap_error", "m", -furthest, furthest, (n,), "e_x,i: gap ahead of vehicle i minus x_d"),
+        Field("relative_speed", "m/s", -MAX_RATE_MPS, MAX_RATE_MPS, (n,), "e_v,i, negative when closing"),
+        Field("command", "m/s2", -strongest, strongest, (n,), "of the law (3.7) without injection"),
+        Field("injection", "-", -1, 1, (slots,), "last one, as share of d_max"),
+        Field("steps_left", "steps", 0, config.horizon, (), "until the horizon"),
+        Field("attacked", "-", 0, 1, (2 * shown,), "sensors under attack: ranges of vehicles 1..n, then range-rates"),
+        Field("target", "-", 0, 1, (shown,), "one-hot: the vehicle that is to hit the one ahead"),
+    )
+
+
+def defender_fields(config: FdiConfig) -> Fields:
+    """What the sensors reported in the last step and what a model expected; never the true errors."""
+    n = config.num_vehicles
+    furthest = config.max_range_injection_m + MAX_ERROR_GAPS * config.desired_gap_m
+    fastest = config.max_rate_injection_mps + MAX_RATE_MPS
+    strongest = max(config.max_acceleration_mps2, -config.min_acceleration_mps2)
+    shared = n - 1 if config.share_rear_range else 0
+    rear = "range of vehicle i minus rear range of vehicle i+1"
+    return Fields(
+        Field("range_error", "m", -furthest, furthest, (n,), "reported range minus x_d"),
+        Field("range_rate", "m/s", -fastest, fastest, (n,), "reported range-rate"),
+        Field("range_innovation", "m", -furthest, furthest, (n,), "reported minus predicted range"),
+        Field("rate_innovation", "m/s", -fastest, fastest, (n,), "reported minus predicted range-rate"),
+        Field("kinematic_residual", "m", -furthest, furthest, (n,), "change of range minus mean range-rate times dt"),
+        Field("redundancy_residual", "m", -furthest, furthest, (shared,), rear),
+        Field("command", "m/s2", -strongest, strongest, (n,), "applied in the last step"),
+        Field("trust", "-", 0, 1, (2 * n,), "1 where the last reading was used: ranges 1..n, then range-rates"),
+        Field("steps_left", "steps", 0, config.horizon, (), "until the horizon"),
+    )
 
 
 @kernel
-def observe_attacker(
-    memories: FloatArray,
-    counts: IntArray,
-    horizon: int,
-    drawn: bool,
-    packed: FloatArray,
-    tasks: IntArray,
-    scale: FloatArray,
-    observations: Observation,
-) -> None:
-    """Fill (B, size) with `fields.attacker_fields`, encoded by their `scale`; the other arguments as in `turn`."""
-    c, values = constants_of(packed), np.empty(observations.shape[1])
+def observe_attacker(holder: Holder[Batch], offsets: Array, scale: FloatArray, observations: Observation) -> None:
+    """Fill (B, size) with `attacker_fields`, which begin at `offsets` and are encoded by their `scale`."""
+    batch, values = held_by(holder), np.empty(observations.shape[1])
+    c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
-        memory, task = memory_of(borrowed(memories), b), borrowed(tasks)[counts[b, TASK]]
-        fill_attacker(memory, c, task, horizon - counts[b, STEP], drawn, values)
-        encode_row(values, borrowed(scale), borrowed(observations)[b])
+        episode = view(batch.state, b)
+        fill_attacker(episode, c, batch.tasks[episode.task[0]], borrowed(offsets), borrowed(values))
+        encode_row(borrowed(values), borrowed(scale), borrowed(observations)[b])
 
 
 @inlined
-def fill_attacker(
-    memory: Memory, c: Constants, task: IntArray, steps_left: int, drawn: bool, values: FloatArray
-) -> None:
-    """The values (size,) of one episode in the units of the fields."""
-    n, slots = memory.law.size, task.size - 1
-    for j in range(2 * n):
-        values[j] = memory.error[j]
+def fill_attacker(episode: State, c: Constants, task: IntArray, offsets: Array, row: FloatArray) -> None:
+    """The values (size,) of one episode in the units of the fields; `offsets` (1,) are where they begin."""
+    n, slots, at = episode.command.size, task.size - 1, offsets[0]
+    copy(episode.error[:n], row[at.gap_error :])
+    copy(episode.error[n:], row[at.relative_speed :])
     for i in range(n):
-        values[2 * n + i] = memory.law[i]
-    at = 3 * n
-    for s in range(slots):
-        sensor = task[s]
-        values[at + s] = 0.0
+        row[at.command + i] = feedback(episode.error, c, i)
+    for slot in range(slots):
+        sensor = task[slot]
+        row[at.injection + slot] = 0.0
         if sensor >= 0:
             ranges = sensor < n
             largest = c.range_levels * c.range_resolution_m if ranges else c.rate_levels * c.rate_resolution_mps
-            values[at + s] = memory.injection[sensor] / largest
-    at += slots
-    values[at] = steps_left
-    if drawn:
+            row[at.injection + slot] = episode.injection[sensor] / largest
+    row[at.steps_left] = c.horizon - episode.step[0]
+    if c.draws:
         for j in range(2 * n):
-            values[at + 1 + j] = 1.0 if task[j] >= 0 else 0.0
+            row[at.attacked + j] = 1.0 if task[j] >= 0 else 0.0
         for i in range(n):
-            values[at + 1 + 2 * n + i] = 1.0 if task[slots] == i else 0.0
+            row[at.target + i] = 1.0 if task[slots] == i else 0.0
 
 
 @kernel
-def observe_defender(
-    memories: FloatArray,
-    counts: IntArray,
-    horizon: int,
-    packed: FloatArray,
-    scale: FloatArray,
-    observations: Observation,
-) -> None:
-    """Fill (B, size) with `fields.defender_fields`, encoded by their `scale`; the other arguments as in `turn`."""
-    c, values = constants_of(packed), np.empty(observations.shape[1])
+def observe_defender(holder: Holder[Batch], offsets: Array, scale: FloatArray, observations: Observation) -> None:
+    """Fill (B, size) with `defender_fields`, which begin at `offsets` and are encoded by their `scale`."""
+    batch, values = held_by(holder), np.empty(observations.shape[1])
+    c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
-        fill_defender(memory_of(borrowed(memories), b), c, horizon - counts[b, STEP], values)
-        encode_row(values, borrowed(scale), borrowed(observations)[b])
+        fill_defender(view(batch.state, b), c, borrowed(offsets), borrowed(values))
+        encode_row(borrowed(values), borrowed(scale), borrowed(observations)[b])
 
 
 @inlined
-def fill_defender(memory: Memory, c: Constants, steps_left: int, values: FloatArray) -> None:
-    """The values (size,) of one episode in the units of the fields."""
-    n = memory.law.size
-    for j in range(2 * n):
-        values[j] = memory.reading[j]
-        values[2 * n + j] = memory.reading[j] - memory.prediction[j]
+def fill_defender(episode: State, c: Constants, offsets: Array, row: FloatArray) -> None:
+    """The values (size,) of one episode in the units of the fields; `offsets` (1,) are where they begin."""
+    n, at = episode.command.size, offsets[0]
     for i in range(n):
-        values[4 * n + i] = memory.residual[i]
-    at = 5 * n
-    if c.share_rear_range > 0:
-        for i in range(n - 1):
-            values[at + i] = memory.reading[i] - memory.rear[i]
-        at += n - 1
-    for i in range(n):
-        values[at + i] = memory.command[i]
-    at += n
-    for j in range(2 * n):
-        values[at + j] = memory.trust[j]
-    values[at + 2 * n] = steps_left
+        row[at.range_error + i] = episode.reading[i]
+        row[at.range_rate + i] = episode.reading[n + i]
+        row[at.range_innovation + i] = episode.reading[i] - episode.prediction[i]
+        row[at.rate_innovation + i] = episode.reading[n + i] - episode.prediction[n + i]
+        row[at.kinematic_residual + i] = episode.residual[i]
+        row[at.command + i] = episode.command[i]
+        if c.share_rear_range and i < n - 1:
+            row[at.redundancy_residual + i] = episode.reading[i] - episode.rear[i]
+    copy(episode.trust, row[at.trust :])
+    row[at.steps_left] = c.horizon - episode.step[0]
+
+
+@kernel
+def fill_masks(legal: IntArray, bounds: IntArray, masks: Array) -> None:
+    """Fill int8 masks (B, sum(2 bounds + 1)) from the legal levels (B, S, 2); bounds (S,) are the largest levels."""
+    for b in range(masks.shape[0]):
+        fill_mask(borrowed(legal)[b], bounds, borrowed(masks)[b])
+
+
+@inlined
+def fill_mask(legal: IntArray, bounds: IntArray, mask: Array) -> None:
+    """Fill the mask of one episode.
+
+    Where a state leaves a sensor nothing, the mask offers no injection: that move is illegal too, and ends the episode.
+    """
+    mask[:], start = 0, 0
+    for s in range(bounds.size):
+        low, high = legal[s]
+        if low > high:
+            low = high = 0
+        mask[start + bounds[s] + low : start + bounds[s] + high + 1] = 1
+        start += 2 * bounds[s] + 1

@@ -1,4 +1,4 @@
-"""The false-data-injection problem as the faces see it."""
+"""The false-data-injection problem as the interfaces see it."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ FDI = Problem(
     presets=PRESETS,
     game=Later("cps_envs.fdi.game:FdiGame"),
     fields={
-        "attacker": Later("cps_envs.fdi.fields:attacker_fields"),
-        "defender": Later("cps_envs.fdi.fields:defender_fields"),
+        "attacker": Later("cps_envs.fdi.observation:attacker_fields"),
+        "defender": Later("cps_envs.fdi.observation:defender_fields"),
     },
     opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
-    viewer="cps_envs.fdi.viewer:Viewer",
+    viewer="cps_envs.fdi.picture.viewer:Viewer",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

@@ -109,7 +109,7 @@ def test_misses_cost_by_distance_and_hits_pay_in_shares() -> None:
     envs.reset()
     game = envs.env.game
     assert isinstance(game, FdiGame)
-    game.memories[0, 3], game.memories[0, 0] = -2.0, -2.0  # the target is the lead or the last
+    game.state.error[0, 3], game.state.error[0, 0] = -2.0, -2.0  # the target is the lead or the last
     none, ended = np.zeros(16), np.ones(16, np.bool_)
     learned = TINY.learned(game, none, ended)
     assert learned[0] == pytest.approx(-(5 - 2) / 5)

@@ -12,8 +12,8 @@ from agents.benchmark.runner import find_benchmarks, run_benchmark, select
 from agents.benchmark.store import Store
 from baselines.fdi.benchmark import BENCHMARK, TASKS
 from cps_envs.core.lookup import resolve_policy
-from cps_envs.fdi.metrics import METRICS
 from cps_envs.fdi.optima import known
+from cps_envs.fdi.payoff import Metrics
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import spec_of
 
@@ -31,7 +31,7 @@ def test_the_benchmark_is_found_and_its_entrants_exist():
                     continue  # `tests/agents/test_benchmark.py` plays those that are shipped
                 spec = spec_of("attacker", preset=setting.preset, **setting.overrides)
                 assert resolve_policy(entrant.reference, spec) is not None
-        assert {setting.metric, setting.reference or setting.metric} <= set(METRICS)
+        assert {setting.metric, setting.reference or setting.metric} <= set(Metrics._fields)
 
 
 def test_tasks_are_columns_of_one_table(tmp_path: Path):

@@ -71,22 +71,30 @@ def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset)
     residuals = []
 
     def look(game):
-        residuals.append(np.abs([game.memory(b).residual[:3] for b in range(game.num_envs)]).max())
+        residuals.append(np.abs([game.episode(b).residual[:3] for b in range(game.num_envs)]).max())
 
     play_episodes(FDI, config, {"attacker": "bang_bang"}, range(50), on_step=look)
     assert max(residuals) <= quiet_residual_m(config) + ROUNDING
     assert quiet_residual_m(config) + max(residuals) < config.range_resolution_m  # one level is seen
 
 
+def observed(spec, **values):
+    """An observation (1, size) with these values (k,) at the beginning of their fields, in units; zeros elsewhere."""
+    row = np.zeros((1, spec.fields.size))
+    for name, value in values.items():
+        part = spec.fields.slices[name]
+        row[0, part.start : part.start + len(value)] = value
+    return spec.fields.encode(row)
+
+
 def seen_by(defender, residual_m, steps):
     """Distrust (steps, 2n) while vehicle 1 shows the residuals (steps,) in m."""
-    memory, course = defender.blank(1), []
+    state, course = None, []
     for step in range(steps):
-        rows = np.zeros((1, 4))
-        rows[0, 0] = residual_m[step] if step < len(residual_m) else 0.0
-        seen = {"kinematic_residual": rows, "redundancy_residual": rows[:, :3]}
-        distrusted, memory = defender.distrust(seen, memory)
-        course.append(distrusted[0])
+        residual = [residual_m[step] if step < len(residual_m) else 0.0]
+        seen = observed(defender.spec, kinematic_residual=residual, redundancy_residual=residual)
+        actions, state = defender.predict(seen, state)
+        course.append(actions[0, :8] == 0)
     return np.array(course)
 
 
@@ -114,14 +122,16 @@ def test_the_gate_of_the_model_follows_the_disturbance():
     """The covariance against the spread of simulated double integrators whose readings are not used."""
     spec = spec_of("defender", preset="defense", tasks=OWN, share_rear_range=False)
     defender, dt_s, generator = ModelFallback(spec), 0.1, np.random.default_rng(0)
-    covariance, nothing = defender.blank(1), np.zeros((1, 8), np.bool_)
+    state, off = None, observed(spec, range_innovation=[20.0] * 4, rate_innovation=[20.0] * 4)  # not to be believed
     gap, speed = np.zeros((20_000, 4)), np.zeros((20_000, 4))
     for _ in range(30):
-        covariance = defender._predicted(covariance, nothing)
+        actions, state = defender.predict(off, state)
+        assert not actions[0, :8].any()
         deviation = generator.normal(0, 0.1, (20_000, 5))
         deviation[:, 4] = 0  # the reference
         relative = np.diff(deviation, axis=1)
         gap, speed = gap + dt_s * speed + dt_s**2 / 2 * relative, speed + dt_s * relative
+    covariance = state[0]
     assert np.allclose(np.sqrt(covariance[0, :, 0]), gap.std(axis=0), rtol=0.03)
     assert np.allclose(np.sqrt(covariance[0, :, 2]), speed.std(axis=0), rtol=0.03)
 

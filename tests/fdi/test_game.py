@@ -38,7 +38,7 @@ def seen(game, role):
 
 
 def legal_level(game, generator):
-    low, high = game.legal[0].T
+    low, high = game.state.legal[0].T
     return generator.integers(low, np.maximum(low, high) + 1)
 
 
@@ -50,8 +50,8 @@ def test_hard_limits_follow_the_continuous_platoon(attacked):
         go(game, legal_level(game, generator))
         if game.terminated[0]:
             break
-        platoon.step_continuous(game.memory(0).injection)
-        np.testing.assert_allclose(game.memory(0).error, platoon.errors, atol=1e-9)
+        platoon.step_continuous(game.episode(0).injection)
+        np.testing.assert_allclose(game.episode(0).error, platoon.errors, atol=1e-9)
 
 
 @pytest.mark.parametrize("attacked", SENSORS)
@@ -61,8 +61,8 @@ def test_clipped_limits_follow_held_commands(attacked):
     while not game.terminated[0] and game.elapsed[0] < game.horizon:
         correction = generator.integers(-none, none + 1, 4)
         go(game, legal_level(game, generator), correction=correction)
-        platoon.step_held(game.memory(0).injection, correction * game.config.max_correction_mps2 / none)
-        np.testing.assert_allclose(game.memory(0).error, platoon.errors, atol=1e-9)
+        platoon.step_held(game.episode(0).injection, correction * game.config.max_correction_mps2 / none)
+        np.testing.assert_allclose(game.episode(0).error, platoon.errors, atol=1e-9)
 
 
 def test_disturbances_act_on_the_vehicles():
@@ -73,13 +73,13 @@ def test_disturbances_act_on_the_vehicles():
     for push in pushes:
         go(game, [0])
         platoon.step_held(np.zeros(8), disturbance=push)
-        np.testing.assert_allclose(game.memory(0).error, platoon.errors, atol=1e-9)
+        np.testing.assert_allclose(game.episode(0).error, platoon.errors, atol=1e-9)
 
 
 def test_legal_levels_at_rest():
     """Spec 7.4: 21 levels for a range sensor, 13 for a range-rate sensor."""
-    assert started(attacked="x1", target=1).legal[0].tolist() == [[-10, 10]]
-    assert started(attacked="v4", target=4).legal[0].tolist() == [[-6, 6]]
+    assert started(attacked="x1", target=1).state.legal[0].tolist() == [[-10, 10]]
+    assert started(attacked="v4", target=4).state.legal[0].tolist() == [[-6, 6]]
 
 
 @settings(max_examples=60)
@@ -91,7 +91,7 @@ def test_the_mask_is_what_the_constraints_say(attacked, seed, steps):
         go(game, legal_level(game, generator))
     if game.terminated[0]:
         return
-    config, error, model = game.config, game.memory(0).error, game.config.model
+    config, error, model = game.config, game.episode(0).error, game.config.model
     sensors = np.flatnonzero(game.tasks[0].sensors.flags(4))
     size = np.where(sensors < 4, config.range_resolution_m, config.rate_resolution_mps)
     boxes = [
@@ -112,7 +112,7 @@ def test_the_mask_is_what_the_constraints_say(attacked, seed, steps):
             possible &= (high >= config.min_acceleration_mps2 - SLACK / 2) & (
                 low <= config.max_acceleration_mps2 + SLACK / 2
             )
-        low, high = game.legal[0, s]
+        low, high = game.state.legal[0, s]
         assert box[possible].tolist() == list(range(low, high + 1))
 
 
@@ -121,15 +121,15 @@ def test_an_illegal_injection_ends_the_episode_unpaid():
     assert go(game, [11])[0] == 0
     assert game.terminated[0]
     assert game.metrics()["illegal"][0] == 1
-    assert not game.memory(0).error.any()
+    assert not game.episode(0).error.any()
 
 
 def test_a_dead_end_offers_no_injection():
     game = started(attacked="x4", target=3)
     for level in (-10, 20, -30, 40):
-        low, high = game.legal[0, 0]
+        low, high = game.state.legal[0, 0]
         go(game, [max(low, min(high, level))])
-        if game.legal[0, 0, 0] > game.legal[0, 0, 1]:
+        if game.state.legal[0, 0, 0] > game.state.legal[0, 0, 1]:
             assert np.flatnonzero(game.action_mask("attacker")[0]).tolist() == game.neutral_action["attacker"].tolist()
             go(game, [0])
             assert game.metrics()["illegal"][0] == 1
@@ -138,14 +138,14 @@ def test_a_dead_end_offers_no_injection():
 def test_a_shield_takes_the_nearest_legal_level():
     game = started(attacked="x1", target=1, shield=True)
     go(game, [50])
-    assert game.memory(0).injection[0] == 10 * game.config.range_resolution_m
+    assert game.episode(0).injection[0] == 10 * game.config.range_resolution_m
     assert not game.terminated[0]
 
 
 def test_two_sensors_of_a_vehicle_share_its_limits():
     game = started(attacked="xv1", target=1, shield=True)
     go(game, [40, 40])  # 20 m alone would be 20 m/s2: the range-rate helps as far as it can
-    memory = game.memory(0)
+    memory = game.episode(0)
     assert memory.command[0] == pytest.approx(game.config.max_acceleration_mps2, abs=0.75)
     assert not game.terminated[0]
 
@@ -154,21 +154,21 @@ def test_shares_go_from_the_lowest_to_the_highest_legal_level():
     for action, level in ((0, 0), (1, -10), (11, 0), (21, 10)):
         game = started(attacked="x1", target=1, attack_action="share")
         game.advance({"attacker": np.array([[action]])}, np.ones(1, bool), 1)
-        assert game.memory(0).injection[0] == level * 0.5
+        assert game.episode(0).injection[0] == level * 0.5
 
 
 def collision(target=4, **overrides):
     """Brake, then accelerate as hard as is legal, until somebody collides."""
     game, total = started(attacked="x4", target=target, **overrides), 0.0
     for step in range(game.horizon):
-        low, high = game.legal[0, 0]
+        low, high = game.state.legal[0, 0]
         total += go(game, [low if step < 7 else high])[0]
     return game, total
 
 
 def test_impact_speed_is_paid_at_the_crossing():
     game, total = collision()
-    memory, metrics = game.memory(0), game.metrics()
+    memory, metrics = game.episode(0), game.metrics()
     assert memory.error[3] <= -5 + SLACK
     assert total == metrics["impact_speed_mps"][0] == -memory.error[7] > 3
     assert metrics["collided_target"][0] == metrics["collided_pairs"][0] == 1
@@ -187,7 +187,7 @@ def test_an_untrusted_range_is_replaced_by_the_rear_sensor():
     trust[0] = 0
     for _ in range(10):
         go(game, [-10], trust=trust)
-    assert not game.memory(0).error.any()
+    assert not game.episode(0).error.any()
     np.testing.assert_allclose(seen(game, "defender")["redundancy_residual"], [-5, 0, 0], atol=1e-5)
     metrics = game.metrics()
     assert metrics["replaced_share"][0] == pytest.approx(1 / 8)
@@ -203,9 +203,9 @@ def test_the_model_predicts_what_it_can_know(preset, disturbed):
     trust = np.ones(8, int)
     trust[[3, 7]] = 0
     for _ in range(15):
-        before = game.memory(0).error.copy()
+        before = game.episode(0).error.copy()
         go(game, np.clip(legal_level(game, generator), -4, 4), trust=trust, correction=generator.integers(-2, 3, 4))
-        off = np.abs(game.memory(0).prediction - before).max()
+        off = np.abs(game.episode(0).prediction - before).max()
         assert off < 1e-9 or disturbed
     assert (off > 1e-4) == disturbed
 
@@ -216,7 +216,7 @@ def test_trust_and_no_correction_change_nothing():
         level = legal_level(plain, generator)
         go(plain, level)
         go(watched, level, trust=np.ones(8, int))
-        np.testing.assert_array_equal(plain.memory(0).error, watched.memory(0).error)
+        np.testing.assert_array_equal(plain.episode(0).error, watched.episode(0).error)
     assert watched.metrics()["bound_valid"][0] == plain.metrics()["bound_valid"][0]
 
 
@@ -242,7 +242,7 @@ def test_drawn_tasks_are_observed_and_masked():
     shown = game.fields["attacker"].decode(game.observe("attacker"))
     masks = np.split(game.action_mask("attacker"), np.cumsum(game.action_space["attacker"].nvec)[:-1], axis=1)
     for b in range(64):
-        task = game.tasks[game.counts[b, 1]]
+        task = game.tasks[game.state.task[b]]
         assert str(task) == game.task(b)
         assert (shown["attacked"][b] > 0.5).tolist() == task.sensors.flags(4).tolist()
         assert shown["target"][b].argmax() + 1 == task.target
@@ -260,19 +260,22 @@ def test_an_environment_is_what_its_copy_is():
         levels = generator.integers(-2, 3, 8)
         go(game, levels)
         go(copy, levels)
-    np.testing.assert_array_equal(copy.memories[2], game.memories[1])
+    for ours, theirs in zip(copy.episode(2), game.episode(1), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
 
 
 @pytest.mark.parametrize("preset", ["clip", "fig32"])
 def test_a_turn_of_several_steps_is_as_many_turns(preset):
     """Some environments collide on the way: they stand still from there on, and what is legal is that of their end."""
     whole, parts, steps = started(range(20), preset), started(range(20), preset), 30
-    low, high = np.moveaxis(whole.legal, 2, 0)
+    low, high = np.moveaxis(whole.state.legal, 2, 0)
     levels = np.random.default_rng(0).integers(low, high + 1)
     actions, envs = {"attacker": levels + whole.neutral_action["attacker"]}, np.ones(20, bool)
     payoff = whole.advance(actions, envs, steps)
     np.testing.assert_array_equal(payoff, sum(parts.advance(actions, envs, 1) for _ in range(steps)))
     assert 0 < whole.terminated.sum() < 20
-    np.testing.assert_array_equal(whole.table[:-1], parts.table[:-1])
-    for name in ("memories", "counts", "legal", "terminated"):
-        np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name), err_msg=name)
+    for name, values in whole.metrics().items():
+        np.testing.assert_array_equal(values, parts.metrics()[name], err_msg=name)
+    for name, values in whole.state._asdict().items():
+        np.testing.assert_array_equal(values, getattr(parts.state, name), err_msg=name)
+    np.testing.assert_array_equal(whole.terminated, parts.terminated)

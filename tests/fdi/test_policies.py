@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from baselines.fdi import replay_policy
-from baselines.fdi.action_form import ActionForm, to_shares
+from baselines.fdi.action_form import ActionForm, to_share
 from baselines.fdi.bnb_policy import BranchAndBound
 from baselines.fdi.branch_and_bound import find_injections, make_search
 from baselines.fdi.random_injection import RandomInjection
@@ -105,9 +105,9 @@ def test_random_injections_are_legal(task):
     dead_ends = []
 
     def look(game):
-        legal, active = game.legal, ~game.terminated
+        legal, active = game.state.legal, ~game.terminated
         dead_ends.append(np.any(legal[..., 0] > legal[..., 1], axis=1) & active)
-        law = np.stack([game.memory(b).law for b in range(game.num_envs)])
+        law = game.state.error @ game.config.model.feedback.T
         free = np.setdiff1d(np.arange(4), game.tasks[0].sensors.vehicles - np.ones(1, int))
         dead_ends[-1] |= np.any(np.abs(law[:, free]) > 5, axis=1) & active
 
@@ -133,7 +133,7 @@ def test_random_injections_obey_their_bounds():
 def test_random_injections_repeat_by_seed():
     first, again, other = (play("random", seeds=[seed])["return"] for seed in (1, 1, 2))
     assert first == again
-    draws = [RandomInjection(spec_of("attacker")).begin([np.random.default_rng(seed)], [{}])[0] for seed in (1, 2)]
+    draws = [RandomInjection(spec_of("attacker")).begin([np.random.default_rng(seed)], [{}])[0][0] for seed in (1, 2)]
     assert not np.array_equal(*draws)
     assert other.shape == (1,)
 
@@ -155,7 +155,7 @@ def test_bnb_plays_what_the_planner_finds(kind, steps_ahead):
         spec_of("attacker", preset="fig32", **overrides), steps_ahead=steps_ahead, width=3 if steps_ahead else 0
     )
     play_episodes(
-        FDI, config, {"attacker": policy}, [0], on_step=lambda game: seen.append(game.memory(0).injection.copy())
+        FDI, config, {"attacker": policy}, [0], on_step=lambda game: seen.append(game.episode(0).injection.copy())
     )
     assert np.array_equal(seen[1:], expected[: len(seen) - 1])
     assert len(seen) > 60
@@ -198,12 +198,12 @@ def test_lp_greedy_never_exceeds_the_bound_and_refuses_nonsense():
 
 @given(st.integers(-40, 0), st.integers(0, 40), st.integers(2, 60), st.integers(-45, 45))
 def test_shares_say_the_nearest_level(low, high, count, level):
-    action, said = to_shares(*(np.array([value]) for value in (level, low, high)), count)
+    action, said = to_share(level, low, high, count)
     choices = [0, *(low + np.floor(part / (count - 1) * (high - low) + 0.5) for part in range(count))]
-    assert 0 <= action[0] <= count
-    assert said[0] == choices[action[0]]
+    assert 0 <= action <= count
+    assert said == choices[action]
     if high - low < count and low <= level <= high:
-        assert said[0] == level
+        assert said == level
 
 
 @pytest.mark.parametrize("task", TASKS)
@@ -214,13 +214,12 @@ def test_actions_inject_the_levels_that_they_stand_for(task, form):
     everything = np.ones((1, len(translator.sensors)), np.bool_)
     game.reset(np.ones(1, np.bool_), [generator])
     while not game.terminated[0] and game.elapsed[0] < game.horizon:
-        error = game.memory(0).error[np.newaxis].copy()
-        actions, levels = translator.to_actions(
-            error, everything, lambda slot, low, high: generator.integers(low, high + 1)
-        )
+        error = game.episode(0).error[np.newaxis].copy()
+        wishes = generator.integers(-translator.bounds, translator.bounds + 1)[np.newaxis]
+        actions, levels = translator.to_actions(error, everything, wishes)
         assert np.array_equal(translator.to_levels(error, everything, actions), levels)
         game.advance({"attacker": actions}, np.ones(1, np.bool_), 1)
-        injected = game.memory(0).injection[translator.sensors]
+        injected = game.episode(0).injection[translator.sensors]
         assert np.allclose(injected, levels[0] * np.where(translator.sensors < 4, 0.5, 0.25))
 
 

@@ -37,8 +37,8 @@ def state_before_a_dead_end():
         side = generator.integers(0, 2, 2)
         while not game.terminated[0] and game.elapsed[0] < game.horizon:
             side = np.where(generator.random(2) < 0.8, side, generator.integers(0, 2, 2))
-            error, step = game.memory(0).error.copy(), int(game.elapsed[0])
-            wish = game.legal[0][np.arange(2), side]
+            error, step = game.episode(0).error.copy(), int(game.elapsed[0])
+            wish = game.state.legal[0][np.arange(2), side]
             levels = shield._legal(config.fixed_task, error, wish[np.newaxis])[0]
             after = shield.form.error_after(error, levels)
             if not shield._over(after) and not legal_continuation(config, config.fixed_task, after, step + 1):

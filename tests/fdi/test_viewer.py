@@ -13,15 +13,15 @@ import pytest
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.core.picture.plot import Plot, rounded_up
 from cps_envs.core.types import Array
-from cps_envs.fdi.beliefs import belief_color, beliefs_of, free_rows
 from cps_envs.fdi.config import CLIP, FIG_3_2, PRESETS, FdiConfig
 from cps_envs.fdi.game import FdiGame
-from cps_envs.fdi.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, History
-from cps_envs.fdi.outcome import certificate_of, outcome_of, task_of
-from cps_envs.fdi.palette import FALSE, REPLACED
-from cps_envs.fdi.road import VEHICLE_M, lay_out
-from cps_envs.fdi.scene import Scene
-from cps_envs.fdi.viewer import Viewer, plots, with_illegal_readings
+from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
+from cps_envs.fdi.picture.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, History
+from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
+from cps_envs.fdi.picture.palette import FALSE, REPLACED
+from cps_envs.fdi.picture.road import VEHICLE_M, lay_out
+from cps_envs.fdi.picture.scene import Scene
+from cps_envs.fdi.picture.viewer import Viewer, plots, with_illegal_readings
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/FdiAttack-v0", "cps_envs:cps_envs/FdiDefense-v0"
 EVERY = np.ones(1, np.bool_)

@@ -10,10 +10,10 @@ from cps_envs.core.picture.canvas import Box, Canvas, Point
 from cps_envs.core.picture.palette import INK, MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.beliefs import belief_color, beliefs_of, draw_beliefs
 from cps_envs.fdi.legality import SLACK
-from cps_envs.fdi.palette import DAMAGE, FALSE, TARGET, VEHICLE
-from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, draw_beliefs
+from cps_envs.fdi.picture.palette import DAMAGE, FALSE, TARGET, VEHICLE
+from cps_envs.fdi.picture.scene import Scene
 
 VEHICLE_M = 4.5  # drawn length; the model's vehicles are points, so its gaps are drawn between bumpers
 AHEAD_GAPS, BEHIND_GAPS = 2.5, 1.5  # desired gaps of road shown ahead of the reference and behind the last vehicle

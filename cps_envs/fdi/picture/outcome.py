@@ -6,7 +6,7 @@ import numpy as np
 
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
-from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.picture.scene import Scene
 
 PROVED_MPS = 1e-3  # a value this near its bound is written as the optimum
 

@@ -9,8 +9,8 @@ from cps_envs.core.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
-from cps_envs.fdi.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
-from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.picture.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
+from cps_envs.fdi.picture.scene import Scene
 
 WIDEST_BAR = 28  # pixels
 WIDE_BAR = 25  # pixels, from which on numbers of neighbours do not meet

@@ -8,7 +8,7 @@ from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.palette import INK, MUTED
 from cps_envs.core.picture.plot import SMALL, Plot, draw_curve, draw_edge, draw_level, draw_panel, draw_title
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.history import (
+from cps_envs.fdi.picture.history import (
     CLOSING,
     GAP,
     INJECTIONS,
@@ -19,8 +19,8 @@ from cps_envs.fdi.history import (
     USED_CLOSING,
     USED_GAP,
 )
-from cps_envs.fdi.palette import DAMAGE, FALSE, FALSES, REPLACED, TRUE
-from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.picture.palette import DAMAGE, FALSE, FALSES, REPLACED, TRUE
+from cps_envs.fdi.picture.scene import Scene
 
 
 def draw_target_gap(canvas: Canvas, scene: Scene, plot: Plot, rows: FloatArray) -> None:

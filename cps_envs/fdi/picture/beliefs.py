@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.palette import PAGE, Color
 from cps_envs.core.picture.vehicle import draw_ghost
-from cps_envs.fdi.palette import FALSE, REPLACED
-from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.picture.palette import FALSE, REPLACED
+from cps_envs.fdi.picture.scene import Scene
 
 SMALL = 15
 LABEL_ROOM = 6  # pixels between a label and what is beside it

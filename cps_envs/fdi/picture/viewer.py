@@ -12,13 +12,13 @@ from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, tint
 from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
 from cps_envs.core.types import Array
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.history import History, Peaks
-from cps_envs.fdi.outcome import certificate_of, outcome_of, task_of
-from cps_envs.fdi.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
-from cps_envs.fdi.profile import draw_closing_speeds, draw_commands, draw_gaps, draw_numbers
-from cps_envs.fdi.road import draw_road
-from cps_envs.fdi.scene import Scene
-from cps_envs.fdi.traces import draw_injections, draw_target_closing_speed, draw_target_gap
+from cps_envs.fdi.picture.history import History, Peaks
+from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
+from cps_envs.fdi.picture.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
+from cps_envs.fdi.picture.profile import draw_closing_speeds, draw_commands, draw_gaps, draw_numbers
+from cps_envs.fdi.picture.road import draw_road
+from cps_envs.fdi.picture.scene import Scene
+from cps_envs.fdi.picture.traces import draw_injections, draw_target_closing_speed, draw_target_gap
 
 CARD = 138.0  # pixels from card to card
 ROAD_TOP, ROAD_HEIGHT = 116, 118

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cps_envs.core.picture.history import History as Moments
 from cps_envs.core.types import FloatArray
-from cps_envs.fdi.scene import Scene
+from cps_envs.fdi.picture.scene import Scene
 
 MOST_POINTS = 600  # of a curve
 TIME, GAP, CLOSING, SENSED, REPORTED_GAP, REPORTED_CLOSING, USED_GAP, USED_CLOSING, INJECTIONS = range(9)
@@ -27,29 +28,22 @@ NO_PEAKS = Peaks(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class History:
-    """Rows of an episode up to the present moment; another episode, or time that goes back, begins a new one."""
+    """Rows of an episode up to the present moment, and its peaks; see `core.picture.history`."""
 
     def __init__(self) -> None:
-        self._episode = -1
-        self._rows: list[list[float]] = []
+        self._moments = Moments(MOST_POINTS)
         self.peaks = NO_PEAKS
 
     def add(self, scene: Scene, step_s: float) -> None:
         """Take a moment in; the same moment again replaces what was known of it."""
-        time_s = scene.time_s
-        if scene.episode != self._episode or (self._rows and time_s < self._rows[-1][TIME]):
-            self._episode, self._rows, self.peaks = scene.episode, [], NO_PEAKS
         row = row_of(scene, step_s)
-        if self._rows and (time_s, row[SENSED]) == (self._rows[-1][TIME], self._rows[-1][SENSED]):
-            self._rows.pop()
-        self._rows.append(row)
+        if self._moments.add(scene.episode, (scene.time_s, row[SENSED]), np.array(row)):
+            self.peaks = NO_PEAKS
         self.peaks = Peaks(*map(max, self.peaks, peaks_of(scene)))
 
     def rows(self) -> FloatArray:
         """The moments (k, INJECTIONS + q), columns as named above, q attacked sensors; thinned in long episodes."""
-        stride = 1 + len(self._rows) // MOST_POINTS
-        kept = self._rows[::stride]
-        return np.array(kept if kept[-1] is self._rows[-1] else [*kept, self._rows[-1]])
+        return self._moments.rows()
 
 
 def row_of(scene: Scene, step_s: float) -> list[float]:

@@ -1,0 +1,88 @@
+"""What is measured and charged in an episode, and the payoff."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from cps_envs.core.kernels import inlined
+from cps_envs.core.types import Array, FloatArray
+from cps_envs.fdi.legality import SLACK
+from cps_envs.fdi.state import Constants, State
+
+
+class Metrics(NamedTuple):
+    """What is measured in an episode so far; marks are 0 or 1."""
+
+    impact_speed_mps: float  # what the attacker is paid at the end: of the target pair, or of any pair
+    alarm_cost_mps: float  # paid for replaced readings so far
+    correction_cost_mps: float  # paid for corrections so far
+    worst_impact_mps: float  # fastest collision of any pair
+    collided_target: float  # 1 when the target hit the vehicle ahead
+    collided_pairs: float  # pairs that collided in the last step
+    illegal: float  # 1 when an illegal injection, or a state without a legal one, ended the episode
+    time_s: float  # since the start
+    injected_share: float  # of all readings so far
+    replaced_share: float  # of all readings so far
+    false_alarm_rate: float  # share of the readings without injection that were replaced
+    bound_valid: float  # 1 while `oracle_bound_mps` bounds what any attacker can be paid in this episode
+    oracle_bound_mps: float  # certified upper bound of the task; 0, and not valid, where none is known
+    oracle_value_mps: float  # speed that a known legal plan attains; 0 where none is known
+
+
+PAID = Metrics._fields[:3]
+
+
+@inlined
+def settle(episode: State, c: Constants, target: int, correction: FloatArray, table: Array, payoff: FloatArray) -> bool:
+    """Book a step that has been made; returns whether it ended in a collision.
+
+    `correction` (n,) is what the defender asked for, m/s2; `table` (1,) holds the episode's `Metrics`, and what the
+    step pays the attacker is added to `payoff` (1,).
+    """
+    row = table[0]
+    row.time_s = episode.step[0] * c.dt_s
+    paid = row.impact_speed_mps + row.alarm_cost_mps + row.correction_cost_mps
+    charge(episode, c, correction, table)
+    collided = collide(episode.error, c, target, table)
+    payoff[0] += row.impact_speed_mps + row.alarm_cost_mps + row.correction_cost_mps - paid
+    return collided
+
+
+@inlined
+def charge(episode: State, c: Constants, correction: FloatArray, table: Array) -> None:
+    """Book what the defender did in this step, and how often without reason."""
+    n, row, tally = correction.size, table[0], episode.tally[0]
+    for j in range(2 * n):
+        injected, replaced = episode.injection[j] != 0, episode.trust[j] == 0
+        tally.injected += injected
+        if replaced:
+            tally.replaced += 1
+            tally.replaced_in_vain += not injected
+            row.alarm_cost_mps += c.alarm_cost_mps2 * c.dt_s
+            row.bound_valid = 0.0
+    for i in range(n):
+        if correction[i] != 0:
+            row.correction_cost_mps += c.correction_cost * c.dt_s * abs(correction[i]) / n
+            row.bound_valid = 0.0
+    readings = 2 * n * episode.step[0]
+    row.injected_share = tally.injected / readings
+    row.replaced_share = tally.replaced / readings
+    row.false_alarm_rate = tally.replaced_in_vain / max(readings - tally.injected, 1)
+
+
+@inlined
+def collide(error: FloatArray, c: Constants, target: int, table: Array) -> bool:
+    """Book the collisions at this sample; returns whether there was one."""
+    n, row = error.size // 2, table[0]
+    pairs, worst = 0, 0.0
+    for i in range(n):
+        if error[i] <= -c.desired_gap_m + SLACK:
+            pairs += 1
+            worst = max(worst, -error[n + i])
+            if i == target:
+                row.collided_target = 1.0
+                row.impact_speed_mps = max(0.0, -error[n + i])
+    row.collided_pairs, row.worst_impact_mps = pairs, worst
+    if c.pays_any:
+        row.impact_speed_mps = worst
+    return pairs > 0

@@ -1,0 +1,1 @@
+"""Drawings of a platoon under false data injection."""

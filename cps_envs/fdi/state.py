@@ -1,0 +1,182 @@
+"""B episodes as kernels see them: their state, the numbers of the configuration, the matrices of the platoon."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cps_envs.core.kernels import inlined, pack, records
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.fdi.config import FdiConfig
+
+
+class Tally(NamedTuple):
+    """Readings counted since the start of an episode."""
+
+    injected: int
+    replaced: int
+    replaced_in_vain: int  # replaced though nothing was injected
+
+
+class State(NamedTuple):
+    """B episodes with S slots for injections; readings are errors, ranges (m) of vehicles 1..n, then rates (m/s).
+
+    `error` is that of now and `legal` is for the next step; the other readings and accelerations belong to the last
+    step. What the commands were computed from is `used`.
+    """
+
+    error: FloatArray  # (B, 2n) true e
+    injection: FloatArray  # (B, 2n) d
+    reading: FloatArray  # (B, 2n) e + d
+    prediction: FloatArray  # (B, 2n) of the true values by the model, from readings that the defender trusted
+    used: FloatArray  # (B, 2n) the readings, or what replaced them
+    trust: FloatArray  # (B, 2n) 1, or 0 where the reading was replaced
+    command: FloatArray  # (B, n) applied, m/s2
+    correction: FloatArray  # (B, n) the defender's part of it, m/s2
+    rear: FloatArray  # (B, n) true range errors, which the rear sensors of the vehicles ahead saw
+    residual: FloatArray  # (B, n) kinematic residual, m
+    legal: IntArray  # (B, S, 2) lowest and highest legal level of each slot
+    disturbance: FloatArray  # (B, horizon, n) accelerations that no vehicle commanded, m/s2; or (B, 0, n)
+    step: IntArray  # (B,) steps done
+    task: IntArray  # (B,) index of the task
+    tally: Array  # (B,) records of `Tally`
+
+
+def allocate(config: FdiConfig, num_envs: int, slots: int) -> State:
+    """The state of B episodes that have not begun; `slots` is S."""
+    n, steps = config.num_vehicles, config.horizon if config.disturbance_mps2 > 0 else 0
+    sensors, vehicles = (num_envs, 2 * n), (num_envs, n)
+    return State(
+        error=np.zeros(sensors),
+        injection=np.zeros(sensors),
+        reading=np.zeros(sensors),
+        prediction=np.zeros(sensors),
+        used=np.zeros(sensors),
+        trust=np.zeros(sensors),
+        command=np.zeros(vehicles),
+        correction=np.zeros(vehicles),
+        rear=np.zeros(vehicles),
+        residual=np.zeros(vehicles),
+        legal=np.zeros((num_envs, slots, 2), np.int64),
+        disturbance=np.zeros((num_envs, steps, n)),
+        step=np.zeros(num_envs, np.int64),
+        task=np.zeros(num_envs, np.int64),
+        tally=records(Tally, num_envs),
+    )
+
+
+class Constants(NamedTuple):
+    """The numbers of a configuration that kernels need: its fields and properties, and answers to its choices."""
+
+    horizon: int
+    dt_s: float
+    desired_gap_m: float
+    proportional_gain: float
+    derivative_gain: float
+    min_acceleration_mps2: float
+    max_acceleration_mps2: float
+    range_resolution_m: float
+    rate_resolution_mps: float
+    range_levels: int
+    rate_levels: int
+    share_levels: int
+    correction_levels: int
+    alarm_cost_mps2: float
+    correction_cost: float
+    limit_commands: bool
+    limit_readings: bool
+    shield: bool
+    share_rear_range: bool
+    gap_spread_m: float
+    speed_spread_mps: float
+    disturbance_mps2: float
+    correction_step_mps2: float
+    clips: bool  # limits = "clip"
+    looks_ahead: bool  # mask = "look_ahead"
+    by_share: bool  # attack_action = "share"
+    pays_any: bool  # paid_pair = "any"
+    draws: bool  # resets draw the task
+
+
+def constants_of(config: FdiConfig) -> Array:
+    """The constants of a configuration as records (1,), see `core.kernels.pack`."""
+    derived = {
+        "correction_step_mps2": config.max_correction_mps2 / config.correction_levels,
+        "clips": config.limits == "clip",
+        "looks_ahead": config.mask == "look_ahead",
+        "by_share": config.attack_action == "share",
+        "pays_any": config.paid_pair == "any",
+        "draws": bool(config.tasks),
+    }
+    values: dict[str, Any] = {name: derived.get(name, getattr(config, name, None)) for name in Constants._fields}
+    return pack(Constants(**values))
+
+
+class Matrices(NamedTuple):
+    """The sampled platoon, see `model.Model`, transposed: a row for each input, so that loops run over outputs."""
+
+    step: FloatArray  # (5n, 2n): A, B, correction
+    hold: FloatArray  # (3n, 2n): A_d, B_d
+    ahead: FloatArray  # (4n, n): A_2 A, A_2 B, the commands one step later if no sensor is falsified then
+
+
+def matrices_of(config: FdiConfig) -> Matrices:
+    """The matrices of a configuration."""
+    model = config.model
+    return Matrices(
+        step=np.ascontiguousarray(np.hstack([model.transition, model.injection, model.correction]).T),
+        hold=np.ascontiguousarray(np.hstack([model.coast, model.command]).T),
+        ahead=np.ascontiguousarray(np.hstack([model.feedback @ model.transition, model.feedback @ model.injection]).T),
+    )
+
+
+class Batch(NamedTuple):
+    """All that kernels know of B environments."""
+
+    state: State
+    metrics: Array  # (B,) records of `payoff.Metrics`
+    over: BoolArray  # (B,) episodes that physics has ended
+    tasks: IntArray  # (T, S + 1) sensors of each slot, -1 where not attacked, and the target's index
+    constants: Array  # (1,) records of `Constants`
+    matrices: Matrices
+
+
+class Scratch(NamedTuple):
+    """What kernels work with besides the episodes; one episode uses it after the other."""
+
+    trust: FloatArray  # (2n,) of the defender in the present step, 1 or 0
+    correction: FloatArray  # (n,) of the defender in the present step, m/s2
+    offset: FloatArray  # (2n,) of what is used from the true values
+    error: FloatArray  # (2n,)
+    row: FloatArray  # (S,) coefficients of levels
+    which: IntArray  # (S,) the slots that they belong to
+    slot: IntArray  # (2n,) of each reading, -1 where it has none
+    level: IntArray  # (S,) injected
+    interval: IntArray  # (S, 2) legal levels while they are chosen
+
+
+@inlined
+def new_scratch(n: int, slots: int) -> Scratch:
+    """Of a platoon whose defender trusts every sensor and corrects nothing."""
+    return Scratch(
+        np.ones(2 * n),
+        np.zeros(n),
+        np.empty(2 * n),
+        np.empty(2 * n),
+        np.empty(slots),
+        np.empty(slots, np.int64),
+        np.empty(2 * n, np.int64),
+        np.zeros(slots, np.int64),
+        np.empty((slots, 2), np.int64),
+    )
+
+
+@inlined
+def add_product(matrix: FloatArray, start: int, vector: FloatArray, total: FloatArray) -> None:
+    """Add a block of a transposed matrix times a vector (k,) to `total`; the block's rows begin at `start`."""
+    for j in range(vector.size):
+        value = vector[j]
+        if value != 0:
+            for i in range(total.size):
+                total[i] += matrix[start + j, i] * value
