@@ -56,7 +56,7 @@ class Brink(AnalyticPolicy):
         error_c = np.sqrt(self._c2(seen["residual"][:, self._alone]))
         allowed_c = self._allowed_c(samples, self._c2(seen["mean_residual"][:, self._alone]))
         growing = (attack_age(seen, self.config) > 0) & (samples > 0)
-        grown = np.clip(bias_c + self.gain * (allowed_c - error_c), 0.0, MAX_BIAS_C)
+        grown = np.minimum(np.maximum(bias_c + self.gain * (allowed_c - error_c), 0.0), MAX_BIAS_C)
         bias_c = np.where(growing[:, np.newaxis] & (seen["compromised"] > 0.5), grown, bias_c)
         return bias_action(self.config, bias_c), (bias_c,)
 
@@ -65,7 +65,7 @@ class Brink(AnalyticPolicy):
         samples = np.maximum(samples, 0)[:, np.newaxis]
         eps = self.config.threshold_c2
         left = (samples + 1) * (eps - self.margin_c2) - samples * mean_c2
-        allowed: FloatArray = np.sqrt(np.clip(left, 0.0, self.most * eps))
+        allowed: FloatArray = np.sqrt(np.minimum(np.maximum(left, 0.0), self.most * eps))
         return allowed
 
     def _c2(self, level: FloatArray) -> FloatArray:

@@ -46,6 +46,11 @@ class Constant(Replacing):
     def __init__(self, spec: RoleSpec, reading_c: float = 22.0) -> None:
         super().__init__(spec, reading_c, reading_c)
         self.reading_c = reading_c
+        self._action = absolute_action(self.config, np.array([[reading_c]]))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The same action at all times, (B, S + 1)."""
+        return self._action.repeat(len(seen), axis=0), state
 
     def readings(self, seen: Seen, state: State) -> FloatArray:
         """The same at all times."""

@@ -59,7 +59,8 @@ def bias_action(config: HvacConfig, bias_c: Array, *, keep_noise: bool = False) 
     Raises:
         ConfigurationError: a bias without noise where the configuration's attacker only adds to its own readings.
     """
-    shares = np.clip(-bias_c / (0.5 * (config.sensor_high_c - config.sensor_low_c)), -1.0, 1.0)
+    shares = bias_c / (-0.5 * (config.sensor_high_c - config.sensor_low_c))
+    shares = np.minimum(np.maximum(shares, -1.0), 1.0)  # np.clip takes several times as long on small arrays
     return _based(config, shares, OWN if keep_noise else NOISE_FREE)
 
 

@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[2]
 NUM_ENVS = 3
 PLAYED: Mapping[str, Problem] = {**PROBLEMS, TESTBED.name: TESTBED}
 SETTINGS: Mapping[str, tuple[Mapping[str, Any], ...]] = {  # beside the short episode of every preset
-    "hvac": ({"attacker_view": "grey", "attack_action": "bias", "num_sensors": 8}, {"onset_step": 0}),
+    "hvac": ({"attacker_view": "grey", "attack_action": "bias", "num_sensors": 8}, {"onset_step": 0, "set_size": 3}),
 }
 
 
