@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, final, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
@@ -17,7 +18,6 @@ if TYPE_CHECKING:  # fields bring the compiler of kernels along
     from cps_envs.core.fields import Fields
 
 State: TypeAlias = tuple[Array, ...] | None  # arrays with a leading environment axis
-Answer = TypeVar("Answer")
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Policy(Protocol):
 
 def takes_masks(policy: Policy) -> bool:
     """Whether a policy's `predict` wants the legal actions."""
-    if isinstance(policy, AnalyticPolicy) and type(policy).predict is AnalyticPolicy.predict:
+    if isinstance(policy, AnalyticPolicy):
         return policy.masked
     return "action_masks" in inspect.signature(policy.predict).parameters
 
@@ -87,12 +87,7 @@ def repeat(action: Array, num_envs: int) -> Array:
     return np.full((num_envs, *action.shape), action)
 
 
-def _overridable(method: Callable[..., Answer]) -> Callable[..., Answer]:
-    """For policies that still define `predict` themselves, with the parameters that they want."""
-    return method
-
-
-class AnalyticPolicy:
+class AnalyticPolicy(ABC):
     """Base of policies that are computed, not learned: a subclass defines `act`, and `begin` if it has a state.
 
     `privileged` names what the policy needs beyond its observations (an oracle); the match hands it to `begin`, so that
@@ -111,14 +106,14 @@ class AnalyticPolicy:
         """The state of episodes that start: one generator and one mapping of privileged values for each."""
         return None
 
+    @abstractmethod
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, ...) for what B environments show, and the state for the next call.
 
         `state` is what `begin` or the last call returned; it must not be changed in place.
         """
-        raise TypeError(f"{type(self).__name__} has to define act(seen, state)")
 
-    @_overridable
+    @final
     def predict(
         self,
         observation: Observation,

@@ -9,7 +9,8 @@ import pytest
 from gymnasium.utils import seeding
 
 from cps_envs.core.match import Match
-from cps_envs.core.policy import Idle
+from cps_envs.core.policy import Idle, State
+from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray
 from tests.core.toy import ToyConfig, ToyGame
 
@@ -101,7 +102,7 @@ def test_a_terminated_environment_is_not_asked_again() -> None:
 
 def test_idle_players_are_not_asked_and_cost_no_steps() -> None:
     class Busy(Idle):
-        def predict(self, *args: Any, **kwargs: Any) -> Any:
+        def act(self, seen: Seen, state: State) -> Any:
             raise AssertionError("an idle policy is asked")
 
     played = game()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.core.policy import AnalyticPolicy, Idle, State, ask, takes_masks
+from cps_envs.core.policy import AnalyticPolicy, State, ask, takes_masks
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from tests.core.toy import ToyConfig, ToyGame
@@ -96,15 +96,21 @@ def test_a_privileged_policy_has_to_be_begun() -> None:
 
 
 def test_masks_go_to_those_who_ask_for_them() -> None:
-    class Learned(Idle):
+    class Learned:
         def predict(self, observation: Any, state: Any = None, start: Any = None, deterministic: Any = False) -> Any:
             return [deterministic], state
 
-    assert [takes_masks(policy) for policy in (Masked(SPEC), Drawing(SPEC), Learned(SPEC))] == [True, False, False]
+    class MaskedLearned(Learned):
+        def predict(self, *args: Any, action_masks: Any = None) -> Any:  # type: ignore[override]
+            return action_masks, None
+
+    policies = (Masked(SPEC), Drawing(SPEC), Learned(), MaskedLearned())
+    assert [takes_masks(policy) for policy in policies] == [True, False, False, True]
     seen = Seen(SPEC.fields, observations(), deterministic=True, masks=np.ones((3, 5), bool))
     masked, plain = Masked(SPEC), Drawing(SPEC)
     ask(masked, seen, None)
     ask(plain, seen, None)
     assert masked.last.masks is seen.masks
     assert plain.last.masks is None
-    assert ask(Learned(SPEC), seen, None) == ([True], None)
+    assert ask(Learned(), seen, None) == ([True], None)
+    assert ask(MaskedLearned(), seen, None)[0] is seen.masks
