@@ -1,44 +1,48 @@
 """Handing many arrays to a kernel at the price of one.
 
 Each array in a kernel's arguments costs 0.05 to 0.13 us, which for a single environment adds up to more than its step
-of physics. `hold` notes once where the arrays of a named tuple lie; a kernel gets the holder and calls `held_by`.
+of physics. `hold` notes once where the arrays of a named tuple lie. A kernel uses what is held like the tuple itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numba import typeof, types
-from numba.extending import NativeValue, intrinsic, models, overload, register_model, unbox
-
-from cps_envs.core.kernels import INSIDE
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import NativeValue, infer_getattr, lower_getattr_generic, models, register_model, unbox
 
 Named = TypeVar("Named", bound=tuple[Any, ...])
 
 
-class Holder(Generic[Named]):
+class Holder:
     """A named tuple of arrays, or of such tuples, ready for kernels; it keeps the arrays alive."""
 
     __slots__ = ("_numba_type_", "_words", "address", "named")
 
-    def __init__(self, named: Named) -> None:
+    def __init__(self, named: Any) -> None:
         self.named = named
         self._words = np.array(list(_words(named)), np.int64)
         self.address = self._words.ctypes.data
         self._numba_type_ = HolderType(typeof(named))  # type: ignore[no-untyped-call]
 
+    def __getattr__(self, name: str) -> Any:
+        return getattr(object.__getattribute__(self, "named"), name)
+
     def __reduce__(self) -> tuple[Any, ...]:
         return Holder, (self.named,)  # a copy's arrays lie elsewhere
 
 
-hold = Holder
+def hold(named: Named) -> Named:
+    """A named tuple of arrays, or of such tuples, for handing to kernels, which cannot tell it from the tuple.
 
-
-def held_by(holder: Holder[Named]) -> Named:
-    """The named tuple of a holder; in a kernel its arrays have no owners, like those of `kernels.lend`."""
-    return holder.named
+    Its arrays are those of now: fill them, do not replace them. In a kernel they have no owners, see `kernels.lend`.
+    """
+    holder: Any = Holder(named)
+    held: Named = holder
+    return held
 
 
 def _words(named: Any) -> Iterator[int]:
@@ -71,23 +75,18 @@ def _unbox(_: Any, holder: Any, c: Any) -> Any:
     return NativeValue(address)  # type: ignore[no-untyped-call]
 
 
-def _read(typing: Any, holder: Any) -> Any:
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        pointer = context.get_value_type(holder.named).as_pointer()
-        return builder.load(builder.bitcast(arguments[0], pointer))
+@infer_getattr
+class _HolderFields(AttributeTemplate):
+    key = HolderType
 
-    return holder.named(holder), generate
+    def generic_resolve(self, holder: Any, name: str) -> Any:
+        """The type of an array, or of a tuple of arrays, by its name."""
+        named = holder.named
+        return named.types[named.fields.index(name)] if name in named.fields else None
 
 
-_read_holder: Any = intrinsic(_read)
-
-
-@overload(held_by, jit_options=INSIDE)
-def _held_by(holder: Any) -> Any:
-    if not isinstance(holder, HolderType):
-        return None
-
-    def read(holder: Any) -> Any:
-        return _read_holder(holder)
-
-    return read
+@lower_getattr_generic(HolderType)  # type: ignore[no-untyped-call,untyped-decorator]
+def _read_field(context: Any, builder: Any, holder: Any, address: Any, name: str) -> Any:
+    pointer = context.get_value_type(holder.named).as_pointer()
+    named = builder.load(builder.bitcast(address, pointer))
+    return builder.extract_value(named, holder.named.fields.index(name))

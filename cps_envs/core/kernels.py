@@ -142,22 +142,26 @@ def _generated(arguments: tuple[str, ...], call: str, make: Any) -> Callable[...
     return made
 
 
+def _named(arrays: Any) -> Any:
+    """Numba's type of a named tuple of arrays, also of one that `holding.hold` keeps; None of anything else."""
+    named = getattr(arrays, "named", arrays)
+    return named if isinstance(named, NAMED) else None
+
+
 @overload(view, jit_options=INSIDE)
 def _view(state: Any, b: Any) -> Any:
-    if not isinstance(state, NAMED):
+    if (named := _named(state)) is None:
         return None
-    cuts = ["b : b + 1" if array.ndim == 1 else "b" for array in state.types]
-    parts = [f"borrowed(state.{name})[{cut}]" for name, cut in zip(state.fields, cuts, strict=True)]
-    return _generated(("state", "b"), ", ".join(parts), state.instance_class)
+    cuts = ["b : b + 1" if array.ndim == 1 else "b" for array in named.types]
+    parts = [f"borrowed(state.{name})[{cut}]" for name, cut in zip(named.fields, cuts, strict=True)]
+    return _generated(("state", "b"), ", ".join(parts), named.instance_class)
 
 
 @overload(lend, jit_options=INSIDE)
 def _lend(arrays: Any) -> Any:
-    if not isinstance(arrays, NAMED):
+    if (named := _named(arrays)) is None:
         return None
-    return _generated(
-        ("arrays",), ", ".join(f"borrowed(arrays.{name})" for name in arrays.fields), arrays.instance_class
-    )
+    return _generated(("arrays",), ", ".join(f"borrowed(arrays.{name})" for name in named.fields), named.instance_class)
 
 
 @overload(unpack, jit_options=INSIDE)
