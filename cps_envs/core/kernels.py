@@ -121,7 +121,8 @@ def records(numbers: Any, size: int) -> Array:
 
 def pack(numbers: Any) -> Array:
     """A named tuple of numbers as records (1,): what all environments share, such as the rules of a configuration."""
-    return np.array([tuple(numbers)], record_type(type(numbers)))
+    own: Any = type(numbers)
+    return np.array([tuple(numbers)], record_type(own))
 
 
 def unpack(numbers: type[Named], table: Array, b: int) -> Named:
