@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.holding import Holder, held_by, hold
+from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -40,7 +40,7 @@ class ActionForm:
         self.bounds: IntArray = np.where(self.sensors < n, config.range_levels, config.rate_levels)  # (S,) levels
         self.share_levels = config.share_levels if config.attack_action == "share" else 0
         form = Form(self.sensors, self.bounds, np.array([self.share_levels]), constants_of(config), matrices_of(config))
-        self.holder = hold(form)  # for kernels
+        self.held = hold(form)  # for kernels
         resolution = np.where(self.sensors < n, config.range_resolution_m, config.rate_resolution_mps)
         self._transition = config.model.transition
         self._effect = config.model.injection[:, self.sensors] * resolution
@@ -64,13 +64,13 @@ class ActionForm:
             masks: of the environment, which knows what is legal to the last digit, (B, k).
         """
         actions, levels = np.empty(wishes.shape, np.int64), np.empty(wishes.shape, np.int64)
-        _say(self.holder, error, attacked, wishes, self.masks(masks, len(error)), legal, actions, levels)
+        _say(self.held, error, attacked, wishes, self.masks(masks, len(error)), legal, actions, levels)
         return actions, levels
 
     def to_levels(self, error: FloatArray, attacked: BoolArray, actions: IntArray) -> IntArray:
         """The levels (B, S) that actions (B, S) ask for."""
         levels = np.empty(attacked.shape, np.int64)
-        _read(self.holder, error, attacked, actions, levels)
+        _read(self.held, error, attacked, actions, levels)
         return levels
 
     def masks(self, masks: BoolArray | None, num_envs: int) -> BoolArray:
@@ -165,7 +165,7 @@ def said(action: int, low: int, high: int, count: int) -> int:
 
 @kernel
 def _say(
-    holder: Holder[Form],
+    form: Form,
     errors: FloatArray,
     attacked: BoolArray,
     wishes: IntArray,
@@ -175,7 +175,6 @@ def _say(
     levels: IntArray,
 ) -> None:
     """See `ActionForm.to_actions`."""
-    form = held_by(holder)
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
     for b in range(wishes.shape[0]):
         slots = open_slots(form, borrowed(attacked)[b], new)
@@ -187,9 +186,8 @@ def _say(
 
 
 @kernel
-def _read(holder: Holder[Form], errors: FloatArray, attacked: BoolArray, actions: IntArray, levels: IntArray) -> None:
+def _read(form: Form, errors: FloatArray, attacked: BoolArray, actions: IntArray, levels: IntArray) -> None:
     """See `ActionForm.to_levels`."""
-    form = held_by(holder)
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
     count, nothing = form.share_levels[0], np.empty(0, np.bool_)
     for b in range(actions.shape[0]):

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from baselines.fdi.action_form import Form
-from cps_envs.core.holding import Holder, held_by
 from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.controller import feedback
@@ -20,7 +19,7 @@ from cps_envs.fdi.state import Constants, Scratch, add_product, new_scratch
 
 @kernel
 def find_examples(
-    holder: Holder[Form],
+    form: Form,
     errors: FloatArray,
     attacked: BoolArray,
     steps: IntArray,
@@ -31,7 +30,6 @@ def find_examples(
 
     `errors` (B, 2n) are those before, `attacked` (B, S) the slots that count, `steps` (B,) those done.
     """
-    form = held_by(holder)
     c, new = unpack(Constants, form.constants, 0), new_scratch(errors.shape[1] // 2, levels.shape[1])
     error, sensors = np.empty(errors.shape[1]), np.empty(levels.shape[1], np.int64)
     for b in range(found.size):

@@ -11,7 +11,6 @@ import numpy as np
 from baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, take
 from baselines.fdi.injection import InjectionPolicy, View
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.holding import Holder, held_by
 from cps_envs.core.kernels import borrowed, kernel, unpack
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
@@ -55,13 +54,13 @@ class RandomInjection(InjectionPolicy):
         actions, taken = np.empty_like(last), last.copy()
         form, masks, latest = self.form, self.form.masks(masks, len(last)), self.config.horizon - 1
         now = np.array([own[min(step, latest)] for own, step in zip(draws, view.step.tolist(), strict=True)])
-        _draw(form.holder, *view, masks, now, self.largest, self.stickiness, self.extremes, taken, actions)
+        _draw(form.held, *view, masks, now, self.largest, self.stickiness, self.extremes, taken, actions)
         return actions, (draws, taken)
 
 
 @kernel
 def _draw(
-    holder: Holder[Form],
+    form: Form,
     errors: FloatArray,
     attacked: BoolArray,
     target: IntArray,
@@ -79,7 +78,6 @@ def _draw(
     `taken` (B, S) is what was taken in the last step, and then in this one: with `extremes` sides, 0 = lowest, else
     levels. `largest` (S,) bounds them, `draws` (B, S, 2) are in [0, 1): for the level, and for keeping it.
     """
-    form = held_by(holder)
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
     for b in range(steps.size):
         slots = open_slots(form, borrowed(attacked)[b], new)

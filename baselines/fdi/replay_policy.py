@@ -11,7 +11,6 @@ import numpy as np
 from baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, said, take
 from baselines.fdi.injection import InjectionPolicy, View
 from cps_envs.core.errors import ConfigurationError, require
-from cps_envs.core.holding import Holder, held_by
 from cps_envs.core.kernels import borrowed, inlined, kernel, unpack
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
@@ -68,7 +67,7 @@ class Replay(InjectionPolicy):
         assert state is not None
         actions = np.empty(view.attacked.shape, np.int64)
         plans = (self._levels, self._keys, self._order, self._partners)
-        _play(self.form.holder, *view, self.form.masks(masks, len(actions)), state[0], *plans, actions)
+        _play(self.form.held, *view, self.form.masks(masks, len(actions)), state[0], *plans, actions)
         return actions, state
 
     def _onset(self, generator: np.random.Generator) -> int:
@@ -89,7 +88,7 @@ class Replay(InjectionPolicy):
 
 @kernel
 def _play(
-    holder: Holder[Form],
+    form: Form,
     errors: FloatArray,
     attacked: BoolArray,
     target: IntArray,
@@ -107,7 +106,6 @@ def _play(
     `plans` (T, k, S) are levels of the tasks, which `order` (T,) sorts by their `keys` (T,); they begin at the `onsets`
     (B,). `partners` (S,) are the slots of the range-rates of the vehicles whose ranges a slot is for, or -1.
     """
-    form = held_by(holder)
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
     wishes, n = np.empty(form.sensors.size, np.int64), errors.shape[1] // 2
     for b in range(steps.size):

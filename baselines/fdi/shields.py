@@ -80,7 +80,7 @@ class LpShield(Shield):
     def passes(self, error: FloatArray, attacked: BoolArray, step: IntArray, levels: IntArray) -> BoolArray:
         """See `Shield.passes`: an example of going on tells as much as a linear program, and sooner."""
         found = np.empty(len(levels), np.bool_)
-        find_examples(self.form.holder, error, attacked, step, levels, found)
+        find_examples(self.form.held, error, attacked, step, levels, found)
         return found
 
     def allow(

@@ -79,7 +79,7 @@ def _unbox(_: Any, holder: Any, c: Any) -> Any:
 class _HolderFields(AttributeTemplate):
     key = HolderType
 
-    def generic_resolve(self, holder: Any, name: str) -> Any:
+    def generic_resolve(self, holder: Any, name: str) -> Any:  # type: ignore[override]
         """The type of an array, or of a tuple of arrays, by its name."""
         named = holder.named
         return named.types[named.fields.index(name)] if name in named.fields else None

@@ -51,30 +51,6 @@ def inlined(function: Function) -> Function:
     return cache_by_sources(inside)
 
 
-class Bound:
-    """A kernel with those of its arguments that stay, such as the state: a call hands over the others.
-
-    The types of the arguments are looked up at the first call only, which takes three times as long as the passing of
-    arrays itself. Nothing checks them later: every call has to pass what the first one did, to type and contiguity.
-    """
-
-    def __init__(self, function: Callable[..., Any], *fixed: Any) -> None:
-        self._function: Any = function
-        self._fixed = fixed
-        self._code: Callable[..., Any] | None = None
-
-    def __call__(self, *others: Any) -> Any:
-        """Call the kernel with the fixed arguments and these."""
-        if self._code is None:
-            types = tuple(self._function.typeof_pyval(each) for each in (*self._fixed, *others))
-            self._code = self._function.compile(types)
-        return self._code(*self._fixed, *others)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Everything but the machine code, which copies look up anew."""
-        return {**self.__dict__, "_code": None}
-
-
 def _borrow(typing: Any, array: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         view = make_array(array)(context, builder, arguments[0])  # type: ignore[no-untyped-call]

@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
+from cps_envs.core.holding import hold
 from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, records, unpack, view
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -122,21 +123,21 @@ class DisbandingGame(Game):
         legal = np.zeros((envs, config.max_platoons + 1), np.bool_)
         self._account = Account(self.budget, legal, np.zeros(envs))
         self._metrics = records(Metrics, envs)
+        self._known = (hold(self.state), self.constants, hold(self._account), self._metrics, self._rules)
         self._waiting = np.zeros(envs, np.int64)
         self._still = np.zeros((envs, config.max_vehicles))
         self._shares = np.zeros((envs, len(self._spread.low), config.max_vehicles))
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         draw(self.config, envs, generators, self.constants, self.budget, self._shares)
-        place_drawn(self.state, self.constants, self._shares, self._spread, envs)
+        place_drawn(self._known[0], self.constants, self._shares, self._spread, envs)
         self._settle(envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         targets = actions.get("attacker", self._waiting)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
         before, steps = self._account.total.copy(), num_steps * self.config.steps_per_period
-        known = (self.state, self.constants, self._account, self._metrics, self._rules)
-        self.threads.run(lambda mine: step(*known, targets, correction, mine, steps), envs)
+        self.threads.run(lambda mine: step(*self._known, targets, correction, mine, steps), envs)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
         return self._account.total - before
@@ -156,13 +157,13 @@ class DisbandingGame(Game):
         return np.repeat(np.take_along_axis(rows, np.maximum(row, 0), axis=1), size, axis=1)
 
     def _settle(self, envs: BoolArray) -> None:
-        settle_all(self.state, self.constants, self._account, self._metrics, self._rules, envs)
+        settle_all(*self._known, envs)
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""
         fields = self.fields[role]
         encoded = np.empty((self.num_envs, fields.size), np.float32)
-        known = (self.state, self.constants, self._metrics)
+        known = (self._known[0], self.constants, self._metrics)
         if role == "attacker":
             observe_attacker(*known, self.budget, fields.offsets, fields.scale, encoded)
         else:
@@ -225,4 +226,4 @@ class DisbandingGame(Game):
         """The defender as one agent per vehicle."""
         if role == "attacker":
             return super().team(role)
-        return VehicleTeam(self.config, self.state, self.constants, self.elapsed)
+        return VehicleTeam(self.config, self._known[0], self.constants, self.elapsed)

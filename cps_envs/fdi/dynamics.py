@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from cps_envs.core.holding import Holder, held_by
 from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.controller import command
@@ -14,20 +13,20 @@ from cps_envs.fdi.state import Batch, Constants, Matrices, Scratch, State, add_p
 
 @kernel
 def step(
-    holder: Holder[Batch], attack: IntArray, defense: IntArray, envs: BoolArray, num_steps: int, payoff: FloatArray
+    batch: Batch, attack: IntArray, defense: IntArray, envs: BoolArray, num_steps: int, payoff: FloatArray
 ) -> None:
     """Move the marked environments by some steps under held actions; episodes that have ended stand still.
 
     Args:
-        holder: the environments.
+        batch: the environments.
         attack: (B, S) actions.
         defense: (B, 3 n) trust of the readings and correction levels, or (B, 0).
         envs: (B,) the environments to move.
         num_steps: how many.
         payoff: (B,) to which is added what these steps pay the attacker.
     """
-    state, metrics, over, tasks, constants, m = held_by(holder)
-    c, scratch = unpack(Constants, constants, 0), new_scratch(state.command.shape[1], attack.shape[1])
+    state, metrics, over, tasks, m = batch.state, batch.metrics, batch.over, batch.tasks, batch.matrices
+    c, scratch = unpack(Constants, batch.constants, 0), new_scratch(state.command.shape[1], attack.shape[1])
     for k in range(num_steps):  # outside the episodes: what a loop inside them could share costs more than it saves
         last = k == num_steps - 1
         for b in range(envs.size):
@@ -115,12 +114,11 @@ def move(episode: State, c: Constants, m: Matrices, offset: FloatArray, before: 
 
 
 @kernel
-def begin(holder: Holder[Batch], openings: Array, envs: BoolArray) -> None:
+def begin(batch: Batch, openings: Array, envs: BoolArray) -> None:
     """Start episodes in the marked environments (B,); `openings` (T,) are the metrics of each task at the start.
 
     `task` is drawn already, and so are the numbers that `scatter` makes `error` and `disturbance` of.
     """
-    batch = held_by(holder)
     c = unpack(Constants, batch.constants, 0)
     scratch = new_scratch(batch.state.command.shape[1], batch.tasks.shape[1] - 1)
     for b in range(envs.size):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.fields import Field, Fields, encode_row
-from cps_envs.core.holding import Holder, held_by
 from cps_envs.core.kernels import borrowed, copy, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
@@ -66,9 +65,9 @@ def defender_fields(config: FdiConfig) -> Fields:
 
 
 @kernel
-def observe_attacker(holder: Holder[Batch], offsets: Array, scale: FloatArray, observations: Observation) -> None:
+def observe_attacker(batch: Batch, offsets: Array, scale: FloatArray, observations: Observation) -> None:
     """Fill (B, size) with `attacker_fields`, which begin at `offsets` and are encoded by their `scale`."""
-    batch, values = held_by(holder), np.empty(observations.shape[1])
+    values = np.empty(observations.shape[1])
     c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
         episode = view(batch.state, b)
@@ -100,9 +99,9 @@ def fill_attacker(episode: State, c: Constants, task: IntArray, offsets: Array, 
 
 
 @kernel
-def observe_defender(holder: Holder[Batch], offsets: Array, scale: FloatArray, observations: Observation) -> None:
+def observe_defender(batch: Batch, offsets: Array, scale: FloatArray, observations: Observation) -> None:
     """Fill (B, size) with `defender_fields`, which begin at `offsets` and are encoded by their `scale`."""
-    batch, values = held_by(holder), np.empty(observations.shape[1])
+    values = np.empty(observations.shape[1])
     c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
         fill_defender(view(batch.state, b), c, borrowed(offsets), borrowed(values))

@@ -9,7 +9,8 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
-from cps_envs.core.kernels import Bound, inlined, kernel, lend, pack, unpack, view
+from cps_envs.core.holding import hold
+from cps_envs.core.kernels import inlined, kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.config import HvacConfig
@@ -32,6 +33,15 @@ class Views(NamedTuple):
     defender: FloatArray  # (B, size)
     attacker_at: Array  # (1,) Fields.offsets
     defender_at: Array  # (1,)
+
+
+class Batch(NamedTuple):
+    """All that kernels know of B environments."""
+
+    model: Model
+    rules: Array  # (1,) records of `model.Rules`
+    state: State
+    views: Views
 
 
 class HvacGame(Game):
@@ -71,8 +81,7 @@ class HvacGame(Game):
             attacker_at=self.fields["attacker"].offsets,
             defender_at=self.fields["defender"].offsets,
         )
-        board = (self.constants, pack(self.rules), self.state, self._views)
-        self._begin, self._step = Bound(begin, *board), Bound(step, *board)
+        self._batch = hold(Batch(self.constants, pack(self.rules), self.state, self._views))
         self._draws = Draws(config)
         self._episodes: IntArray = np.arange(num_envs)
         self._quiet = np.zeros((num_envs, entries))
@@ -83,13 +92,12 @@ class HvacGame(Game):
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += self.num_envs
         self._draws.draw(self.state, envs, generators)
-        self._begin(self._quiet, envs)
+        begin(self._batch, self._quiet, envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
-        forging = np.ascontiguousarray(actions.get("attacker", self._quiet), np.float64)
-        choices = np.ascontiguousarray(actions.get("defender", self._raw), np.int64)
-        self.threads.run(lambda mine: self._step(forging, choices, mine, num_steps, payoff), np.ascontiguousarray(envs))
+        forging, choices = actions.get("attacker", self._quiet), actions.get("defender", self._raw)
+        self.threads.run(lambda mine: step(self._batch, forging, choices, mine, num_steps, payoff), envs)
         return payoff
 
     def observe(self, role: Role) -> Observation:
@@ -145,12 +153,13 @@ class HvacGame(Game):
 
 
 @kernel
-def begin(model: Model, numbers: Array, state: State, views: Views, quiet: FloatArray, envs: BoolArray) -> None:
+def begin(batch: Batch, quiet: FloatArray, envs: BoolArray) -> None:
     """Put drawn episodes at k = 0 and read the sensors, which nobody has forged, in the marked environments (B,)."""
-    model, rules, room, views = lend(model), unpack(Rules, numbers, 0), make_scratch(model), lend(views)
+    model, views, rules = lend(batch.model), lend(batch.views), unpack(Rules, batch.rules, 0)
+    room = make_scratch(model)
     for b in range(len(envs)):
         if envs[b]:
-            episode, scratch = view(state, b), lend(room)
+            episode, scratch = view(batch.state, b), lend(room)
             start(model, rules, episode)
             count_errors(model, rules, episode)
             sense(model, rules, episode, quiet[b])
@@ -160,10 +169,7 @@ def begin(model: Model, numbers: Array, state: State, views: Views, quiet: Float
 
 @kernel
 def step(
-    model: Model,
-    numbers: Array,
-    state: State,
-    views: Views,
+    batch: Batch,
     forging: FloatArray,
     choices: IntArray,
     envs: BoolArray,
@@ -175,10 +181,11 @@ def step(
     The defender's `choices` (B,) answer the readings of k; the attacker's actions `forging` (B, S + 1) or (B, S) make
     those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
     """
-    model, rules, room, views = lend(model), unpack(Rules, numbers, 0), make_scratch(model), lend(views)
+    model, views, rules = lend(batch.model), lend(batch.views), unpack(Rules, batch.rules, 0)
+    room = make_scratch(model)
     for b in range(len(envs)):
         if envs[b]:
-            episode, scratch = view(state, b), lend(room)
+            episode, scratch = view(batch.state, b), lend(room)
             if episode.step[0] == 0:
                 payoff[b] = episode.squared_error[0] / attacked_states(model, episode)
             for _ in range(num_steps):

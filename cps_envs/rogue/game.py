@@ -8,6 +8,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
+from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack, view
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -58,20 +59,20 @@ class RogueGame(Game):
         self._limits = command_limits(config)
         self.state: State = allocate(num_envs, config.num_vehicles)
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
-        self._arrays = tuple(self.state)  # a plain tuple enters a kernel a microsecond sooner than a named one
+        self._held = hold(self.state)
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
         self._orders = np.full((num_envs, intact, 2), (COMMANDED, 0))
         self._accelerations = np.zeros((num_envs, intact))
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         draws = draw(self.config, np.flatnonzero(envs), generators)
-        start_episodes(self._arrays, self.drawn, self._scores, draws, self._ranges, self.rules)
+        start_episodes(self._held, self.drawn, self._scores, draws, self._ranges, self.rules)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         attack = actions.get("attacker", self._neutral["attacker"])
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
         moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
-        given = (self._arrays, self.drawn, self.rules, moves)
+        given = (self._held, self.drawn, self.rules, moves)
         self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs)
         return payoff
 
@@ -86,7 +87,7 @@ class RogueGame(Game):
         """See `observation.attacker_fields` and `observation.defender_fields`."""
         fields = self.fields[role]
         encoded = np.empty((self.num_envs, fields.size), np.float32)
-        KERNELS[role](self._arrays, self.drawn, self.rules, fields.offsets, fields.scale, encoded)
+        KERNELS[role](self._held, self.drawn, self.rules, fields.offsets, fields.scale, encoded)
         return encoded
 
     def metrics(self) -> dict[str, Array]:
@@ -114,13 +115,13 @@ class RogueGame(Game):
     def team(self, role: Role) -> Team:
         """The defender as one agent per intact vehicle."""
         if role == "defender":
-            return VehicleTeam(self.config, self.state, self.drawn, self.rules)
+            return VehicleTeam(self.config, self._held, self.drawn, self.rules)
         return super().team(role)
 
 
 @kernel
 def step(
-    arrays: tuple[Array, ...],
+    state: State,
     drawn: Array,
     rules: Array,
     moves: tuple[FloatArray, IntArray, FloatArray],
@@ -131,11 +132,11 @@ def step(
 ) -> None:
     """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
 
-    `arrays` are those of a `State`. `moves` are the attacker's actions (B, 1) in [-1, 1]; controllers (B, n - 1, 2) and
+    `moves` are the attacker's actions (B, 1) in [-1, 1]; controllers (B, n - 1, 2) and
     whether they are modified; and accelerations (B, n - 1) in m/s2, for vehicles whose controller is `COMMANDED`.
     """
     attack, orders, accelerations = moves
-    state, r = State(*arrays), unpack(Rules, rules, 0)
+    r = unpack(Rules, rules, 0)
     scratch = make_scratch(state.position.shape[1])
     for b in range(envs.size):
         if envs[b]:

@@ -100,10 +100,10 @@ def vehicle_fields(config: RogueConfig) -> Fields:
 
 @kernel
 def observe_attacker(
-    arrays: tuple[Array, ...], drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
+    state: State, drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
 ) -> None:
     """Fill `encoded` (B, size) with `attacker_fields`."""
-    state, r, at, row = State(*arrays), unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
+    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
     for b in range(encoded.shape[0]):
         episode, c = view(state, b), unpack(Drawn, drawn, b)
         fill(row, 0.0)
@@ -120,10 +120,10 @@ def observe_attacker(
 
 @kernel
 def observe_defender(
-    arrays: tuple[Array, ...], drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
+    state: State, drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
 ) -> None:
     """Fill `encoded` (B, size) with `defender_fields`."""
-    state, r, at, row = State(*arrays), unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
+    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
     for b in range(encoded.shape[0]):
         episode, c = view(state, b), unpack(Drawn, drawn, b)
         fill(row, 0.0)
@@ -136,10 +136,10 @@ def observe_defender(
 
 @kernel
 def observe_vehicles(
-    arrays: tuple[Array, ...], drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
+    state: State, drawn: Array, rules: Array, offsets: Array, scale: FloatArray, encoded: Observation
 ) -> None:
     """Fill `encoded` (B, n - 1, size) with `vehicle_fields`."""
-    state, r, at, row = State(*arrays), unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
+    r, at, row = unpack(Rules, rules, 0), borrowed(offsets)[0], np.empty(scale.shape[1])
     for b in range(encoded.shape[0]):
         episode, c = view(state, b), unpack(Drawn, drawn, b)
         for k in range(encoded.shape[1]):

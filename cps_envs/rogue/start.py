@@ -62,11 +62,8 @@ def draw(config: RogueConfig, envs: IntArray, generators: Sequence[np.random.Gen
 
 
 @kernel
-def start_episodes(
-    arrays: tuple[Array, ...], drawn: Array, scores: Array, draws: Draws, ranges: Array, rules: Array
-) -> None:
+def start_episodes(state: State, drawn: Array, scores: Array, draws: Draws, ranges: Array, rules: Array) -> None:
     """Put the environments of the draws at time 0 in steady state, perturbed, with everything counted at zero."""
-    state = State(*arrays)
     r, low, width = unpack(Rules, rules, 0), unpack(Uniform, ranges, 0), unpack(Uniform, ranges, 1)
     for k in range(draws.env.size):
         b, share = draws.env[k], unpack(Uniform, draws.share, k)

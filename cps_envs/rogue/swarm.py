@@ -20,7 +20,7 @@ class VehicleTeam(Team):
     """
 
     def __init__(self, config: RogueConfig, state: State, drawn: Array, rules: Array) -> None:
-        self._seen = (tuple(state), drawn, rules)
+        self._seen = (state, drawn, rules)
         self._num_envs = len(drawn)
         self.agents = tuple(f"intact_{k + 1}" for k in range(config.num_intact))
         self.fields = vehicle_fields(config)

@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
+from cps_envs.core.holding import hold
 from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, records, unpack, view
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.team import Team
@@ -120,6 +121,8 @@ class RobotGame(Game):
             velocity_error=np.zeros(num_envs),
         )
         self._metrics = records(Metrics, num_envs)
+        shared = (self.constants, hold(self._account), self._metrics, self._rules)
+        self._known = (hold(self.robots), hold(self.string), *shared)
         self._waiting = np.zeros(num_envs, np.int64)
         self._still = np.zeros((num_envs, config.num_robots))
 
@@ -135,22 +138,20 @@ class RobotGame(Game):
             draw_episode(robots, self.config, generators[b])
             place_robots(robots, self.config, self.string.position[b] / self.config.scale)
             self.string.speed[b] = self.config.scale * robots.speed
-        known = (self.robots, self.string, self.constants, self._account, self._metrics, self._rules)
-        settle_all(*known, envs)
+        settle_all(*self._known, envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         before = self._account.velocity_error.copy()
         targets = actions.get("attacker", self._waiting)
         correction = self.max_correction_mps2 * actions["defender"] if "defender" in actions else self._still
-        known = (self.robots, self.string, self.constants, self._account, self._metrics, self._rules)
-        self.threads.run(lambda mine: step(*known, targets, correction, mine, num_steps), envs)
+        self.threads.run(lambda mine: step(*self._known, targets, correction, mine, num_steps), envs)
         return self._account.velocity_error - before
 
     def observe(self, role: Role) -> Observation:
         """See `disbanding.fields`."""
         fields = self.fields[role]
         encoded = np.empty((self.num_envs, fields.size), np.float32)
-        known = (self.string, self.constants, self._metrics)
+        known = (self._known[1], self.constants, self._metrics)
         if role == "attacker":
             observe_attacker(*known, self._account.budget, fields.offsets, fields.scale, encoded)
         else:
@@ -165,7 +166,7 @@ class RobotGame(Game):
         """The defender as one agent per robot."""
         if role == "attacker":
             return super().team(role)
-        return RobotTeam(self.config, self.string, self.constants)
+        return RobotTeam(self.config, self._known[1], self.constants)
 
     @property
     def intact(self) -> BoolArray:

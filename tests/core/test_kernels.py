@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 import textwrap
+from copy import deepcopy as copy_of
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,9 +14,9 @@ import pytest
 
 from cps_envs.core import kernel_cache
 from cps_envs.core.fields import Field, Fields
+from cps_envs.core.holding import hold
 from cps_envs.core.kernel_cache import NOTICE, UNKEPT, reach, sources_stamp
 from cps_envs.core.kernels import (
-    Bound,
     borrowed,
     clip,
     copy,
@@ -98,22 +99,29 @@ def test_compiled_views_equal_those_of_python() -> None:
     assert compiled.step.tolist() == [6, 5]
 
 
-def test_a_bound_kernel_is_the_kernel_and_travels() -> None:
-    direct, bound = make_state(), make_state()
-    rules, shared = pack(Rules(1.0, 2, True)), Shared(np.array([0.5, 0.0, -0.5]))
-    rules = np.concatenate([rules, rules])
-    moved = Bound(move_all, bound, rules)
-    travelled, other = pickle.loads(pickle.dumps((moved, bound)))
-    for _ in range(2):
-        move_all(direct, rules, shared)
-        moved(shared)
-    pickle.loads(pickle.dumps(moved))(shared)
-    assert other.step.tolist() == [4, 5]
-    travelled(shared)
-    travelled(shared)
-    for ours, theirs, copied in zip(bound, direct, other, strict=True):
-        np.testing.assert_array_equal(ours, theirs)
-        np.testing.assert_array_equal(copied, theirs)
+class Everything(NamedTuple):
+    state: State
+    shared: Shared
+
+
+@kernel
+def move_held(batch: Everything, rules: Array) -> None:
+    for b in range(batch.state.step.size):
+        move(view(batch.state, b), unpack(Rules, rules, b), lend(batch.shared))
+
+
+def test_what_is_held_is_the_named_tuple_also_in_copies() -> None:
+    ours, theirs = make_state(), make_state()
+    rules, shared = np.repeat(pack(Rules(1.0, 2, True)), 2), Shared(np.array([0.5, 0.0, -0.5]))
+    held = hold(Everything(ours, shared))
+    move_all(theirs, rules, shared)
+    move_held(held, rules)
+    for copied in (copy_of(held), pickle.loads(pickle.dumps(held))):
+        move_held(copied, rules)
+        assert copied.state.step.tolist() == [8, 9]
+    for mine, other in zip(ours, theirs, strict=True):
+        np.testing.assert_array_equal(mine, other)
+    assert held.state.step.tolist() == [6, 7]
 
 
 def test_records_keep_names_types_and_values() -> None:
