@@ -28,7 +28,8 @@ ALL := $(VENV)/.installed-all
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
 
-setup: $(ALL) ## install everything into the virtual environment
+setup: $(ALL) ## install everything into the virtual environment and compile all kernels
+	$(BIN)/cps-envs warm
 
 benchmark: $(LIGHT) ## the main job: attackers against defenders beside the paper's numbers, into results/ (no torch)
 	$(BIN)/cps-envs benchmark --out results $(ARGS)
@@ -54,7 +55,7 @@ style: $(ALL) ## check style and format only
 types: $(ALL) ## check types only
 	$(BIN)/python -m mypy
 
-bench: $(LIGHT) ## measure the speed of the environments
+bench: $(LIGHT) ## measure the speed of environments and opponents
 	$(BIN)/cps-envs bench $(ARGS)
 
 docs: $(LIGHT) ## write the generated tables in docs/environments.md anew
