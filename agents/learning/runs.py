@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from agents.learning.course import Report
+from agents.learning.callback import Report
 from agents.learning.training import Job, train
 from agents.progress import Progress
 from baselines.workers import Workers

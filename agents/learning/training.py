@@ -16,7 +16,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.errors import CommandError
 from agents.learning.best_episodes import BestEpisodes, SelfImitation
-from agents.learning.course import Course, Report
+from agents.learning.callback import Report, TrainingCallback
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
@@ -67,10 +67,10 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
     envs = make_envs(job.recipe, training_seed(job.seed, resumption))
     check_fit(job.recipe, envs)
     run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=before.get("started", time.time()))
-    course = Course(run, envs, report)
+    callback = TrainingCallback(run, envs, report)
     best = BestEpisodes()
     model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, report)
-    _learn(model, run, course, best)
+    _learn(model, run, callback, best)
     envs.close()
     return run.read()
 
@@ -116,10 +116,10 @@ def _load(run: Run, envs: TrainingEnvs, device: str) -> BaseAlgorithm:
         raise CommandError(f"{run.checkpoint} is damaged ({error}): delete the folder and train again") from error
 
 
-def _learn(model: BaseAlgorithm, run: Run, course: Course, best: BestEpisodes) -> None:
+def _learn(model: BaseAlgorithm, run: Run, callback: TrainingCallback, best: BestEpisodes) -> None:
     recipe = run.recipe
     left = recipe.total_steps - model.num_timesteps
-    callbacks: list[BaseCallback] = [course]
+    callbacks: list[BaseCallback] = [callback]
     if recipe.value_warm_up:
         callbacks.append(ValueWarmUp(recipe.value_warm_up))
     if recipe.self_imitation:
@@ -131,8 +131,8 @@ def _learn(model: BaseAlgorithm, run: Run, course: Course, best: BestEpisodes) -
         if left > 0:
             model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0, tb_log_name="run")
     except KeyboardInterrupt:
-        if getattr(course, "model", None) is not None:
-            course.save_unfinished()
+        if getattr(callback, "model", None) is not None:
+            callback.save_unfinished()
         run.write(status=INTERRUPTED)
         raise
     finally:

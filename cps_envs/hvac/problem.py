@@ -1,4 +1,4 @@
-"""The HVAC problem as the faces see it."""
+"""The HVAC problem as the interfaces see it."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ Report = Callable[[int, str], None]  # steps done, a note
 CHECKPOINT_EVERY_S = 60.0
 
 
-class Course(BaseCallback):
+class TrainingCallback(BaseCallback):
     """Evaluates at equal distances and at the end, keeps the best network, saves a checkpoint at each evaluation."""
 
     def __init__(self, run: Run, envs: TrainingEnvs, report: Report) -> None:
