@@ -73,7 +73,7 @@ class Commented(AnalyticPolicy):
         if recipe.teacher_noise and not isinstance(spec.action_space, spaces.Box):
             raise CommandError(f"teacher_noise is for continuous actions, not {spec.action_space}")
         self._teacher, self._student, self._hold = teacher, student, recipe.hold
-        self._deviation, self._generator = recipe.teacher_noise, np.random.default_rng()
+        self._deviation, self._generator = recipe.teacher_noise, np.random.default_rng(0)  # until `begin`
         self._noise: Array | None = None
         self._age = 0  # all environments start together and are asked together
         self._held: Array | None = None

@@ -61,6 +61,11 @@ class HolderType(types.Type):
         self.named = named
         super().__init__(f"Holder({named})")
 
+    @property
+    def key(self) -> Any:
+        """What tells two types apart: the named tuple's class, as two classes may have one name."""
+        return self.named
+
 
 @register_model(HolderType)
 class _HolderModel(models.OpaqueModel):

@@ -7,7 +7,7 @@ import sys
 import textwrap
 from copy import deepcopy as copy_of
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -122,6 +122,29 @@ def test_what_is_held_is_the_named_tuple_also_in_copies() -> None:
     for mine, other in zip(ours, theirs, strict=True):
         np.testing.assert_array_equal(mine, other)
     assert held.state.step.tolist() == [6, 7]
+
+
+def make_pair(first: str, second: str) -> Any:
+    """A class with two arrays; all of these have the same name."""
+    return NamedTuple("Pair", [(first, FloatArray), (second, FloatArray)])
+
+
+AB, CD = make_pair("a", "b"), make_pair("c", "d")
+
+
+@kernel
+def second_of_ab(pair: Any) -> float:
+    return pair.b[0]
+
+
+@kernel
+def second_of_cd(pair: Any) -> float:
+    return pair.d[0]
+
+
+def test_held_classes_of_one_name_are_told_apart() -> None:
+    values = np.array([1.0]), np.array([2.0])
+    assert second_of_ab(hold(AB(*values))) == second_of_cd(hold(CD(*values))) == 2.0
 
 
 def test_records_keep_names_types_and_values() -> None:
