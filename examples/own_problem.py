@@ -21,13 +21,14 @@ from gymnasium import spaces
 
 from cps_envs.core.config import Range, bounds, quantity, validate
 from cps_envs.core.fields import Field, Fields, encode_row
+from cps_envs.core.forms import declare
 from cps_envs.core.game import Game
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, pack, records, unpack, view
 from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.problem import Problem
-from cps_envs.core.registration import declare, register
+from cps_envs.core.registration import register
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 
