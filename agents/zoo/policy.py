@@ -12,9 +12,10 @@ from agents.zoo.bounds import rescaling
 from agents.zoo.card import Card
 from agents.zoo.network import Network, Tensor
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.types import Array, BoolArray, IntArray
 
 
 class TrainedPolicy(AnalyticPolicy):
@@ -36,6 +37,7 @@ class TrainedPolicy(AnalyticPolicy):
         self._dtype = np.float64 if isinstance(spec.action_space, spaces.Box) else np.int64
         self._check(version)
         self._rescaled = rescaling(card, spec)
+        self._sizes = np.array(card.actions)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Of each environment: generator, the network's memory, the held action, and how many decisions it has held."""
@@ -89,14 +91,14 @@ class TrainedPolicy(AnalyticPolicy):
 
     def _choose(self, logits: Tensor, action_masks: BoolArray | None, generators: Array | None) -> Array:
         """Indices (environments x agents, entries) of the best or drawn legal choices."""
-        if action_masks is not None:
-            logits = np.where(action_masks.reshape(logits.shape), logits, -np.inf)
         if generators is not None:
             shape = (len(logits) // len(generators), logits.shape[1])
             draws = [generator.gumbel(size=shape) for generator in generators]
             logits = logits + np.concatenate(draws)
-        ends = np.cumsum(self.card.actions)[:-1]
-        return np.stack([part.argmax(axis=1) for part in np.split(logits, ends, axis=1)], axis=1)
+        legal = np.ones(logits.shape, np.bool_) if action_masks is None else action_masks.reshape(logits.shape)
+        chosen = np.zeros((len(logits), len(self._sizes)), np.int64)
+        _best(logits, legal, self._sizes, chosen)
+        return chosen
 
     def _act(self, outputs: Tensor, generators: Array | None) -> Array:
         """Continuous actions in [-1, 1]."""
@@ -147,6 +149,19 @@ class TrainedPolicy(AnalyticPolicy):
                 f"{card.name} has actions {card.actions}, the configuration {choices}: play it with the options of its "
                 f"card, preset {card.preset!r} with {dict(card.overrides)}"
             )
+
+
+@kernel
+def _best(logits: Array, legal: BoolArray, sizes: IntArray, chosen: IntArray) -> None:
+    """The first legal choice with the largest logit in each part of a row; 0 where none is legal."""
+    for row in range(logits.shape[0]):
+        start = 0
+        for part in range(sizes.size):
+            largest = -np.inf
+            for choice in range(sizes[part]):
+                if legal[row, start + choice] and logits[row, start + choice] > largest:
+                    largest, chosen[row, part] = logits[row, start + choice], choice
+            start += sizes[part]
 
 
 def count_actions(space: spaces.Space[Any]) -> tuple[int, ...]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.zoo.network import CLIP, Memory, Network, network_of
+from agents.zoo.network import CLIP, PART, Memory, Network, network_of
 
 torch = pytest.importorskip("torch")
 
@@ -74,6 +74,19 @@ def test_an_environment_does_not_depend_on_the_others(seed: int, envs: int, unit
         part = slice(b, b + 1)
         alone, *_ = network.forward(observation[part], state[part], state[part])
         np.testing.assert_array_equal(alone, together[part])
+
+
+@pytest.mark.parametrize("units", [0, 4])
+def test_a_large_batch_is_its_parts(units: int) -> None:
+    network = make_network(0, units=units, inputs=21)
+    generator = np.random.default_rng(2)
+    observation = generator.uniform(-1, 1, (2 * PART + 3, 23)).astype(np.float32)
+    hidden, cell = generator.normal(size=(2, len(observation), units)).astype(np.float32)
+    together = network.forward(observation, hidden, cell)
+    for b in (0, PART - 1, PART, 2 * PART + 2):
+        alone = network.forward(observation[b : b + 1], hidden[b : b + 1], cell[b : b + 1])
+        for ours, theirs in zip(alone, together, strict=True):
+            np.testing.assert_array_equal(ours, theirs[b : b + 1])
 
 
 @pytest.mark.parametrize("units", [0, 4])
