@@ -17,6 +17,7 @@ from agents.bench.clock import ROUNDS, calls_per_s
 from agents.bench.interfaces import vector
 from agents.bench.row import Item, Values, Yardsticks
 from cps_envs.core.problem import Problem
+from cps_envs.hvac.houses import house
 
 PART = "sizes"
 ENVS = 64
@@ -41,13 +42,19 @@ SIZES = (
     Size("disbanding", "4 vehicles", {"num_platoons": 2, "vehicles_per_platoon": 2}, cheaper=("100 vehicles", 0.1)),
     Size("disbanding", "100 vehicles", share=0.035, per_s=2.0e8),
     Size("disbanding", "1,000 vehicles", {"num_platoons": 100}, share=0.04, cheaper=("100 vehicles", 10.0)),
+    Size("disbanding", "10,000 vehicles", {"num_platoons": 1000}, share=0.04, cheaper=("1,000 vehicles", 10.0)),
     Size("disbanding", "100, collisions", COLLIDING, attack="plan?events=[[10,1],[9,2]]", share=0.02, per_s=1.3e8),
     Size("fdi", "4 vehicles", share=0.0008),
     Size("fdi", "20 vehicles", {"num_vehicles": 20}, share=0.0025, cheaper=("4 vehicles", 5.0)),
+    Size("fdi", "100 vehicles", {"num_vehicles": 100}, share=0.005, cheaper=("20 vehicles", 5.0)),
     Size("hvac", "4 sensors", share=0.0003),
     Size("hvac", "8 sensors", {"num_sensors": 8}, share=0.0003),
+    Size("hvac", "4 zones", house(4), share=0.0003),
+    Size("hvac", "16 zones", house(16), share=0.0002),
+    Size("hvac", "64 zones", house(64), share=0.00003),
     Size("rogue", "5 vehicles", share=0.01),
     Size("rogue", "30 vehicles", {"num_vehicles": 30, "dt_s": 0.0001}, share=0.015),
+    Size("rogue", "100 vehicles", {"num_vehicles": 100, "dt_s": 0.0005}, share=0.012),
 )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from agents.bench import interfaces, opponents, sizes
+from agents.bench import interfaces, opponents, sizes, threads
 from agents.bench.row import Item, Row, Yardsticks
 from agents.bench.yardsticks import measure_yardsticks
 from agents.errors import explain
@@ -13,7 +13,7 @@ from cps_envs.core.problem import Problem
 
 Report = Callable[[int, int, str], None]  # items done, items in all, what comes next
 TRAINING = "training"
-PARTS = (sizes.PART, interfaces.PART, interfaces.ADDED, opponents.PART, TRAINING)
+PARTS = (sizes.PART, threads.PART, interfaces.PART, interfaces.ADDED, opponents.PART, TRAINING)
 
 
 @dataclass
@@ -30,6 +30,7 @@ def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
     chosen = list(problems)
     makers = {
         sizes.PART: sizes.items,
+        threads.PART: threads.items,
         interfaces.PART: interfaces.items,
         interfaces.ADDED: interfaces.added_items,
         opponents.PART: opponents.items,

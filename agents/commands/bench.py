@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 QUICK_S, USUAL_S = 0.06, 1.0
 INTERRUPTED = 130
-PART = "Measure this part: sizes, interfaces, added, opponents or training."
+PART = "Measure this part: sizes, threads, interfaces, added, opponents or training."
 
 
 def bench(
@@ -28,7 +28,7 @@ def bench(
 ) -> None:
     """Measure the speed of environments, opponents and training.
 
-    Every time is CPU time of this process. Press Ctrl-C at any time:
+    Every time is CPU time of this process, but for threads. Press Ctrl-C at any time:
     what was measured until then is printed.
     """
     from agents.bench.suite import measure, plan
@@ -97,9 +97,18 @@ COLUMNS: dict[str, tuple[str, tuple[tuple[str, Cell], ...]]] = {  # part -> titl
         (
             ("M/s", _number("work_per_s", factor=1e-6)),
             ("ns each", _number("substep_ns", ".3g")),
-            ("share", _number("machine_share", ".2%")),
+            ("share", _number("machine_share", ".3%")),
             ("us/step", _number("step_us")),
             ("kB", _number("episode_kb")),
+        ),
+    ),
+    "threads": (
+        "Threads: steps per second on the wall of an idle machine",
+        (
+            ("threads", _number("threads", ".0f")),
+            ("one", _number("alone_per_s", ",.0f")),
+            ("all", _number("together_per_s", ",.0f")),
+            ("gain", _number("speed_up", ".2f")),
         ),
     ),
     "interfaces": (

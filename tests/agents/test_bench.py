@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.bench import interfaces, opponents, sizes, suite
+from agents.bench import interfaces, opponents, sizes, suite, threads
 from agents.bench.clock import calls_per_s, microseconds
 from agents.bench.interfaces import ADDED, items, short
 from agents.bench.row import Item, Row, Values, Yardsticks
@@ -36,6 +36,7 @@ def names(part: str) -> set[str]:
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interfaces, "NUM_ENVS", (1, 2))
+    monkeypatch.setattr(threads, "NUM_ENVS", (2,))
     monkeypatch.setattr(
         sizes, "SIZES", (Size("rogue", "5 vehicles", share=1e-9), Size("rogue", "hit", attack="square"))
     )
@@ -62,6 +63,7 @@ def test_the_simplest_vehicle_is_faster_than_any_problem() -> None:
 def test_everything_is_planned() -> None:
     assert names("sizes") >= {"rogue 5 vehicles", "rogue 30 vehicles"}
     assert names("interfaces") >= {"CartPole vector 64", "RogueAttack single", "RogueDefense vector 1024"}
+    assert names("threads") == {"rogue vector 64", "rogue vector 1024"}
     assert "rogue parallel" in names("interfaces")
     assert names("added") == {"RogueAttack", "RogueDefense"}
     asked = names("opponents")
@@ -84,11 +86,11 @@ def test_the_table_of_sizes_names_problems_and_is_valid() -> None:
 @pytest.mark.usefixtures("few")
 def test_everything_is_measured() -> None:
     reports: list[tuple[int, int]] = []
-    plans = plan([PROBLEM], ["sizes", "interfaces", "added", "opponents"])
+    plans = plan([PROBLEM], ["sizes", "threads", "interfaces", "added", "opponents"])
     found = measure(plans, 0.01, lambda done, total, note: reports.append((done, total)))
     assert reports[-1] == (len(plans), len(plans))
     assert not found.interrupted
-    assert len(found.yardsticks) == 4
+    assert len(found.yardsticks) == 5
     rows = {(row.part, row.name): row for row in found.rows}
     single, batch = rows["interfaces", "RogueAttack single"].values, rows["interfaces", "RogueAttack vector 2"].values
     assert single["steps_per_s"] == pytest.approx(1e6 / single["step_us"])
@@ -98,6 +100,8 @@ def test_everything_is_measured() -> None:
     assert paper["episode_kb"] > 0.5
     assert "episode_kb" not in hit
     assert hit["substep_ns"] > 0
+    side_by_side = rows["threads", "rogue vector 2"].values
+    assert side_by_side["speed_up"] == side_by_side["together_per_s"] / side_by_side["alone_per_s"] > 0
     added = rows[ADDED, "RogueDefense"].values
     assert added["game_us"] > 1
     assert added["vector_us"] > 0
