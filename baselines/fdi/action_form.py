@@ -12,16 +12,19 @@ from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import legal_in_slot, place
-from cps_envs.fdi.observation import is_drawn
+from cps_envs.fdi.observation import attacker_fields, is_drawn
 from cps_envs.fdi.state import Constants, Matrices, Scratch, constants_of, matrices_of, new_scratch
 
 
 class Form(NamedTuple):
-    """What kernels know of the S slots of an action."""
+    """What kernels know of the S slots of an action, and of what an attacker sees."""
 
     sensors: IntArray  # (S,) readings
     bounds: IntArray  # (S,) largest levels
     share_levels: IntArray  # (1,) of the form "share"; 0 in the form "level"
+    target: IntArray  # (1,) index of the target vehicle of the fixed task
+    offsets: Array  # (1,) where the fields of an observation begin
+    scale: FloatArray  # (2, size) of their encoding
     constants: Array  # (1,) records of `state.Constants`
     matrices: Matrices
 
@@ -39,7 +42,17 @@ class ActionForm:
         self.sensors: IntArray = np.arange(2 * n) if self.drawn else np.flatnonzero(attacked)  # (S,) readings
         self.bounds: IntArray = np.where(self.sensors < n, config.range_levels, config.rate_levels)  # (S,) levels
         self.share_levels = config.share_levels if config.attack_action == "share" else 0
-        form = Form(self.sensors, self.bounds, np.array([self.share_levels]), constants_of(config), matrices_of(config))
+        fields = attacker_fields(config)
+        form = Form(
+            sensors=self.sensors,
+            bounds=self.bounds,
+            share_levels=np.array([self.share_levels]),
+            target=np.array([config.target - 1]),
+            offsets=fields.offsets,
+            scale=fields.scale,
+            constants=constants_of(config),
+            matrices=matrices_of(config),
+        )
         self.held = hold(form)  # for kernels
         resolution = np.where(self.sensors < n, config.range_resolution_m, config.rate_resolution_mps)
         self._transition = config.model.transition
@@ -75,7 +88,9 @@ class ActionForm:
 
     def masks(self, masks: BoolArray | None, num_envs: int) -> BoolArray:
         """The masks that `interval_of` looks at: those of the form "level", if there are any, else (B, 0)."""
-        return np.zeros((num_envs, 0), np.bool_) if masks is None or self.share_levels else masks
+        if masks is not None and not self.share_levels:
+            return masks
+        return np.zeros((num_envs, 0), np.bool_)
 
     def error_after(self, error: FloatArray, levels: IntArray) -> FloatArray:
         """The error (2n,) one step after injecting levels (S,), (3.16): nothing clipped, disturbed or defended."""

@@ -13,7 +13,7 @@ from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
 from cps_envs.core.policy import Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
-from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 
 OnDecision: TypeAlias = Callable[[FloatArray, BoolArray], None]
 
@@ -76,16 +76,18 @@ class Match:
             self._fresh[role][envs] = True
         if not any(map(begins, self.players.values())):
             return
-        marked = np.flatnonzero(envs).tolist()
+        rows = envs.nonzero()[0]
+        marked = rows.tolist()
         sources: list[Any] = [generators[b].bit_generator.seed_seq for b in marked]
         seeds = [source.spawn(len(ROLES)) for source in sources]
         for role, player in self.players.items():
             if begins(player):
                 place = ROLES.index(role)
                 own = Spawned([generators[b] for b in marked], [children[place] for children in seeds])
-                knowledge = [self._knowledge(role, player, b) for b in marked]
+                wanted: frozenset[str] = getattr(player, "privileged", frozenset())
+                knowledge = [self._knowledge(role, wanted, b) for b in marked]
                 starter: Any = player
-                self._states[role] = put(self._states[role], envs, starter.begin(own, knowledge))
+                self._states[role] = put(self._states[role], rows, starter.begin(own, knowledge), len(envs))
 
     def step(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps; returns the attacker's payoff (B,)."""
@@ -136,38 +138,42 @@ class Match:
             return
         observation, start, state = self.game.observe(role), self._fresh[role], self._states[role]
         if count == len(due):
-            self._held[role], self._states[role] = self._ask(role, observation, state, start, due)
+            self._held[role], self._states[role] = self._ask(role, observation, state, start, None)
             self._fresh[role] = np.zeros(len(due), np.bool_)
         else:
-            actions, part = self._ask(role, observation[due], take(state, due), start[due], due)
+            rows = due.nonzero()[0]  # quicker to index with than marks are
+            shown = observation.take(rows, 0)
+            actions, part = self._ask(role, shown, take(state, rows), start.take(rows), rows)
             self._held[role] = self._held[role].copy()
-            self._held[role][due] = actions
-            self._states[role] = put(state, due, part)
-            start[due] = False
+            self._held[role][rows] = actions
+            self._states[role] = put(state, rows, part, len(due))
+            start[rows] = False
 
     def _ask(
-        self, role: Role, observation: Observation, state: State, start: BoolArray, due: BoolArray
+        self, role: Role, observation: Observation, state: State, start: BoolArray, rows: IntArray | None
     ) -> tuple[Array, State]:
-        """A player's checked actions in the environments that are due, and its new state."""
+        """A player's checked actions in the environments `rows` that are due, None for all, and its new state."""
         player = self.players[role]
-        actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, due))
+        actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, rows))
         try:
             return self._readers[role].batch(actions, len(observation)), state
         except ValueError as error:
             raise ValueError(f"the {role}'s policy {type(player).__name__} gave impossible actions: {error}") from error
 
-    def _extras(self, role: Role, due: BoolArray) -> dict[str, Array]:
-        """What a player wants to know beside its observation, in the environments that are due."""
+    def _extras(self, role: Role, rows: IntArray | None) -> dict[str, Array]:
+        """What a player wants to know beside its observation, in the environments `rows`, or all."""
         extras: dict[str, Array] = {}
         mask = self.game.action_mask(role) if role in self._masked else None
         if mask is not None:
-            extras["action_masks"] = mask if due.all() else mask[due]
+            extras["action_masks"] = mask if rows is None else mask.take(rows, 0)
         if role in self._teams:
-            extras["team_observation"] = self._teams[role].observe()[due]
+            shown = self._teams[role].observe()
+            extras["team_observation"] = shown if rows is None else shown.take(rows, 0)
         return extras
 
-    def _knowledge(self, role: Role, player: Policy, b: int) -> dict[str, Any]:
-        wanted: frozenset[str] = getattr(player, "privileged", frozenset())
+    def _knowledge(self, role: Role, wanted: frozenset[str], b: int) -> dict[str, Any]:
+        if not wanted:
+            return {}
         offers: dict[str, Callable[[], Any]] = {
             "model": lambda: lambda num_envs: self.game.model(b, num_envs),
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),

@@ -20,6 +20,7 @@ from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
+from cps_envs.core.streams import spawning
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
@@ -198,4 +199,4 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             self._generators = [None] * self.num_envs  # type: ignore[list-item]
         for b in np.flatnonzero(envs).tolist():
             if first or seeds[b] is not None:
-                self._generators[b] = seeding.np_random(seeds[b])[0]
+                self._generators[b] = spawning(seeding.np_random(seeds[b])[0])
