@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import gcd
-from typing import Any, TypeAlias, overload
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -13,33 +13,10 @@ from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
 from cps_envs.core.policy import Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
+from cps_envs.core.streams import Spawned, reserve
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 
 OnDecision: TypeAlias = Callable[[FloatArray, BoolArray], None]
-
-
-class Spawned(Sequence[np.random.Generator]):
-    """What `Generator.spawn` gives each of several parents; made when asked for, since many policies never do."""
-
-    def __init__(self, parents: Sequence[np.random.Generator], seeds: Sequence[Any]) -> None:
-        self._parents, self._seeds = parents, seeds
-        self._made: dict[int, np.random.Generator] = {}
-
-    def __len__(self) -> int:
-        return len(self._seeds)
-
-    @overload
-    def __getitem__(self, index: int) -> np.random.Generator: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[np.random.Generator]: ...
-    def __getitem__(self, index: int | slice) -> np.random.Generator | Sequence[np.random.Generator]:
-        if isinstance(index, slice):
-            return [self[place] for place in range(len(self))[index]]
-        place = range(len(self))[index]
-        if place not in self._made:
-            parent, bits = self._parents[place], type(self._parents[place].bit_generator)
-            self._made[place] = type(parent)(bits(self._seeds[place]))
-        return self._made[place]
 
 
 class Match:
@@ -78,12 +55,12 @@ class Match:
             return
         rows = envs.nonzero()[0]
         marked = rows.tolist()
-        sources: list[Any] = [generators[b].bit_generator.seed_seq for b in marked]
-        seeds = [source.spawn(len(ROLES)) for source in sources]
+        parents = [generators[b] for b in marked]
+        children = [reserve(parent, len(ROLES)) for parent in parents]
         for role, player in self.players.items():
             if begins(player):
                 place = ROLES.index(role)
-                own = Spawned([generators[b] for b in marked], [children[place] for children in seeds])
+                own = Spawned(parents, [seeds[place] for seeds in children])
                 wanted: frozenset[str] = getattr(player, "privileged", frozenset())
                 knowledge = [self._knowledge(role, wanted, b) for b in marked]
                 starter: Any = player

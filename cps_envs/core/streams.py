@@ -7,7 +7,7 @@ are for good. Algorithms: O'Neill's seed_seq and PCG XSL RR 128/64.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.random.bit_generator import ISpawnableSeedSequence, SeedSequence
@@ -19,7 +19,7 @@ POOL = 4  # words of 32 bits that a seed is mixed into
 ALL = 2**128 - 1
 MULTIPLIER = 2549297995355413924 << 64 | 4865540595714422341  # of PCG64
 HIGH, LOW = np.uint64(MULTIPLIER >> 64), np.uint64(MULTIPLIER & (2**64 - 1))
-WORD, SHIFT, HALF = np.uint64(2**32 - 1), np.uint64(16), np.uint64(32)
+WORD, SHIFT, HALF, ONE = np.uint64(2**32 - 1), np.uint64(16), np.uint64(32), np.uint64(1)
 INIT_A, MULT_A = np.uint64(0x43B0D7E5), np.uint64(0x931E8875)
 INIT_B, MULT_B = np.uint64(0x8B51F9DD), np.uint64(0x58F38DED)
 MIX_LEFT, MIX_RIGHT = np.uint64(0xCA01F9DD), np.uint64(0x4973F715)
@@ -30,24 +30,30 @@ class Seeds(ISpawnableSeedSequence):
 
     def __init__(self, entropy: int, spawn_key: tuple[int, ...] = (), words: Array | None = None) -> None:
         self.entropy, self.spawn_key, self.n_children_spawned = entropy, spawn_key, 0
-        self._words = _words(entropy) if words is None else words
+        self.words = _words(entropy) if words is None else words  # of the entropy
 
     def generate_state(self, n_words: int, dtype: Any = np.uint32) -> Array:
         """See `SeedSequence.generate_state`."""
         if n_words != POOL or dtype is not np.uint64 or any(place > WORD for place in self.spawn_key):
             return SeedSequence(self.entropy, spawn_key=self.spawn_key).generate_state(n_words, dtype)
         state = np.empty(POOL, np.uint64)
-        _seed(self._words, self.spawn_key[-1] if self.spawn_key else -1, state)
+        _seed(self.words, self.spawn_key[-1] if self.spawn_key else -1, state)
         return state
 
     def spawn(self, n_children: int) -> list[Any]:
         """See `SeedSequence.spawn`; grandchildren are NumPy's own."""
+        return [self.child(place) for place in self.reserve(n_children)]
+
+    def reserve(self, n_children: int) -> range:
+        """The places of children that nobody else gets; each may then be made or not."""
         first = self.n_children_spawned
         self.n_children_spawned += n_children
-        keys = [(*self.spawn_key, place) for place in range(first, first + n_children)]
-        if self.spawn_key:
-            return [SeedSequence(self.entropy, spawn_key=key) for key in keys]
-        return [Seeds(self.entropy, key, self._words) for key in keys]
+        return range(first, self.n_children_spawned)
+
+    def child(self, place: int) -> Any:
+        """The child of a place."""
+        key = (*self.spawn_key, place)
+        return SeedSequence(self.entropy, spawn_key=key) if self.spawn_key else Seeds(self.entropy, key, self.words)
 
 
 def spawning(generator: np.random.Generator) -> np.random.Generator:
@@ -59,6 +65,55 @@ def spawning(generator: np.random.Generator) -> np.random.Generator:
     return np.random.Generator(kind(Seeds(seeds.entropy)))
 
 
+def reserve(generator: np.random.Generator, count: int) -> Sequence[Any]:
+    """So many children of a generator for `Spawned`: their seeds, or where that is quicker their places."""
+    seeds: Any = generator.bit_generator.seed_seq
+    kept: Sequence[Any] = seeds.reserve(count) if _is_quick(generator) else seeds.spawn(count)
+    return kept
+
+
+def _is_quick(generator: np.random.Generator) -> bool:
+    """Whether kernels can make streams of a generator's children."""
+    bits: Any = generator.bit_generator
+    return type(bits) is np.random.PCG64 and isinstance(bits.seed_seq, Seeds) and not bits.seed_seq.spawn_key
+
+
+class Spawned(Sequence[np.random.Generator]):
+    """What `Generator.spawn` gives each of several parents; made when asked for, since many policies never do."""
+
+    def __init__(self, parents: Sequence[np.random.Generator], children: Sequence[Any]) -> None:
+        self._parents, self._children = parents, children  # see `reserve`
+        self._made: dict[int, np.random.Generator] = {}
+
+    def __len__(self) -> int:
+        return len(self._children)
+
+    @overload
+    def __getitem__(self, index: int) -> np.random.Generator: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[np.random.Generator]: ...
+    def __getitem__(self, index: int | slice) -> np.random.Generator | Sequence[np.random.Generator]:
+        if isinstance(index, slice):
+            return [self[place] for place in range(len(self))[index]]
+        place = range(len(self))[index]
+        if place not in self._made:
+            parent, seeds = self._parents[place], self._children[place]
+            bits: Any = parent.bit_generator
+            if isinstance(seeds, int):
+                seeds = bits.seed_seq.child(seeds)
+            self._made[place] = type(parent)(type(bits)(seeds))
+        return self._made[place]
+
+    def start(self, place: int, stream: Array) -> bool:
+        """Fill the stream (4,) of a generator that is not made yet; False where it has to be made."""
+        child, bits = self._children[place], self._parents[place].bit_generator
+        if place in self._made or not isinstance(child, int):
+            return False
+        seeds: Any = bits.seed_seq
+        _start(seeds.words, child, stream)
+        return True
+
+
 def _words(entropy: int) -> Array:
     """A seed in words of 32 bits, the lowest first."""
     size = max(1, (entropy.bit_length() + 31) // 32)
@@ -67,6 +122,12 @@ def _words(entropy: int) -> Array:
 
 @kernel
 def _seed(entropy: Array, key: int, state: Array) -> None:
+    """See `mix`."""
+    mix(entropy, key, state)
+
+
+@inlined
+def mix(entropy: Array, key: int, state: Array) -> None:
     """Fill the `generate_state(4, uint64)` of a seed (k,) in words, and the key of a child, or -1."""
     pool, constant, size = np.zeros(POOL, np.uint64), INIT_A, entropy.size
     for i in range(POOL):
@@ -95,6 +156,17 @@ def _seed(entropy: Array, key: int, state: Array) -> None:
             state[word // 2] |= value << HALF
 
 
+@kernel
+def _start(entropy: Array, key: int, stream: Array) -> None:
+    """Fill the stream (4,) of a new `PCG64` with a seed (k,) in words, and the key of a child, or -1."""
+    seed = np.empty(POOL, np.uint64)
+    mix(entropy, key, seed)
+    stream[2], stream[3] = seed[2] << ONE | seed[3] >> np.uint64(63), seed[3] << ONE | ONE
+    high, low = plus(seed[0], seed[1], stream[2], stream[3])
+    high, low = times(high, low, HIGH, LOW)
+    stream[0], stream[1] = plus(high, low, stream[2], stream[3])
+
+
 @inlined
 def hashed(value: Any, constant: Any) -> tuple[Any, Any]:
     """A word after hashing, and the next constant."""
@@ -117,7 +189,10 @@ def streams(generators: Sequence[np.random.Generator]) -> Array:
     The generators themselves do not go on. Where one is no `PCG64`, a new one is seeded from it.
     """
     made = np.empty((len(generators), 4), np.uint64)
-    for b, generator in enumerate(generators):
+    for b in range(len(generators)):
+        if isinstance(generators, Spawned) and generators.start(b, made[b]):
+            continue
+        generator = generators[b]
         bits = generator.bit_generator
         if not isinstance(bits, np.random.PCG64):
             bits = np.random.PCG64(int(generator.integers(2**62)))

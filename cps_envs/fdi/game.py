@@ -88,11 +88,10 @@ class FdiGame(Game):
         self._tasks: IntArray = np.array(rows, np.int64)
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        self._episodes[envs] += self.num_envs
         if self._random:
             for b in np.flatnonzero(envs).tolist():
                 self._draw(b, generators[b])
-        begin(self._batch, self._openings, envs)
+        begin(self._batch, self._openings, self._episodes, envs)
 
     def _draw(self, b: int, generator: np.random.Generator) -> None:
         """The task, and numbers that `begin` makes initial errors and disturbances of."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.kernels import borrowed, kernel
-from cps_envs.core.streams import Seeds, jumps, skip, spawning, streams, uniform
+from cps_envs.core.streams import Seeds, Spawned, jumps, reserve, skip, spawning, streams, uniform
 from cps_envs.core.types import Array, FloatArray
 
 ENTROPY = [0, 1, 7, 2**31, 2**32 - 1, 2**32, 2**64 + 5, 2**95, 2**128 - 1, 2**130 + 3, 2**200 + 11]
@@ -56,6 +56,17 @@ def test_kernels_draw_what_a_generator_draws(seed: int) -> None:
         drawn = np.empty(6)
         _draw(stream[0], table[time], drawn)
         assert drawn.tolist() == expected[time].tolist()
+
+
+def test_children_that_are_not_made_have_streams_too() -> None:
+    parents = [spawning(np.random.default_rng(seed)) for seed in ENTROPY] + [np.random.default_rng(4)]
+    twins = [np.random.default_rng(seed) for seed in [*ENTROPY, 4]]
+    for _ in range(3):
+        own = Spawned(parents, [reserve(parent, 2)[1] for parent in parents])
+        theirs = [twin.spawn(2)[1] for twin in twins]
+        assert streams(own).tolist() == streams(theirs).tolist()
+        assert [one.random() for one in own] == [one.random() for one in theirs]
+        assert streams(own).tolist() == streams(theirs).tolist()
 
 
 def test_another_generator_gives_a_stream_too() -> None:
