@@ -178,6 +178,47 @@ def said(action: int, low: int, high: int, count: int) -> int:
     return low + math.floor((action - 1) / (count - 1) * (high - low) + 0.5) if action > 0 else 0
 
 
+@inlined
+def say(
+    form: Form,
+    c: Constants,
+    error: FloatArray,
+    slots: Slots,
+    mask: BoolArray,
+    wishes: IntArray,
+    legal: bool,
+    actions: IntArray,
+    levels: IntArray,
+) -> None:
+    """See `ActionForm.to_actions`, of one episode whose slots are open."""
+    for slot in range(wishes.size):
+        low, high = interval_of(form, c, error, slots, slot, mask)
+        wish = wishes[slot]
+        actions[slot] = take(form, slots, slot, min(max(wish, low), high) if legal else wish, low, high)
+        levels[slot] = slots.s.level[slot]
+
+
+@inlined
+def read(
+    form: Form,
+    c: Constants,
+    error: FloatArray,
+    attacked: BoolArray,
+    slots: Slots,
+    unmasked: BoolArray,
+    actions: IntArray,
+    levels: IntArray,
+) -> None:
+    """See `ActionForm.to_levels`, of one episode whose slots are open; `unmasked` (0,) is no mask."""
+    count = form.share_levels[0]
+    for slot in range(actions.size):
+        level = actions[slot] - form.bounds[slot] if attacked[slot] else 0
+        if count > 0:
+            low, high = interval_of(form, c, error, slots, slot, unmasked)
+            level = said(actions[slot], low, high, count) if attacked[slot] else 0
+        slots.s.level[slot] = levels[slot] = level
+
+
 @kernel
 def _say(
     form: Form,
@@ -192,24 +233,16 @@ def _say(
     """See `ActionForm.to_actions`."""
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
     for b in range(wishes.shape[0]):
-        slots = open_slots(form, borrowed(attacked)[b], new)
-        for slot in range(wishes.shape[1]):
-            low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(masks)[b])
-            wish = wishes[b, slot]
-            actions[b, slot] = take(form, slots, slot, min(max(wish, low), high) if legal else wish, low, high)
-            levels[b, slot] = slots.s.level[slot]
+        slots, error, mask = open_slots(form, borrowed(attacked)[b], new), borrowed(errors)[b], borrowed(masks)[b]
+        say(form, c, error, slots, mask, borrowed(wishes)[b], legal, borrowed(actions)[b], borrowed(levels)[b])
 
 
 @kernel
 def _read(form: Form, errors: FloatArray, attacked: BoolArray, actions: IntArray, levels: IntArray) -> None:
     """See `ActionForm.to_levels`."""
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
-    count, nothing = form.share_levels[0], np.empty(0, np.bool_)
+    unmasked = np.empty(0, np.bool_)
     for b in range(actions.shape[0]):
-        slots = open_slots(form, borrowed(attacked)[b], new)
-        for slot in range(actions.shape[1]):
-            level = actions[b, slot] - form.bounds[slot] if attacked[b, slot] else 0
-            if count > 0:
-                low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(nothing))
-                level = said(actions[b, slot], low, high, count) if attacked[b, slot] else 0
-            slots.s.level[slot] = levels[b, slot] = level
+        error, marks = borrowed(errors)[b], borrowed(attacked)[b]
+        slots = open_slots(form, marks, new)
+        read(form, c, error, marks, slots, borrowed(unmasked), borrowed(actions)[b], borrowed(levels)[b])

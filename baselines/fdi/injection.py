@@ -49,11 +49,18 @@ class InjectionPolicy(AnalyticPolicy):
 
 def view_of(form: ActionForm, seen: Seen) -> View:
     """What an attacker's observations say."""
-    envs, slots = len(seen), len(form.sensors)
-    error, attacked = np.empty((envs, 2 * form.config.num_vehicles)), np.empty((envs, slots), np.bool_)
-    views = View(error, attacked, np.empty(envs, np.int64), np.empty(envs, np.int64))
+    views = new_views(form, len(seen))
     _look(form.held, seen.observation, views)
     return views
+
+
+def new_views(form: ActionForm, num_envs: int) -> View:
+    """What an attacker sees of B episodes, not filled yet."""
+    error, attacked = (
+        np.empty((num_envs, 2 * form.config.num_vehicles)),
+        np.empty((num_envs, len(form.sensors)), np.bool_),
+    )
+    return View(error, attacked, np.empty(num_envs, np.int64), np.empty(num_envs, np.int64))
 
 
 def task_of(config: FdiConfig, views: View, b: int) -> Task:

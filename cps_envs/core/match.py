@@ -38,6 +38,7 @@ class Match:
         self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
         self._masked = {role for role, player in self.players.items() if takes_masks(player)}
         self._teams = {role: game.team(role) for role, player in self.players.items() if is_decentralised(player)}
+        self._beginners: dict[Role, Any] = {role: player for role, player in self.players.items() if begins(player)}
         self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
 
     def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -51,20 +52,18 @@ class Match:
             return
         for role in self.players:
             self._fresh[role][envs] = True
-        if not any(map(begins, self.players.values())):
+        if not self._beginners:
             return
         rows = envs.nonzero()[0]
         marked = rows.tolist()
         parents = [generators[b] for b in marked]
         children = [reserve(parent, len(ROLES)) for parent in parents]
-        for role, player in self.players.items():
-            if begins(player):
-                place = ROLES.index(role)
-                own = Spawned(parents, [seeds[place] for seeds in children])
-                wanted: frozenset[str] = getattr(player, "privileged", frozenset())
-                knowledge = [self._knowledge(role, wanted, b) for b in marked]
-                starter: Any = player
-                self._states[role] = put(self._states[role], rows, starter.begin(own, knowledge), len(envs))
+        for role, player in self._beginners.items():
+            place = ROLES.index(role)
+            wanted: frozenset[str] = getattr(player, "privileged", frozenset())
+            own = Spawned(parents, [seeds[place] for seeds in children])
+            knowledge = [self._knowledge(role, wanted, b) for b in marked] if wanted else [{}] * len(marked)
+            self._states[role] = put(self._states[role], rows, player.begin(own, knowledge), len(envs))
 
     def step(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps; returns the attacker's payoff (B,)."""
@@ -149,8 +148,6 @@ class Match:
         return extras
 
     def _knowledge(self, role: Role, wanted: frozenset[str], b: int) -> dict[str, Any]:
-        if not wanted:
-            return {}
         offers: dict[str, Callable[[], Any]] = {
             "model": lambda: lambda num_envs: self.game.model(b, num_envs),
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),

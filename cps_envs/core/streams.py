@@ -67,15 +67,11 @@ def spawning(generator: np.random.Generator) -> np.random.Generator:
 
 def reserve(generator: np.random.Generator, count: int) -> Sequence[Any]:
     """So many children of a generator for `Spawned`: their seeds, or where that is quicker their places."""
-    seeds: Any = generator.bit_generator.seed_seq
-    kept: Sequence[Any] = seeds.reserve(count) if _is_quick(generator) else seeds.spawn(count)
-    return kept
-
-
-def _is_quick(generator: np.random.Generator) -> bool:
-    """Whether kernels can make streams of a generator's children."""
     bits: Any = generator.bit_generator
-    return type(bits) is np.random.PCG64 and isinstance(bits.seed_seq, Seeds) and not bits.seed_seq.spawn_key
+    seeds = bits.seed_seq
+    quick = type(seeds) is Seeds and type(bits) is np.random.PCG64 and not seeds.spawn_key
+    kept: Sequence[Any] = seeds.reserve(count) if quick else seeds.spawn(count)
+    return kept
 
 
 class Spawned(Sequence[np.random.Generator]):

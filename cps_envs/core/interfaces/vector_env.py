@@ -73,7 +73,8 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             self._limit = min(self._limit, max_episode_steps * self._interval * self.frame_skip)
         self._generators: list[np.random.Generator] = []
         self._everyone = np.ones(num_envs, np.bool_)  # never written to
-        self._ended, self._any_ended = np.zeros(num_envs, np.bool_), False
+        self._nobody = np.zeros(num_envs, np.bool_)  # nor is this
+        self._ended, self._any_ended = self._nobody, False
         self._renderer = Renderer(self.problem, self.game)
         self.single_observation_space = self.game.fields[self.role].space()
         self.single_action_space = self.game.action_space[self.role]
@@ -107,14 +108,13 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         live, game = self._everyone, self.game
         if self._any_ended:  # environments that NEXT_STEP resets instead of stepping
             live = ~self._ended
-            self._restart(self._ended)
+            self._match.reset(self._ended, self._generators)
         payoff = self._match.hold(
             {self.role: checked}, live, self._interval, self.frame_skip, self._limit, self.on_decision
         )
         terminated, truncated = np.empty(self.num_envs, np.bool_), np.empty(self.num_envs, np.bool_)
         self._any_ended = mark_ends(game.terminated, game.elapsed, self._limit, live, terminated, truncated) > 0
-        if self._any_ended:
-            self._ended = terminated | truncated
+        self._ended = terminated | truncated if self._any_ended else self._nobody
         again = self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP
         final = self._restart_ended() if again else {}
         if self.render_mode == "human":
