@@ -105,7 +105,10 @@ class FdiGame(Game):
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
         attack, defense = actions.get("attacker", self._waiting), actions.get("defender", self._trusting)
-        self.threads.run(lambda part: step(self._batch, attack, defense, part, num_steps, payoff), envs)
+        if self.threads.alone:
+            step(self._batch, attack, defense, envs, num_steps, payoff)
+        else:
+            self.threads.run(lambda part: step(self._batch, attack, defense, part, num_steps, payoff), envs)
         return payoff
 
     def observe(self, role: Role) -> Observation:
