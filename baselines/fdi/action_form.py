@@ -12,16 +12,19 @@ from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import legal_in_slot, place
-from cps_envs.fdi.observation import is_drawn
+from cps_envs.fdi.observation import attacker_fields, is_drawn
 from cps_envs.fdi.state import Constants, Matrices, Scratch, constants_of, matrices_of, new_scratch
 
 
 class Form(NamedTuple):
-    """What kernels know of the S slots of an action."""
+    """What kernels know of the S slots of an action, and of what an attacker sees."""
 
     sensors: IntArray  # (S,) readings
     bounds: IntArray  # (S,) largest levels
     share_levels: IntArray  # (1,) of the form "share"; 0 in the form "level"
+    target: IntArray  # (1,) index of the target vehicle of the fixed task
+    offsets: Array  # (1,) where the fields of an observation begin
+    scale: FloatArray  # (2, size) of their encoding
     constants: Array  # (1,) records of `state.Constants`
     matrices: Matrices
 
@@ -39,7 +42,17 @@ class ActionForm:
         self.sensors: IntArray = np.arange(2 * n) if self.drawn else np.flatnonzero(attacked)  # (S,) readings
         self.bounds: IntArray = np.where(self.sensors < n, config.range_levels, config.rate_levels)  # (S,) levels
         self.share_levels = config.share_levels if config.attack_action == "share" else 0
-        form = Form(self.sensors, self.bounds, np.array([self.share_levels]), constants_of(config), matrices_of(config))
+        fields = attacker_fields(config)
+        form = Form(
+            sensors=self.sensors,
+            bounds=self.bounds,
+            share_levels=np.array([self.share_levels]),
+            target=np.array([config.target - 1]),
+            offsets=fields.offsets,
+            scale=fields.scale,
+            constants=constants_of(config),
+            matrices=matrices_of(config),
+        )
         self.held = hold(form)  # for kernels
         resolution = np.where(self.sensors < n, config.range_resolution_m, config.rate_resolution_mps)
         self._transition = config.model.transition
@@ -75,7 +88,9 @@ class ActionForm:
 
     def masks(self, masks: BoolArray | None, num_envs: int) -> BoolArray:
         """The masks that `interval_of` looks at: those of the form "level", if there are any, else (B, 0)."""
-        return np.zeros((num_envs, 0), np.bool_) if masks is None or self.share_levels else masks
+        if masks is not None and not self.share_levels:
+            return masks
+        return np.zeros((num_envs, 0), np.bool_)
 
     def error_after(self, error: FloatArray, levels: IntArray) -> FloatArray:
         """The error (2n,) one step after injecting levels (S,), (3.16): nothing clipped, disturbed or defended."""
@@ -163,6 +178,47 @@ def said(action: int, low: int, high: int, count: int) -> int:
     return low + math.floor((action - 1) / (count - 1) * (high - low) + 0.5) if action > 0 else 0
 
 
+@inlined
+def say(
+    form: Form,
+    c: Constants,
+    error: FloatArray,
+    slots: Slots,
+    mask: BoolArray,
+    wishes: IntArray,
+    legal: bool,
+    actions: IntArray,
+    levels: IntArray,
+) -> None:
+    """See `ActionForm.to_actions`, of one episode whose slots are open."""
+    for slot in range(wishes.size):
+        low, high = interval_of(form, c, error, slots, slot, mask)
+        wish = wishes[slot]
+        actions[slot] = take(form, slots, slot, min(max(wish, low), high) if legal else wish, low, high)
+        levels[slot] = slots.s.level[slot]
+
+
+@inlined
+def read(
+    form: Form,
+    c: Constants,
+    error: FloatArray,
+    attacked: BoolArray,
+    slots: Slots,
+    unmasked: BoolArray,
+    actions: IntArray,
+    levels: IntArray,
+) -> None:
+    """See `ActionForm.to_levels`, of one episode whose slots are open; `unmasked` (0,) is no mask."""
+    count = form.share_levels[0]
+    for slot in range(actions.size):
+        level = actions[slot] - form.bounds[slot] if attacked[slot] else 0
+        if count > 0:
+            low, high = interval_of(form, c, error, slots, slot, unmasked)
+            level = said(actions[slot], low, high, count) if attacked[slot] else 0
+        slots.s.level[slot] = levels[slot] = level
+
+
 @kernel
 def _say(
     form: Form,
@@ -177,24 +233,16 @@ def _say(
     """See `ActionForm.to_actions`."""
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
     for b in range(wishes.shape[0]):
-        slots = open_slots(form, borrowed(attacked)[b], new)
-        for slot in range(wishes.shape[1]):
-            low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(masks)[b])
-            wish = wishes[b, slot]
-            actions[b, slot] = take(form, slots, slot, min(max(wish, low), high) if legal else wish, low, high)
-            levels[b, slot] = slots.s.level[slot]
+        slots, error, mask = open_slots(form, borrowed(attacked)[b], new), borrowed(errors)[b], borrowed(masks)[b]
+        say(form, c, error, slots, mask, borrowed(wishes)[b], legal, borrowed(actions)[b], borrowed(levels)[b])
 
 
 @kernel
 def _read(form: Form, errors: FloatArray, attacked: BoolArray, actions: IntArray, levels: IntArray) -> None:
     """See `ActionForm.to_levels`."""
     c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
-    count, nothing = form.share_levels[0], np.empty(0, np.bool_)
+    unmasked = np.empty(0, np.bool_)
     for b in range(actions.shape[0]):
-        slots = open_slots(form, borrowed(attacked)[b], new)
-        for slot in range(actions.shape[1]):
-            level = actions[b, slot] - form.bounds[slot] if attacked[b, slot] else 0
-            if count > 0:
-                low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(nothing))
-                level = said(actions[b, slot], low, high, count) if attacked[b, slot] else 0
-            slots.s.level[slot] = levels[b, slot] = level
+        error, marks = borrowed(errors)[b], borrowed(attacked)[b]
+        slots = open_slots(form, marks, new)
+        read(form, c, error, marks, slots, borrowed(unmasked), borrowed(actions)[b], borrowed(levels)[b])

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from baselines.fdi.branch_and_bound import CORRECTED, Search, fill_sequences, make_search
-from baselines.fdi.injection import InjectionPolicy, View
+from baselines.fdi.injection import InjectionPolicy, View, view_of
 from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.types import BoolArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray, IntArray
 
 
 class BranchAndBound(InjectionPolicy):
@@ -47,16 +48,17 @@ class BranchAndBound(InjectionPolicy):
         sequences = np.zeros((envs, self.steps_ahead + 1, len(self.form.sensors)), np.int64)
         return sequences, np.full(envs, self.steps_ahead + 1)
 
-    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The next injections of the sequences; new sequences where they are used up."""
         assert state is not None
+        view = view_of(self.form, seen)
         sequences, used = state[0].copy(), state[1].copy()
         due = used > self.steps_ahead
         sequences[due], used[due] = 0, 0
         for envs, vehicle, kind, slots in self._attacks(view, due):
             search = self._search(vehicle, kind)
             self.infeasible_calls += fill_sequences(search, view.error, envs, slots, sequences)
-        actions = self.say(view, sequences[np.arange(len(used)), used], masks)
+        actions = self.say(view, sequences[np.arange(len(used)), used], seen.masks)
         return actions, (sequences, used + 1)
 
     def _search(self, vehicle: int, kind: str) -> Search:

@@ -8,46 +8,84 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.fdi.action_form import Form
-from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from baselines.fdi.action_form import Form, new_slots, open_slots, read, say
+from baselines.fdi.injection import View, look
+from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack, view
+from cps_envs.core.types import BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.controller import feedback
 from cps_envs.fdi.legality import place, resolution
 from cps_envs.fdi.readings import inject
 from cps_envs.fdi.state import Constants, Scratch, add_product, new_scratch
 
+SEEN = 1e-4  # m and m/s; how far a float32 observation may be off the state that the model gives
+
 
 @kernel
-def find_examples(
+def screen(
     form: Form,
-    errors: FloatArray,
-    attacked: BoolArray,
-    steps: IntArray,
+    observation: Observation,
+    expected: FloatArray,
+    actions: IntArray,
+    shows: bool,
+    views: View,
     levels: IntArray,
-    found: BoolArray,
+    passed: BoolArray,
+    legal: IntArray,
 ) -> None:
-    """Fill the episodes (B,) that can go on legally, as far as this shows, after injecting levels (B, S).
+    """What a shield does about the actions (B, S) before it looks at single episodes.
 
-    `errors` (B, 2n) are those before, `attacked` (B, S) the slots that count, `steps` (B,) those done.
+    Args:
+        form: of the actions.
+        observation: (B, size).
+        expected: (B, 2n) the errors by the model, which count where the observations bear them out.
+        actions: (B, S) that are asked for.
+        shows: let episodes pass of which it can be shown here that they can go on legally.
+        views: is filled, with the errors that count.
+        levels: (B, S) is filled with what is asked for, or what is injected where it passes.
+        passed: (B,) is filled with the episodes that pass.
+        legal: (B, S) is filled with the actions where they pass: the nearest legal ones.
     """
-    c, new = unpack(Constants, form.constants, 0), new_scratch(errors.shape[1] // 2, levels.shape[1])
-    error, sensors = np.empty(errors.shape[1]), np.empty(levels.shape[1], np.int64)
-    for b in range(found.size):
-        s = lend(new)
-        for slot in range(sensors.size):
-            sensors[slot] = form.sensors[slot] if attacked[b, slot] else -1
-        place(borrowed(sensors), s.slot)
-        copy(borrowed(errors)[b], borrowed(error))
-        inject(s.offset, c, borrowed(sensors), borrowed(levels)[b])
-        move(form, borrowed(error), s)
-        found[b] = True
-        for _ in range(steps[b] + 1, c.horizon):
-            if has_collided(borrowed(error), c):
-                break
-            if not calm(borrowed(error), c, s):
-                found[b] = False
-                break
+    c, n = unpack(Constants, form.constants, 0), expected.shape[1] // 2
+    new, scratch, unmasked = new_slots(form, n), new_scratch(n, actions.shape[1]), np.empty(0, np.bool_)
+    error, nearest = np.empty(2 * n), np.empty(actions.shape[1], np.int64)
+    for b in range(passed.size):
+        episode, own, s, mask = view(views, b), borrowed(levels)[b], lend(scratch), borrowed(unmasked)
+        look(form, c, borrowed(observation)[b], episode)
+        correct(episode.error, borrowed(expected)[b])
+        slots = open_slots(form, episode.attacked, new)
+        read(form, c, episode.error, episode.attacked, slots, mask, borrowed(actions)[b], own)
+        passed[b] = False
+        if shows:
+            say(form, c, episode.error, slots, mask, own, True, borrowed(legal)[b], borrowed(nearest))
+            copy(episode.error, borrowed(error))
+            inject(s.offset, c, slots.sensors, borrowed(nearest))
+            place(slots.sensors, s.slot)
             move(form, borrowed(error), s)
+            passed[b] = goes_on(form, c, borrowed(error), episode.step[0] + 1, s)
+        if passed[b]:
+            say(form, c, episode.error, slots, mask, borrowed(nearest), True, borrowed(legal)[b], own)
+
+
+@inlined
+def correct(seen: FloatArray, expected: FloatArray) -> None:
+    """Replace an error (2n,) that was observed by the expected one, if it is near enough to that."""
+    near = True
+    for j in range(seen.size):
+        near &= abs(seen[j] - expected[j]) < SEEN
+    if near:
+        copy(expected, seen)
+
+
+@inlined
+def goes_on(form: Form, c: Constants, error: FloatArray, step: int, s: Scratch) -> bool:
+    """Whether the episode with the error (2n,) at a step can go on legally, as far as this shows."""
+    for _ in range(step, c.horizon):
+        if has_collided(error, c):
+            return True
+        if not calm(error, c, s):
+            return False
+        move(form, error, s)
+    return True
 
 
 @inlined

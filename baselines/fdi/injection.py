@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import NamedTuple
 
 import numpy as np
 
-from baselines.fdi.action_form import ActionForm
+from baselines.fdi.action_form import ActionForm, Form
 from baselines.fdi.branch_and_bound import AT_REST
-from cps_envs.core.kernels import inlined, kernel
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.kernels import borrowed, inlined, kernel, unpack, view
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
+from cps_envs.core.types import BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.sensors import Sensors
+from cps_envs.fdi.state import Constants
 from cps_envs.fdi.task import Task
 
 
@@ -42,39 +42,59 @@ class InjectionPolicy(AnalyticPolicy):
         self.legal = legal
         self.form = ActionForm(self.config)
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-        """Actions (B, S)."""
-        return self.choose(view_of(self.form, seen), seen.masks, state)
-
-    @abstractmethod
-    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
-        """Actions (B, S), and the new state."""
-
-    def say(self, view: View, wishes: IntArray, masks: BoolArray | None) -> IntArray:
+    def say(self, views: View, wishes: IntArray, masks: BoolArray | None) -> IntArray:
         """The actions (B, S) that inject wished levels (B, S)."""
-        return self.form.to_actions(view.error, view.attacked, wishes, legal=self.legal, masks=masks)[0]
+        return self.form.to_actions(views.error, views.attacked, wishes, legal=self.legal, masks=masks)[0]
 
 
 def view_of(form: ActionForm, seen: Seen) -> View:
     """What an attacker's observations say."""
-    envs, slots, n = len(seen), len(form.sensors), form.config.num_vehicles
-    view = View(
-        np.empty((envs, 2 * n)),
-        np.ones((envs, slots), np.bool_),
-        np.full(envs, form.config.target - 1),
-        np.empty(envs, np.int64),
+    views = new_views(form, len(seen))
+    _look(form.held, seen.observation, views)
+    return views
+
+
+def new_views(form: ActionForm, num_envs: int) -> View:
+    """What an attacker sees of B episodes, not filled yet."""
+    error, attacked = (
+        np.empty((num_envs, 2 * form.config.num_vehicles)),
+        np.empty((num_envs, len(form.sensors)), np.bool_),
     )
-    _look(seen.observation, seen.fields.offsets, seen.fields.scale, form.config.horizon, form.drawn, *view)
-    return view
+    return View(error, attacked, np.empty(num_envs, np.int64), np.empty(num_envs, np.int64))
 
 
-def task_of(config: FdiConfig, view: View, b: int) -> Task:
+def task_of(config: FdiConfig, views: View, b: int) -> Task:
     """The task that an episode plays."""
-    if view.attacked.shape[1] != 2 * config.num_vehicles:
+    if views.attacked.shape[1] != 2 * config.num_vehicles:
         return config.fixed_task
-    ranges, rates = np.split(view.attacked[b], 2)
+    ranges, rates = np.split(views.attacked[b], 2)
     vehicles = (tuple((np.flatnonzero(part) + 1).tolist()) for part in (ranges, rates))
-    return Task(Sensors(*vehicles), int(view.target[b]) + 1)
+    return Task(Sensors(*vehicles), int(views.target[b]) + 1)
+
+
+@inlined
+def new_view(form: Form, n: int) -> View:
+    """What an attacker sees of one episode, not filled yet; kernels use it for one episode after the other."""
+    slots = form.sensors.size
+    return View(np.empty(2 * n), np.empty(slots, np.bool_), np.empty(1, np.int64), np.empty(1, np.int64))
+
+
+@inlined
+def look(form: Form, c: Constants, row: Observation, episode: View) -> None:
+    """Fill a view from the observation (size,) of its episode."""
+    at, scale, n = form.offsets[0], form.scale, episode.error.size // 2
+    for j in range(2 * n):
+        entry = at.gap_error + j if j < n else at.relative_speed + j - n
+        value = decoded(row, scale, entry)
+        episode.error[j] = 0.0 if abs(value) < AT_REST else value  # so that attacks start
+    episode.step[0] = c.horizon - int(np.rint(decoded(row, scale, at.steps_left)))
+    episode.target[0] = form.target[0]
+    for slot in range(episode.attacked.size):
+        episode.attacked[slot] = not c.draws or decoded(row, scale, at.attacked + slot) > 0.5
+    if c.draws:
+        for i in range(n):
+            if row[at.target + i] > row[at.target + episode.target[0]]:
+                episode.target[0] = i
 
 
 @inlined
@@ -85,29 +105,8 @@ def decoded(row: Observation, scale: FloatArray, entry: int) -> float:
 
 
 @kernel
-def _look(
-    observation: Observation,
-    offsets: Array,
-    scale: FloatArray,
-    horizon: int,
-    drawn: bool,
-    error: FloatArray,
-    attacked: BoolArray,
-    target: IntArray,
-    step: IntArray,
-) -> None:
-    """Fill a `View` from observations (B, size), whose fields begin at `offsets`; a fixed task is filled in already."""
-    at, n = offsets[0], error.shape[1] // 2
+def _look(form: Form, observation: Observation, views: View) -> None:
+    """Fill the views of observations (B, size)."""
+    c = unpack(Constants, form.constants, 0)
     for b in range(observation.shape[0]):
-        row = observation[b]
-        for j in range(2 * n):
-            entry = at.gap_error + j if j < n else at.relative_speed + j - n
-            value = decoded(row, scale, entry)
-            error[b, j] = 0.0 if abs(value) < AT_REST else value  # so that attacks start
-        step[b] = horizon - int(np.rint(decoded(row, scale, at.steps_left)))
-        if drawn:
-            for j in range(2 * n):
-                attacked[b, j] = decoded(row, scale, at.attacked + j) > 0.5
-            for i in range(n):
-                if row[at.target + i] > row[at.target + target[b]]:
-                    target[b] = i
+        look(form, c, borrowed(observation)[b], view(views, b))

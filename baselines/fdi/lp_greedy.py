@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from baselines.fdi.continuation import Plan, best_from, fastest_from
-from baselines.fdi.injection import InjectionPolicy, View, task_of
+from baselines.fdi.injection import InjectionPolicy, View, task_of, view_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.task import Task
@@ -55,15 +56,16 @@ class LpGreedy(InjectionPolicy):
         self.max_steps = max_steps
         self._configs = {RESERVED: with_reserve(self.config, reserve), TIGHT: self.config}
 
-    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """See the class."""
+        view = view_of(self.form, seen)
         levels = np.zeros(view.attacked.shape, np.int64)
         for b in range(len(levels)):
             task, step = task_of(self.config, view, b), int(view.step[b])
             plan = self._plan(task, view.error[b], step)
             if plan is not None:
                 levels[b] = self._rounded(plan, task, view, b)
-        return self.say(view, levels, masks), state
+        return self.say(view, levels, seen.masks), state
 
     def _plan(self, task: Task, error: FloatArray, step: int) -> Plan | None:
         """The plan, with reserve if there is one."""

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, take
-from baselines.fdi.injection import InjectionPolicy, View
+from baselines.fdi.injection import InjectionPolicy, look, new_view
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import borrowed, kernel, unpack
+from cps_envs.core.holding import hold
+from cps_envs.core.kernels import borrowed, kernel, lend, unpack
 from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.streams import jumps, skip, streams, uniform
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation
 from cps_envs.fdi.state import Constants
 
 
@@ -38,56 +41,61 @@ class RandomInjection(InjectionPolicy):
             )
         self.stickiness, self.extremes = stickiness, extremes
         self.largest: IntArray = self.form.bounds if largest is None else np.minimum(self.form.bounds, largest)
+        self._held = hold(Choice(self.largest, jumps(2 * len(self.form.sensors), self.config.horizon)))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Draws (horizon, S, 2) of each whole episode, one for the level and one for keeping it; no level yet."""
-        shape = (self.config.horizon, len(self.form.sensors), 2)
-        draws = np.empty(len(generators), object)  # large, and handed on as they are
-        for b, generator in enumerate(generators):
-            draws[b] = generator.random(shape)
-        return draws, np.zeros((len(draws), len(self.form.sensors)), np.int64)
+        """Streams (B, 4) of numbers, two for each slot and step: for the level and for keeping it; no level yet."""
+        return streams(generators), np.zeros((len(generators), len(self.form.sensors)), np.int64)
 
-    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """See the class."""
         assert state is not None
-        draws, last = state
-        actions, taken = np.empty_like(last), last.copy()
-        form, masks, latest = self.form, self.form.masks(masks, len(last)), self.config.horizon - 1
-        now = np.array([own[min(step, latest)] for own, step in zip(draws, view.step.tolist(), strict=True)])
-        _draw(form.held, *view, masks, now, self.largest, self.stickiness, self.extremes, taken, actions)
-        return actions, (draws, taken)
+        own, last = state
+        actions, taken, form = np.empty_like(last), last.copy(), self.form
+        masks = form.masks(seen.masks, len(last))
+        _draw(form.held, self._held, seen.observation, masks, own, self.stickiness, self.extremes, taken, actions)
+        return actions, (own, taken)
+
+
+class Choice(NamedTuple):
+    """What a random attacker chooses from, and by what."""
+
+    largest: IntArray  # (S,) bounds of |level|
+    jumps: Array  # (horizon, 4) from the start of a stream to the numbers of a step
 
 
 @kernel
 def _draw(
     form: Form,
-    errors: FloatArray,
-    attacked: BoolArray,
-    target: IntArray,
-    steps: IntArray,
+    choice: Choice,
+    observation: Observation,
     masks: BoolArray,
-    draws: FloatArray,
-    largest: IntArray,
+    own: Array,
     stickiness: float,
     extremes: bool,
     taken: IntArray,
     actions: IntArray,
 ) -> None:
-    """Fill the actions (B, S) of a view.
+    """Fill the actions (B, S) for observations (B, size).
 
     `taken` (B, S) is what was taken in the last step, and then in this one: with `extremes` sides, 0 = lowest, else
-    levels. `largest` (S,) bounds them, `draws` (B, S, 2) are in [0, 1): for the level, and for keeping it.
+    levels. `own` (B, 4) are the streams.
     """
-    c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
-    for b in range(steps.size):
-        slots = open_slots(form, borrowed(attacked)[b], new)
+    c, n = unpack(Constants, form.constants, 0), form.matrices.step.shape[1] // 2
+    new, shown, place, largest = new_slots(form, n), new_view(form, n), np.empty(4, np.uint64), choice.largest
+    for b in range(actions.shape[0]):
+        episode = lend(shown)
+        look(form, c, borrowed(observation)[b], episode)
+        slots, step = open_slots(form, episode.attacked, new), episode.step[0]
+        skip(borrowed(own)[b], borrowed(choice.jumps)[max(0, min(step, c.horizon - 1))], borrowed(place))
         for slot in range(form.sensors.size):
-            low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(masks)[b])
+            low, high = interval_of(form, c, episode.error, slots, slot, borrowed(masks)[b])
             lowest = min(max(low, -largest[slot]), high)
             highest = max(min(high, largest[slot]), lowest)
-            if not (draws[b, slot, 1] < stickiness and steps[b] > 0):
+            number, keep = uniform(borrowed(place)), uniform(borrowed(place))
+            if not (keep < stickiness and step > 0):
                 choices = 2 if extremes else highest - lowest + 1
-                drawn = math.floor(draws[b, slot, 0] * choices)
+                drawn = math.floor(number * choices)
                 taken[b, slot] = drawn if extremes else lowest + drawn
             wish = taken[b, slot]
             if extremes:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, said, take
-from baselines.fdi.injection import InjectionPolicy, View
+from baselines.fdi.injection import InjectionPolicy, look, new_view
 from cps_envs.core.errors import ConfigurationError, require
-from cps_envs.core.kernels import borrowed, inlined, kernel, unpack
+from cps_envs.core.holding import hold
+from cps_envs.core.kernels import borrowed, inlined, kernel, lend, unpack
 from cps_envs.core.policy import RoleSpec, State
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.optima import Record, known, known_within
 from cps_envs.fdi.selection import chosen_tasks
@@ -46,15 +48,15 @@ class Replay(InjectionPolicy):
         tasks = chosen_tasks(self.config)
         plans = [plan_of(self.config, task, time_limit_s) for task in tasks]
         self.steps = max(len(plan) for plan in plans)
-        self._levels = np.stack([self._placed(task, plan) for task, plan in zip(tasks, plans, strict=True)])
+        levels = np.stack([self._placed(task, plan) for task, plan in zip(tasks, plans, strict=True)])
         n = self.config.num_vehicles
         flags = np.stack([task.sensors.flags(n) for task in tasks])
         targets = np.array([task.target - 1 for task in tasks])
         keys = self._key(flags[:, self.form.sensors], targets)
-        self._order = np.argsort(keys)
-        self._keys = keys[self._order]
+        order = np.argsort(keys)
         slots = self.form.sensors.tolist()
-        self._partners: IntArray = np.array([slots.index(s + n) if s + n in slots else -1 for s in slots])
+        partners = np.array([slots.index(s + n) if s + n in slots else -1 for s in slots])
+        self._plans = hold(Plans(levels, keys[order], order, partners))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """The step (B,) at which each episode's plan starts."""
@@ -62,12 +64,11 @@ class Replay(InjectionPolicy):
             return (np.full(len(generators), self.start),)
         return (np.array([self._onset(generator) for generator in generators]),)
 
-    def choose(self, view: View, masks: BoolArray | None, state: State) -> tuple[IntArray, State]:
-        """See the class."""
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """Actions (B, S), see the class."""
         assert state is not None
-        actions = np.empty(view.attacked.shape, np.int64)
-        plans = (self._levels, self._keys, self._order, self._partners)
-        _play(self.form.held, *view, self.form.masks(masks, len(actions)), state[0], *plans, actions)
+        actions = np.empty((len(seen), len(self.form.sensors)), np.int64)
+        _play(self.form.held, self._plans, seen.observation, self.form.masks(seen.masks, len(seen)), state[0], actions)
         return actions, state
 
     def _onset(self, generator: np.random.Generator) -> int:
@@ -86,38 +87,35 @@ class Replay(InjectionPolicy):
         return bits * self.config.num_vehicles + target
 
 
+class Plans(NamedTuple):
+    """The plans of T tasks."""
+
+    levels: IntArray  # (T, k, S)
+    keys: IntArray  # (T,) of the tasks, sorted
+    order: IntArray  # (T,) the tasks that they belong to
+    partners: IntArray  # (S,) slots of the range-rates of the vehicles whose ranges a slot is for, or -1
+
+
 @kernel
 def _play(
-    form: Form,
-    errors: FloatArray,
-    attacked: BoolArray,
-    target: IntArray,
-    steps: IntArray,
-    masks: BoolArray,
-    onsets: IntArray,
-    plans: IntArray,
-    keys: IntArray,
-    order: IntArray,
-    partners: IntArray,
-    actions: IntArray,
+    form: Form, plans: Plans, observation: Observation, masks: BoolArray, onsets: IntArray, actions: IntArray
 ) -> None:
-    """Fill the actions (B, S) of a view.
-
-    `plans` (T, k, S) are levels of the tasks, which `order` (T,) sorts by their `keys` (T,); they begin at the `onsets`
-    (B,). `partners` (S,) are the slots of the range-rates of the vehicles whose ranges a slot is for, or -1.
-    """
-    c, new = unpack(Constants, form.constants, 0), new_slots(form, errors.shape[1] // 2)
-    wishes, n = np.empty(form.sensors.size, np.int64), errors.shape[1] // 2
-    for b in range(steps.size):
-        slots, step, key = open_slots(form, borrowed(attacked)[b], new), steps[b] - onsets[b], target[b]
+    """Fill the actions (B, S) for observations (B, size); the plans begin at the `onsets` (B,)."""
+    c, n, partners = unpack(Constants, form.constants, 0), form.matrices.step.shape[1] // 2, plans.partners
+    new, shown, wishes = new_slots(form, n), new_view(form, n), np.empty(form.sensors.size, np.int64)
+    for b in range(actions.shape[0]):
+        episode = lend(shown)
+        look(form, c, borrowed(observation)[b], episode)
+        slots, step, key = open_slots(form, episode.attacked, new), episode.step[0] - onsets[b], episode.target[0]
         for slot in range(wishes.size):
-            key += n * (attacked[b, slot] << slot)
-        task = order[min(np.searchsorted(keys, key), keys.size - 1)]
+            key += n * (episode.attacked[slot] << slot)
+        task = plans.order[min(np.searchsorted(plans.keys, key), plans.keys.size - 1)]
         for slot in range(wishes.size):
-            wishes[slot] = plans[task, step, slot] if 0 <= step < plans.shape[1] else 0
+            wishes[slot] = plans.levels[task, step, slot] if 0 <= step < plans.levels.shape[1] else 0
         for slot in range(wishes.size):
-            low, high = interval_of(form, c, borrowed(errors)[b], slots, slot, borrowed(masks)[b])
-            if form.share_levels[0] > 0 and partners[slot] >= 0 and attacked[b, slot] and attacked[b, partners[slot]]:
+            low, high = interval_of(form, c, episode.error, slots, slot, borrowed(masks)[b])
+            both = partners[slot] >= 0 and episode.attacked[slot] and episode.attacked[partners[slot]]
+            if form.share_levels[0] > 0 and both:
                 share_out(form, c, slot, partners[slot], low, high, borrowed(wishes))
             actions[b, slot] = take(form, slots, slot, wishes[slot], low, high)
 

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from baselines.fdi.injection import task_of, view_of
+from baselines.fdi.calming import screen
+from baselines.fdi.injection import new_views, task_of
 from baselines.fdi.shields import make_shield
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, ask
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray
-
-SEEN = 1e-4  # m and m/s; how far a float32 observation may be off the state that the model gives
+from cps_envs.core.types import Array
 
 
 class Shielded(AnalyticPolicy):
@@ -35,9 +34,10 @@ class Shielded(AnalyticPolicy):
         self.privileged = getattr(self.policy, "privileged", frozenset())
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """Expected errors (B, 2n), the plans kept (B, horizon, S), their lengths (B,), then the policy's own state."""
+        """Expected errors (B, 2n), the plans kept (B, k, S), their lengths (B,), then the policy's own state."""
         envs, config = len(generators), self.spec.config
-        plans = np.zeros((envs, config.horizon, len(self.shield.form.sensors)), np.int64)
+        steps = config.horizon if self.shield.plans else 0
+        plans = np.zeros((envs, steps, len(self.shield.form.sensors)), np.int64)
         own = (np.zeros((envs, 2 * config.num_vehicles)), plans, np.zeros(envs, np.int64))
         begin = getattr(self.policy, "begin", None)
         inner = begin(generators, knowledge) if begin is not None else None
@@ -47,24 +47,21 @@ class Shielded(AnalyticPolicy):
         """Actions (B, S)."""
         assert state is not None
         actions, inner = ask(self.policy, seen, state[3:] or None)
-        expected, plans, lengths = state[0], state[1].copy(), state[2].copy()
-        view, form = view_of(self.shield.form, seen), self.shield.form
-        view = view._replace(error=_corrected(view.error, expected))
-        levels = form.to_levels(view.error, view.attacked, np.asarray(actions))
-        _, nearest = form.to_actions(view.error, view.attacked, levels)
-        passes = self.shield.passes(view.error, view.attacked, view.step, nearest)
-        levels[passes], lengths[passes] = nearest[passes], 0
-        for b in np.flatnonzero(~passes).tolist():
-            task, kept = task_of(self.spec.config, view, b), plans[b, : lengths[b]]
-            levels[b], plan = self.shield.allow(task, view.error[b], int(view.step[b]), levels[b], kept)
-            lengths[b] = len(plan)
-            plans[b, : len(plan)] = plan.copy()
-        actions, levels = form.to_actions(view.error, view.attacked, levels)
-        expected = form.errors_after(view.error, levels)
-        return actions, (expected, plans, lengths, *(inner or ()))
-
-
-def _corrected(seen: FloatArray, expected: FloatArray) -> FloatArray:
-    """The expected errors (B, 2n) where observations bear them out, else what was observed."""
-    near = np.all(np.abs(seen - expected) < SEEN, axis=1, keepdims=True)
-    return np.where(near, expected, seen)
+        form, (expected, plans, lengths) = self.shield.form, state[:3]
+        views, wishes = new_views(form, len(seen)), np.asarray(actions, np.int64)
+        levels, said, passed = np.empty_like(wishes), np.empty_like(wishes), np.empty(len(seen), np.bool_)
+        by_example = self.shield.by_example
+        screen(form.held, seen.observation, expected, wishes, by_example, views, levels, passed, said)
+        refused = np.flatnonzero(~passed).tolist()
+        if refused:
+            plans, lengths = plans.copy(), np.where(passed, 0, lengths)
+            for b in refused:
+                task, kept = task_of(self.spec.config, views, b), plans[b, : lengths[b]]
+                levels[b], plan = self.shield.allow(task, views.error[b], int(views.step[b]), levels[b], kept)
+                lengths[b] = len(plan)
+                plans[b, : len(plan)] = plan.copy()
+            said, levels = form.to_actions(views.error, views.attacked, levels)
+        else:
+            lengths = np.zeros_like(lengths)
+        expected = form.errors_after(views.error, levels)
+        return said, (expected, plans, lengths, *(inner or ()))

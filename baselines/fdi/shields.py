@@ -13,7 +13,6 @@ from itertools import product
 import numpy as np
 
 from baselines.fdi.action_form import ActionForm
-from baselines.fdi.calming import find_examples
 from baselines.fdi.continuation import integer_continuation, legal_continuation
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
@@ -32,6 +31,9 @@ class Shield(ABC):
         ConfigurationError: clipped limits, under which nothing is illegal.
     """
 
+    by_example = False  # whether an example of going on legally is enough, see `calming`
+    plans = False  # whether `allow` hands plans on
+
     def __init__(self, config: FdiConfig, time_limit_s: float = 1.0) -> None:
         if config.limits == "clip":
             raise ConfigurationError('a shield needs limits="hard"; with limits="clip" every injection is legal')
@@ -45,13 +47,6 @@ class Shield(ABC):
 
         `error` (2n,) is e(step), `kept` the plan of the call before; (0, S) where there is none, as at the start.
         """
-
-    def passes(self, error: FloatArray, attacked: BoolArray, step: IntArray, levels: IntArray) -> BoolArray:
-        """Episodes (B,) in which the nearest legal levels (B, S) pass for certain, without looking any further.
-
-        `error` (B, 2n) is e(step), and `attacked` (B, S) are the slots that count.
-        """
-        return np.zeros(len(levels), np.bool_)
 
     def _legal(self, task: Task, error: FloatArray, wishes: IntArray) -> IntArray:
         """The nearest levels (W, S) that are legal in this step, each once."""
@@ -77,11 +72,7 @@ class LpShield(Shield):
     it lets the nearest legal levels pass: it makes dead ends rare, not impossible.
     """
 
-    def passes(self, error: FloatArray, attacked: BoolArray, step: IntArray, levels: IntArray) -> BoolArray:
-        """See `Shield.passes`: an example of going on tells as much as a linear program, and sooner."""
-        found = np.empty(len(levels), np.bool_)
-        find_examples(self.form.held, error, attacked, step, levels, found)
-        return found
+    by_example = True  # it tells as much as a linear program, and sooner
 
     def allow(
         self, task: Task, error: FloatArray, step: int, wish: IntArray, kept: IntArray
@@ -113,6 +104,8 @@ class SoundShield(Shield):
     that acts, no episode ends illegally. It forbids what it cannot prove within `time_limit_s`, so how much it
     forbids depends on the machine.
     """
+
+    plans = True
 
     def allow(
         self, task: Task, error: FloatArray, step: int, wish: IntArray, kept: IntArray

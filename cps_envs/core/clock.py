@@ -41,3 +41,20 @@ def mark_ends(
         truncated[b] = envs[b] and not ended[b] and elapsed[b] >= limit
         count += terminated[b] or truncated[b]
     return count
+
+
+@kernel
+def restart(elapsed: IntArray, terminated: BoolArray, envs: BoolArray) -> None:
+    """Set the clocks of the marked environments (B,) to zero; they have not ended."""
+    for b in range(len(elapsed)):
+        if envs[b]:
+            elapsed[b], terminated[b] = 0, False
+
+
+@kernel
+def count_late(elapsed: IntArray, terminated: BoolArray, envs: BoolArray, latest: int) -> int:
+    """How many of the marked environments (B,) go on and are beyond the step `latest`."""
+    count = 0
+    for b in range(len(elapsed)):
+        count += envs[b] and not terminated[b] and elapsed[b] > latest
+    return count

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
-from cps_envs.core.clock import tick
+from cps_envs.core.clock import count_late, restart, tick
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Fields
 from cps_envs.core.policy import RoleSpec
@@ -49,8 +49,7 @@ class Game(ABC):
 
     def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         """Start new episodes in the marked environments (B,), each drawing from its own of the B generators."""
-        self.elapsed[envs] = 0
-        self.terminated[envs] = False
+        restart(self.elapsed, self.terminated, envs)
         self._reset(envs, generators)
 
     def advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
@@ -70,8 +69,8 @@ class Game(ABC):
         return payoff
 
     def _check_end(self, envs: BoolArray, num_steps: int) -> None:
-        late = envs & ~self.terminated & (self.elapsed + num_steps > self.horizon)
-        if late.any():
+        if count_late(self.elapsed, self.terminated, envs, self.horizon - num_steps) > 0:
+            late = envs & ~self.terminated & (self.elapsed + num_steps > self.horizon)
             listed = np.flatnonzero(late).tolist()
             raise ResetNeeded(
                 f"environments {listed} cannot advance by {num_steps} game steps: an episode of {self.name!r} has "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import gcd
-from typing import Any, TypeAlias, overload
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -13,33 +13,10 @@ from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
 from cps_envs.core.policy import Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
-from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.streams import Spawned, reserve
+from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 
 OnDecision: TypeAlias = Callable[[FloatArray, BoolArray], None]
-
-
-class Spawned(Sequence[np.random.Generator]):
-    """What `Generator.spawn` gives each of several parents; made when asked for, since many policies never do."""
-
-    def __init__(self, parents: Sequence[np.random.Generator], seeds: Sequence[Any]) -> None:
-        self._parents, self._seeds = parents, seeds
-        self._made: dict[int, np.random.Generator] = {}
-
-    def __len__(self) -> int:
-        return len(self._seeds)
-
-    @overload
-    def __getitem__(self, index: int) -> np.random.Generator: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[np.random.Generator]: ...
-    def __getitem__(self, index: int | slice) -> np.random.Generator | Sequence[np.random.Generator]:
-        if isinstance(index, slice):
-            return [self[place] for place in range(len(self))[index]]
-        place = range(len(self))[index]
-        if place not in self._made:
-            parent, bits = self._parents[place], type(self._parents[place].bit_generator)
-            self._made[place] = type(parent)(bits(self._seeds[place]))
-        return self._made[place]
 
 
 class Match:
@@ -61,6 +38,7 @@ class Match:
         self._readers = {role: ActionReader(game.action_space[role]) for role in self.players}
         self._masked = {role for role, player in self.players.items() if takes_masks(player)}
         self._teams = {role: game.team(role) for role, player in self.players.items() if is_decentralised(player)}
+        self._beginners: dict[Role, Any] = {role: player for role, player in self.players.items() if begins(player)}
         self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
 
     def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
@@ -74,18 +52,18 @@ class Match:
             return
         for role in self.players:
             self._fresh[role][envs] = True
-        if not any(map(begins, self.players.values())):
+        if not self._beginners:
             return
-        marked = np.flatnonzero(envs).tolist()
-        sources: list[Any] = [generators[b].bit_generator.seed_seq for b in marked]
-        seeds = [source.spawn(len(ROLES)) for source in sources]
-        for role, player in self.players.items():
-            if begins(player):
-                place = ROLES.index(role)
-                own = Spawned([generators[b] for b in marked], [children[place] for children in seeds])
-                knowledge = [self._knowledge(role, player, b) for b in marked]
-                starter: Any = player
-                self._states[role] = put(self._states[role], envs, starter.begin(own, knowledge))
+        rows = envs.nonzero()[0]
+        marked = rows.tolist()
+        parents = [generators[b] for b in marked]
+        children = [reserve(parent, len(ROLES)) for parent in parents]
+        for role, player in self._beginners.items():
+            place = ROLES.index(role)
+            wanted: frozenset[str] = getattr(player, "privileged", frozenset())
+            own = Spawned(parents, [seeds[place] for seeds in children])
+            knowledge = [self._knowledge(role, wanted, b) for b in marked] if wanted else [{}] * len(marked)
+            self._states[role] = put(self._states[role], rows, player.begin(own, knowledge), len(envs))
 
     def step(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps; returns the attacker's payoff (B,)."""
@@ -136,38 +114,40 @@ class Match:
             return
         observation, start, state = self.game.observe(role), self._fresh[role], self._states[role]
         if count == len(due):
-            self._held[role], self._states[role] = self._ask(role, observation, state, start, due)
+            self._held[role], self._states[role] = self._ask(role, observation, state, start, None)
             self._fresh[role] = np.zeros(len(due), np.bool_)
         else:
-            actions, part = self._ask(role, observation[due], take(state, due), start[due], due)
+            rows = due.nonzero()[0]  # quicker to index with than marks are
+            shown = observation.take(rows, 0)
+            actions, part = self._ask(role, shown, take(state, rows), start.take(rows), rows)
             self._held[role] = self._held[role].copy()
-            self._held[role][due] = actions
-            self._states[role] = put(state, due, part)
-            start[due] = False
+            self._held[role][rows] = actions
+            self._states[role] = put(state, rows, part, len(due))
+            start[rows] = False
 
     def _ask(
-        self, role: Role, observation: Observation, state: State, start: BoolArray, due: BoolArray
+        self, role: Role, observation: Observation, state: State, start: BoolArray, rows: IntArray | None
     ) -> tuple[Array, State]:
-        """A player's checked actions in the environments that are due, and its new state."""
+        """A player's checked actions in the environments `rows` that are due, None for all, and its new state."""
         player = self.players[role]
-        actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, due))
+        actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, rows))
         try:
             return self._readers[role].batch(actions, len(observation)), state
         except ValueError as error:
             raise ValueError(f"the {role}'s policy {type(player).__name__} gave impossible actions: {error}") from error
 
-    def _extras(self, role: Role, due: BoolArray) -> dict[str, Array]:
-        """What a player wants to know beside its observation, in the environments that are due."""
+    def _extras(self, role: Role, rows: IntArray | None) -> dict[str, Array]:
+        """What a player wants to know beside its observation, in the environments `rows`, or all."""
         extras: dict[str, Array] = {}
         mask = self.game.action_mask(role) if role in self._masked else None
         if mask is not None:
-            extras["action_masks"] = mask if due.all() else mask[due]
+            extras["action_masks"] = mask if rows is None else mask.take(rows, 0)
         if role in self._teams:
-            extras["team_observation"] = self._teams[role].observe()[due]
+            shown = self._teams[role].observe()
+            extras["team_observation"] = shown if rows is None else shown.take(rows, 0)
         return extras
 
-    def _knowledge(self, role: Role, player: Policy, b: int) -> dict[str, Any]:
-        wanted: frozenset[str] = getattr(player, "privileged", frozenset())
+    def _knowledge(self, role: Role, wanted: frozenset[str], b: int) -> dict[str, Any]:
         offers: dict[str, Callable[[], Any]] = {
             "model": lambda: lambda num_envs: self.game.model(b, num_envs),
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),

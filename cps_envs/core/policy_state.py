@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.policy import State
-from cps_envs.core.types import BoolArray
+from cps_envs.core.types import IntArray
 
 
-def take(state: State, envs: BoolArray) -> State:
-    """The state of the marked environments."""
-    return None if state is None else tuple(array[envs] for array in state)
+def take(state: State, rows: IntArray) -> State:
+    """The state of some environments (k,)."""
+    return None if state is None else tuple([array.take(rows, 0) for array in state])
 
 
-def put(state: State, envs: BoolArray, part: State) -> State:
-    """`state` with the marked environments replaced by `part`; environments not yet seen are filled with zeros."""
+def put(state: State, rows: IntArray, part: State, num_envs: int) -> State:
+    """`state` with some environments (k,) replaced by `part`; environments not yet seen are filled with zeros."""
     if part is None:
         return state
     if state is None:
-        state = tuple(np.zeros((len(envs), *array.shape[1:]), array.dtype) for array in part)
+        state = tuple(np.zeros((num_envs, *array.shape[1:]), array.dtype) for array in part)
     for whole, piece in zip(state, part, strict=True):
-        whole[envs] = piece
+        whole[rows] = piece
     return state

@@ -23,13 +23,14 @@ class Threads:
     def __init__(self, num_threads: int, num_envs: int) -> None:
         edges = np.linspace(0, num_envs, min(num_threads, num_envs) + 1).astype(int).tolist()
         places = np.arange(num_envs)
+        self.alone = len(edges) == 2  # one thread: whoever counts tenths of microseconds calls the kernel himself
         self._blocks = [(a <= places) & (places < b) for a, b in pairwise(edges)]
         self._pool: ThreadPoolExecutor | None = None
         self._process = 0  # the one that started the pool: threads do not survive a fork
 
     def run(self, call: Callable[[BoolArray], Any], envs: BoolArray) -> None:
         """Call `call(mask)` once for each block, with the marked environments (B,) of that block."""
-        if len(self._blocks) == 1:
+        if self.alone:
             call(envs)
             return
         if self._pool is None or self._process != os.getpid():

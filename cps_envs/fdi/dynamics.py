@@ -114,8 +114,10 @@ def move(episode: State, c: Constants, m: Matrices, offset: FloatArray, before: 
 
 
 @kernel
-def begin(batch: Batch, openings: Array, envs: BoolArray) -> None:
+def begin(batch: Batch, openings: Array, numbers: IntArray, envs: BoolArray) -> None:
     """Start episodes in the marked environments (B,); `openings` (T,) are the metrics of each task at the start.
+
+    `numbers` (B,) number the episodes: of environment b they are b + B, b + 2B and so on.
 
     `task` is drawn already, and so are the numbers that `scatter` makes `error` and `disturbance` of.
     """
@@ -124,6 +126,7 @@ def begin(batch: Batch, openings: Array, envs: BoolArray) -> None:
     for b in range(envs.size):
         if envs[b]:
             episode, s = view(batch.state, b), lend(scratch)
+            numbers[b] += envs.size
             batch.metrics[b] = openings[episode.task[0]]
             clear(episode)
             scatter(episode, c)

@@ -11,7 +11,7 @@ from gymnasium import spaces
 from cps_envs.core.game import Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.dynamics import begin, step
 from cps_envs.fdi.observation import (
@@ -26,7 +26,7 @@ from cps_envs.fdi.observation import (
 from cps_envs.fdi.payoff import PAID, Metrics
 from cps_envs.fdi.picture.scene import Scene
 from cps_envs.fdi.selection import certificates, chosen_tasks
-from cps_envs.fdi.state import Batch, State, allocate, constants_of, matrices_of
+from cps_envs.fdi.state import Batch, Layout, State, allocate, constants_of, matrices_of
 
 
 class FdiGame(Game):
@@ -59,7 +59,8 @@ class FdiGame(Game):
         self._openings["bound_valid"], self._openings["oracle_bound_mps"] = known.valid, known.bound
         self._openings["oracle_value_mps"] = known.value
         shared = (self._tasks, constants_of(config), matrices_of(config))
-        self._batch = hold(Batch(self.state, self._metrics, self.terminated, *shared))
+        layouts = [Layout(self.fields[role].offsets, self.fields[role].scale) for role in ROLES]
+        self._batch = hold(Batch(self.state, self._metrics, self.terminated, *shared, *layouts))
         spread = config.gap_spread_m > 0 or config.speed_spread_mps > 0
         self._random = is_drawn(config) or spread or config.disturbance_mps2 > 0
         self._episodes: IntArray = np.arange(num_envs)
@@ -88,11 +89,10 @@ class FdiGame(Game):
         self._tasks: IntArray = np.array(rows, np.int64)
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        self._episodes[envs] += self.num_envs
         if self._random:
             for b in np.flatnonzero(envs).tolist():
                 self._draw(b, generators[b])
-        begin(self._batch, self._openings, envs)
+        begin(self._batch, self._openings, self._episodes, envs)
 
     def _draw(self, b: int, generator: np.random.Generator) -> None:
         """The task, and numbers that `begin` makes initial errors and disturbances of."""
@@ -105,15 +105,17 @@ class FdiGame(Game):
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
         attack, defense = actions.get("attacker", self._waiting), actions.get("defender", self._trusting)
-        self.threads.run(lambda part: step(self._batch, attack, defense, part, num_steps, payoff), envs)
+        if self.threads.alone:
+            step(self._batch, attack, defense, envs, num_steps, payoff)
+        else:
+            self.threads.run(lambda part: step(self._batch, attack, defense, part, num_steps, payoff), envs)
         return payoff
 
     def observe(self, role: Role) -> Observation:
         """See `observation.attacker_fields` and `observation.defender_fields`."""
-        fields = self.fields[role]
-        observations = np.empty((self.num_envs, fields.size), np.float32)
+        observations = np.empty((self.num_envs, self.fields[role].size), np.float32)
         observe = observe_attacker if role == "attacker" else observe_defender
-        observe(self._batch, fields.offsets, fields.scale, observations)
+        observe(self._batch, observations)
         return observations
 
     def action_mask(self, role: Role) -> BoolArray | None:

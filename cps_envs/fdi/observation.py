@@ -65,9 +65,9 @@ def defender_fields(config: FdiConfig) -> Fields:
 
 
 @kernel
-def observe_attacker(batch: Batch, offsets: Array, scale: FloatArray, observations: Observation) -> None:
-    """Fill (B, size) with `attacker_fields`, which begin at `offsets` and are encoded by their `scale`."""
-    values = np.empty(observations.shape[1])
+def observe_attacker(batch: Batch, observations: Observation) -> None:
+    """Fill (B, size) with `attacker_fields`."""
+    values, offsets, scale = np.empty(observations.shape[1]), batch.attacker.offsets, batch.attacker.scale
     c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
         episode = view(batch.state, b)
@@ -99,9 +99,9 @@ def fill_attacker(episode: State, c: Constants, task: IntArray, offsets: Array, 
 
 
 @kernel
-def observe_defender(batch: Batch, offsets: Array, scale: FloatArray, observations: Observation) -> None:
-    """Fill (B, size) with `defender_fields`, which begin at `offsets` and are encoded by their `scale`."""
-    values = np.empty(observations.shape[1])
+def observe_defender(batch: Batch, observations: Observation) -> None:
+    """Fill (B, size) with `defender_fields`."""
+    values, offsets, scale = np.empty(observations.shape[1]), batch.defender.offsets, batch.defender.scale
     c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
         fill_defender(view(batch.state, b), c, borrowed(offsets), borrowed(values))

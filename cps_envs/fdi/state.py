@@ -131,6 +131,13 @@ def matrices_of(config: FdiConfig) -> Matrices:
     )
 
 
+class Layout(NamedTuple):
+    """Of a role's observations, see `core.fields.Fields`."""
+
+    offsets: Array  # (1,) where each field begins
+    scale: FloatArray  # (2, size)
+
+
 class Batch(NamedTuple):
     """All that kernels know of B environments."""
 
@@ -140,6 +147,8 @@ class Batch(NamedTuple):
     tasks: IntArray  # (T, S + 1) sensors of each slot, -1 where not attacked, and the target's index
     constants: Array  # (1,) records of `Constants`
     matrices: Matrices
+    attacker: Layout
+    defender: Layout
 
 
 class Scratch(NamedTuple):
@@ -158,16 +167,18 @@ class Scratch(NamedTuple):
 
 @inlined
 def new_scratch(n: int, slots: int) -> Scratch:
-    """Of a platoon whose defender trusts every sensor and corrects nothing."""
+    """Of a platoon whose defender trusts every sensor and corrects nothing. Each array takes time, so there are few."""
+    reals, whole = np.zeros(7 * n + slots), np.zeros(2 * n + 2 * slots, np.int64)
+    reals[: 2 * n] = 1.0
     return Scratch(
-        np.ones(2 * n),
-        np.zeros(n),
-        np.empty(2 * n),
-        np.empty(2 * n),
-        np.empty(slots),
-        np.empty(slots, np.int64),
-        np.empty(2 * n, np.int64),
-        np.zeros(slots, np.int64),
+        reals[: 2 * n],
+        reals[2 * n : 3 * n],
+        reals[3 * n : 5 * n],
+        reals[5 * n : 7 * n],
+        reals[7 * n :],
+        whole[:slots],
+        whole[slots : slots + 2 * n],
+        whole[slots + 2 * n :],
         np.empty((slots, 2), np.int64),
     )
 

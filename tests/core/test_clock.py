@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_envs.core.clock import mark_due, mark_ends, tick
+from cps_envs.core.clock import count_late, mark_due, mark_ends, restart, tick
 
 
 @pytest.mark.parametrize("interval", [1, 3])
@@ -31,3 +31,11 @@ def test_an_environment_ends_by_physics_or_else_by_the_clock():
     assert mark_ends(ended, elapsed, 12, envs, terminated, truncated) == 3
     assert terminated.tolist() == [True, True, False, False, False]
     assert truncated.tolist() == [False, False, True, False, False]
+
+
+def test_restarted_clocks_are_at_zero_and_late_ones_are_counted() -> None:
+    elapsed, terminated = np.array([3, 4, 5, 6]), np.array([False, False, True, False])
+    assert count_late(elapsed, terminated, np.array([True, True, True, False]), 3) == 1
+    restart(elapsed, terminated, np.array([False, True, True, False]))
+    assert elapsed.tolist() == [3, 0, 0, 6]
+    assert not terminated.any()

@@ -4,27 +4,27 @@ import numpy as np
 
 from cps_envs.core.policy_state import put, take
 
-NUM_ENVS = np.array([True, False, True])
+ROWS = np.array([0, 2])
 
 
 def test_no_state_stays_none() -> None:
-    assert take(None, NUM_ENVS) is None
-    assert put(None, NUM_ENVS, None) is None
+    assert take(None, ROWS) is None
+    assert put(None, ROWS, None, 3) is None
 
 
 def test_parts_are_put_and_taken() -> None:
     state = (np.arange(3), np.arange(6.0).reshape(3, 2))
-    part = take(state, NUM_ENVS)
+    part = take(state, ROWS)
     assert part is not None
     assert part[0].tolist() == [0, 2]
-    state = put(state, NUM_ENVS, (np.array([7, 8]), np.full((2, 2), -1.0)))
+    state = put(state, ROWS, (np.array([7, 8]), np.full((2, 2), -1.0)), 3)
     assert state is not None
     assert state[0].tolist() == [7, 1, 8]
     assert state[1].tolist() == [[-1, -1], [2, 3], [-1, -1]]
 
 
 def test_environments_not_seen_before_are_zero() -> None:
-    state = put(None, NUM_ENVS, (np.array([5, 6]), np.array([object(), "x"], object)))
+    state = put(None, ROWS, (np.array([5, 6]), np.array([object(), "x"], object)), 3)
     assert state is not None
     assert state[0].tolist() == [5, 0, 6]
     assert state[1].dtype == object
@@ -32,4 +32,4 @@ def test_environments_not_seen_before_are_zero() -> None:
 
 def test_a_part_without_state_leaves_the_whole_as_it_is() -> None:
     state = (np.arange(3),)
-    assert put(state, NUM_ENVS, None) is state
+    assert put(state, ROWS, None, 3) is state

@@ -20,6 +20,7 @@ from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
+from cps_envs.core.streams import spawning
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
@@ -72,7 +73,8 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             self._limit = min(self._limit, max_episode_steps * self._interval * self.frame_skip)
         self._generators: list[np.random.Generator] = []
         self._everyone = np.ones(num_envs, np.bool_)  # never written to
-        self._ended, self._any_ended = np.zeros(num_envs, np.bool_), False
+        self._nobody = np.zeros(num_envs, np.bool_)  # nor is this
+        self._ended, self._any_ended = self._nobody, False
         self._renderer = Renderer(self.problem, self.game)
         self.single_observation_space = self.game.fields[self.role].space()
         self.single_action_space = self.game.action_space[self.role]
@@ -106,14 +108,13 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         live, game = self._everyone, self.game
         if self._any_ended:  # environments that NEXT_STEP resets instead of stepping
             live = ~self._ended
-            self._restart(self._ended)
+            self._match.reset(self._ended, self._generators)
         payoff = self._match.hold(
             {self.role: checked}, live, self._interval, self.frame_skip, self._limit, self.on_decision
         )
         terminated, truncated = np.empty(self.num_envs, np.bool_), np.empty(self.num_envs, np.bool_)
         self._any_ended = mark_ends(game.terminated, game.elapsed, self._limit, live, terminated, truncated) > 0
-        if self._any_ended:
-            self._ended = terminated | truncated
+        self._ended = terminated | truncated if self._any_ended else self._nobody
         again = self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP
         final = self._restart_ended() if again else {}
         if self.render_mode == "human":
@@ -198,4 +199,4 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             self._generators = [None] * self.num_envs  # type: ignore[list-item]
         for b in np.flatnonzero(envs).tolist():
             if first or seeds[b] is not None:
-                self._generators[b] = seeding.np_random(seeds[b])[0]
+                self._generators[b] = spawning(seeding.np_random(seeds[b])[0])
