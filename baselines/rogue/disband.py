@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.rogue.laws import require_laws
+from baselines.rogue.controllers import require_modes
 from baselines.rogue.reading import read
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import Record, copy, inlined, kernel
@@ -24,12 +24,12 @@ class Disband(AnalyticPolicy):
     decision ahead: when the error of a vehicle allows its last growth.
 
     Raises:
-        ConfigurationError: the environment takes accelerations, not laws; or the separations cannot grow so far.
+        ConfigurationError: the environment takes accelerations, not controllers; or the separations cannot grow so far.
     """
 
     def __init__(self, spec: RoleSpec, threshold_m: float = 7.0) -> None:
         super().__init__(spec)
-        require_laws(spec, self)
+        require_modes(spec, self)
         if not 0 < threshold_m <= spec.config.max_growth_m:
             raise ConfigurationError(
                 f"threshold_m = {threshold_m} has to be above 0 and at most max_growth_m = {spec.config.max_growth_m}"

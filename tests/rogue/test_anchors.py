@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from baselines.rogue.controllers import HeldController
 from baselines.rogue.disband import Disband
-from baselines.rogue.laws import HeldLaw
 from baselines.rogue.square import SquareWave
 from baselines.rogue.switching import Switching
 from cps_envs.core.conformance import check_refinement
@@ -35,7 +35,7 @@ MAPS = {  # maximum and mean of Figs. 5.6 to 5.11 for "pass", then for "solid"
 
 def defender(game: RogueGame, kind: str | float) -> Policy:
     spec = game.spec("defender")
-    return HeldLaw(spec, kind) if isinstance(kind, str) else Disband(spec, kind)
+    return HeldController(spec, kind) if isinstance(kind, str) else Disband(spec, kind)
 
 
 def damages(kind: str | float, frequencies_hz: np.ndarray | float, **overrides: object) -> np.ndarray:

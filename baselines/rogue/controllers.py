@@ -1,0 +1,56 @@
+"""The defenders of chapter 5 that never change their mind: every intact vehicle keeps one controller."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
+from cps_envs.rogue.actions import PLAIN
+from cps_envs.rogue.controllers import CONTROLLERS
+
+
+class HeldController(AnalyticPolicy):
+    """Every intact vehicle drives by one of `cps_envs.rogue.controllers.CONTROLLERS` and keeps its separation.
+
+    Raises:
+        ConfigurationError: the environment takes accelerations, not controllers; or there is no such controller.
+    """
+
+    def __init__(self, spec: RoleSpec, controller: str = "linear") -> None:
+        super().__init__(spec)
+        require_modes(spec, self)
+        if controller not in CONTROLLERS:
+            raise ConfigurationError(f"controller = {controller!r} is not one of {', '.join(CONTROLLERS)}")
+        self.action = np.tile([CONTROLLERS.index(controller), PLAIN], spec.config.num_intact)
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The same action for every episode."""
+        return repeat(self.action, len(seen)), state
+
+
+def require_modes(spec: RoleSpec, policy: AnalyticPolicy) -> None:
+    """Refuse environments whose defender commands accelerations.
+
+    Raises:
+        ConfigurationError: this is one.
+    """
+    if spec.config.defense_action != "mode":
+        raise ConfigurationError(f'{type(policy).__name__} selects controllers; it needs defense_action="mode"')
+
+
+def pd(spec: RoleSpec) -> HeldController:
+    """The linear bidirectional controller (5.15) of Fig. 5.6."""
+    return HeldController(spec, "linear")
+
+
+def sliding(spec: RoleSpec) -> HeldController:
+    """The sliding mode (5.9) to (5.11) without detection of Fig. 5.7."""
+    return HeldController(spec, "sliding")
+
+
+def sliding_detection(spec: RoleSpec) -> HeldController:
+    """The sliding mode with detection of Fig. 5.8: whoever detects the attacker follows it."""
+    return HeldController(spec, "detecting")
