@@ -94,12 +94,12 @@ def _privileged(module: str, found: Definition) -> frozenset[str]:
 
 def _names(value: ast.expr) -> frozenset[str]:
     """The strings of `frozenset()` or `frozenset({"model"})`."""
+    if not (isinstance(value, ast.Call) and _name(value.func) == "frozenset"):
+        raise UnreadableError(f"no set of names: {ast.unparse(value)}")
     try:
-        if isinstance(value, ast.Call) and _name(value.func) == "frozenset":
-            return frozenset(*map(ast.literal_eval, value.args))
-    except ValueError:
-        pass
-    raise UnreadableError(f"no set of names: {ast.unparse(value)}")
+        return frozenset(*map(ast.literal_eval, value.args))
+    except ValueError as error:
+        raise UnreadableError(f"no literal names: {ast.unparse(value)}") from error
 
 
 def _name(expression: ast.expr | None) -> str:
