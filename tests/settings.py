@@ -26,7 +26,7 @@ class ProblemTests(NamedTuple):
 
 
 SHORT_DAY = {"num_steps": 130, "window_steps": 100, "onset_step": 90}
-PLAYED_DAY = {"preset": "learning", "num_steps": 300, "onset_step": (50, 150)}
+PLAYED_DAY = {"preset": "easy", "num_steps": 300, "onset_step": (50, 150)}
 HVAC_TESTS = ProblemTests(
     short=SHORT_DAY,
     variants={
@@ -38,9 +38,9 @@ HVAC_TESTS = ProblemTests(
         "paper defence": Golden("defender", {"preset": "paper", "opponent": "none"}, seed=1),
         "constant attack": Golden("defender", {"opponent": "tests.hvac.players:Constant"}, seed=2, boldness=1.0),
         "eight sensors": Golden("defender", {"num_sensors": 8, "opponent": "tests.hvac.players:Constant"}, seed=3),
-        "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=4),
-        "learning defence": Golden(
-            "defender", {"preset": "learning", "opponent": "tests.hvac.players:Constant"}, seed=5, boldness=1.0
+        "easy attack": Golden("attacker", {"preset": "easy", "opponent": "none"}, seed=4),
+        "easy defence": Golden(
+            "defender", {"preset": "easy", "opponent": "tests.hvac.players:Constant"}, seed=5, boldness=1.0
         ),
         "grey box": Golden(
             "attacker",
@@ -54,32 +54,32 @@ HVAC_TESTS = ProblemTests(
         ),
     },
 )
-ROGUE_DRAWN = {"preset": "learning", "duration_s": 30.0, "attacker_index": [1, 4]}
-ROGUE_LONG = {"preset": "learning", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
+ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
+ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
 SQUARE = "square?frequency_hz=0.12"
-LONG_LEARNING = {"preset": "learning", "duration_s": 120.0}
+LONG_EASY = {"preset": "easy", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "disbanding": ProblemTests(
         short={"duration_s": 6.0},
         variants={
-            "attacker": [LONG_LEARNING],
-            "defender": [{**LONG_LEARNING, "attack_budget": 6, "control_period_s": 0.5}],
+            "attacker": [LONG_EASY],
+            "defender": [{**LONG_EASY, "attack_budget": 6, "control_period_s": 0.5}],
         },
         golden={
             "paper attack": Golden("attacker", {"preset": "paper"}),
             "paper defence": Golden("defender", {"preset": "paper", "opponent": "lead"}, boldness=0.0),
             "paper defence, random corrections": Golden("defender", {"preset": "paper", "duration_s": 60.0}, seed=1),
-            "learning attack": Golden("attacker", {"preset": "learning"}, seed=2),
-            "learning defence": Golden("defender", {"preset": "learning", "duration_s": 60.0}, seed=3),
+            "easy attack": Golden("attacker", {"preset": "easy"}, seed=2),
+            "easy defence": Golden("defender", {"preset": "easy", "duration_s": 60.0}, seed=3),
             "S1": Golden("attacker", {"preset": "paper", "interpretation": "S1"}, seed=4),
             "S2": Golden("attacker", {"preset": "paper", "interpretation": "S2"}, seed=5),
-            "fewer platoons": Golden("attacker", {"preset": "learning", "num_platoons": [6, 10]}, seed=6),
+            "fewer platoons": Golden("attacker", {"preset": "easy", "num_platoons": [6, 10]}, seed=6),
         },
     ),
     "fdi": ProblemTests(
         short={"horizon": 40},
         variants={
-            "attacker": [{"preset": "learning"}],
+            "attacker": [{"preset": "easy"}],
             "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}],
         },
         golden={
@@ -110,11 +110,11 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "paper defence, commands": Golden(
                 "defender", {"opponent": SQUARE, "defense_action": "command", "duration_s": 60.0}, seed=3
             ),
-            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "sliding"}, seed=4),
-            "learning defence": Golden("defender", {"preset": "learning", "opponent": SQUARE}, seed=5),
+            "easy attack": Golden("attacker", {"preset": "easy", "opponent": "sliding"}, seed=4),
+            "easy defence": Golden("defender", {"preset": "easy", "opponent": SQUARE}, seed=5),
             "long platoon": Golden(
                 "attacker",
-                {"preset": "learning", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},
+                {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},
                 seed=6,
             ),
         },

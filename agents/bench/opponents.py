@@ -14,14 +14,14 @@ from agents.bench.row import Item, Values, Yardsticks
 from agents.zoo.card import read_card
 from agents.zoo.files import SHIPPED, shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
-from cps_envs.core.lookup import policy_names
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role, other
 
 PART = "opponents"
 NUM_ENVS = (1, 64)
 SOLVER = "solver"
-LEFT_OUT = ("none", "mixture")  # what others are compared with; and a mixture costs what its policies cost
+LEFT_OUT = ("none", *NEED_OPTIONS)  # what others are compared with; and a mixture costs what its policies cost
 SOLVERS: Mapping[str, str] = {  # policies that solve a program at each decision, or one at the start of an episode
     "disbanding.attacker.ga": "ga?generations=1&population=4",  # its search is not counted: keep it short
     "disbanding.defender.mpc": "mpc",

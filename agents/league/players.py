@@ -16,11 +16,11 @@ from agents.zoo.files import SHIPPED, shipped_names
 from agents.zoo.references import PREFIX, form_of
 from cps_envs import find_problem
 from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.lookup import NEED_OPTIONS
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Role
 
 ALL = "all"  # stands for the usual policies of a role
-NEEDS_OPTIONS = ("mixture",)  # registered, but nothing without options
 LONGEST_NAME = 32
 
 
@@ -59,7 +59,7 @@ class Admission:
 
 def usual(problem: Problem, role: Role) -> list[str]:
     """References of the registered policies of a role and of the shipped trained ones."""
-    analytic = [entry.name for entry in policies(problem, role) if entry.name not in NEEDS_OPTIONS]
+    analytic = [entry.name for entry in policies(problem, role) if entry.name not in NEED_OPTIONS]
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
     return analytic + [f"{PREFIX}{card.name}" for card in cards if (card.problem, card.role) == (problem.name, role)]
 

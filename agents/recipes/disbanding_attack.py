@@ -19,6 +19,7 @@ class DisbandingAttack(Recipe):
     problem: str = "disbanding"
     algorithm: str = "maskable-ppo"
     opponent: str = "none"
+    preset: str = "easy"
     overrides: Mapping[str, Any] = field(default_factory=lambda: {"attack_budget": (1, 4)})
     hold: int = 5  # times matter by some 10 s, and 36 decisions are explored better than 180
     played_hold: int = 1  # else the first attack, best at 1 s, would come at 5 s

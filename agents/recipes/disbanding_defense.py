@@ -34,6 +34,7 @@ class DisbandingDefense(Recipe):
     problem: str = "disbanding"
     role: Role = "defender"
     opponent: str = 'mixture?policies=["lead","table_2_3","random?front_bias=3"]&weights=[2,2,1]'
+    preset: str = "easy"
     overrides: Mapping[str, Any] = field(default_factory=lambda: dict(SETTING))
     swarm: bool = True
     unseen: tuple[str, ...] = ("place",)  # lest it learn where in the string it drives

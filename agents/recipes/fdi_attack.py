@@ -30,6 +30,7 @@ class FdiAttack(Recipe):
     name: str = "fdi-attack-ppo"
     problem: str = "fdi"
     algorithm: str = "maskable-ppo"
+    preset: str = "easy"
     overrides: Mapping[str, Any] = field(
         default_factory=lambda: {
             "attack_action": "share",  # legal whatever the state; optima are mostly at the ends of the interval

@@ -21,6 +21,7 @@ class HvacDefense(Recipe):
     name: str = "hvac-defense-ppo"
     problem: str = "hvac"
     role: Role = "defender"
+    preset: str = "easy"
     algorithm: str = "maskable-ppo"  # sets cannot be chosen before the window is full
     unseen: tuple[str, ...] = (
         "reading",  # the residuals say what they are worth

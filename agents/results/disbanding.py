@@ -27,7 +27,7 @@ BOUNDS = {0.1: 15.2, 0.3: 15.6, 0.5: 16.4}  # of every defender that keeps gaps 
 
 def _instances(budget: int, tau_s: float) -> Row:
     overrides = {"attack_budget": budget, "tau_s": tau_s}
-    arena = Arena("disbanding", "attacker", "none", "learning", overrides, INSTANCES, f"instances-{budget}-{tau_s}")
+    arena = Arena("disbanding", "attacker", "none", "easy", overrides, INSTANCES, f"instances-{budget}-{tau_s}")
     return Row(f"K = {budget}, tau = {tau_s} s", (arena,))
 
 
@@ -63,7 +63,7 @@ PLANS = Block(
 
 def _against(defender: str) -> Row:
     overrides = {"attack_budget": PAPER_BUDGET}
-    arena = Arena("disbanding", "attacker", defender, "learning", overrides, INSTANCES, f"against-{defender}")
+    arena = Arena("disbanding", "attacker", defender, "easy", overrides, INSTANCES, f"against-{defender}")
     return Row(f"against {defender}", (arena,))
 
 
@@ -144,11 +144,11 @@ TWELVE = Block(
 
 
 def _learning(attack: str) -> Row:
-    arena = Arena("disbanding", "defender", attack, "learning", {}, INSTANCES, f"learning-{attack}")
+    arena = Arena("disbanding", "defender", attack, "easy", {}, INSTANCES, f"easy-{attack}")
     return Row(f"against {attack}", (arena,))
 
 
-LEARNING = Block(
+EASY = Block(
     name="disbanding-defense-learning",
     title="disbanding defender, preset `learning`",
     target="below all analytic defenders with the penalty for collisions, without a collision.",
@@ -191,4 +191,4 @@ ROBOTS = Block(
     shown=("collided", "lowest_speed_mps"),
 )
 
-BLOCKS = (PLANS, AGAINST, PRINTED, TWELVE, LEARNING, ROBOTS)
+BLOCKS = (PLANS, AGAINST, PRINTED, TWELVE, EASY, ROBOTS)

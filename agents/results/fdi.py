@@ -18,12 +18,12 @@ SHARES = {1: 0.90, 2: 0.75}  # of the certified optimum, by the number of attack
 
 def feasible_tasks(count: int) -> list[Task]:
     """The tasks of set A with so many attacked sensors for which an attack is known."""
-    records = known_within(FDI.config("learning", {}))
+    records = known_within(FDI.config("easy", {}))
     return [task for task, record in records.items() if record.feasible and task.sensors.count == count]
 
 
 def _arena(task: Task) -> Arena:
-    return Arena("fdi", "attacker", "none", "learning", {"tasks": str(task)}, 1, f"task-{task}")
+    return Arena("fdi", "attacker", "none", "easy", {"tasks": str(task)}, 1, f"task-{task}")
 
 
 def _mean(title: str, count: int) -> Row:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from agents.evaluation.arena import Arena
 from agents.results.block import Bar, Block, Contestant, Row
 from baselines.hvac.calibration import HARD
-from cps_envs.hvac.problem import LEARNING_ATTACKERS
+from cps_envs.hvac.problem import EASY_ATTACKERS
 
 ATTACKER = Contestant("learned", "zoo:hvac-attack-ppo", "learned on MTD2")
 AGAINST_MTD1 = Contestant("learned-mtd1", "zoo:hvac-attack-mtd1-ppo", "learned on MTD1")
@@ -53,17 +53,15 @@ MIX = Block(
     learned=(DEFENDER,),
     baselines=tuple(Contestant(name) for name in ("none", "mtd1", "mtd2", "mtd2_calibrated", "model_only")),
     rows=(
-        Row("the mix", (Arena("hvac", "defender", LEARNING_ATTACKERS, "learning", {}, MIXED_DAYS, "mix"),)),
+        Row("the mix", (Arena("hvac", "defender", EASY_ATTACKERS, "easy", {}, MIXED_DAYS, "mix"),)),
         *(
-            Row(attacker, (Arena("hvac", "defender", attacker, "learning", {}, DAYS, f"mix-{attacker}"),), bars=())
+            Row(attacker, (Arena("hvac", "defender", attacker, "easy", {}, DAYS, f"mix-{attacker}"),), bars=())
             for attacker in ("none", "constant", "ramp", "root_ramp", "mimic")
         ),
-        Row(
-            "hard level, the mix", (Arena("hvac", "defender", LEARNING_ATTACKERS, "learning", HARD, DAYS, "hard"),), ()
-        ),
+        Row("hard level, the mix", (Arena("hvac", "defender", EASY_ATTACKERS, "easy", HARD, DAYS, "hard"),), ()),
         Row(
             "the learned attacker",
-            (Arena("hvac", "defender", "zoo:hvac-attack-ppo", "learning", {}, DAYS, "mix-learned"),),
+            (Arena("hvac", "defender", "zoo:hvac-attack-ppo", "easy", {}, DAYS, "mix-learned"),),
             bars=(),
         ),
     ),

@@ -60,13 +60,13 @@ def _paper_setting(tau_s: float) -> Setting:
     )
 
 
-LEARNING = Setting(
-    name="learning",
-    title="Learning: start, drivers, tau and x_d drawn, one to three platoons disbanded",
+EASY = Setting(
+    name="easy",
+    title="Easy: start, drivers, tau and x_d drawn, one to three platoons disbanded",
     metric="velocity_error_all",
     attackers=(Entrant("lead"), Entrant("random"), LEARNED),
     defenders=DEFENDERS,
-    preset="learning",
+    preset="easy",
     episodes=20,
     form="{value:.2f} ({collided:.0f})\n+ {collision_penalty:.2f}",
     legend="E_v in percent (vehicles in collisions) + penalty for collisions, means over the episodes",
@@ -90,7 +90,7 @@ def _printed(attacker: str, table: str, where: str) -> list[PaperCell]:
 
 BENCHMARK = Benchmark(
     problem="disbanding",
-    settings=(*map(_paper_setting, TAUS_S), LEARNING),
+    settings=(*map(_paper_setting, TAUS_S), EASY),
     paper=(*_printed("lead", "table_2_2", "Table 2.2"), *_printed("table_2_3", "table_2_3", "Table 2.3")),
     crash_metric="collided",
     notes=(

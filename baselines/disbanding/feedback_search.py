@@ -74,7 +74,7 @@ def candidate_costs(weights: FloatArray, search: FeedbackSearch) -> FloatArray:
     """Costs (P,) of candidates (P, 2, 6), all played at once for each setting."""
     cells = product(search.taus_s, search.desired_gaps_m, search.attacks)
     settings = [("paper", {"tau_s": tau, "desired_gap_m": gap}, attack, 0) for tau, gap, attack in cells]
-    settings += [("learning", {}, "random", FIRST_DRAW + draw) for draw in range(search.draws)]
+    settings += [("easy", {}, "random", FIRST_DRAW + draw) for draw in range(search.draws)]
     costs = np.zeros(len(weights))
     for preset, overrides, attack, seed in settings:
         config = DISBANDING.config(preset, overrides)

@@ -7,7 +7,7 @@ from typing import Any
 
 from baselines.hvac.calibration import HARD
 from baselines.schedule import Benchmark, Entrant, PaperCell, Setting
-from cps_envs.hvac.problem import LEARNING_ATTACKERS
+from cps_envs.hvac.problem import EASY_ATTACKERS
 
 EPISODES = 10  # of a setting of the paper, as many as its reproduction takes
 DRAWS = 20  # of a setting that draws plants
@@ -72,10 +72,10 @@ def _mismatch_setting(name: str, title: str, overrides: Mapping[str, Any]) -> Se
         attackers=(
             *(Entrant(name) for name in ("none", *SCRIPTED, *STEALTHY)),
             LEARNED_ATTACKER,
-            Entrant("mixture", policy=LEARNING_ATTACKERS),
+            Entrant("mixture", policy=EASY_ATTACKERS),
         ),
         defenders=MISMATCH_DEFENDERS,
-        preset="learning",
+        preset="easy",
         overrides=overrides,
         episodes=DRAWS,
         form="{median:.1f}\n{lower:.1f} - {upper:.1f}",
@@ -83,14 +83,14 @@ def _mismatch_setting(name: str, title: str, overrides: Mapping[str, Any]) -> Se
     )
 
 
-LEARNING = _mismatch_setting(
-    "learning", "Learning: plant off by 2 % and 50 W, onset and one to three compromised sensors drawn", {}
+EASY = _mismatch_setting(
+    "easy", "Easy: plant off by 2 % and 50 W, onset and one to three compromised sensors drawn", {}
 )
 HARDER = _mismatch_setting("hard", "Learning, hard level: plant off by 5 % and 100 W", HARD)
 
 BENCHMARK = Benchmark(
     problem="hvac",
-    settings=(FREE, SENSOR_1, *map(_paper_setting, (1, 2, 3, 4)), LEARNING, HARDER),
+    settings=(FREE, SENSOR_1, *map(_paper_setting, (1, 2, 3, 4)), EASY, HARDER),
     paper=(PaperCell("sensor-1", "constant", "none", 149.253, False, "Fig. 4.4b"),),
     notes=(
         "149.253 is the only A_impact that the paper prints; R was calibrated to it, so it is no independent check.",

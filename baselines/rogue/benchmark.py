@@ -51,13 +51,13 @@ def _solid_setting(power_ratio: float) -> Setting:
     )
 
 
-LEARNING = Setting(
-    name="learning",
-    title="Learning: solid bodies, 60 s; start, onset, ratio 1 to 1.6, drive, drag and v_ref drawn; sensor noise",
+EASY = Setting(
+    name="easy",
+    title="Easy: solid bodies, 60 s; start, onset, ratio 1 to 1.6, drive, drag and v_ref drawn; sensor noise",
     metric="damage",
     attackers=ATTACKERS,
     defenders=DEFENDERS,
-    preset="learning",
+    preset="easy",
     episodes=EPISODES,
     form=FORM,
     legend=LEGEND.format(unit="m/s"),
@@ -65,7 +65,7 @@ LEARNING = Setting(
 
 BENCHMARK = Benchmark(
     problem="rogue",
-    settings=(*map(_paper_setting, RATIOS), *map(_solid_setting, RATIOS), LEARNING),
+    settings=(*map(_paper_setting, RATIOS), *map(_solid_setting, RATIOS), EASY),
     crash_metric="collisions",
     notes=(
         "The paper prints colours and no damage. Its attacker is `square`; `none` as a defender is `pd`.",

@@ -17,7 +17,12 @@ from cps_envs.core.types import Role
 
 GROUP = "cps_envs.policies"
 SOURCES = "cps_envs.policy_sources"
-BUILT_IN = {"none": "cps_envs.core.policy:Idle", "mixture": "cps_envs.core.mixture:Mixture"}  # for every role
+BUILT_IN = {  # for every role of every problem
+    "always": "cps_envs.core.always:Always",
+    "mixture": "cps_envs.core.mixture:Mixture",
+    "none": "cps_envs.core.policy:Idle",
+}
+NEED_OPTIONS = ("always", "mixture")  # of these; without options they are nothing
 PolicyReference: TypeAlias = str | Policy
 
 

@@ -139,7 +139,7 @@ class DisbandingConfig:
 
 
 PAPER = DisbandingConfig()
-LEARNING = replace(
+EASY = replace(
     PAPER,
     tau_s=(0.1, 0.5),
     desired_gap_m=(4.0, 6.0),
@@ -150,4 +150,4 @@ LEARNING = replace(
     attack_budget=(1, 3),
     collision_penalty=0.3,
 )
-PRESETS = {"paper": PAPER, "learning": LEARNING}
+PRESETS = {"paper": PAPER, "easy": EASY, "learning": EASY}

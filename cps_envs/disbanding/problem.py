@@ -23,6 +23,7 @@ DISBANDING = Problem(
     },
     opponents={
         "paper": {"attacker": "lead", "defender": "none"},
+        "easy": {"attacker": "random", "defender": "none"},
         "learning": {"attacker": "random", "defender": "none"},
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",

@@ -147,6 +147,7 @@ PRESETS = {
     "C": C,
     "fig32": FIG_3_2,
     "clip": CLIP,
+    "easy": replace(A, tasks="feasible"),
     "learning": replace(A, tasks="feasible"),
     "defense": replace(
         CLIP,

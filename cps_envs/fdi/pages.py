@@ -41,9 +41,9 @@ Terminated at the first sample where any gap has closed, and at an illegal injec
 `limits="clip"` injections and commands are clipped instead). Truncated after `horizon` steps.
 
 ## Arguments
-`preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "learning": feasible tasks drawn, "defense"),
-`opponent` (a defender: name, "module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an action is
-held for), and any field of `cps_envs.fdi.config.FdiConfig`:
+`preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "easy", "learning": feasible tasks drawn,
+"defense"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an
+action is held for), and any field of `cps_envs.fdi.config.FdiConfig`:
 
 {parameter_table}
 
@@ -86,8 +86,8 @@ Terminated at the first sample where any gap has closed, or when the attacker's 
 `limits="hard"`. Truncated after `horizon` steps.
 
 ## Arguments
-`preset` ("paper", "B", "C", "fig32", "clip", "learning", "defense"), `opponent` (an attacker: name, "module:attribute"
-or policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`preset` ("paper", "B", "C", "fig32", "clip", "easy", "learning", "defense"), `opponent` (an attacker: name,
+"module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.fdi.config.FdiConfig`:
 
 {parameter_table}

@@ -149,7 +149,7 @@ def _require(holds: bool, message: str) -> None:
 
 
 PAPER = HvacConfig()
-LEARNING = replace(
+EASY = replace(
     PAPER,
     onset_step=(100, 400),
     num_compromised=(1, 3),
@@ -157,4 +157,4 @@ LEARNING = replace(
     model_error=0.02,
     unmeasured_heat_w=50.0,
 )
-PRESETS = {"paper": PAPER, "learning": LEARNING}
+PRESETS = {"paper": PAPER, "easy": EASY, "learning": EASY}

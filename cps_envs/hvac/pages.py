@@ -43,8 +43,8 @@ controller and the observer do not know the last two. `model_error=0.05, unmeasu
 Truncated after 719 decisions, at state x(719). Never terminated.
 
 ## Arguments
-`preset` ("paper", "learning"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`, `frame_skip`
-(decisions that an action is held for), and any field of `cps_envs.hvac.config.HvacConfig`:
+`preset` ("paper", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`,
+`frame_skip` (decisions that an action is held for), and any field of `cps_envs.hvac.config.HvacConfig`:
 
 {parameter_table}
 
@@ -95,7 +95,7 @@ and exact weather (preset `paper`), ignoring all sensors is as good as any defen
 Truncated after 719 decisions, at state x(719). Never terminated.
 
 ## Arguments
-`preset` ("paper", "learning"), `opponent` (an attacker: name, "module:attribute" or policy), `render_mode`,
+`preset` ("paper", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or policy), `render_mode`,
 `frame_skip` (decisions that an action is held for), and any field of `cps_envs.hvac.config.HvacConfig`:
 
 {parameter_table}

@@ -12,7 +12,7 @@ def sensor_steps(config: HvacConfig) -> float:
 
 
 # 15 % of the days without attack, 30 % with scripted attacks, 55 % with stealthy ones.
-LEARNING_ATTACKERS = (
+EASY_ATTACKERS = (
     'mixture?policies=["none","constant","sine","random","ramp?rate_c_per_h=[0.3,1.0]","root_ramp","mimic"]'
     "&weights=[3,2,2,2,5,3,3]"
 )
@@ -29,7 +29,8 @@ HVAC = Problem(
     },
     opponents={
         "paper": {"attacker": "constant", "defender": "mtd2"},
-        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "mtd2"},
+        "easy": {"attacker": EASY_ATTACKERS, "defender": "mtd2"},
+        "learning": {"attacker": EASY_ATTACKERS, "defender": "mtd2"},
     },
     viewer="cps_envs.hvac.picture.viewer:Viewer",
     work=Work(unit="sensor-steps", per_game_step=sensor_steps),

@@ -143,7 +143,7 @@ class RogueConfig:
 
 
 PAPER = RogueConfig()
-LEARNING = replace(
+EASY = replace(
     PAPER,
     contact="solid",
     duration_s=60.0,
@@ -160,4 +160,4 @@ LEARNING = replace(
     acceleration_noise_mps2=0.5,
     formation_weight_mps2=0.5,
 )
-PRESETS = {"paper": PAPER, "learning": LEARNING}
+PRESETS = {"paper": PAPER, "easy": EASY, "learning": EASY}

@@ -34,8 +34,8 @@ draws the power ratio, drive, drag, reference speed and the onset of the attack.
 Truncated after 100 s (`paper`) or 60 s (`learning`). Nothing terminates an episode.
 
 ## Arguments
-`preset` ("paper", "learning"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`, `frame_skip`
-(decisions that an action is held for), and any field of `cps_envs.rogue.config.RogueConfig`:
+`preset` ("paper", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`,
+`frame_skip` (decisions that an action is held for), and any field of `cps_envs.rogue.config.RogueConfig`:
 
 {parameter_table}
 
@@ -95,7 +95,7 @@ observed (not to what the vehicles' own controllers and detectors see).
 Truncated after 100 s (`paper`) or 60 s (`learning`). Nothing terminates an episode.
 
 ## Arguments
-`preset` ("paper", "learning"), `opponent` (an attacker: name, "module:attribute" or policy), `render_mode`,
+`preset` ("paper", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or policy), `render_mode`,
 `frame_skip` (decisions that an action is held for), and any field of `cps_envs.rogue.config.RogueConfig`:
 
 {parameter_table}

@@ -5,11 +5,11 @@ from __future__ import annotations
 from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.rogue.config import PRESETS, RogueConfig
 
-LEARNING_ATTACKERS = (
+EASY_ATTACKERS = (
     'mixture?policies=["square?frequency_hz=0.05","square","duty_square?frequency_hz=0.05","duty_square","random",'
     '"switching"]'
 )
-LEARNING_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
+EASY_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
 
 
 def vehicle_steps(config: RogueConfig) -> float:
@@ -29,7 +29,8 @@ ROGUE = Problem(
     },
     opponents={
         "paper": {"attacker": "square", "defender": "none"},
-        "learning": {"attacker": LEARNING_ATTACKERS, "defender": LEARNING_DEFENDERS},
+        "easy": {"attacker": EASY_ATTACKERS, "defender": EASY_DEFENDERS},
+        "learning": {"attacker": EASY_ATTACKERS, "defender": EASY_DEFENDERS},
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
     swarm="defender",

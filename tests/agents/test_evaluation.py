@@ -68,7 +68,7 @@ def test_weights_change_with_the_network_and_not_with_its_story(tmp_path: Path) 
 
 def test_each_gets_the_form_it_was_trained_with(tmp_path: Path) -> None:
     path = tmp_path / "tiny.json"
-    save_tiny(path, "fdi", "attacker", preset="learning", overrides={"attack_action": "share"})
+    save_tiny(path, "fdi", "attacker", preset="easy", overrides={"attack_action": "share"})
     config = find_problem("fdi").config("paper", {"attacked": "x1", "target": 1})
     assert form_of(f"zoo:{path}", config) == {"attack_action": "share", "tasks": "x1>1"}
     assert form_of("oracle", config) == {}

@@ -29,7 +29,7 @@ from cps_envs.core.play import play_episodes
 from tests.agents.trained import save_tiny
 
 SHORT = {"duration_s": 3.0}
-VENUE = Venue("rogue", "learning", SHORT)
+VENUE = Venue("rogue", "easy", SHORT)
 PAIR = {"attacker": ["square", "none"], "defender": ["pd", "sliding"]}
 
 
@@ -46,7 +46,7 @@ def test_the_matrix_is_what_the_pairs_play(tmp_path: Path) -> None:
     assert found.payoffs.values.shape == (2, 2, 3)
     problem = find_problem("rogue")
     players: Any = {"attacker": "square", "defender": "sliding"}
-    config = problem.config("learning", SHORT)
+    config = problem.config("easy", SHORT)
     np.testing.assert_array_equal(
         found.payoffs.values[0, 1], play_episodes(problem, config, players, range(3))["return"]
     )

@@ -29,7 +29,7 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Role
 from tests.agents.trained import save_tiny
 
-VENUE = Venue("rogue", "learning", {"duration_s": 3.0})
+VENUE = Venue("rogue", "easy", {"duration_s": 3.0})
 RECIPE = Recipe(name="tiny", problem="rogue", overrides=VENUE.overrides)
 Run = Callable[..., tuple[int, str, str]]
 
@@ -108,7 +108,7 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
     assert value.mean == pytest.approx(returns("square", "pd", 3).mean())
     assert value.low is not None
     with pytest.raises(CommandError, match="other duration_s"):
-        league_value(path, Venue("rogue", "learning", {"duration_s": 4.0}))
+        league_value(path, Venue("rogue", "easy", {"duration_s": 4.0}))
     with pytest.raises(CommandError, match="play the league first"):
         league_value(tmp_path / "none.json", VENUE)
     response = Estimate(5.0, 4.0, 7.0, 1, 3)

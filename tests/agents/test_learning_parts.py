@@ -92,7 +92,7 @@ def test_environments_pay_the_return(hold: int) -> None:
     total, infos = run_out(envs, np.array([0.7], np.float32))
     unscaled = np.array([info["episode"]["r"] for info in infos])
     np.testing.assert_allclose(total, 0.5 * unscaled, rtol=1e-5)
-    config = find_problem("rogue").config("learning", recipe.overrides)
+    config = find_problem("rogue").config("easy", recipe.overrides)
     players: Any = {"attacker": "tests.agents.players:Constant?value=0.7", "defender": "pd"}
     np.testing.assert_allclose(unscaled, play_episodes(find_problem("rogue"), config, players, range(7, 11))["return"])
     assert infos[0]["episode"]["l"] == -(-30 // hold)
@@ -201,7 +201,7 @@ def test_a_student_is_commented_on_where_it_goes() -> None:
     recipe = replace(ROGUE, teacher="square", overrides={"duration_s": 3.0, "onset_s": 0.0})
     alone = demonstrate(recipe, range(2))
     problem = find_problem("rogue")
-    game = problem.game(problem.config("learning", recipe.overrides), 1)
+    game = problem.game(problem.config("easy", recipe.overrides), 1)
     student = problem.policy("tests.agents.players:Constant?value=-1", game, "attacker")
     corrected = demonstrate(recipe, range(2), student)
     assert not np.array_equal(alone.observations, corrected.observations)

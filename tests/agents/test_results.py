@@ -311,7 +311,7 @@ def examination_metrics(arena: Arena) -> set[str]:
 
 def test_searches_return_policies() -> None:
     disbanding = find_problem("disbanding")
-    config = disbanding.config("learning", {"duration_s": 10.0, "attack_budget": 2})
+    config = disbanding.config("easy", {"duration_s": 10.0, "attack_budget": 2})
     plan = fixed_plan(config, True, "copy")
     assert plan.policy.startswith("plan?events=[[")
     assert "found against copy by" in plan.note

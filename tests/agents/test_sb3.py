@@ -40,12 +40,12 @@ def _one_thread() -> Any:
 
 
 def envs(env_id: str, num_envs: int = 4, **kwargs: Any) -> BatchVecEnv:
-    settings = {"preset": "learning", "attack_budget": 2, "autoreset_mode": "SameStep", **SMALL, **kwargs}
+    settings = {"preset": "easy", "attack_budget": 2, "autoreset_mode": "SameStep", **SMALL, **kwargs}
     return as_sb3(gymnasium.make_vec(env_id, num_envs, "vector_entry_point", **settings))
 
 
 def single(env_id: str, **kwargs: Any) -> Any:
-    return gymnasium.make(env_id, preset="learning", attack_budget=2, **SMALL, **kwargs).unwrapped
+    return gymnasium.make(env_id, preset="easy", attack_budget=2, **SMALL, **kwargs).unwrapped
 
 
 @pytest.fixture(scope="module")

@@ -32,7 +32,7 @@ from agents.learning.recipe import Recipe
 from baselines.workers import Workers
 from cps_envs.core.types import ROLES, SIGN, Role
 
-VENUE = Venue("rogue", "learning", {"duration_s": 12.0})
+VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
 EVERY: dict[Role, list[str]] = {
     "attacker": ["none", "square", "switching", "duty_square?frequency_hz=0.3", "square?duty=0.2"],
     "defender": ["pd", "sliding", "disband_2", "disband_7"],
@@ -218,7 +218,7 @@ def test_the_command_trains_is_interrupted_and_goes_on(
         return counting(progress, job, before)
 
     monkeypatch.setattr(runs, "_counting", interrupting)
-    base = ("rogue", "--preset", "learning", *FEW, *TINY, "--out", str(tmp_path))
+    base = ("rogue", "--preset", "easy", *FEW, *TINY, "--out", str(tmp_path))
     code, _, told = command(monkeypatch, capsys, *base, "--iterations", "2")
     assert (code, "Interrupted" in told) == (130, True)
     first = tmp_path / "iteration-0"

@@ -48,8 +48,8 @@ def test_plays_a_team(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("deterministic", [True, False])
 def test_environments_equal_single_environments(deterministic: bool, tmp_path: Path) -> None:
-    save_tiny(tmp_path / "tiny.json", "rogue", "defender", preset="learning", hold=3)
-    config = find_problem("rogue").config("learning", {"duration_s": 4.0})
+    save_tiny(tmp_path / "tiny.json", "rogue", "defender", preset="easy", hold=3)
+    config = find_problem("rogue").config("easy", {"duration_s": 4.0})
     reference = f"zoo:{tmp_path / 'tiny.json'}?deterministic={str(deterministic).lower()}"
     players: Any = {"defender": reference, "attacker": "square"}
     together = play_episodes(find_problem("rogue"), config, players, range(4))
@@ -97,7 +97,7 @@ def test_masks_are_obeyed(tmp_path: Path) -> None:
 
 def test_says_what_does_not_fit(tmp_path: Path) -> None:
     card = tmp_path / "tiny.json"
-    save_tiny(card, "fdi", "attacker", preset="learning", overrides={"attack_action": "share"})
+    save_tiny(card, "fdi", "attacker", preset="easy", overrides={"attack_action": "share"})
     problem = find_problem("fdi")
     game = problem.game(problem.config("paper", {}), 1)
     with pytest.raises(ConfigurationError, match="attack_action"):

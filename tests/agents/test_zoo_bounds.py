@@ -47,7 +47,7 @@ def test_a_longer_episode_shows_its_seconds(tmp_path: Path) -> None:
 
 def test_nothing_is_done_where_bounds_are_the_same_or_observations_are_others(tmp_path: Path) -> None:
     card = save_tiny(tmp_path / "tiny.json", "disbanding", "attacker")
-    assert rescaling(card, spec("disbanding", "attacker", "learning", attack_budget=2)) is None
+    assert rescaling(card, spec("disbanding", "attacker", "easy", attack_budget=2)) is None
     assert rescaling(card, spec("disbanding", "attacker", "paper", num_platoons=5)) is None
 
 

@@ -30,7 +30,7 @@ def launch(state, constants, correction, closing, num_steps):  # type: ignore[no
 def difference(interpretation: str) -> list[str]:
     """The fields of the state that differ between the two targets, in any bit."""
     overrides = SIZES | {"interpretation": interpretation, "on_collision": "end", "control_period_s": 0.1}
-    game = DISBANDING.game(DISBANDING.config("learning", overrides), NUM_ENVS)
+    game = DISBANDING.game(DISBANDING.config("easy", overrides), NUM_ENVS)
     every = np.ones(NUM_ENVS, np.bool_)
     game.reset(every, [np.random.default_rng(b) for b in range(NUM_ENVS)])
     game.state.disbanding_s[:, 0] = 0.0

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.disbanding.config import LEARNING, PAPER, DisbandingConfig
+from cps_envs.disbanding.config import EASY, PAPER, DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
 
 FIELDS = {field.name: field for field in dataclasses.fields(DisbandingConfig)}
@@ -37,10 +37,10 @@ def test_paper_is_table_2_1_and_deterministic():
 
 
 def test_learning_draws_what_the_specification_says():
-    assert LEARNING.tau_s == (0.1, 0.5)
-    assert LEARNING.desired_gap_m == (4.0, 6.0)
-    assert LEARNING.collision_penalty == 0.3
-    assert LEARNING.max_budget == 3
+    assert EASY.tau_s == (0.1, 0.5)
+    assert EASY.desired_gap_m == (4.0, 6.0)
+    assert EASY.collision_penalty == 0.3
+    assert EASY.max_budget == 3
 
 
 @given(name=st.sampled_from(NUMBERS), value=junk)

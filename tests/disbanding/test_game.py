@@ -60,7 +60,7 @@ def test_the_attacker_moves_at_whole_seconds_only():
 @given(st.lists(st.integers(0, 4), min_size=20, max_size=20), st.integers(0, 2**31))
 @settings(max_examples=20, deadline=None)
 def test_the_return_is_the_sum_of_its_parts_and_corrections_keep_bounds(attacks, seed):
-    game = started(seeds=(seed, seed + 1), preset="learning", attack_budget=3)
+    game = started(seeds=(seed, seed + 1), preset="easy", attack_budget=3)
     generator = np.random.default_rng(seed)
     total = np.zeros(2)
     for attack in attacks:
@@ -112,7 +112,7 @@ def test_the_other_payoff_is_the_error_of_the_intact():
 
 
 def test_learning_draws_within_its_ranges():
-    game = started(seeds=range(50), preset="learning", num_platoons=(2, 4), attack_budget=(1, 2))
+    game = started(seeds=range(50), preset="easy", num_platoons=(2, 4), attack_budget=(1, 2))
     p = game.constants
     assert set(p["num_vehicles"]) == {20, 30, 40}
     assert p["tau_s"].min() >= 0.1
@@ -189,7 +189,7 @@ def test_swarm_needs_vehicle_corrections():
 
 
 def test_a_model_goes_on_like_the_original():
-    game = started(seeds=(3,), preset="learning")
+    game = started(seeds=(3,), preset="easy")
     go(game)
     copies = game.model(0, 2)
     assert copies.fingerprint() != game.fingerprint()  # two environments

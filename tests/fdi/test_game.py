@@ -238,7 +238,7 @@ def test_kinematic_residual_shows_a_change_of_range_only():
 
 
 def test_drawn_tasks_are_observed_and_masked():
-    game = started(seeds=range(64), preset="learning")
+    game = started(seeds=range(64), preset="easy")
     shown = game.fields["attacker"].decode(game.observe("attacker"))
     masks = np.split(game.action_mask("attacker"), np.cumsum(game.action_space["attacker"].nvec)[:-1], axis=1)
     for b in range(64):

@@ -89,7 +89,7 @@ def test_counts_of_the_specification() -> None:
 
 
 def test_constants_decide() -> None:
-    assert known(PRESETS["learning"]) is known(A)
+    assert known(PRESETS["easy"]) is known(A)
     assert known(replace(A, attacked="v1", target=1)) is known(A)
     assert not known(replace(A, horizon=19))
     assert not known(replace(A, derivative_gain=2.9))

@@ -69,6 +69,6 @@ def test_impossible_configurations_say_why(overrides, message):
 
 
 def test_unknown_constants_have_no_feasible_tasks():
-    config = configure(PRESETS["learning"], {"proportional_gain": 1.234})
+    config = configure(PRESETS["easy"], {"proportional_gain": 1.234})
     with pytest.raises(ConfigurationError, match="cps-envs oracle"):
         FdiGame(config, 1)

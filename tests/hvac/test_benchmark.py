@@ -47,7 +47,7 @@ def test_the_paper_s_number_is_reproduced(tmp_path):
 
 
 def test_cells_with_drawn_plants_show_median_and_quartiles(tmp_path):
-    full = setting_of("learning")
+    full = setting_of("easy")
     chosen = replace(full, attackers=full.attackers[:1], defenders=full.defenders[2:3], episodes=5)
     outcome = run_benchmark(replace(BENCHMARK, settings=(chosen,)), Store(tmp_path), workers=1)
     ((entry,),) = entries(outcome, chosen)

@@ -69,7 +69,7 @@ def test_thresholds_are_found_by_what_they_depend_on():
     paper = calibrated_threshold(HVAC.config("paper", {}))
     attacked = {"onset_step": 300, "num_compromised": 4, "num_steps": 400, "attacker_view": "grey"}
     assert calibrated_threshold(HVAC.config("paper", attacked)) == paper
-    learning = calibrated_threshold(HVAC.config("learning", {}))
+    learning = calibrated_threshold(HVAC.config("easy", {}))
     assert learning == calibrated_threshold(HVAC.config("paper", {"model_error": 0.02, "unmeasured_heat_w": 50.0}))
     assert learning > paper
     for change in ({"window_steps": 100}, {"noise_std_c": 0.3}, {"model_error": 0.01}):
@@ -78,10 +78,10 @@ def test_thresholds_are_found_by_what_they_depend_on():
 
 
 def test_the_calibrated_policy_uses_it():
-    spec = HVAC.game(HVAC.config("learning", {}), 1).spec("defender")
+    spec = HVAC.game(HVAC.config("easy", {}), 1).spec("defender")
     policy = resolve_policy("mtd2_calibrated?fallback=model", spec)
     assert policy.threshold_c2 == calibrated_threshold(spec.config)
-    config = HVAC.config("learning", {"model_error": 0.05, "unmeasured_heat_w": 100.0})
+    config = HVAC.config("easy", {"model_error": 0.05, "unmeasured_heat_w": 100.0})
     shares = {
         name: play_episodes(HVAC, config, {"attacker": "none", "defender": name}, range(10))["distinct_sets"].mean()
         for name in ("mtd2", "mtd2_calibrated")
@@ -104,10 +104,10 @@ def test_command_writes_what_it_prints(tmp_path):
 
 
 def test_command_prints_a_table():
-    result = run("--preset", "learning", "--seeds", "1")
+    result = run("--preset", "easy", "--seeds", "1")
     assert result.exit_code == 0, result.output
     assert "eps of MTD2 from 1 attack-free days" in result.stdout
-    assert "learning" in result.stdout
+    assert "easy" in result.stdout
 
 
 @pytest.mark.parametrize("arguments", [["--set", "windows=3"], ["--preset", "papr"], ["--set", "num_sensors=5"]])

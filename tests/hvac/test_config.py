@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.hvac.config import LEARNING, PAPER, HvacConfig
+from cps_envs.hvac.config import EASY, PAPER, HvacConfig
 from cps_envs.hvac.problem import HVAC
 
 FIELDS = {field.name: field for field in dataclasses.fields(HvacConfig)}
@@ -34,8 +34,8 @@ def test_paper_is_exact():
 
 
 def test_learning_draws_what_the_specification_says():
-    assert (LEARNING.onset_step, LEARNING.num_compromised, LEARNING.random_compromise) == ((100, 400), (1, 3), True)
-    assert (LEARNING.model_error, LEARNING.unmeasured_heat_w) == (0.02, 50.0)
+    assert (EASY.onset_step, EASY.num_compromised, EASY.random_compromise) == ((100, 400), (1, 3), True)
+    assert (EASY.model_error, EASY.unmeasured_heat_w) == (0.02, 50.0)
 
 
 def test_thresholds_follow_the_number_of_sensors():

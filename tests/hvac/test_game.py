@@ -197,7 +197,7 @@ def test_heating_is_rounded_but_not_its_integrator():
 @settings(max_examples=40)
 def test_whatever_happens_the_return_is_the_impact_and_the_building_stays_physical(seed, onset, eight, base):
     game = started(
-        [seed, seed + 1], "learning", **SHORT | {"onset_step": onset}, num_sensors=8 if eight else 4, model_error=0.05
+        [seed, seed + 1], "easy", **SHORT | {"onset_step": onset}, num_sensors=8 if eight else 4, model_error=0.05
     )
     generator = np.random.default_rng(seed)
     entries, choices = game.action_space["attacker"].shape[0], int(game.action_space["defender"].n)
@@ -234,7 +234,7 @@ def test_noise_does_not_depend_on_what_anybody_does_or_on_the_attack():
 
 
 def test_learning_draws_within_its_ranges():
-    game = started(range(400), "learning")
+    game = started(range(400), "easy")
     assert game.state.onset.min() >= 100
     assert game.state.onset.max() <= 400
     assert np.ptp(game.state.onset) > 250

@@ -9,7 +9,7 @@ from baselines.hvac.moving_target import Mtd1, Mtd2, encoded_mean
 from baselines.hvac.replacing import RandomReadings
 from baselines.hvac.stealthy import loss_response
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import policy_names, resolve_policy
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
@@ -231,11 +231,11 @@ def test_model_only_cannot_be_reached_after_the_window_is_full():
 )
 def test_an_environment_plays_as_the_same_episode_alone(attacker, defender):
     if attacker == "mixture":
-        attacker = HVAC.opponents["learning"]["attacker"]
+        attacker = HVAC.opponents["easy"]["attacker"]
         defender = 'mixture?policies=["mtd1","mtd2","model_only"]'
-    together = play(attacker, defender, seeds=(4, 5, 6), preset="learning")
+    together = play(attacker, defender, seeds=(4, 5, 6), preset="easy")
     for b, seed in enumerate((4, 5, 6)):
-        alone = play(attacker, defender, seeds=(seed,), preset="learning")
+        alone = play(attacker, defender, seeds=(seed,), preset="easy")
         assert {name: values[b] for name, values in together.items()} == {
             name: values[0] for name, values in alone.items()
         }
@@ -244,21 +244,20 @@ def test_an_environment_plays_as_the_same_episode_alone(attacker, defender):
 @pytest.mark.parametrize("sensors", [4, 8])
 @pytest.mark.parametrize("role", ["attacker", "defender"])
 def test_every_registered_policy_plays(role, sensors):
-    for name in policy_names("hvac", role):
-        reference = 'mixture?policies=["none"]' if name == "mixture" else name
-        players = {"attacker": "constant", "defender": "mtd2"} | {role: reference}
+    for name in set(policy_names("hvac", role)) - {*NEED_OPTIONS}:
+        players = {"attacker": "constant", "defender": "mtd2"} | {role: name}
         outcome = play(**players, seeds=range(2), num_steps=230, num_sensors=sensors)
         assert np.isfinite(outcome["return"]).all(), name
 
 
-@pytest.mark.parametrize("preset", ["paper", "learning"])
+@pytest.mark.parametrize("preset", ["paper", "easy"])
 def test_presets_name_opponents_that_exist(preset):
     for role, reference in HVAC.opponents[preset].items():
         resolve_policy(reference, spec_of(role, preset))
 
 
 def test_a_learning_defender_meets_days_without_attack_scripted_and_stealthy_ones():
-    mixture = resolve_policy(HVAC.opponents["learning"]["attacker"], spec_of("attacker", "learning"))
+    mixture = resolve_policy(HVAC.opponents["easy"]["attacker"], spec_of("attacker", "easy"))
     shares = mixture.probabilities
     assert shares[0] == pytest.approx(0.15)
     assert shares[1:4].sum() == pytest.approx(0.3)

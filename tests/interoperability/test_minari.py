@@ -18,11 +18,11 @@ minari = pytest.importorskip("minari")
 pytest.importorskip("h5py")
 
 CASES: dict[str, Any] = {
-    "fdi": ("attacker", {"attacker": "random", "defender": "none"}, "learning", {}),
+    "fdi": ("attacker", {"attacker": "random", "defender": "none"}, "easy", {}),
     "hvac": ("defender", {"attacker": "constant", "defender": "mtd2"}, "paper",
              {"num_steps": 130, "window_steps": 100, "onset_step": 90}),
-    "rogue": ("defender", {"attacker": "square", "defender": "sliding"}, "learning", {"duration_s": 3.0}),
-    "disbanding": ("attacker", {"attacker": "random", "defender": "heuristic"}, "learning", {"duration_s": 8.0}),
+    "rogue": ("defender", {"attacker": "square", "defender": "sliding"}, "easy", {"duration_s": 3.0}),
+    "disbanding": ("attacker", {"attacker": "random", "defender": "heuristic"}, "easy", {"duration_s": 8.0}),
 }  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from agents.benchmark.matrix import entries
 from agents.benchmark.runner import find_benchmarks, run_benchmark, select
 from agents.benchmark.store import Store
 from baselines.rogue.benchmark import BENCHMARK
-from cps_envs.core.lookup import policy_names
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 
 
 def test_every_registered_policy_takes_part() -> None:
@@ -18,8 +18,8 @@ def test_every_registered_policy_takes_part() -> None:
     for setting in BENCHMARK.settings:
         attackers = {entrant.reference.partition("?")[0] for entrant in setting.attackers}
         defenders = {entrant.reference for entrant in setting.defenders}
-        assert attackers == set(policy_names("rogue", "attacker")) - {"mixture"} | {"zoo:rogue-attack-ppo"}
-        assert defenders == set(policy_names("rogue", "defender")) - {"mixture", "none"} | {"zoo:rogue-defense-ppo"}
+        assert attackers == set(policy_names("rogue", "attacker")) - {*NEED_OPTIONS} | {"zoo:rogue-attack-ppo"}
+        assert defenders == set(policy_names("rogue", "defender")) - {"none", *NEED_OPTIONS} | {"zoo:rogue-defense-ppo"}
 
 
 @pytest.mark.parametrize("setting", [setting.name for setting in BENCHMARK.settings])

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.rogue.config import LEARNING, PAPER, RogueConfig
+from cps_envs.rogue.config import EASY, PAPER, RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.stability import largest_ahead, largest_behind
 
@@ -35,10 +35,10 @@ def test_paper_is_table_5_1_and_deterministic():
 
 
 def test_learning_is_solid_finely_integrated_and_priced():
-    assert LEARNING.contact == "solid"
-    assert LEARNING.dt_s <= 0.001
-    assert LEARNING.power_ratio == (1.0, 1.6)
-    assert LEARNING.formation_weight_mps2 == 0.5
+    assert EASY.contact == "solid"
+    assert EASY.dt_s <= 0.001
+    assert EASY.power_ratio == (1.0, 1.6)
+    assert EASY.formation_weight_mps2 == 0.5
 
 
 @pytest.mark.parametrize(

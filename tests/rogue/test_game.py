@@ -7,7 +7,7 @@ import pytest
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
-from cps_envs.core.lookup import policy_names, resolve_policy
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
@@ -35,7 +35,7 @@ def seen(game, role):
 
 
 def test_many_game_steps_at_once_are_the_same_as_one_after_the_other():
-    whole, parts = started((1, 2), "learning"), started((1, 2), "learning")
+    whole, parts = started((1, 2), "easy"), started((1, 2), "easy")
     paid = go(whole, 1.0, [5, 1] * 4, 40)
     total = sum(go(parts, 1.0, [5, 1] * 4) for _ in range(40))
     for one, other in zip(whole.state, parts.state, strict=True):
@@ -74,7 +74,7 @@ def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed():
 
 
 def test_the_payoff_is_damage_plus_the_price_of_scattering():
-    config = ROGUE.config("learning", {"duration_s": 20.0})
+    config = ROGUE.config("easy", {"duration_s": 20.0})
     players = {"attacker": "square", "defender": "sliding"}
     outcome = play_episodes(ROGUE, config, players, range(4))
     assert outcome["return"] == pytest.approx(outcome["damage"] + outcome["formation_charge"])
@@ -92,7 +92,7 @@ def test_braking_together_costs_what_the_specification_says():
 
 
 def test_learning_draws_within_its_ranges():
-    game = started(range(60), "learning", attacker_index=(2, 4))
+    game = started(range(60), "easy", attacker_index=(2, 4))
     drawn, vehicles = game.drawn, game.state
     assert set(drawn["attacker"]) == {1, 2, 3}
     ratio = drawn["attacker_drive_mps2"] / drawn["drive_mps2"]
@@ -173,7 +173,7 @@ def test_swarm_rows_agree_with_the_central_view():
 
 
 def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics():
-    noisy, exact = started(range(400), "learning"), started(range(400), "learning", **NOISELESS)
+    noisy, exact = started(range(400), "easy"), started(range(400), "easy", **NOISELESS)
     for game in (noisy, exact):
         go(game, 1.0, [1, 0] * 4, 3)
     assert all(np.array_equal(one, other) for one, other in zip(noisy.state, exact.state, strict=True))
@@ -189,7 +189,7 @@ def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics():
 
 
 def test_a_model_goes_on_like_the_original():
-    game = started((3,), "learning")
+    game = started((3,), "easy")
     go(game, 1.0, num_steps=50)
     copies = game.model(0, 2)
     assert np.array_equal(copies.observe("attacker")[1], game.observe("attacker")[0])
@@ -209,9 +209,9 @@ def test_a_scene_is_a_copy():
     assert "sliding" in later.law
 
 
-@pytest.mark.parametrize("name", sorted({*policy_names("rogue", "defender")} - {"mixture"}))
+@pytest.mark.parametrize("name", sorted({*policy_names("rogue", "defender")} - {*NEED_OPTIONS}))
 def test_registered_defenders_play(name):
-    config = ROGUE.config("learning", {"duration_s": 2.0})
+    config = ROGUE.config("easy", {"duration_s": 2.0})
     assert np.isfinite(play_episodes(ROGUE, config, {"attacker": "none", "defender": name}, [0])["return"]).all()
 
 

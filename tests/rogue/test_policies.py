@@ -14,13 +14,13 @@ from baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.conformance import check_refinement
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
-from cps_envs.core.lookup import policy_names, resolve_policy
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.problem import ROGUE
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
-ATTACKERS = [name for name in policy_names("rogue", "attacker") if name != "mixture"]  # that one needs members
+ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in NEED_OPTIONS]
 
 
 def config_of(preset="paper", **overrides):
@@ -59,7 +59,7 @@ def test_a_square_wave_applies_its_mean_over_each_hold(frequency_hz, duty):
 
 
 def test_a_square_wave_begins_at_the_onset():
-    found, game = efforts("square?frequency_hz=0.1", range(4), "learning", duration_s=30.0)
+    found, game = efforts("square?frequency_hz=0.1", range(4), "easy", duration_s=30.0)
     onsets_s = game.drawn["onset_step"] * game.config.dt_s
     for b, onset_s in enumerate(onsets_s):
         first = int(np.ceil(onset_s / 0.1)) + 1
@@ -69,9 +69,9 @@ def test_a_square_wave_begins_at_the_onset():
 
 
 def test_each_environment_has_its_own_wave_and_keeps_its_onset_when_others_start_anew():
-    spec = spec_of("attacker", "learning")
+    spec = spec_of("attacker", "easy")
     wave = SquareWave(spec, np.array([0.1, 0.2]))
-    game = ROGUE.game(config_of("learning"), 2)
+    game = ROGUE.game(config_of("easy"), 2)
     generators = [np.random.default_rng(k) for k in range(2)]
     game.reset(np.ones(2, bool), generators)
     _, state = wave.predict(game.observe("attacker"))
@@ -206,7 +206,7 @@ def test_no_defence_is_the_linear_controller():
     assert play("square", "none")["damage"] == play("square", "pd")["damage"] > 50
 
 
-@pytest.mark.parametrize("preset", ["paper", "learning"])
+@pytest.mark.parametrize("preset", ["paper", "easy"])
 @pytest.mark.parametrize("side", ["Attack", "Defense"])
 def test_default_opponents_play(preset, side):
     env = gymnasium.make(f"cps_envs:cps_envs/Rogue{side}-v0", preset=preset, duration_s=12.0)
@@ -221,9 +221,9 @@ def test_default_opponents_play(preset, side):
 
 def test_a_member_of_a_mixture_plays_as_it_plays_alone():
     mixture = 'mixture?policies=["square?frequency_hz=0.05","switching","random"]'
-    together = play(mixture, "sliding", range(12), "learning", duration_s=20.0)["damage"]
+    together = play(mixture, "sliding", range(12), "easy", duration_s=20.0)["damage"]
     alone = [
-        play(name, "sliding", range(12), "learning", duration_s=20.0)["damage"]
+        play(name, "sliding", range(12), "easy", duration_s=20.0)["damage"]
         for name in ("square?frequency_hz=0.05", "switching")
     ]
     assert [np.any(together == each) for each in alone] == [True, True]

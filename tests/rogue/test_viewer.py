@@ -147,7 +147,7 @@ def test_the_charge_is_shown_where_there_is_one() -> None:
 @pytest.mark.parametrize(("num_vehicles", "seized"), [(3, 1), (3, 2), (5, 1), (5, 4), (10, 1), (20, 9), (20, 19)])
 def test_platoons_of_any_size_with_any_vehicle_seized(num_vehicles: int, seized: int, contact: str) -> None:
     config = replace(
-        PRESETS["learning"], num_vehicles=num_vehicles, attacker_index=seized, contact=contact, duration_s=20.0
+        PRESETS["easy"], num_vehicles=num_vehicles, attacker_index=seized, contact=contact, duration_s=20.0
     )
     viewer = Viewer(config)
     game = opened(config)

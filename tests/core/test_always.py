@@ -1,0 +1,39 @@
+"""The policy that takes one action, in every problem and role."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.play import play_episodes
+from cps_envs.core.types import ROLES, Role
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("role", ROLES)
+def test_neutral_action_always_is_doing_nothing(name: str, role: Role) -> None:
+    problem = find_problem(name)
+    config = problem.config("paper", {})
+    neutral = problem.game(config, 1).neutral_action[role].tolist()
+    always = resolve_policy("always", problem.game(config, 1).spec(role), action=neutral)
+    idle = play_episodes(problem, config, {role: "none"}, range(2))
+    same = play_episodes(problem, config, {role: always}, range(2))
+    for metric, values in idle.items():
+        np.testing.assert_array_equal(values, same[metric])
+
+
+def test_a_number_stands_for_all_entries() -> None:
+    problem = find_problem("disbanding")
+    spec = problem.game(problem.config("paper", {}), 1).spec("defender")
+    actions, _ = resolve_policy("always?action=0.5", spec).predict(np.zeros((3, spec.fields.size), np.float32))
+    assert (actions == 0.5).all()
+    assert actions.shape == (3, *spec.action_space.shape)
+
+
+def test_impossible_actions_are_refused() -> None:
+    problem = find_problem("hvac")
+    spec = problem.game(problem.config("paper", {}), 1).spec("defender")
+    with pytest.raises(ValueError, match=r"whole number inside Discrete"):
+        resolve_policy("always?action=1000", spec)
