@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import agents.zoo
 import baselines
 import cps_envs
-from agents.benchmark.cell import Job, Result, file_name
+from agents.benchmark.cell import Job, Result, file_name, plain
 from agents.files import write_json
 from agents.machine import versions
 from agents.zoo.files import SHIPPED
@@ -40,7 +39,7 @@ class Store:
 
     def put(self, job: Job, result: Result) -> None:
         """Keep a result."""
-        write_json(self._path(job), {"job": {"kind": job.kind, **asdict(job)}, **self.surroundings, "result": result})
+        write_json(self._path(job), {"job": {"kind": job.kind, **plain(job)}, **self.surroundings, "result": result})
 
     def _path(self, job: Job) -> Path:
         return self.folder / file_name(job)
