@@ -86,6 +86,10 @@ class Job(Protocol):
     kind: ClassVar[str]
 
     @property
+    def problem(self) -> str:
+        """The problem's name, or module:attribute."""
+
+    @property
     def label(self) -> str:
         """For progress and file names."""
 

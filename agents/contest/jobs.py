@@ -58,6 +58,11 @@ class Screening:
     weights: Mapping[str, str] = field(default_factory=dict)  # hashes of the trained policies
 
     @property
+    def problem(self) -> str:
+        """The problem's name."""
+        return self.ground.problem
+
+    @property
     def label(self) -> str:
         """For progress and file names."""
         return f"{self.ground.problem} {self.ground.variant} constants of the {self.role} {self.policies[0]}"[:80]
@@ -83,6 +88,11 @@ class Response:
     episodes: int  # of a candidate, against each rival
     first_seed: int
     weights: Mapping[str, str] = field(default_factory=dict)  # hashes of the trained policies
+
+    @property
+    def problem(self) -> str:
+        """The problem's name."""
+        return self.ground.problem
 
     @property
     def label(self) -> str:
