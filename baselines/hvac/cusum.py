@@ -27,7 +27,7 @@ class Cusum(AnalyticPolicy):
     """
 
     def __init__(
-        self, spec: RoleSpec, *, kappa: float = 0.4, limit: float = 12.0, quiet: float = 0.3, release_h: float = 4.0
+        self, spec: RoleSpec, *, kappa: float = 0.5, limit: float = 12.0, quiet: float = 0.4, release_h: float = 4.0
     ) -> None:
         super().__init__(spec)
         if min(kappa, limit, quiet, release_h) <= 0:

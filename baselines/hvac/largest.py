@@ -26,7 +26,7 @@ class Largest(AnalyticPolicy):
         ConfigurationError: a configuration without Kalman filters, or numbers that are not positive.
     """
 
-    def __init__(self, spec: RoleSpec, *, kappa: float = 0.4, limit: float = 12.0, release_h: float = 8.0) -> None:
+    def __init__(self, spec: RoleSpec, *, kappa: float = 0.2, limit: float = 20.0, release_h: float = 8.0) -> None:
         super().__init__(spec)
         if min(kappa, limit, release_h) <= 0:
             raise ConfigurationError(

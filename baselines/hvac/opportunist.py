@@ -10,11 +10,11 @@ import numpy as np
 from baselines.hvac.brink import Brink
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.sensors import sensor_sets
 
-DOUBT = 1.05  # means have changed a little since the choice
+ROUNDING = 1.0 + 1e-4  # of what is observed
 
 
 class Opportunist(Brink):
@@ -42,22 +42,23 @@ class Opportunist(Brink):
         self._sets = len(sensor_sets(self.config))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The sizes of the biases (B, S), C, and whether the defender has been caught (B,)."""
-        return np.zeros((len(generators), self.config.num_sensors)), np.zeros(len(generators), np.bool_)
+        """Sizes of the biases (B, S), C, mean residuals of a step ago (B, sets), C2, and who has been caught (B,)."""
+        envs = len(generators)
+        return np.zeros((envs, self.config.num_sensors)), np.zeros((envs, self._sets)), np.zeros(envs, np.bool_)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
         assert state is not None
-        bias_c, caught = state
+        bias_c, before_c2, caught = state
         careful, grown = super().act(seen, (bias_c,))
         assert grown is not None
-        caught = caught | self._believes(seen)
-        return np.where(caught[:, np.newaxis], self._bold, careful), (grown[0], caught)
+        caught = caught | self._gives_itself_away(seen["last_choice"], before_c2)
+        state = (grown[0], self._c2(seen["mean_residual"]), caught)
+        return np.where(caught[:, np.newaxis], self._bold, careful), state
 
-    def _believes(self, seen: Seen) -> BoolArray:
-        """Whether the last choice (B,) is one that MTD2 would not have made."""
-        choice, mean = seen["last_choice"], self._c2(seen["mean_residual"])
-        failed = mean > DOUBT * np.maximum(self.config.threshold_c2, mean.min(axis=1, keepdims=True))
-        raw = choice[:, 0] > 0.5
-        found: BoolArray = raw | ((choice[:, 1 : self._sets + 1] > 0.5) & failed).any(axis=1)
+    def _gives_itself_away(self, choice: FloatArray, before_c2: FloatArray) -> BoolArray:
+        """Whether the last choice, one-hot (B, choices), is one that MTD2 would not have made of what it saw."""
+        limit = np.maximum(self.config.threshold_c2, before_c2.min(axis=1, keepdims=True))
+        failed = before_c2 > ROUNDING * limit
+        found: BoolArray = (choice[:, 0] > 0.5) | ((choice[:, 1 : self._sets + 1] > 0.5) & failed).any(axis=1)
         return found
