@@ -27,11 +27,23 @@ class ProblemTests(NamedTuple):
 
 SHORT_DAY = {"num_steps": 130, "window_steps": 100, "onset_step": 90}
 PLAYED_DAY = {"preset": "easy", "num_steps": 300, "onset_step": (50, 150)}
+FILTERED_DAY = {
+    "preset": "learning",
+    "num_steps": 300,
+    "onset_step": (200, 220),
+    "compromised_weights": (0, 0, 0, 0, 1),
+}
 HVAC_TESTS = ProblemTests(
     short=SHORT_DAY,
     variants={
-        "attacker": [{**PLAYED_DAY, "opponent": "tests.hvac.players:RandomChoice"}],
-        "defender": [{**PLAYED_DAY, "num_compromised": 4, "opponent": "tests.hvac.players:Constant"}],
+        "attacker": [
+            {**PLAYED_DAY, "opponent": "tests.hvac.players:RandomChoice"},
+            {**FILTERED_DAY, "opponent": "tests.hvac.players:RandomChoice"},
+        ],
+        "defender": [
+            {**PLAYED_DAY, "num_compromised": 4, "opponent": "tests.hvac.players:Constant"},
+            {**FILTERED_DAY, "opponent": "tests.hvac.players:Constant"},
+        ],
     },
     golden={
         "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
@@ -42,6 +54,11 @@ HVAC_TESTS = ProblemTests(
         "easy defence": Golden(
             "defender", {"preset": "easy", "opponent": "tests.hvac.players:Constant"}, seed=5, boldness=1.0
         ),
+        "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7),
+        "learning defence": Golden(
+            "defender", {"preset": "learning", "opponent": "tests.hvac.players:Constant"}, seed=8, boldness=1.0
+        ),
+        "hard defence": Golden("defender", {"preset": "hard", "opponent": "tests.hvac.players:Constant"}, seed=9),
         "grey box": Golden(
             "attacker",
             {
