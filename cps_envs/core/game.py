@@ -135,6 +135,14 @@ class Game(ABC):
         """
         raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
 
+    def truth(self, b: int) -> Mapping[str, Any]:
+        """Privileged: what an episode hides from a role, by name; for references that are told what others infer.
+
+        Raises:
+            TypeError: the problem hides nothing.
+        """
+        raise TypeError(f"the problem {self.name!r} hides nothing that a policy could be told")
+
     def team(self, role: Role) -> Team:
         """The role as a team of agents.
 
