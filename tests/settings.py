@@ -71,6 +71,8 @@ HVAC_TESTS = ProblemTests(
         ),
     },
 )
+EVERY_SENSOR = "x1>1 v1>1 x2>2 v2>2 x3>3 v3>3 x4>4 v4>4 rx2>1 rv2>1 rx3>2 rv3>2 rx4>3 rv4>3"
+FDI_DUEL = {"preset": "learning", "tasks": EVERY_SENSOR, "attack_share": 1.0, "onset_s": 0.3}
 ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
 SQUARE = "square?frequency_hz=0.12"
@@ -96,8 +98,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "fdi": ProblemTests(
         short={"horizon": 40},
         variants={
-            "attacker": [{"preset": "easy"}],
-            "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}],
+            "attacker": [{"preset": "easy"}, FDI_DUEL],
+            "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}, FDI_DUEL],
         },
         golden={
             "paper attack": Golden("attacker", {"preset": "paper"}, boldness=1.0),
@@ -108,6 +110,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "shares": Golden("attacker", {"preset": "clip", "attack_action": "share"}, seed=4, boldness=1.0),
             "listed tasks": Golden("attacker", {"tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
             "figure 3.2": Golden("defender", {"preset": "fig32", "horizon": 640}, boldness=0.0),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7, boldness=1.0),
+            "learning defence": Golden("defender", {"preset": "learning", "opponent": "random"}, seed=8),
             "disturbed defence": Golden(
                 "defender", {"preset": "defense", "tasks": "x4>4 xv1>1", "opponent": "random"}, seed=6
             ),
