@@ -56,6 +56,7 @@ HVAC_TESTS = ProblemTests(
 )
 ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
+ROGUE_HIDDEN = {"preset": "learning", "duration_s": 30.0, "onset_s": [0.0, 15.0]}
 SQUARE = "square?frequency_hz=0.12"
 LONG_EASY = {"preset": "easy", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
@@ -99,7 +100,7 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "hvac": HVAC_TESTS,
     "rogue": ProblemTests(
         short={"duration_s": 4.0},
-        variants={"attacker": [ROGUE_DRAWN], "defender": [ROGUE_DRAWN]},
+        variants={"attacker": [ROGUE_DRAWN, ROGUE_HIDDEN], "defender": [ROGUE_DRAWN, ROGUE_HIDDEN]},
         golden={
             "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
             "paper attack on detection": Golden(
@@ -112,6 +113,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             ),
             "easy attack": Golden("attacker", {"preset": "easy", "opponent": "sliding"}, seed=4),
             "easy defence": Golden("defender", {"preset": "easy", "opponent": SQUARE}, seed=5),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "sliding_detection"}, seed=7),
+            "learning defence": Golden("defender", {"preset": "learning", "opponent": SQUARE}, seed=8),
             "long platoon": Golden(
                 "attacker",
                 {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},

@@ -135,6 +135,14 @@ class Game(ABC):
         """
         raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
 
+    def truth(self, b: int) -> Mapping[str, Any]:
+        """Privileged: what an environment hides from a role, by name, for policies that are told it.
+
+        Raises:
+            TypeError: the problem hides nothing, or does not tell.
+        """
+        raise TypeError(f"the problem {self.name!r} tells no policy what an episode hides")
+
     def team(self, role: Role) -> Team:
         """The role as a team of agents.
 
