@@ -75,6 +75,7 @@ EVERY_SENSOR = "x1>1 v1>1 x2>2 v2>2 x3>3 v3>3 x4>4 v4>4 rx2>1 rv2>1 rx3>2 rv3>2 
 FDI_DUEL = {"preset": "learning", "tasks": EVERY_SENSOR, "attack_share": 1.0, "onset_s": 0.3}
 ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
+ROGUE_HIDDEN = {"preset": "learning", "duration_s": 30.0, "onset_s": [0.0, 15.0]}
 SQUARE = "square?frequency_hz=0.12"
 LONG_EASY = {"preset": "easy", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
@@ -120,7 +121,7 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "hvac": HVAC_TESTS,
     "rogue": ProblemTests(
         short={"duration_s": 4.0},
-        variants={"attacker": [ROGUE_DRAWN], "defender": [ROGUE_DRAWN]},
+        variants={"attacker": [ROGUE_DRAWN, ROGUE_HIDDEN], "defender": [ROGUE_DRAWN, ROGUE_HIDDEN]},
         golden={
             "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
             "paper attack on detection": Golden(
@@ -133,6 +134,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             ),
             "easy attack": Golden("attacker", {"preset": "easy", "opponent": "sliding"}, seed=4),
             "easy defence": Golden("defender", {"preset": "easy", "opponent": SQUARE}, seed=5),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "sliding_detection"}, seed=7),
+            "learning defence": Golden("defender", {"preset": "learning", "opponent": SQUARE}, seed=8),
             "long platoon": Golden(
                 "attacker",
                 {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},
