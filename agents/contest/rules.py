@@ -12,6 +12,7 @@ from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 NEUTRAL = "none"
 TOLD = "told whom it faces"
+NOT_WON = "nobody has won"
 
 
 @dataclass(frozen=True)
@@ -106,4 +107,4 @@ def _nearest_to_winning(played: Played, role: Role) -> list[Entrant]:
 def _not_won(played: Played, role: Role, entrant: Entrant) -> Finding:
     rival, lost = shortfall(played, role, entrant)
     lead, margin = estimate([lost[None]]), played.contest.win_tolerance
-    return Finding("nobody has won", role, lead.mean > margin, rival, entrant.name, lead, margin)
+    return Finding(NOT_WON, role, lead.mean > margin, rival, entrant.name, lead, margin)

@@ -9,6 +9,7 @@ import numpy as np
 
 from agents.console import make_table
 from agents.contest.document import Document
+from agents.contest.rules import NOT_WON
 from agents.heatmap import draw_matrix
 
 if TYPE_CHECKING:
@@ -19,11 +20,12 @@ NONE = "-"
 
 
 class Sheet(NamedTuple):
-    """A table as text; the first column holds names."""
+    """A table as text."""
 
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
+    left: int = 1  # columns that are text; the others are numbers
 
 
 def sheets(found: Document) -> Iterator[Sheet]:
@@ -51,8 +53,9 @@ def sheets(found: Document) -> Iterator[Sheet]:
     if found["rules"]:
         yield Sheet(
             f"{where}: is it a contest?",
-            ("rule", "role", "who leads whom", f"lead, {unit}", "more than", "holds"),
+            ("rule", "role", "of whom", f"by how much, {unit}", "more than", "holds"),
             [_rule(rule) for rule in found["rules"]],
+            left=3,
         )
 
 
@@ -87,10 +90,11 @@ def _attacker(row: Mapping[str, Any]) -> list[str]:
 
 
 def _rule(rule: Mapping[str, Any]) -> list[str]:
+    high, low = rule["better"], rule["worse"]
     return [
         rule["rule"],
         rule["role"],
-        f"{rule['better']} over {rule['worse']}",
+        f"{low} against {high}" if rule["rule"] == NOT_WON else f"{high} over {low}",
         interval(rule["lead"]),
         _number(rule["margin"]),
         "yes" if rule["holds"] else "NO",
@@ -124,7 +128,8 @@ def terminal(found: Document) -> Iterator[Table]:
     from rich.markup import escape
 
     for sheet in sheets(found):
-        yield make_table(sheet.title, sheet.columns, [[escape(cell) for cell in row] for row in sheet.rows])
+        rows = [[escape(cell) for cell in row] for row in sheet.rows]
+        yield make_table(sheet.title, sheet.columns, rows, left=sheet.left)
 
 
 def markdown(found: Document) -> str:

@@ -30,7 +30,6 @@ from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, FloatArray
 
 TINY = Effort(budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2)
-PUBLISHED = Path(__file__).parents[2] / "docs" / "contest.json"
 SHORT = {"duration_s": 6.0, "contact": "solid"}
 
 
@@ -258,21 +257,6 @@ def test_publishing_keeps_the_other_problems(tmp_path: Path, played: Played) -> 
         next(iter(PROBLEMS)),
         "rogue",
     ]
-
-
-@pytest.mark.parametrize("contest", find_contests([]), ids=lambda contest: contest.problem)
-def test_the_published_tables_are_of_the_declared_contest(contest: Contest) -> None:
-    published = {
-        each["variant"]: each for each in json.loads(PUBLISHED.read_text()) if each["problem"] == contest.problem
-    }
-    assert list(published) == [variant.name for variant in contest.variants]
-    for found in published.values():
-        for role in ROLES:
-            side = contest.attackers if role == "attacker" else contest.defenders
-            shown = [row["name"] for row in found[f"{role}s"] if row["kind"] == "policy"]
-            assert shown == [each.name for each in side.policies]
-    assert published[contest.variants[0].name]["effort"]["budget_s"] >= 60
-    assert markdown(found) in PUBLISHED.with_suffix(".md").read_text()
 
 
 @pytest.mark.slow
