@@ -19,8 +19,9 @@ SELECTED = (
     "contact. They were chosen so that the orderings of the maps come out, and combinations for which they do are "
     "rare. An independent study, which this command does not repeat, judged 818 combinations on four windows of the "
     "axes by eight orderings (part fit): all eight hold in 27 of 1152 cells with contact pass, in 12 of 640 where each "
-    "contact counts once, in 0 of 816 with abs(dx) < l as printed, and in 0 of 640 with solid bodies. All hits have a "
-    "detector on the residual of acceleration with threshold l_1 = 200; all hits with pass disband everyone at once."
+    "contact counts once, in 0 of 816 where a pair counts while abs(dx) < l, and in 0 of 640 with solid bodies. The "
+    "text says no more than that c is 1 if there is a collision (5.8). All hits have a detector on the residual of "
+    "acceleration with threshold l_1 = 200; all hits with pass disband everyone at once."
 )
 CORNER = (
     "All maxima with contact pass lie in one corner cell, the lowest frequency at the highest ratio: each ordering of "
