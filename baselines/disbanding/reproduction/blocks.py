@@ -12,6 +12,7 @@ from baselines.disbanding.reproduction.experiments import FIGURE_TAUS_S, PLATOON
 from baselines.disbanding.reproduction.optimal import Events, optima
 from baselines.disbanding.reproduction.strings import EveryOther, PlatoonCourse, StringCourse, courses
 from baselines.reproduction.block import Block
+from baselines.reproduction.recovery import RECOVERY_RULE
 from cps_envs.disbanding.config import INTERPRETATIONS
 
 CELL_NOTE = (
@@ -91,8 +92,7 @@ def _strings(rows: Sequence[StringCourse]) -> Block:
         for row in rows
     ]
     note = (
-        "Recovered: all speeds within 5 % of 31 m/s, all gaps of intact vehicles within 10 % of x_d of the desired "
-        "one, for good. The linear gain from rear vehicle to rear vehicle exceeds one (`cps-envs string-stability`): "
+        f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one (`cps-envs string-stability`): "
         "disturbances grow from platoon to platoon, so that a long string need not settle."
     )
     return Block("Fig. 2.1d: the rear vehicle behind strings of platoons", columns, shown, notes=(note,))

@@ -7,7 +7,7 @@ from typing import Any
 
 from baselines.reproduction.evidence import Experiment
 from baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
-from baselines.rogue.reproduction.evidence import map_rows, searched_ride, square_ride, steady_waves
+from baselines.rogue.reproduction.evidence import calm_ride, map_rows, searched_ride, square_ride, steady_waves
 from baselines.rogue.reproduction.fit import FURTHER
 from baselines.rogue.reproduction.headroom import head_room_experiments
 from baselines.rogue.reproduction.reference import references
@@ -69,6 +69,7 @@ def _claimed(contact: str) -> list[Experiment[Any]]:
     todo: list[Experiment[Any]] = [
         square_ride(name, each, contact) for name in MAPS.values() for each in COURSE_FREQUENCIES_HZ
     ]
+    todo.append(calm_ride("disband_2", contact))
     todo += [square_ride("disband_2", each, contact, human_returns=True) for each in COURSE_FREQUENCIES_HZ]
     todo += [square_ride(name, FREQUENCIES_HZ[0], contact, ratio) for name in EARLY_DISBANDING for ratio in ENDS]
     todo += [searched_ride(name, contact) for name in DISBANDING]
