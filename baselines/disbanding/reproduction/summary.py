@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from baselines.disbanding.reproduction.cells import Cell
 from baselines.disbanding.reproduction.reference import Check
 from baselines.reproduction.findings import Findings, findings_summary
+from baselines.reproduction.verdicts import NEAR, NOT, REPRODUCED
 
 MPC_LABEL = (
     "The paper prints neither horizon nor weights of its MPC. Ours are one set for all cells, tuned on the mpc column "
@@ -42,7 +43,25 @@ def _on_cells(cells: Sequence[Cell]) -> list[str]:
     text += f", {len(missed)} are missed: {_cells(missed)}." if missed else ", none is missed."
     if flags:
         text += f" Crash flags differ in {len(flags)}: {_names(flags)}."
-    return [text]
+    return [text, *_on_effects(cells)]
+
+
+def _on_effects(cells: Sequence[Cell]) -> list[str]:
+    """A matching cell may hide an effect that is far off: both count."""
+    effects = [(cell, cell.effect) for cell in cells if cell.effect is not None]
+    if not effects:
+        return []
+    words = [effect.verdict for _, effect in effects]
+    hidden = [
+        f"{cell.table} {cell.name} {effect.ours:+.1f} for {effect.paper:+.1f}"
+        for cell, effect in effects
+        if effect.verdict == NOT and cell.verdict == "match"
+    ]
+    text = f"Effect of a mitigation on E_v: {words.count(REPRODUCED)} of {len(words)} within 5 % of the paper's"
+    text += f", {words.count(NEAR)} near (10 %), {words.count(NOT)} not reproduced"
+    if hidden:
+        text += f", {len(hidden)} of them in cells whose E_v matches: {', '.join(hidden)}"
+    return [f"{text}."]
 
 
 def _on_checks(checks: Sequence[Check]) -> list[str]:
