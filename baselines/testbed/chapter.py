@@ -13,6 +13,7 @@ from baselines.reproduction.block import Block
 from baselines.reproduction.claims import Claim, Finding
 from baselines.reproduction.evidence import Report, compute
 from baselines.reproduction.findings import findings_document, findings_summary
+from baselines.reproduction.regression import NO_SUPPORT
 from baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE
 from baselines.testbed.blocks import cases_block, claims_block, printed_errors, seeds_block
 from baselines.testbed.cases import BASE, CASES, LONG_S, Case
@@ -81,8 +82,8 @@ class Reproduction:
             for each in self.checks
         )
         ordered, seeds = int(self.results.ordered.sum()), self.results.num_seeds
-        text = f"Regression check against an independent implementation: {'; '.join(parts)}."
-        text += f" In order in {ordered} of {seeds} seeds."
+        text = f"Regression check against our second implementation: {'; '.join(parts)}."
+        text += f" In order in {ordered} of {seeds} seeds. {NO_SUPPORT}"
         return text if self.passed else f"{text} FAILED: the simulation has changed."
 
     def document(self) -> dict[str, Any]:

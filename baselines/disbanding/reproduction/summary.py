@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from baselines.disbanding.reproduction.cells import Cell
 from baselines.disbanding.reproduction.reference import Check
 from baselines.reproduction.findings import Findings, findings_summary
+from baselines.reproduction.regression import NO_SUPPORT
 from baselines.reproduction.verdicts import NEAR, NOT, REPRODUCED
 
 MPC_LABEL = (
@@ -70,8 +71,8 @@ def _on_checks(checks: Sequence[Check]) -> list[str]:
     failed = [check for check in checks if not check.passed]
     flags = [check.cell for check in checks if not check.crash_agrees]
     largest = max(abs(check.difference) for check in checks)
-    text = f"Regression check against an independent implementation: {len(checks) - len(failed)} of {len(checks)} cells"
-    text += f" within their tolerances (0.05 points, mpc 0.3); largest difference {largest:.3f}."
+    text = f"Regression check against our second implementation: {len(checks) - len(failed)} of {len(checks)} cells"
+    text += f" within their tolerances (0.05 points, mpc 0.3); largest difference {largest:.3f}. {NO_SUPPORT}"
     if failed:
         lines = (f"{check.cell.table} {check.cell.name} off by {check.difference:+.3f}" for check in failed)
         text += f" FAILED: {'; '.join(lines)}. The simulation has changed; this is no finding about the paper."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from baselines.reproduction.findings import findings_summary
+from baselines.reproduction.regression import NO_SUPPORT
 from baselines.rogue.reproduction.course import Course
 from baselines.rogue.reproduction.evaluation import FindingsByContact
 from baselines.rogue.reproduction.fit import Maps, Variant
@@ -95,8 +96,8 @@ def _on_checks(checks: Sequence[Check]) -> str:
     failed = [check for check in checks if not check.passed]
     largest = max(abs(check.difference) for check in checks)
     text = (
-        f"Regression check against an independent implementation: {len(checks) - len(failed)} of {len(checks)} damages "
-        f"within their tolerances (maxima of maps 5 %, cells 1 %); largest difference {largest:.2%}."
+        f"Regression check against our second implementation: {len(checks) - len(failed)} of {len(checks)} damages "
+        f"within their tolerances (maxima of maps 5 %, cells 1 %); largest difference {largest:.2%}. {NO_SUPPORT}"
     )
     if failed:
         lines = (f"{check.reference.label}: {check.ours:.4g} for {check.reference.damage:g}" for check in failed)
