@@ -21,13 +21,17 @@ WHY = (
     "all of them: cells with collisions depend on the contact rule, and the crash flags flip between steps of 0.01 s "
     "and 0.02 s. Nothing here is tuned per cell."
 )
+NOTHING_DRAWN = (
+    "Nothing in these cells and claims is drawn, so other seeds change no verdict. The integration step belongs to "
+    "the interpretation; --all-interpretations has the baseline under the others. Only the genetic search has a seed."
+)
 
 
 def closing(cells: Sequence[Cell], findings: Findings, checks: Sequence[Check], *, quick: bool) -> list[str]:
     """Paragraphs on the parts that were computed."""
     paragraphs = _on_cells(cells) + ([findings_summary(findings)] if findings else [])
     if paragraphs:
-        paragraphs += [WHY, MPC_LABEL]
+        paragraphs += [WHY, NOTHING_DRAWN, MPC_LABEL]
     paragraphs += _on_checks(checks)
     if quick:
         paragraphs.append("--quick left out long strings, grids of alternative attacks and most searches.")

@@ -13,6 +13,7 @@ from baselines.rogue.reproduction.claims import CLAIMS, FAR_LESS
 from baselines.rogue.reproduction.course import Course
 from baselines.rogue.reproduction.evidence import Evidence
 from baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ, FREQUENCIES_HZ, RATIOS
+from cps_envs.core.config import bounds
 from cps_envs.core.types import FloatArray
 
 QUARTERS, LEAST_GROWTH = 4, 0.01  # of the time; share of the final damage that counts as growth
@@ -109,7 +110,7 @@ def sudden_braking(evidence: Evidence, claim: Claim) -> Finding:
             continue
         then = ride.at(ride.disbanded_s)
         braking = float(ride.acceleration_mps2[then : ride.at(ride.disbanded_s + SOON_S) + 1, ride.intact].min())
-        hardest = float(ride.config.drive_mps2 * ride.config.min_effort)  # type: ignore[operator]
+        hardest = bounds(ride.config.drive_mps2)[0] * ride.config.min_effort
         hold.append(braking <= FULL_SHARE * hardest and ride.damage[then] < 0.5 * ride.final_damage)
         shown.append(
             f"{defender}, ratio {ratio:g}: {ride.damage[then]:.1f} of {ride.final_damage:.0f} before the disbanding at "

@@ -53,15 +53,24 @@ def needed(parts: Sequence[str]) -> list[Experiment[Any]]:
     for part, defenders in COURSES.items():
         if part in parts:
             todo += [square_ride(name, each, PASS) for name in defenders for each in COURSE_FREQUENCIES_HZ]
-    if {"maps", "claims", "fit"} & set(parts):
-        todo += [row for contact in CONTACTS for name in MAPS.values() for row in map_rows(name, contact)]
+    if {"maps", "fit"} & set(parts):
+        todo += _maps()
     if "claims" in parts:
-        todo += [each for contact in CONTACTS for each in _claimed(contact)]
+        todo += behind_claims()
     if "fit" in parts:
         todo += [each for variant in FURTHER for each in variant.experiments()]
     if "headroom" in parts:
         todo += head_room_experiments()
     return todo
+
+
+def behind_claims() -> list[Experiment[Any]]:
+    """What the claims need."""
+    return _maps() + [each for contact in CONTACTS for each in _claimed(contact)]
+
+
+def _maps() -> list[Experiment[Any]]:
+    return [row for contact in CONTACTS for name in MAPS.values() for row in map_rows(name, contact)]
 
 
 def _claimed(contact: str) -> list[Experiment[Any]]:
