@@ -137,6 +137,11 @@ def test_values_of_the_claims(found: Reproduction) -> None:
         assert values[name] == pytest.approx(value, abs=0.05 if value < 20 else 0.5), name
 
 
+def test_a_claim_that_drops_cells_says_how_many(found: Reproduction) -> None:
+    shown = {claim.id: finding.shown for claim, finding in found.findings}
+    assert shown["P27"].endswith("4 of 5 tau apply")
+
+
 def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction) -> None:
     expected = {
         0.1: (18.86, 19.46, 20.60, 21.97, 23.48, 25.07, 26.69, 28.17, 29.56),

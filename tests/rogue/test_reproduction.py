@@ -242,12 +242,21 @@ def test_verdicts_are_the_specification_s():
     expected = {f"R{number:02d}": verdict for verdict, numbers in VERDICTS.items() for number in numbers}
     assert verdicts == expected
     solid = {claim.id: finding.verdict for claim, finding in found.findings["solid"]}
+    for findings in found.findings.values():
+        assert all("3 of 4 cells apply" in finding.shown for claim, finding in findings if claim.id == "R19")
     assert {solid[name] for name in ("R10", "R11", "R13", "R14")} == {NOT}  # "'solid' reverses" them
     assert solid["R12"] == REPRODUCED
     assert solid["R21"] in (NEAR, PARTLY)
     assert found.evidence.map("pd").peak == (FREQUENCIES_HZ[0], RATIOS[-1])
     text = " ".join(found.closing())
-    for words in ("818 combinations", "27 of 1152", "not a robust property", "one corner cell", "24 of 24"):
+    for words in (
+        "818 combinations",
+        "27 of 1152",
+        "not a robust property",
+        "one corner cell",
+        "24 of 24",
+        "supports nothing",
+    ):
         assert words in text
 
 
