@@ -71,7 +71,7 @@ HVAC_TESTS = ProblemTests(
         ),
     },
 )
-EVERY_SENSOR = "x1>1 v1>1 x2>2 v2>2 x3>3 v3>3 x4>4 v4>4 rx2>1 rv2>1 rx3>2 rv3>2 rx4>3 rv4>3"
+EVERY_SENSOR = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1 v1>2 x1>1"
 FDI_DUEL = {"preset": "learning", "tasks": EVERY_SENSOR, "attack_share": 1.0, "onset_s": 0.3}
 ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
@@ -99,7 +99,7 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "fdi": ProblemTests(
         short={"horizon": 40},
         variants={
-            "attacker": [{"preset": "easy"}, FDI_DUEL],
+            "attacker": [{"preset": "easy"}, {**FDI_DUEL, "opponent": "chi2?gate=0.3"}],
             "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}, FDI_DUEL],
         },
         golden={

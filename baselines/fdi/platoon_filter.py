@@ -14,8 +14,6 @@ from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.estimation import state_of, variance_of
 from cps_envs.fdi.state import Constants, constants_of, disturbance_covariance
 
-SETTLED_STEPS = 200  # after which gains no longer change
-
 
 class PlatoonFilter(NamedTuple):
     """e(k+1) = coast e(k) + command u(k) + disturbance; R readings = view e + noise. Shared and read only."""
@@ -54,11 +52,11 @@ def platoon_filter(config: FdiConfig) -> PlatoonFilter:
 
 
 @lru_cache(maxsize=16)
-def settled(config: FdiConfig) -> tuple[FloatArray, FloatArray]:
-    """The gain (2n, R) and the innovation deviations (R,) that the filter of all sensors ends with."""
+def trusting(config: FdiConfig) -> tuple[FloatArray, FloatArray]:
+    """Gains (k, 2n, R) and innovation deviations (k, R) of the filter that trusts all sensors, k = 0..horizon."""
     law = platoon_filter(config)
-    gains, deviations = gains_of(law, [np.ones(len(law.view), np.bool_)], SETTLED_STEPS)
-    return gains[-1, 0], deviations[-1, 0]
+    gains, deviations = gains_of(law, [np.ones(len(law.view), np.bool_)], config.horizon + 1)
+    return gains[:, 0], deviations[:, 0]
 
 
 def gains_of(law: PlatoonFilter, sets: Sequence[BoolArray], steps: int) -> tuple[FloatArray, FloatArray]:

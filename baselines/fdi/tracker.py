@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from baselines.fdi.injection import InjectionPolicy, view_of
-from baselines.fdi.platoon_filter import platoon_filter, settled
+from baselines.fdi.platoon_filter import platoon_filter, trusting
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -47,17 +47,17 @@ class Tracker(InjectionPolicy):
         self.margin, self.late, self.swing, self.sight = margin, late, swing, sight
         self.swing_steps = swing_s / self.config.dt_s
         law = platoon_filter(self.config)
-        (gain, deviations), slots = settled(self.config), self.form.sensors
+        (gains, deviations), slots = trusting(self.config), self.form.sensors
         part = np.where(slots < self.config.num_readings // 2, range_part, 1.0)
-        self._deviation: FloatArray = deviations[slots] * part
+        self._deviation: FloatArray = deviations[:, slots] * part
         self._view: FloatArray = law.view[slots]
-        self._stay: FloatArray = law.coast @ (np.eye(len(law.coast)) - gain @ law.view)
-        self._lie: FloatArray = law.coast @ gain[:, slots]
+        self._stay: FloatArray = law.coast @ (np.eye(len(law.coast)) - gains @ law.view)  # (k, 2n, 2n)
+        self._lie: FloatArray = law.coast @ gains[:, :, slots]  # (k, 2n, S)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """What the filter is off by (B, 2n), what rounding left over (B, S), the first step of the attack (B,)."""
-        envs = len(generators)
-        return np.zeros((envs, len(self._stay))), np.zeros((envs, len(self._deviation))), np.full(envs, -1.0)
+        envs, (pairs, slots) = len(generators), self._lie.shape[1:]
+        return np.zeros((envs, pairs)), np.zeros((envs, slots)), np.full(envs, -1.0)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
@@ -67,11 +67,12 @@ class Tracker(InjectionPolicy):
         if self.sight:
             off = views.error - np.concatenate([seen["predicted_gap_error"], seen["predicted_speed"]], axis=1)
         told = seen["injection"] * self.form.bounds * self.form.resolution
-        ahead = off @ self._stay.T - told @ self._lie.T
+        step = np.minimum(views.step, self.config.horizon - 1)
+        ahead = np.einsum("bij,bj->bi", self._stay[step], off) - np.einsum("bij,bj->bi", self._lie[step], told)
         works = np.rint(seen["wait"][:, 0]) == 0
         first = np.where(works & (first < 0), views.step, first)
         margin = self._margins(views.step - first, self.config.horizon - first)
-        wanted = margin[:, np.newaxis] * self._deviation - ahead @ self._view.T + left
+        wanted = margin[:, np.newaxis] * self._deviation[step + 1] - ahead @ self._view.T + left
         active = views.attacked & works[:, np.newaxis]
         levels = np.where(active, np.rint(wanted / self.form.resolution), 0.0)
         half = self.form.resolution / 2
