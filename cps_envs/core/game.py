@@ -135,14 +135,6 @@ class Game(ABC):
         """
         raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
 
-    def truth(self, role: Role, b: int) -> Observation:
-        """Privileged: what a role would observe of one environment if nothing were kept from it, (fields[role].size,).
-
-        Raises:
-            TypeError: the problem keeps nothing from this role, or does not say what.
-        """
-        raise TypeError(f"the problem {self.name!r} does not tell the {role} what is kept from it")
-
     def team(self, role: Role) -> Team:
         """The role as a team of agents.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -21,7 +20,6 @@ from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
 from cps_envs.disbanding.payoff import SAFETY, Metrics, Rules
 from cps_envs.disbanding.picture.scene import Scene
-from cps_envs.disbanding.radio import tell_all
 from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
@@ -130,17 +128,13 @@ class DisbandingGame(Game):
             observe_defender(*known, fields.offsets, fields.scale, encoded)
         return encoded
 
-    def truth(self, role: Role, b: int) -> Observation:
-        """Privileged: what the defender would observe of one episode if every vehicle were told at once, (size,)."""
-        if role == "attacker":
-            return super().truth(role, b)
-        fields, row = self.fields[role], slice(b, b + 1)
-        copies: Any = (array[row].copy() for array in self.state)
-        told, encoded = State(*copies), np.empty((1, fields.size), np.float32)
-        tell_all(told, self.constants[row])
-        observe_defender(told, self.constants[row], self._metrics[row], fields.offsets, fields.scale, encoded)
-        told_row: Observation = encoded[0]
-        return told_row
+    def truth(self, b: int) -> Mapping[str, Array]:
+        """Privileged: when the platoons of an episode are disbanded (N,), and how its vehicles move, (M,) each.
+
+        Both are numbered from the front. All are views, which change with the episode.
+        """
+        names = ("disbanding_s", "position", "speed", "acceleration", "command")
+        return {name: getattr(self.state, name)[b] for name in names}
 
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal attacks (B, N + 1) or (B, 2 N); the defender's corrections are always legal."""

@@ -8,9 +8,8 @@ link.
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import inlined, kernel, unpack, view
+from cps_envs.core.kernels import inlined
 from cps_envs.core.streams import uniform
-from cps_envs.core.types import Array
 from cps_envs.disbanding.controllers import has_begun
 from cps_envs.disbanding.state import Constants, State
 
@@ -48,19 +47,6 @@ def hand_on(episode: State, q: int, sender: int) -> None:
     episode.record_speed[q] = episode.record_speed[sender]
     episode.record_acceleration[q] = episode.record_acceleration[sender]
     episode.record_command[q] = episode.record_command[sender]
-
-
-@kernel
-def tell_all(state: State, constants: Array) -> None:
-    """Give every vehicle of all environments a fresh record of the nearest disbanded vehicle ahead, if there is one."""
-    for b in range(state.step.size):
-        episode, c, d = view(state, b), unpack(Constants, constants, b), -1
-        time_s = episode.step[0] * c.dt_s
-        for q in range(c.num_vehicles):
-            if d >= 0:
-                take_record(episode, q, d, time_s)
-            last = (q + 1) % c.vehicles_per_platoon == 0
-            d = q if last and has_begun(time_s, episode.disbanding_s[q // c.vehicles_per_platoon]) else d
 
 
 @inlined

@@ -123,21 +123,11 @@ def test_two_disbanded_platoons_tell_of_the_nearer_one():
     assert np.all(sources[10:20] > game.state.position[0, 10])  # platoon 4
 
 
-def test_the_truth_is_a_fresh_record_for_everybody_behind():
+def test_the_truth_shows_the_episode_as_it_goes_on():
     game = started(hop_delay_s=2.0)
+    truth = game.truth(0)
     go(game)
     go(game, 3, num_steps=5)
-    fields = game.fields["defender"]
-    seen, truth = fields.decode(game.observe("defender")[0]), fields.decode(game.truth("defender", 0))
-    assert seen["warned"].sum() == 0
-    assert truth["warned"].tolist() == [0] * 10 + [1] * 20
-    assert np.allclose(truth["ahead_speed"][10:], game.state.speed[0, 19], atol=1e-4)
-    assert np.allclose(truth["record_age_s"], 0, atol=1e-4)
-    same = [name for name in seen if name not in ("warned", "record_age_s") and "ahead" not in name]
-    assert all(np.array_equal(seen[name], truth[name]) for name in same)
-    assert np.isinf(game.state.record_s[0, 20:]).all()
-
-
-def test_the_attacker_has_nothing_kept_from_it():
-    with pytest.raises(TypeError, match="attacker"):
-        started().truth("attacker", 0)
+    assert truth["disbanding_s"].tolist() == [np.inf, 1.0, np.inf, np.inf]
+    for name in ("position", "speed", "acceleration", "command"):
+        assert np.array_equal(truth[name], getattr(game.state, name)[0])
