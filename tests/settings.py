@@ -27,11 +27,23 @@ class ProblemTests(NamedTuple):
 
 SHORT_DAY = {"num_steps": 130, "window_steps": 100, "onset_step": 90}
 PLAYED_DAY = {"preset": "easy", "num_steps": 300, "onset_step": (50, 150)}
+FILTERED_DAY = {
+    "preset": "learning",
+    "num_steps": 300,
+    "onset_step": (200, 220),
+    "compromised_weights": (0, 0, 0, 0, 1),
+}
 HVAC_TESTS = ProblemTests(
     short=SHORT_DAY,
     variants={
-        "attacker": [{**PLAYED_DAY, "opponent": "tests.hvac.players:RandomChoice"}],
-        "defender": [{**PLAYED_DAY, "num_compromised": 4, "opponent": "tests.hvac.players:Constant"}],
+        "attacker": [
+            {**PLAYED_DAY, "opponent": "tests.hvac.players:RandomChoice"},
+            {**FILTERED_DAY, "opponent": "tests.hvac.players:RandomChoice"},
+        ],
+        "defender": [
+            {**PLAYED_DAY, "num_compromised": 4, "opponent": "tests.hvac.players:Constant"},
+            {**FILTERED_DAY, "opponent": "tests.hvac.players:Constant"},
+        ],
     },
     golden={
         "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
@@ -42,6 +54,11 @@ HVAC_TESTS = ProblemTests(
         "easy defence": Golden(
             "defender", {"preset": "easy", "opponent": "tests.hvac.players:Constant"}, seed=5, boldness=1.0
         ),
+        "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7),
+        "learning defence": Golden(
+            "defender", {"preset": "learning", "opponent": "tests.hvac.players:Constant"}, seed=8, boldness=1.0
+        ),
+        "hard defence": Golden("defender", {"preset": "hard", "opponent": "tests.hvac.players:Constant"}, seed=9),
         "grey box": Golden(
             "attacker",
             {
@@ -54,8 +71,11 @@ HVAC_TESTS = ProblemTests(
         ),
     },
 )
+EVERY_SENSOR = "x1>1 v1>1 x2>2 v2>2 x3>3 v3>3 x4>4 v4>4 rx2>1 rv2>1 rx3>2 rv3>2 rx4>3 rv4>3"
+FDI_DUEL = {"preset": "learning", "tasks": EVERY_SENSOR, "attack_share": 1.0, "onset_s": 0.3}
 ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
+ROGUE_HIDDEN = {"preset": "learning", "duration_s": 30.0, "onset_s": [0.0, 15.0]}
 SQUARE = "square?frequency_hz=0.12"
 LONG_CONTEST = {
     "preset": "learning",
@@ -109,8 +129,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "fdi": ProblemTests(
         short={"horizon": 40},
         variants={
-            "attacker": [{"preset": "easy"}],
-            "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}],
+            "attacker": [{"preset": "easy"}, FDI_DUEL],
+            "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}, FDI_DUEL],
         },
         golden={
             "paper attack": Golden("attacker", {"preset": "paper"}, boldness=1.0),
@@ -121,6 +141,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "shares": Golden("attacker", {"preset": "clip", "attack_action": "share"}, seed=4, boldness=1.0),
             "listed tasks": Golden("attacker", {"tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
             "figure 3.2": Golden("defender", {"preset": "fig32", "horizon": 640}, boldness=0.0),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7, boldness=1.0),
+            "learning defence": Golden("defender", {"preset": "learning", "opponent": "random"}, seed=8),
             "disturbed defence": Golden(
                 "defender", {"preset": "defense", "tasks": "x4>4 xv1>1", "opponent": "random"}, seed=6
             ),
@@ -129,7 +151,7 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "hvac": HVAC_TESTS,
     "rogue": ProblemTests(
         short={"duration_s": 4.0},
-        variants={"attacker": [ROGUE_DRAWN], "defender": [ROGUE_DRAWN]},
+        variants={"attacker": [ROGUE_DRAWN, ROGUE_HIDDEN], "defender": [ROGUE_DRAWN, ROGUE_HIDDEN]},
         golden={
             "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
             "paper attack on detection": Golden(
@@ -142,6 +164,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             ),
             "easy attack": Golden("attacker", {"preset": "easy", "opponent": "sliding"}, seed=4),
             "easy defence": Golden("defender", {"preset": "easy", "opponent": SQUARE}, seed=5),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "sliding_detection"}, seed=7),
+            "learning defence": Golden("defender", {"preset": "learning", "opponent": SQUARE}, seed=8),
             "long platoon": Golden(
                 "attacker",
                 {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]},

@@ -1,4 +1,4 @@
-"""The defenders of chapter 5 that never change their mind: every intact vehicle keeps one controller."""
+"""The defenders of chapter 5 that never change their mind: every vehicle keeps one controller."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cps_envs.rogue.controllers import CONTROLLERS
 
 
 class HeldController(AnalyticPolicy):
-    """Every intact vehicle drives by one of `cps_envs.rogue.controllers.CONTROLLERS` and keeps its separation.
+    """Every vehicle drives by one of `cps_envs.rogue.controllers.CONTROLLERS` and keeps its separation.
 
     Raises:
         ConfigurationError: the environment takes accelerations, not controllers; or there is no such controller.
@@ -24,7 +24,7 @@ class HeldController(AnalyticPolicy):
         require_modes(spec, self)
         if controller not in CONTROLLERS:
             raise ConfigurationError(f"controller = {controller!r} is not one of {', '.join(CONTROLLERS)}")
-        self.action = np.tile([CONTROLLERS.index(controller), PLAIN], spec.config.num_intact)
+        self.action = np.tile([CONTROLLERS.index(controller), PLAIN], spec.config.num_orders)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The same action for every episode."""

@@ -34,7 +34,7 @@ class Disband(AnalyticPolicy):
             raise ConfigurationError(
                 f"threshold_m = {threshold_m} has to be above 0 and at most max_growth_m = {spec.config.max_growth_m}"
             )
-        count, self.threshold_m = spec.config.num_intact, threshold_m
+        count, self.threshold_m = spec.config.num_orders, threshold_m
         self.together = np.tile([CONTROLLERS.index("detecting"), MODIFIED], count)
         self.apart = np.tile([CONTROLLERS.index("human"), PLAIN], count)
 
@@ -75,7 +75,7 @@ def _disband(
 @inlined
 def followed_error(observation: Observation, at: Record, scale: FloatArray, b: int, k: int) -> float:
     """The error e, m, of intact vehicle `k` on the side of its alarm, where its separation has grown."""
-    i = k + (k >= round(read(observation, scale, b, at.attacker_index)) - 1)
+    i = k if at.present == at.attacker_index else k + (k >= round(read(observation, scale, b, at.attacker_index)) - 1)
     growth = read(observation, scale, b, at.growth + k)
     if read(observation, scale, b, at.alarm + k) > 0.5:
         leads = i == at.gap_rate - at.gap_error

@@ -56,6 +56,13 @@ class Switching(AnalyticPolicy):
         return sign[:, np.newaxis], (sign,)
 
 
+def switch(seen: Seen, separation_m: float, weights: FloatArray, sign: FloatArray) -> FloatArray:
+    """The signs (B,) after those of the last decision, by weights (B, 7)."""
+    signs, shown = sign.copy(), (seen.observation, seen.fields.offsets, seen.fields.scale)
+    _switch(*shown, separation_m, np.ones(1), weights, False, signs)
+    return signs
+
+
 @kernel
 def _switch(
     observation: Observation,

@@ -17,9 +17,9 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import cma
 import numpy as np
 
+from baselines.rogue.evolution import evolve
 from baselines.rogue.switching import SIZE, Switching
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
@@ -94,24 +94,18 @@ def search_switching(search: SwitchingSearch) -> dict[str, Any]:
 
 def _generations(search: SwitchingSearch, run: int) -> Iterator[tuple[float, FloatArray]]:
     """The best candidate of each generation with its damage."""
-    generator = np.random.default_rng([search.seed, run])
-    options = {
-        "popsize": search.population,
-        "seed": np.nan,  # numpy's global generator stays untouched
-        "randn": lambda *shape: generator.standard_normal(shape),
-        "verbose": -9,
-    }
     origin, spread = np.zeros(SIZE), search.spread
     if run == search.restarts:
         origin, spread = np.array(search.start), search.start_spread
         origin *= np.sqrt(SIZE) / np.linalg.norm(origin)
-    strategy = cma.CMAEvolutionStrategy(origin, spread, options)
-    for generation in range(search.generations):
-        candidates = np.array(strategy.ask())
+
+    def judge(candidates: FloatArray, generation: int) -> FloatArray:
         first = SEARCHED + (run * search.generations + generation) * search.worlds
-        damages = switching_damages(candidates, search, _seeds(first, search.worlds)).mean(axis=(1, 2))
-        strategy.tell(list(candidates), (-damages).tolist())
-        yield float(damages.max()), candidates[int(damages.argmax())]
+        damages: FloatArray = switching_damages(candidates, search, _seeds(first, search.worlds)).mean(axis=(1, 2))
+        return damages
+
+    sizes = {"population": search.population, "generations": search.generations}
+    yield from evolve(judge, origin, spread, **sizes, seed=[search.seed, run])
 
 
 def switching_damages(

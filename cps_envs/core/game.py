@@ -135,6 +135,16 @@ class Game(ABC):
         """
         raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
 
+    def truth(self, b: int) -> Mapping[str, Any]:
+        """Privileged: what roles have to infer of one environment, by name, for policies that are told it.
+
+        Arrays are views, which change with the episode.
+
+        Raises:
+            TypeError: the problem tells nobody.
+        """
+        raise TypeError(f"the problem {self.name!r} tells no policy what an episode hides")
+
     def team(self, role: Role) -> Team:
         """The role as a team of agents.
 

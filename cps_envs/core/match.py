@@ -150,6 +150,7 @@ class Match:
     def _knowledge(self, role: Role, wanted: frozenset[str], b: int) -> dict[str, Any]:
         offers: dict[str, Callable[[], Any]] = {
             "model": lambda: lambda num_envs: self.game.model(b, num_envs),
+            "truth": lambda: self.game.truth(b),
             "opponent": lambda: next((self.players[other] for other in self.players if other != role), None),
         }
         return {name: offers[name]() for name in wanted}

@@ -12,6 +12,8 @@ TABLE = "Table 5.1"
 GAINS = "chosen within 0 < n_3 < n_2 < n_1 < 1"
 DRIVER = "Table 2.1, for (2.5)"
 NOISE = "chosen: standard deviation of what is observed"
+ORDERS = "chosen: with 'all' the seized vehicle is not marked; it obeys until the onset"
+COST = "chosen: saturating mean errors, or log(1 + mean distance from the reference places / sigma)"
 
 
 @dataclass(frozen=True)
@@ -24,7 +26,7 @@ class RogueConfig:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
     """
 
-    num_vehicles: int = quantity(5, low=3, high=100, source="paper: n")
+    num_vehicles: IntRange = quantity(5, low=3, high=100, source="paper: n", ranged=True)
     attacker_index: IntRange = quantity(3, low=1, high=99, source="paper: 3; 1 = rear", ranged=True)
     power_ratio: Range = quantity(1.0, low=1, high=3, source="paper: alpha_att / alpha; maps 1 to 1.4", ranged=True)
     drive_mps2: Range = quantity(5.0, unit="m/s2", low=1, high=20, source=f"{TABLE}: alpha", ranged=True)
@@ -59,12 +61,16 @@ class RogueConfig:
     control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
     attack_hold_s: float = quantity(0.1, unit="s", low=0.1, high=10, source="chosen: the attacker's decision")
     onset_s: Range = quantity(0.0, unit="s", low=0, high=60, source="chosen: drives as `sliding` before", ranged=True)
+    attack_share: float = quantity(1.0, low=0, high=1, source="chosen: share of the episodes that have an attack")
+    orders: str = quantity("intact", choices=("intact", "all"), source=ORDERS)
     defense_action: str = quantity("mode", choices=("mode", "command"), source="chosen: controllers, or accelerations")
+    formation_cost: str = quantity("scattering", choices=("scattering", "log_place"), source=COST)
     formation_weight_mps2: float = quantity(0.0, unit="m/s2", low=0, high=10, source="chosen: w, price of scattering")
     spacing_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial separations +- this")
     speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial speeds +- this")
     range_noise_m: float = quantity(0.0, unit="m", low=0, high=5, source=NOISE)
     range_rate_noise_mps: float = quantity(0.0, unit="m/s", low=0, high=5, source=NOISE)
+    speed_noise_mps: float = quantity(0.0, unit="m/s", low=0, high=5, source=f"{NOISE} by the defender")
     acceleration_noise_mps2: float = quantity(0.0, unit="m/s2", low=0, high=5, source=NOISE)
 
     def __post_init__(self) -> None:
@@ -73,7 +79,7 @@ class RogueConfig:
         self._check_sizes()
         if self.dt_s >= self.stable_below_s:
             raise ConfigurationError(
-                f"dt_s = {self.dt_s}: with {self.num_vehicles} vehicles the sliding mode is stable only below "
+                f"dt_s = {self.dt_s}: with {self.max_vehicles} vehicles the sliding mode is stable only below "
                 f"{self.stable_below_s:.3g} s. Choose {self._stable_step()} or a wider boundary_layer_mps."
             )
 
@@ -91,10 +97,11 @@ class RogueConfig:
                 )
 
     def _check_sizes(self) -> None:
-        if bounds(self.attacker_index)[1] >= self.num_vehicles:
+        fewest, (first, last) = bounds(self.num_vehicles)[0], bounds(self.attacker_index)
+        if first >= fewest or last >= self.max_vehicles:
             raise ConfigurationError(
                 f"attacker_index = {self.attacker_index} has to be below num_vehicles = {self.num_vehicles}: the "
-                "leader, who holds the reference, is intact."
+                "leader, who holds the reference, is intact. Where both are drawn, this holds for each end."
             )
         if self.separation_m <= self.vehicle_length_m + 2 * self.spacing_spread_m:
             raise ConfigurationError(
@@ -127,9 +134,9 @@ class RogueConfig:
         """The integration step (s) from which on the sliding mode is unstable, see `stability`."""
         layer, (first, last) = self.boundary_layer_mps, bounds(self.attacker_index)
         authority = 2 * self.surface_slope_per_s * self.max_speed_mps + self.max_acceleration_mps2
-        disguised = bounds(self.onset_s)[1] > 0
+        disguised = bounds(self.onset_s)[1] > 0 or self.attack_share < 1
         places = range(int(first), int(last) + 1)
-        return longest_stable_step_s(self.num_vehicles, places, (authority + layer) / layer, disguised=disguised)
+        return longest_stable_step_s(self.max_vehicles, places, (authority + layer) / layer, disguised=disguised)
 
     @property
     def steps_per_period(self) -> int:
@@ -137,9 +144,24 @@ class RogueConfig:
         return round(self.control_period_s / self.dt_s)
 
     @property
+    def max_vehicles(self) -> int:
+        """Vehicles of the longest platoon; arrays are as long."""
+        return int(bounds(self.num_vehicles)[1])
+
+    @property
     def num_intact(self) -> int:
-        """Vehicles that the defender drives."""
-        return self.num_vehicles - 1
+        """Vehicles of the longest platoon without the seized one."""
+        return self.max_vehicles - 1
+
+    @property
+    def hidden(self) -> bool:
+        """Whether the defender is not told who is seized, and gives orders to all."""
+        return self.orders == "all"
+
+    @property
+    def num_orders(self) -> int:
+        """Vehicles that the defender gives orders to."""
+        return self.max_vehicles if self.hidden else self.num_intact
 
 
 PAPER = RogueConfig()
@@ -160,4 +182,21 @@ EASY = replace(
     acceleration_noise_mps2=0.5,
     formation_weight_mps2=0.5,
 )
-PRESETS = {"paper": PAPER, "easy": EASY, "learning": EASY}
+LEARNING = replace(
+    EASY,
+    num_vehicles=(4, 8),
+    attacker_index=(1, 7),
+    orders="all",
+    power_ratio=(1.0, 1.3),
+    onset_s=(0.0, 30.0),
+    attack_share=0.75,
+    boundary_layer_mps=0.1,  # four times that of the paper, so that steps of 2 ms are stable and exact enough
+    dt_s=0.002,
+    range_noise_m=0.5,
+    range_rate_noise_mps=0.5,
+    speed_noise_mps=0.5,
+    acceleration_noise_mps2=2.0,
+    formation_cost="log_place",
+    formation_weight_mps2=0.2,
+)
+PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING}

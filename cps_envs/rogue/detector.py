@@ -49,11 +49,15 @@ def leaky(z: float, residual: float, r: Rules) -> float:
 
 
 @inlined
-def raise_alarm(episode: State, i: int, scratch: Scratch, score: Record, r: Rules) -> None:
-    """Latch the side whose detector has passed the threshold, the louder one where both have."""
+def raise_alarm(episode: State, i: int, scratch: Scratch, score: Record, c: Drawn, r: Rules) -> None:
+    """Latch the side whose detector has passed the threshold, the louder one where both have.
+
+    The alarm is false if the vehicle on that side is intact, as all are before the onset.
+    """
     if episode.alarm[i] == 0 and max(episode.front_detector[i], episode.rear_detector[i]) > r.alarm_threshold:
         episode.alarm[i] = 1 if episode.front_detector[i] >= episode.rear_detector[i] else -1
         if scratch.ordered[i] == DETECTING:
             episode.controller[i] = in_force(DETECTING, episode.alarm[i])
+        score.false_alarms += episode.step[0] < c.onset_step or i + episode.alarm[i] != c.attacker
         if score.first_alarm_s < 0.0:
             score.first_alarm_s = episode.step[0] * r.dt_s

@@ -23,7 +23,7 @@ from cps_envs.rogue.controllers import (
     sliding,
 )
 from cps_envs.rogue.detector import NOBODY, capability, listen, raise_alarm
-from cps_envs.rogue.formation import reference_position, scattering
+from cps_envs.rogue.formation import formation_cost, reference_position
 from cps_envs.rogue.state import Drawn, Rules, Scratch, Side, State
 
 
@@ -40,20 +40,23 @@ def advance_episode(
     r: Rules,
 ) -> None:
     """Advance one episode by game steps under held actions, see `game.step`."""
-    receive(episode, scratch, orders, accelerations, c)
+    receive(episode, scratch, orders, accelerations, c, r)
     for _ in range(periods):
         hold(episode, attack, c, r)
         for _ in range(r.steps_per_period):
             integrate(episode, scratch, score, c, r)
-        score.formation_cost_s += scattering(episode, c, r) * r.steps_per_period * r.dt_s
+        score.formation_cost_s += formation_cost(episode, c, r) * r.steps_per_period * r.dt_s
 
 
 @inlined
-def receive(episode: State, scratch: Scratch, orders: IntArray, accelerations: FloatArray, c: Drawn) -> None:
-    """Note for each vehicle what the defender orders; until its onset the seized one drives by the sliding mode."""
+def receive(episode: State, scratch: Scratch, orders: IntArray, accelerations: FloatArray, c: Drawn, r: Rules) -> None:
+    """Note for each vehicle what the defender orders.
+
+    Until its onset a seized vehicle that gets no orders drives by the sliding mode, and a hidden one obeys.
+    """
     for i in range(episode.speed.size):
-        k = i - (i > c.attacker)
-        if i == c.attacker:
+        k = i - (i > c.attacker and not r.hidden)
+        if i == c.attacker and not r.hidden:
             scratch.ordered[i], scratch.modified[i], scratch.wanted[i] = SLIDING, 0, 0.0
         else:
             scratch.ordered[i], scratch.modified[i], scratch.wanted[i] = orders[k, 0], orders[k, 1], accelerations[k]
@@ -87,15 +90,15 @@ def integrate(episode: State, scratch: Scratch, score: Record, c: Drawn, r: Rule
             front, ahead = sense(episode, i, r), capability(episode, i + 1, c, r)
         else:
             front = sense_reference(episode, i, c, r)
-        if i != c.attacker:
+        if i != c.attacker or r.hidden:
             listen(episode, i, front, rear, ahead, behind, r)
-            raise_alarm(episode, i, scratch, score, r)
+            raise_alarm(episode, i, scratch, score, c, r)
         scratch.command[i] = decide(episode, i, front, rear, scratch, grows, c, r)
         rear, behind, own = front, own, ahead
     for i in range(c.attacker):
         actuate(episode, i, scratch, c.drive_mps2, c, r)
     if episode.step[0] < c.onset_step:
-        actuate(episode, c.attacker, scratch, c.attacker_drive_mps2, c, r)
+        actuate(episode, c.attacker, scratch, c.drive_mps2 if r.hidden else c.attacker_drive_mps2, c, r)
     else:
         episode.effort[c.attacker] = episode.held_effort[0]
         move(episode, c.attacker, c.attacker_drive_mps2, c, r)

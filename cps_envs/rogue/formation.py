@@ -1,6 +1,8 @@
-"""How far the intact vehicles have scattered: the cost c that keeps a trained defence from driving apart."""
+"""How far the intact vehicles have scattered: the costs c that keep a trained defence from driving apart."""
 
 from __future__ import annotations
+
+from math import log
 
 from cps_envs.core.kernels import inlined
 from cps_envs.rogue.state import Drawn, Rules, State
@@ -12,6 +14,26 @@ FAR = 10.0  # separations, at which an error counts in full
 def reference_position(episode: State, c: Drawn, r: Rules) -> float:
     """x_ref, m: where the leader ought to be."""
     return float(c.reference_start_m + c.reference_speed_mps * episode.step[0] * r.dt_s)
+
+
+@inlined
+def formation_cost(episode: State, c: Drawn, r: Rules) -> float:
+    """The cost c of the configuration at this moment."""
+    return log_place(episode, c, r) if r.logarithmic else scattering(episode, c, r)
+
+
+@inlined
+def log_place(episode: State, c: Drawn, r: Rules) -> float:
+    """log(1 + mean distance of the vehicles from their places behind the reference, in sigma): it never saturates.
+
+    Every vehicle counts that the defender drives: all until the onset, from then on all but the seized one.
+    """
+    leader, reference, distance, count = episode.position.size - 1, reference_position(episode, c, r), 0.0, 0
+    for i in range(leader + 1):
+        if i != c.attacker or episode.step[0] < c.onset_step:
+            distance += abs(reference - (leader - i) * r.separation_m - episode.position[i])
+            count += 1
+    return log(1.0 + distance / (count * r.separation_m))
 
 
 @inlined

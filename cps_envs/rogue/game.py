@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
 from cps_envs.core.holding import hold
-from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack, view
+from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.rogue.actions import command_limits, mode_space
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED
 from cps_envs.rogue.dynamics import advance_episode
-from cps_envs.rogue.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
-from cps_envs.rogue.payoff import PAYOFF_PARTS, Metrics, measure
+from cps_envs.rogue.fields import attacker_fields, defender_fields
+from cps_envs.rogue.observation import observe_attacker, observe_defender
+from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics, measure
 from cps_envs.rogue.picture.scene import Scene, scene_of
 from cps_envs.rogue.start import draw, ranges_of, start_episodes
-from cps_envs.rogue.state import Drawn, Rules, State, allocate, make_scratch, rules_of
+from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, make_scratch, platoon, rules_of
 from cps_envs.rogue.swarm import VehicleTeam
 
 KERNELS = {"attacker": observe_attacker, "defender": observe_defender}
@@ -33,7 +35,7 @@ class RogueGame(Game):
     effort (1), set at each decision and held.
     Defender, `defense_action="mode"`: MultiDiscrete, for each intact vehicle from the rear its controller
     (`controllers.CONTROLLERS`) and whether following is modified: growing separation, authority (5.12). `"command"`:
-    Box (n - 1,), accelerations.
+    Box (n - 1,), accelerations. With `orders="all"` for each vehicle: the seized one ignores its own from the onset on.
 
     Payoff: the increase of the damage D (5.8), plus w times the increase of the formation cost. Nothing terminates.
     """
@@ -48,21 +50,22 @@ class RogueGame(Game):
         self.step_s = config.control_period_s
         self.decision_interval = {"attacker": round(config.attack_hold_s / config.control_period_s), "defender": 1}
         self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
-        intact = config.num_intact
+        ordered = config.num_orders
         self.modes = config.defense_action == "mode"
-        defense = mode_space(intact) if self.modes else spaces.Box(-1.0, 1.0, (intact,), np.float32)
+        defense = mode_space(ordered) if self.modes else spaces.Box(-1.0, 1.0, (ordered,), np.float32)
         self.action_space = {"attacker": spaces.Box(-1.0, 1.0, (1,), np.float32), "defender": defense}
-        still = np.zeros(2 * intact, np.int64) if self.modes else np.zeros(intact)
+        still = np.zeros(2 * ordered, np.int64) if self.modes else np.zeros(ordered)
         self.neutral_action = {"attacker": np.zeros(1), "defender": still}
         self.payoff_parts = PAYOFF_PARTS
         self.rules, self._ranges = rules_of(config), ranges_of(config)
         self._limits = command_limits(config)
-        self.state: State = allocate(num_envs, config.num_vehicles)
+        self.state: State = allocate(num_envs, config.max_vehicles)
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
         self._held = hold(self.state)
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
-        self._orders = np.full((num_envs, intact, 2), (COMMANDED, 0))
-        self._accelerations = np.zeros((num_envs, intact))
+        self._orders = np.full((num_envs, ordered, 2), (COMMANDED, 0))
+        self._accelerations = np.zeros((num_envs, ordered))
+        self._measured = Metrics._fields if config.hidden else Metrics._fields[:-HIDDEN_ONLY]
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         draws = draw(self.config, np.flatnonzero(envs), generators)
@@ -77,14 +80,14 @@ class RogueGame(Game):
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
-        """Controllers (B, n - 1, 2) and accelerations (B, n - 1) in m/s2 of the defender's action."""
+        """Controllers (B, k, 2) and accelerations (B, k) in m/s2 of the k vehicles that get orders."""
         if self.modes:
             return action.reshape(self._orders.shape), self._accelerations
         braking, driving = self._limits
         return self._orders, np.where(action < 0.0, braking, driving) * action
 
     def observe(self, role: Role) -> Observation:
-        """See `observation.attacker_fields` and `observation.defender_fields`."""
+        """See `fields.attacker_fields` and `fields.defender_fields`."""
         fields = self.fields[role]
         encoded = np.empty((self.num_envs, fields.size), np.float32)
         KERNELS[role](self._held, self.drawn, self.rules, fields.offsets, fields.scale, encoded)
@@ -92,11 +95,11 @@ class RogueGame(Game):
 
     def metrics(self) -> dict[str, Array]:
         """`payoff.Metrics` so far, each (B,)."""
-        return {name: self._scores[name] for name in Metrics._fields}
+        return {name: self._scores[name] for name in self._measured}
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(Metrics._fields, self._scores.item(b)))  # noqa: B905, strict costs a microsecond
+        return dict(zip(self._measured, self._scores.item(b)))  # noqa: B905, strict costs a microsecond
 
     def model(self, b: int, num_envs: int) -> RogueGame:
         """Privileged: copies of one episode in its present state."""
@@ -108,12 +111,18 @@ class RogueGame(Game):
         copy.elapsed[:] = self.elapsed[b]
         return copy
 
+    def truth(self, b: int) -> dict[str, Any]:
+        """Privileged: `seat` (0 = rear), `onset_s` (inf without an attack) and `power_ratio` of an episode."""
+        c = unpack(Drawn, self.drawn, b)
+        onset_s = c.onset_step * self.config.dt_s if c.onset_step < NEVER else np.inf
+        return {"seat": c.attacker, "onset_s": onset_s, "power_ratio": c.attacker_drive_mps2 / c.drive_mps2}
+
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
         return scene_of(self.state, self.drawn, b, self.config, self.episode_metrics(b))
 
     def team(self, role: Role) -> Team:
-        """The defender as one agent per intact vehicle."""
+        """The defender as one agent for each vehicle that gets orders."""
         if role == "defender":
             return VehicleTeam(self.config, self._held, self.drawn, self.rules)
         return super().team(role)
@@ -132,15 +141,16 @@ def step(
 ) -> None:
     """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
 
-    `moves` are the attacker's actions (B, 1) in [-1, 1]; controllers (B, n - 1, 2) and
-    whether they are modified; and accelerations (B, n - 1) in m/s2, for vehicles whose controller is `COMMANDED`.
+    `moves` are the attacker's actions (B, 1) in [-1, 1]; of the k vehicles that get orders controllers (B, k, 2) and
+    whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`.
     """
     attack, orders, accelerations = moves
     r = unpack(Rules, rules, 0)
     scratch = make_scratch(state.position.shape[1])
     for b in range(envs.size):
         if envs[b]:
-            episode, c, score = view(state, b), unpack(Drawn, drawn, b), borrowed(scores)[b]
+            c, score = unpack(Drawn, drawn, b), borrowed(scores)[b]
+            episode = platoon(state, b, c.num_vehicles)
             before = score.damage + score.formation_charge
             order, acceleration = borrowed(orders)[b], borrowed(accelerations)[b]
             advance_episode(episode, lend(scratch), attack[b, 0], order, acceleration, periods, score, c, r)

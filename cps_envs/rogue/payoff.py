@@ -23,9 +23,12 @@ class Metrics(NamedTuple):
     first_alarm_s: float  # s, -1 if none
     humans: float  # intact vehicles driven by hand now
     reference_error_m: float  # m, the leader behind its reference
+    false_alarms: float  # vehicles that blame an intact neighbour, as all do before the onset
+    attacked: float  # 1 once the attacker drives
 
 
 PAYOFF_PARTS = ("damage", "formation_charge")
+HIDDEN_ONLY = 2  # metrics at the end that are shown only where the seized vehicle is not marked
 
 
 @inlined
@@ -40,6 +43,6 @@ def measure(episode: State, score: Record, c: Drawn, r: Rules) -> None:
         alarms += abs(episode.alarm[i])
         humans += episode.controller[i] == HUMAN
     score.damage, score.damage_ahead, score.collisions = damage, ahead, collisions
-    score.alarms, score.humans = alarms, humans
+    score.alarms, score.humans, score.attacked = alarms, humans, episode.step[0] > c.onset_step
     score.formation_charge = r.formation_weight_mps2 * score.formation_cost_s
     score.reference_error_m = reference_position(episode, c, r) - episode.position[-1]

@@ -10,11 +10,15 @@ EASY_ATTACKERS = (
     '"switching"]'
 )
 EASY_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
+ATTACKERS = (
+    'mixture?policies=["none","square?frequency_hz=0.05","duty_square","random","strike","switching",'
+    '"contested?against=sliding","contested?against=monitor","identify"]'
+)
 
 
 def vehicle_steps(config: RogueConfig) -> float:
     """Integration steps of single vehicles in a game step; a function of its own so that problems pickle."""
-    return config.steps_per_period * config.num_vehicles
+    return config.steps_per_period * config.max_vehicles
 
 
 ROGUE = Problem(
@@ -24,13 +28,13 @@ ROGUE = Problem(
     presets=PRESETS,
     game=Later("cps_envs.rogue.game:RogueGame"),
     fields={
-        "attacker": Later("cps_envs.rogue.observation:attacker_fields"),
-        "defender": Later("cps_envs.rogue.observation:defender_fields"),
+        "attacker": Later("cps_envs.rogue.fields:attacker_fields"),
+        "defender": Later("cps_envs.rogue.fields:defender_fields"),
     },
     opponents={
         "paper": {"attacker": "square", "defender": "none"},
         "easy": {"attacker": EASY_ATTACKERS, "defender": EASY_DEFENDERS},
-        "learning": {"attacker": EASY_ATTACKERS, "defender": EASY_DEFENDERS},
+        "learning": {"attacker": ATTACKERS, "defender": "monitor"},
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
     swarm="defender",

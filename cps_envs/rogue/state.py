@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.kernels import inlined, pack
+from cps_envs.core.kernels import inlined, pack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
 
 FULL_TURN = 6.283185307179586
+NEVER = 1 << 40  # integration steps
 
 
 class State(NamedTuple):
@@ -42,8 +43,9 @@ class Drawn(NamedTuple):
     drag_per_s: float  # beta
     reference_speed_mps: float  # v_ref
     reference_start_m: float  # x_ref at time 0
-    onset_step: int  # integration step from which on the attacker drives
+    onset_step: int  # integration step from which on the attacker drives; `NEVER` in an episode without an attack
     noise_seed: int
+    num_vehicles: int  # of the platoon; the arrays of `State` may be longer
 
 
 class Rules(NamedTuple):
@@ -79,9 +81,12 @@ class Rules(NamedTuple):
     solid: bool
     spacing_spread_m: float  # initial separations +- this
     speed_spread_mps: float  # initial speeds +- this
+    logarithmic: bool  # the formation cost is the logarithm of the distance from the places
+    hidden: bool  # the seized vehicle gets orders too, and obeys until the onset
     formation_weight_mps2: float  # w
     range_noise_m: float
     range_rate_noise_mps: float
+    speed_noise_mps: float
     acceleration_noise_mps2: float
 
 
@@ -96,10 +101,32 @@ class Side(NamedTuple):
 class Scratch(NamedTuple):
     """What one platoon after the other needs beside its state."""
 
-    ordered: IntArray  # (n,) controllers that the defender has selected; `SLIDING` for the seized vehicle
+    ordered: IntArray  # (n,) controllers that the defender has selected; `SLIDING` for a marked seized vehicle
     modified: IntArray  # (n,) whether following is modified
     wanted: FloatArray  # (n,) m/s2, of vehicles that are commanded
     command: FloatArray  # (n,) m/s2, desired, before the limits of the actuator
+
+
+@inlined
+def platoon(state: State, b: int, num_vehicles: int) -> State:
+    """Environment `b` without the places of vehicles that its platoon does not have."""
+    n, episode = num_vehicles, view(state, b)
+    return State(
+        position=episode.position[:n],
+        speed=episode.speed[:n],
+        acceleration=episode.acceleration[:n],
+        effort=episode.effort[:n],
+        front_detector=episode.front_detector[:n],
+        rear_detector=episode.rear_detector[:n],
+        growth=episode.growth[:n],
+        alarm=episode.alarm[:n],
+        controller=episode.controller[:n],
+        damage=episode.damage[: n - 1],
+        collisions=episode.collisions[: n - 1],
+        armed=episode.armed[: n - 1],
+        step=episode.step,
+        held_effort=episode.held_effort,
+    )
 
 
 @inlined
@@ -140,6 +167,8 @@ def rules_of(config: RogueConfig) -> Array:
         "leak_per_s": FULL_TURN * config.detector_cutoff_hz,
         "growth_steps": round(config.growth_interval_s / config.dt_s),
         "solid": config.contact == "solid",
+        "logarithmic": config.formation_cost == "log_place",
+        "hidden": config.hidden,
     }
     known = asdict(config) | derived
     return pack(Rules(**{name: known[name] for name in Rules._fields}))

@@ -10,16 +10,31 @@ from agents.benchmark.matrix import entries
 from agents.benchmark.runner import find_benchmarks, run_benchmark, select
 from agents.benchmark.store import Store
 from baselines.rogue.benchmark import BENCHMARK
+from baselines.rogue.contest import CONTEST
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
+from cps_envs.core.types import ROLES
+
+BEYOND = {  # the dissertation, and made for preset `learning`
+    "attacker": {"contested", "identify", "strike", "tuned"},
+    "defender": {"assigned", "informed", "monitor"},
+}
 
 
-def test_every_registered_policy_takes_part() -> None:
+def test_every_policy_of_the_paper_takes_part() -> None:
     assert [found.problem for found in find_benchmarks(["rogue"])] == ["rogue"]
+    known = {role: set(policy_names("rogue", role)) - {*NEED_OPTIONS} - BEYOND[role] for role in ROLES}
     for setting in BENCHMARK.settings:
         attackers = {entrant.reference.partition("?")[0] for entrant in setting.attackers}
         defenders = {entrant.reference for entrant in setting.defenders}
-        assert attackers == set(policy_names("rogue", "attacker")) - {*NEED_OPTIONS} | {"zoo:rogue-attack-ppo"}
-        assert defenders == set(policy_names("rogue", "defender")) - {"none", *NEED_OPTIONS} | {"zoo:rogue-defense-ppo"}
+        assert attackers == known["attacker"] | {"zoo:rogue-attack-ppo"}
+        assert defenders == known["defender"] - {"none"} | {"zoo:rogue-defense-ppo"}
+
+
+def test_every_registered_policy_plays_the_contest_or_a_reason_is_given() -> None:
+    for role, side in (("attacker", CONTEST.attackers), ("defender", CONTEST.defenders)):
+        playing = {entrant.reference.partition("?")[0] for entrant in (*side.policies, *side.informed)}
+        assert playing | set(side.left_out) >= set(policy_names("rogue", role)) - {*NEED_OPTIONS}
+        assert not playing & set(side.left_out)
 
 
 @pytest.mark.parametrize("setting", [setting.name for setting in BENCHMARK.settings])

@@ -20,7 +20,8 @@ from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.problem import ROGUE
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
-ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in NEED_OPTIONS]
+NEW = ("contested", "identify", "strike", "tuned")  # for preset `learning`, in test_contested.py
+ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in (*NEED_OPTIONS, *NEW)]
 
 
 def config_of(preset="paper", **overrides):
@@ -110,7 +111,11 @@ def test_random_switching_draws_full_efforts_with_the_mean_times_asked_for():
 
 
 def observation(spec, **values):
-    row = {field.name: 0.0 for field in spec.fields} | {"power_ratio": 1.0, "reference_speed": 25.0, "speed": 25.0}
+    row = {field.name: 0.0 for field in spec.fields if field.size} | {
+        "power_ratio": 1.0,
+        "reference_speed": 25.0,
+        "speed": 25.0,
+    }
     return spec.fields.encode(np.array([list((row | values).values())]))
 
 
@@ -206,14 +211,15 @@ def test_no_defence_is_the_linear_controller():
     assert play("square", "none")["damage"] == play("square", "pd")["damage"] > 50
 
 
-@pytest.mark.parametrize("preset", ["paper", "easy"])
+@pytest.mark.parametrize("preset", ["paper", "easy", "learning"])
 @pytest.mark.parametrize("side", ["Attack", "Defense"])
 def test_default_opponents_play(preset, side):
     env = gymnasium.make(f"cps_envs:cps_envs/Rogue{side}-v0", preset=preset, duration_s=12.0)
+    vehicles = env.unwrapped.game.config.num_orders
     env.reset(seed=3)
     total, done = 0.0, False
     while not done:
-        action = np.zeros(1, np.float32) if side == "Attack" else np.tile([CONTROLLERS.index("detecting"), 1], 4)
+        action = np.zeros(1, np.float32) if side == "Attack" else np.tile([CONTROLLERS.index("detecting"), 1], vehicles)
         _, reward, _, done, info = env.step(action)
         total += reward
     assert abs(total) == pytest.approx(info["damage"] + info["formation_charge"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.hvac.config import HvacConfig
@@ -123,6 +125,14 @@ def draw_disc(canvas: Canvas, number: str, centre: Point, radius: float, color: 
     canvas.text(number, (centre[0] + 0.5, centre[1] + 0.5), WHITE if full else color, round(1.8 * radius), align=0.5)
 
 
+def heat_in_words(scene: Scene, zone: int) -> str:
+    """The unmeasured heat of a zone, and what the filter that the controller follows takes it for."""
+    true, believed = float(scene.unknown_heat[zone]), float(scene.believed_heat[zone])
+    if true == 0.0 and math.isnan(believed):
+        return ""
+    return f", unknown heat {true:+.0f} W" + ("" if math.isnan(believed) else f" (believed {believed:+.0f})")
+
+
 def draw_heating(canvas: Canvas, scene: Scene, config: HvacConfig, zone: int, box: Box, *, spacious: bool) -> None:
     """Heating power as a bar of its limit, and in watts."""
     left, top, width, height = box
@@ -131,7 +141,7 @@ def draw_heating(canvas: Canvas, scene: Scene, config: HvacConfig, zone: int, bo
     edge, thick = (EDGE, 8) if spacious else (5, 5)
     bar = (left + edge, top + height - edge - thick + 2, width - 2 * edge, thick)
     if spacious:
-        canvas.text("heating", (bar[0], bar[1] - 9), INK, SMALL)
+        canvas.text(f"heating{heat_in_words(scene, zone)}", (bar[0], bar[1] - 9), INK, SMALL)
         canvas.text(f"{power:.0f} W", (bar[0] + bar[2], bar[1] - 9), INK, 17, align=1)
     canvas.box(bar, WHITE, radius=2)
     if share > 0:

@@ -10,7 +10,7 @@ from cps_envs.core.kernels import unpack
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, DRIVEN
-from cps_envs.rogue.state import Drawn, State
+from cps_envs.rogue.state import NEVER, Drawn, State, platoon
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,8 @@ class Scene:
     time_s: float
     duration_s: float
     attacker: int  # index of the seized vehicle, 0 = rear
-    onset_s: float  # from when on the attacker drives
+    onset_s: float  # from when on the attacker drives; inf in an episode without an attack
+    hidden: bool  # nothing marks the seized vehicle to the defender
     effort: float  # of the seized vehicle
     effort_limits: tuple[float, float]
     power_ratio: float
@@ -48,6 +49,12 @@ class Scene:
         return np.diff(self.position) - self.vehicle_length_m
 
     @property
+    def blamed(self) -> list[int]:
+        """The vehicles that an alarm points at: what the platoon believes."""
+        raised = np.flatnonzero(self.alarm)
+        return sorted(set((raised + self.alarm[raised]).tolist()))
+
+    @property
     def desired_gap_m(self) -> float:
         """The gap that belongs to the separation sigma, m."""
         return self.separation_m - self.vehicle_length_m
@@ -55,15 +62,18 @@ class Scene:
 
 def scene_of(state: State, drawn: Array, b: int, config: RogueConfig, metrics: dict[str, float]) -> Scene:
     """Copies of what a picture shows of an episode."""
-    episode, c = State(*(array[b].copy() for array in state)), unpack(Drawn, drawn, b)
+    c = unpack(Drawn, drawn, b)
+    episode = State._make(part.copy() for part in platoon(state, b, c.num_vehicles))
     names = ["commanded" if number == COMMANDED else DRIVEN[number] for number in episode.controller.tolist()]
-    names[c.attacker] = "attacker"
+    if not config.hidden or episode.step[0] > c.onset_step:
+        names[c.attacker] = "attacker"
     return Scene(
         episode=c.noise_seed,
-        time_s=float(episode.step * config.dt_s),
+        time_s=float(episode.step[0] * config.dt_s),
         duration_s=config.duration_s,
         attacker=c.attacker,
-        onset_s=c.onset_step * config.dt_s,
+        onset_s=c.onset_step * config.dt_s if c.onset_step < NEVER else np.inf,
+        hidden=config.hidden,
         effort=float(episode.effort[c.attacker]),
         effort_limits=(config.min_effort, config.max_effort),
         power_ratio=c.attacker_drive_mps2 / c.drive_mps2,

@@ -106,6 +106,8 @@ def draw_progress(canvas: Canvas, scene: Scene) -> None:
     subtitle = (
         f"{len(scene.position)} vehicles, the attacker drives {scene.attacker + 1}{power}; {CONTACTS[scene.contact]}"
     )
+    if scene.onset_s == np.inf:
+        subtitle = f"{len(scene.position)} vehicles, an episode without an attack; {CONTACTS[scene.contact]}"
     draw_header(canvas, "Rogue vehicle", subtitle, scene.time_s, scene.duration_s)
     for time_s, color in events(scene):
         draw_event(canvas, time_s / scene.duration_s, color)
@@ -114,7 +116,7 @@ def draw_progress(canvas: Canvas, scene: Scene) -> None:
 def draw_metrics(canvas: Canvas, scene: Scene, box: Box, charged: bool) -> None:
     """The metrics so far, and the attacker's effort."""
     left, top, width, height = box
-    metrics, unit, intact = scene.metrics, UNITS[scene.contact], len(scene.position) - 1
+    metrics, unit, intact = scene.metrics, UNITS[scene.contact], len(scene.position) - (not scene.hidden)
     charge, humans = f"{metrics['formation_charge']:.1f} {unit}", f"{metrics['humans']:.0f} of {intact}"
     values = [
         ("Attacker's speed", f"{scene.speed[scene.attacker]:.1f} m/s"),
@@ -153,13 +155,24 @@ def draw_status(canvas: Canvas, scene: Scene, struck: BoolArray) -> None:
     y = 104.0
     pairs = np.flatnonzero(struck).tolist()
     if not pairs:
-        waiting = f"The attack begins at {scene.onset_s:.1f} s"
-        canvas.text(waiting if scene.time_s < scene.onset_s else CAPTION, (MARGIN, y), MUTED, 16)
+        canvas.text(belief(scene) if scene.hidden else caption(scene), (MARGIN, y), MUTED, 16)
         return
     more = f" and {len(pairs) - 3} more pairs" if len(pairs) > 3 else ""
     note = "Contact: " + ", ".join(f"{pair + 1} and {pair + 2}" for pair in pairs[:3]) + more
     canvas.box((MARGIN, y - 9, canvas.text_width(note, WHITE, 17) + 16, 18), DAMAGE, radius=4)
     canvas.text(note, (MARGIN + 8, y), WHITE, 17)
+
+
+def caption(scene: Scene) -> str:
+    """When the attack begins, and then how the road is drawn."""
+    return f"The attack begins at {scene.onset_s:.1f} s" if scene.time_s < scene.onset_s else CAPTION
+
+
+def belief(scene: Scene) -> str:
+    """Whom the alarms blame, beside what is true."""
+    blamed = " and ".join(str(vehicle + 1) for vehicle in scene.blamed) or "nobody"
+    true = f"{scene.attacker + 1} attacks from {scene.onset_s:.1f} s on" if scene.onset_s < np.inf else "nobody attacks"
+    return f"Alarms blame {blamed}; {true}"
 
 
 def draw_legend(canvas: Canvas, modes: bool) -> None:

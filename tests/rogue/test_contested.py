@@ -1,0 +1,256 @@
+"""The policies made for preset `learning`: assignments, monitor, informed defender, and their attackers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baselines.rogue.assignment import Assigned, laws_of
+from baselines.rogue.contested_search import DEFENDERS, ContestedSearch, mean_trace, search_response
+from baselines.rogue.division import AHEAD, BEHIND, FAR_AHEAD, FAR_BEHIND, LEADER, NOBODY, divide, division_of
+from baselines.rogue.identify import Identify, contested, known, nearest_traces
+from baselines.rogue.informed import Informed, responses
+from baselines.rogue.monitor import Monitor
+from baselines.rogue.players import ATTACKERS
+from baselines.rogue.strike import Strike
+from baselines.rogue.switching import Switching
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.play import play_episodes
+from cps_envs.rogue.controllers import CONTROLLERS
+from cps_envs.rogue.problem import ROGUE
+from cps_envs.rogue.state import NEVER
+
+FIRST = 8_000  # of the seeds here; those of the searches begin at 40,000,000
+LETTERS = {name[0]: number for number, name in enumerate(CONTROLLERS)}
+
+
+def config_of(**overrides):
+    return ROGUE.config("learning", overrides)
+
+
+def spec_of(role, **overrides):
+    return ROGUE.game(config_of(**overrides), 1).spec(role)
+
+
+def play(attacker, defender, count=24, on_step=None, **overrides):
+    players = {"attacker": attacker, "defender": defender}
+    return play_episodes(ROGUE, config_of(**overrides), players, range(FIRST, FIRST + count), on_step=on_step)
+
+
+def orders_of(defender, attacker="none", count=16, **overrides):
+    """The laws in force (steps, B, n) and the game at its end."""
+    laws, games = [], []
+
+    def look(game):
+        laws.append(game.state.controller.copy())
+        games[:] = [game]
+
+    play(attacker, defender, count, look, **overrides)
+    return np.array(laws), games[0]
+
+
+@pytest.mark.parametrize(("pattern", "expected"), [("shll", "shll"), ("sl", "ssll"), ("f", "ffff"), ("srhlfs", "srlf")])
+def test_an_assignment_gives_each_vehicle_its_letter_or_stretches(pattern, expected):
+    laws, _ = orders_of(f"assigned?laws={pattern}", count=1, num_vehicles=4, attacker_index=2, duration_s=1.0)
+    assert laws[-1, 0].tolist() == [LETTERS[letter] for letter in expected]
+
+
+def test_an_assignment_covers_platoons_of_every_drawn_size():
+    laws, game = orders_of("assigned?laws=sl", count=40, duration_s=1.0, onset_s=1.0)
+    for b in range(40):
+        n = game.drawn["num_vehicles"][b]
+        rear = -(-n // 2)  # half, rounded up
+        assert laws[-1, b, :n].tolist() == [LETTERS["s"]] * rear + [LETTERS["l"]] * (n - rear)
+
+
+def test_an_assignment_plays_the_marked_seat_too():
+    policy = Assigned(ROGUE.game(ROGUE.config("easy", {}), 1).spec("defender"), "shll")
+    assert policy.tables.shape == (5, 4, 2)
+
+
+def test_capitals_are_modified_and_unknown_letters_are_refused():
+    assert laws_of("fF", "laws").tolist() == [[2, 0], [2, 1]]
+    with pytest.raises(ConfigurationError, match=r"laws = 'sx' .* s \(sliding\)"):
+        laws_of("sx", "laws")
+    with pytest.raises(ConfigurationError, match="5 of the letters"):
+        Monitor(spec_of("defender"), apart="ss")
+    with pytest.raises(ConfigurationError, match='orders="all"'):
+        Monitor(ROGUE.game(ROGUE.config("easy", {}), 1).spec("defender"))
+
+
+@pytest.mark.parametrize("suspect", [NOBODY, 0, 2, 4])
+@pytest.mark.parametrize(("error", "rate", "danger"), [(5.0, 0.0, False), (5.0, -6.0, True), (-3.0, 2.0, True)])
+def test_the_laws_around_a_suspect_are_those_of_the_division(suspect, error, rate, danger):
+    laws = division_of("d", "sflhr", "rhlfs", near_m=0.0, horizon_s=1.0)
+    fields = spec_of("defender", num_vehicles=6, attacker_index=(1, 5)).fields
+    at, values, orders = fields.offsets.view(np.recarray)[0], np.zeros(fields.size), np.zeros(12, np.int64)
+    values[at.gap_error : at.gap_error + 5], values[at.gap_rate : at.gap_rate + 5] = error, rate
+    divide(laws, suspect, values, at, 6, orders)
+    letters = "rhlfs" if danger else "sflhr"
+    for i, law in enumerate(orders[::2]):
+        place = FAR_BEHIND if i < suspect - 1 else BEHIND if i < suspect else AHEAD if i <= suspect + 1 else FAR_AHEAD
+        wanted = "d" if suspect == NOBODY else letters[LEADER if i == 5 else place]
+        if i not in (suspect, 5) or suspect == NOBODY:
+            assert law == LETTERS[wanted]
+
+
+def suspicions(attacker, count, **overrides):
+    """The suspects (steps, B) of the monitor, and the seats (B,)."""
+    config, found, seats = config_of(**overrides), [], []
+
+    class Watched(Monitor):
+        def act(self, seen, state):
+            actions, state = super().act(seen, state)
+            found.append(state[1].copy())
+            return actions, state
+
+    watched = Watched(ROGUE.game(config, 1).spec("defender"))
+    play(attacker, watched, count, lambda game: seats.append(game.drawn["attacker"].copy()), **overrides)
+    return np.array(found), seats[0]
+
+
+def test_the_monitor_suspects_nobody_in_honest_episodes():
+    """No false alarm in 150 episodes: with 95 % confidence the rate is below 2 %."""
+    found, _ = suspicions("none", 150, attack_share=0.0)
+    assert np.all(found == NOBODY)
+
+
+@pytest.mark.parametrize("attacker", ["always?action=1", "always?action=-1", "contested?against=monitor"])
+def test_the_monitor_finds_who_disobeys_within_seconds(attacker):
+    found, seats = suspicions(attacker, 60, attack_share=1.0, onset_s=10.0)
+    assert np.all(found[:100] == NOBODY)
+    right = found[100:] == seats
+    delay_s = np.where(right.any(axis=0), 0.1 * right.argmax(axis=0), np.inf)
+    assert np.quantile(delay_s, 0.8) < 4.0
+    wrong = (found[100:] != seats) & (found[100:] != NOBODY)
+    assert wrong.mean() < 0.05
+
+
+def test_the_monitor_forgives_whoever_obeys_again():
+    found, seats = suspicions("strike?strike_s=3&period_s=40", 40, attack_share=1.0, onset_s=5.0)
+    struck = (found[50:100] == seats).any(axis=0)
+    assert struck.mean() > 0.8
+    assert np.mean(found[400, struck] == NOBODY) > 0.8  # 32 s after the end of the strike
+
+
+def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat():
+    config = {"attack_share": 0.75, "onset_s": (5.0, 10.0), "duration_s": 15.0}
+    laws, game = orders_of("informed?apart=fhlrs&evade=fhlrs", "always?action=0.2", 40, **config)
+    for b in range(40):
+        n, seat, onset = (int(game.drawn[name][b]) for name in ("num_vehicles", "attacker", "onset_step"))
+        assert np.all(laws[1:50, b, :n] == LETTERS["s"])
+        expected = list("f" * max(seat - 1, 0) + "h" * (seat > 0) + "?" + "l" + "r" * n)[:n]
+        expected[-1] = "s"
+        wanted = [LETTERS["s"]] * n if onset == NEVER else [LETTERS.get(letter, -1) for letter in expected]
+        assert [law for law, i in zip(laws[-1, b, :n], range(n), strict=True) if i != seat] == [
+            law for i, law in enumerate(wanted) if i != seat
+        ]
+
+
+def test_the_informed_defender_recognises_its_attackers_and_no_others():
+    informed = Informed(spec_of("defender"))
+    references = list(responses())
+    assert references == [entrant.reference for entrant in ATTACKERS]
+    spec = spec_of("attacker")
+    for place, reference in enumerate(references):
+        opponent = None if reference == "none" else resolve_policy(reference, spec)
+        assert informed._row(opponent) == place
+    assert informed._row(resolve_policy("square?frequency_hz=0.07", spec)) == len(references)
+
+
+def test_the_informed_defender_can_be_late():
+    early, late = (play("duty_square", f"informed?apart=sslll&delay_s={delay}", 32)["damage"] for delay in (0, 4))
+    assert late.mean() > early.mean() + 0.5
+
+
+def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law():
+    efforts, errors, games = [], [], []
+
+    def look(game):
+        efforts.append(game.state.effort[:, 2].copy())
+        x, v = game.state.position, game.state.speed
+        error = (x[:, 3] - x[:, 2] - 9) - (x[:, 2] - x[:, 1] - 9)
+        errors.append((error + 3 * (v[:, 3] - 2 * v[:, 2] + v[:, 1]) + 0.1 * v[:, 2]) / 5)
+        games[:] = [game]
+
+    exact = {"drive_mps2": 5.0, "drag_per_s": 0.1, "power_ratio": 1.0, "onset_s": 2.0, "attack_share": 1.0}
+    exact |= {"num_vehicles": 5, "attacker_index": 3, "range_noise_m": 0.0, "range_rate_noise_mps": 0.0}
+    play("strike?strike_s=2&period_s=10", "sliding", 2, look, **exact)
+    found, law = np.array(efforts)[1:], np.clip(np.array(errors)[:-1], -1, 1)
+    assert np.all(found[20:40] == 1.0)
+    assert found[41:119] == pytest.approx(law[41:119], abs=0.02)
+    assert np.all(found[121:139] == 1.0)
+
+
+@pytest.mark.parametrize("options", [{"strike_s": 12.0, "period_s": 12.0}, {"effort": 1.5}, {"strike_s": 0.0}])
+def test_impossible_strikes_are_refused(options):
+    with pytest.raises(ConfigurationError, match="strike_s"):
+        Strike(spec_of("attacker"), **options)
+
+
+def test_tuned_is_switching_with_its_weights_by_name():
+    names = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")
+    weights = known().weights[0]
+    tuned = "tuned?" + "&".join(f"{name}={weight}" for name, weight in zip(names, weights, strict=True))
+    one, two = (play(attacker, "sliding", 4)["return"] for attacker in (tuned, "contested?against=pd"))
+    assert np.array_equal(one, two)
+    with pytest.raises(ConfigurationError, match="searched against 'nobody'"):
+        contested(spec_of("attacker"), "nobody")
+
+
+def test_identify_probes_and_then_plays_the_response_to_the_nearest_trace():
+    found, rows = [], []
+
+    class Watched(Identify):
+        def act(self, seen, state):
+            actions, state = super().act(seen, state)
+            found.append(actions[:, 0])
+            rows.append(state[2].copy())
+            return actions, state
+
+    spec = spec_of("attacker", attack_share=1.0, onset_s=0.0)
+    play(Watched(spec), "assigned?laws=f", 40, attack_share=1.0, onset_s=0.0)
+    probe = round(known().probe_s / 0.1)
+    assert np.all(np.array(rows)[:probe] == -1)
+    assert np.all(np.array(rows)[probe] >= 0)
+    assert np.array_equal(rows[probe], rows[-1])  # it decides once
+    names = np.array(known().against)
+    assert np.mean(names[rows[-1]] == "assigned?laws=f") > 0.6  # of seven
+    general = []
+
+    class Probe(Switching):
+        def act(self, seen, state):
+            actions, state = super().act(seen, state)
+            general.append(actions[:, 0])
+            return actions, state
+
+    play(Probe(spec, known().probe), "assigned?laws=f", 40, attack_share=1.0, onset_s=0.0)
+    assert np.array_equal(found[:probe], general[:probe])
+
+
+def test_the_nearest_trace_is_the_one_at_the_least_distance():
+    generator = np.random.default_rng(0)
+    traces, centres = generator.normal(size=(20, 5)), generator.normal(size=(4, 5))
+    expected = [int(np.argmin([np.linalg.norm(trace - centre) for centre in centres])) for trace in traces]
+    assert nearest_traces(traces, centres).tolist() == expected
+
+
+def test_what_is_known_covers_the_defenders_of_the_search():
+    assert known().against == DEFENDERS
+    again = mean_trace("pd", known().probe, ContestedSearch().final_worlds)
+    assert again == pytest.approx(known().traces[0], abs=1e-3)
+
+
+def test_a_search_of_responses_is_repeatable_and_better_than_full_throttle():
+    pytest.importorskip("cma")
+    tiny = ContestedSearch(generations=2, population=4, restarts=1, worlds=2, final_worlds=8)
+    found = search_response("pd", tiny)
+    assert found == search_response("pd", tiny)
+    assert found["verified"] > play("always?action=1", "pd", 24, attack_share=1.0)["return"].mean()
+
+
+def test_a_response_is_better_against_its_defender_than_the_general_switching():
+    for against in ("pd", "sliding", "monitor"):
+        searched = play(f"contested?against={against}", against, 40)["return"].mean()
+        assert searched > play("switching", against, 40)["return"].mean()
