@@ -77,13 +77,25 @@ ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
 ROGUE_HIDDEN = {"preset": "learning", "duration_s": 30.0, "onset_s": [0.0, 15.0]}
 SQUARE = "square?frequency_hz=0.12"
+LONG_CONTEST = {
+    "preset": "learning",
+    "duration_s": 120.0,
+    "control_period_s": 0.5,
+    "quiet_share": 0.0,
+    "earliest_attack_s": (1, 5),
+    "attack_pause_s": 0,
+    "attack_budget": 10,
+}
 LONG_EASY = {"preset": "easy", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "disbanding": ProblemTests(
         short={"duration_s": 6.0},
         variants={
-            "attacker": [LONG_EASY],
-            "defender": [{**LONG_EASY, "attack_budget": 6, "control_period_s": 0.5}],
+            "attacker": [LONG_EASY, LONG_CONTEST],
+            "defender": [
+                {**LONG_EASY, "attack_budget": 6, "control_period_s": 0.5},
+                {**LONG_CONTEST, "opponent": "random"},
+            ],
         },
         golden={
             "paper attack": Golden("attacker", {"preset": "paper"}),
@@ -91,6 +103,24 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "paper defence, random corrections": Golden("defender", {"preset": "paper", "duration_s": 60.0}, seed=1),
             "easy attack": Golden("attacker", {"preset": "easy"}, seed=2),
             "easy defence": Golden("defender", {"preset": "easy", "duration_s": 60.0}, seed=3),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "feedback"}, seed=7),
+            "learning defence": Golden(
+                "defender", {"preset": "learning", "duration_s": 60.0, "opponent": "spread"}, seed=12
+            ),
+            "members, perfect warning": Golden(
+                "defender",
+                {
+                    "preset": "learning",
+                    "duration_s": 40.0,
+                    "opponent": "lead",
+                    "warning": "broadcast",
+                    "quiet_share": 0.0,
+                    "earliest_attack_s": 1,
+                    "member_delay_s": 0.1,
+                    "attacked_member": [1, 10],
+                },
+                seed=9,
+            ),
             "S1": Golden("attacker", {"preset": "paper", "interpretation": "S1"}, seed=4),
             "S2": Golden("attacker", {"preset": "paper", "interpretation": "S2"}, seed=5),
             "fewer platoons": Golden("attacker", {"preset": "easy", "num_platoons": [6, 10]}, seed=6),
