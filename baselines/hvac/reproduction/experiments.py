@@ -16,8 +16,8 @@ MODEL_FALLBACK = "mtd2?fallback=model"
 LEAST_MEAN = "mtd2"
 DAYS = {4: 60, 8: 40}  # by number of sensors
 FIGURE_4_5_DAYS = 20
-FIGURE_4_6_DAYS = 20
-TABLE_DAYS = {"4.1": 20, "4.2": 100}
+FIGURE_4_6_DAYS = 10
+TABLE_DAYS = {"4.1": 10, "4.2": 100}
 ENERGIES_W = (1000.0, 500.0, 100.0)  # Fig. 4.3
 OBSERVERS: tuple[Case, ...] = (((2,), 200), ((2,), 100), ((2, 3), 100), ((2, 3, 4), 30))  # Fig. 4.5
 TABLE_SENSORS = ((2,), (2, 3), (2, 3, 4), (1, 2, 3, 4))  # of one to four; the paper does not name them
