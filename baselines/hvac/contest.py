@@ -7,8 +7,12 @@ from collections.abc import Iterator
 from baselines.contest import Column, Contest, Search, Side, Variant
 from baselines.schedule import Entrant
 
-SIGNED = ("ramp", "root_ramp", "mimic", "brink", "opportunist", "shaped")  # attackers that show colder or warmer zones
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
+SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
+    **{name: name for name in ("ramp", "root_ramp", "mimic", "brink", "opportunist", "tracker")},
+    **{f"noisy_{name}": f"{name}?keep_noise=true" for name in ("ramp", "mimic", "shaped")},
+    "noisy_root": NOISY_ROOT,
+}
 READINGS = tuple(value / 6.0 for value in range(-6, 7))  # 10 to 40 C in steps of 2.5 C, in shares of the sensor range
 BIASES_C = (1.0, 2.0, 3.0, 5.0, 8.0, 15.0)
 HALF_RANGE_C, SENSORS, CHOICES = 15.0, 4, 32  # of preset `learning`
@@ -16,13 +20,15 @@ SHAPE = {"rate_c_per_h": (0.0, 6.0), "exponent": (0.2, 2.0), "cap_c": (0.5, 15.0
 ONE_SIGN = dict.fromkeys(("w1", "w2", "w3", "w4"), (0.0, 1.0))
 BOTH_SIGNS = dict.fromkeys(("w1", "w2", "w3", "w4"), (-1.0, 1.0))
 BRINK = {"margin_c2": (0.0, 0.35), "gain": (0.05, 1.0), "most": (0.5, 8.0)}
+TRACK = {"level": (0.05, 1.5), "gain": (0.05, 1.0), "noise": (0.3, 1.5), "cap_c": (0.5, 15.0)}
 UNFIT = "trained in `easy`: it sees and chooses other estimates"
 
 
 def _signed() -> Iterator[Entrant]:
-    for name in SIGNED:
-        yield Entrant(name)
-        yield Entrant(f"{name}_warm", policy=f"{name}?warmer=true", title=f"{name}, warmer")
+    for name, policy in SIGNED.items():
+        joint = "&" if "?" in policy else "?"
+        yield Entrant(name, policy=policy)
+        yield Entrant(f"{name}_warm", policy=f"{policy}{joint}warmer=true")
 
 
 def _forged() -> Iterator[str]:
@@ -47,15 +53,15 @@ ATTACKERS = Side(
         *(Entrant(name) for name in ("none", "constant", "sine", "random")),
         Entrant("constant_28", policy="constant?reading_c=28", title="constant, 28 C"),
         Entrant("constant_40", policy="constant?reading_c=40", title="constant, 40 C"),
-        Entrant("noisy_root", policy=NOISY_ROOT, title="root ramp with noise"),
-        Entrant("noisy_root_warm", policy=f"{NOISY_ROOT}&warmer=true", title="root ramp with noise, warmer"),
         *_signed(),
     ),
     constants=tuple(_forged()),
     searches=(
-        Search("shaped-cold", "shaped", {**SHAPE, **ONE_SIGN}),
-        Search("shaped-warm", "shaped?warmer=true", {**SHAPE, **ONE_SIGN}),
-        Search("shaped-mixed", "shaped", {**SHAPE, **BOTH_SIGNS}),
+        Search("shaped-cold", "shaped?keep_noise=true", {**SHAPE, **ONE_SIGN}),
+        Search("shaped-warm", "shaped?keep_noise=true&warmer=true", {**SHAPE, **ONE_SIGN}),
+        Search("shaped-mixed", "shaped?keep_noise=true", {**SHAPE, **BOTH_SIGNS}),
+        Search("tracker-cold", "tracker", TRACK),
+        Search("tracker-warm", "tracker?warmer=true", TRACK),
         Search("brink-cold", "brink", BRINK),
         Search("brink-warm", "brink?warmer=true", BRINK),
     ),
@@ -71,13 +77,13 @@ DEFENDERS = Side(
             "cusum",
             "cusum",
             {"kappa": (0.1, 1.0), "limit": (4.0, 30.0), "quiet": (0.1, 0.8), "release_h": (1.0, 12.0)},
-            {"kappa": 0.4, "limit": 10.0, "quiet": 0.4, "release_h": 4.0},
+            {"kappa": 0.25, "limit": 18.0, "quiet": 0.4, "release_h": 4.0},
         ),
         Search(
             "largest",
             "largest",
             {"kappa": (0.1, 1.0), "limit": (4.0, 40.0), "release_h": (1.0, 16.0)},
-            {"kappa": 0.2, "limit": 18.0, "release_h": 8.0},
+            {"kappa": 0.2, "limit": 20.0, "release_h": 8.0},
         ),
     ),
     margin_informed=2.0,

@@ -6,7 +6,7 @@ import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.types import BoolArray, IntArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets
 
@@ -37,7 +37,8 @@ class FilterChoices:
         chosen: IntArray = np.where(seen["ready"] > 0.5, self._model + 1 + index, self._model)
         return chosen
 
-    def of_set(self, scores: FloatArray) -> FloatArray:
-        """The largest score of its own sensors in each filter, (B, F), from scores (B, F, S); 0 for the empty one."""
-        largest: FloatArray = np.where(self.member, scores, 0.0).max(axis=2)
-        return largest
+    def of_last_choice(self, seen: Seen, otherwise: int) -> IntArray:
+        """The filter (B,) that the defender followed last; `otherwise` where it followed none."""
+        last = seen["last_choice"].argmax(axis=1) - self._model - 1
+        index: IntArray = np.where(last >= 0, last, otherwise)
+        return index

@@ -16,7 +16,8 @@ from tests.hvac.games import play
 
 SIDES = {"attacker": CONTEST.attackers, "defender": CONTEST.defenders}
 DAYS = range(5_000_000, 5_000_060)  # unlike those that anything was tuned on
-STRONG = ("brink", "brink?warmer=true", "ramp", "ramp?warmer=true", "constant", "constant?reading_c=40", "mimic")
+NOISY = ("tracker", "ramp?rate_c_per_h=0.7&keep_noise=true", "mimic?keep_noise=true")
+STRONG = (*NOISY, *(f"{name}{'&' if '?' in name else '?'}warmer=true" for name in NOISY), "brink", "constant")
 
 
 def spec_of(role, variant):
@@ -74,23 +75,24 @@ def test_something_is_left_to_infer_and_something_can_be_done():
 
 
 @pytest.mark.slow
-def test_no_choice_that_never_changes_is_as_good_as_cusum():
-    bar = mean_over("cusum")
+def test_no_choice_that_never_changes_is_as_good_as_the_best_detector():
+    bar = mean_over("largest")
     assert bar < min(mean_over(constant) for constant in CONTEST.defenders.constants)
 
 
 @pytest.mark.slow
 def test_lies_of_both_signs_matter():
     for defender in ("mtd2", "cusum", "largest"):
-        for sign in ("", "?warmer=true"):
-            excess = paid(f"brink{sign}", defender) - paid("none", defender)
-            assert excess.mean() > 5.0, (defender, sign)
+        for attacker in STRONG[:6]:
+            excess = paid(attacker, defender) - paid("none", defender)
+            assert excess.mean() > 1.0, (attacker, defender)
 
 
 @pytest.mark.slow
 def test_believing_nobody_is_no_way_out():
-    excess = paid("none", "model_only") - paid("none", "cusum")
-    assert excess.mean() - 2.0 * excess.std() / np.sqrt(len(excess)) > 5.0
+    for attacker in ("none", *STRONG):
+        excess = paid(attacker, "model_only") - paid(attacker, "largest")
+        assert excess.mean() - 2.0 * excess.std() / np.sqrt(len(excess)) > 0.0, attacker
 
 
 @pytest.mark.slow
@@ -99,5 +101,5 @@ def test_more_liars_cost_more():
     found = []
     for liars in (1, 3):
         days = {"compromised_weights": (), "num_compromised": liars}
-        found.append((paid("brink", "cusum", **days) - paid("brink", "informed", **days)).mean())
+        found.append((paid("tracker", "largest", **days) - paid("tracker", "informed", **days)).mean())
     assert found[1] > 2.0 * found[0]

@@ -28,6 +28,8 @@ def draw_room(canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, 
             draw_in_short(canvas, scene, belief, config, zone, box)
             return
         draw_temperatures(canvas, scene, zone, box, spacious=spacious)
+        if spacious:
+            draw_unknown_heat(canvas, scene, zone, (box[0] + EDGE, box[1] + 42))
         draw_sensors(canvas, scene, belief, config, zone, box, spacious=spacious)
         draw_heating(canvas, scene, config, zone, box, spacious=spacious)
 
@@ -57,6 +59,16 @@ def draw_temperatures(canvas: Canvas, scene: Scene, zone: int, box: Box, *, spac
     canvas.text(f"Zone {zone + 1}", (left + EDGE, top + 19), INK, 20)
     canvas.text(f"{true:.2f} °C", (right, top + 20), INK, size, align=1)
     draw_estimate(canvas, scene, zone, f"controller: {scene.estimate[zone]:.2f} °C", (right, top + 46))
+
+
+def draw_unknown_heat(canvas: Canvas, scene: Scene, zone: int, at: Point) -> None:
+    """The heat that nobody measures, if any, and what the filter that the controller follows takes it for."""
+    true, believed = float(scene.unknown_heat[zone]), float(scene.believed_heat[zone])
+    known = not math.isnan(believed)
+    if true != 0.0 or known:
+        canvas.text(f"other heat {true:+.0f} W", at, INK, SMALL)
+    if known:
+        canvas.text(f"believed {believed:+.0f} W", (at[0], at[1] + 15), ESTIMATE, SMALL)
 
 
 def in_short(estimate_c: float) -> str:
@@ -125,14 +137,6 @@ def draw_disc(canvas: Canvas, number: str, centre: Point, radius: float, color: 
     canvas.text(number, (centre[0] + 0.5, centre[1] + 0.5), WHITE if full else color, round(1.8 * radius), align=0.5)
 
 
-def heat_in_words(scene: Scene, zone: int) -> str:
-    """The unmeasured heat of a zone, and what the filter that the controller follows takes it for."""
-    true, believed = float(scene.unknown_heat[zone]), float(scene.believed_heat[zone])
-    if true == 0.0 and math.isnan(believed):
-        return ""
-    return f", unknown heat {true:+.0f} W" + ("" if math.isnan(believed) else f" (believed {believed:+.0f})")
-
-
 def draw_heating(canvas: Canvas, scene: Scene, config: HvacConfig, zone: int, box: Box, *, spacious: bool) -> None:
     """Heating power as a bar of its limit, and in watts."""
     left, top, width, height = box
@@ -141,7 +145,7 @@ def draw_heating(canvas: Canvas, scene: Scene, config: HvacConfig, zone: int, bo
     edge, thick = (EDGE, 8) if spacious else (5, 5)
     bar = (left + edge, top + height - edge - thick + 2, width - 2 * edge, thick)
     if spacious:
-        canvas.text(f"heating{heat_in_words(scene, zone)}", (bar[0], bar[1] - 9), INK, SMALL)
+        canvas.text("heating", (bar[0], bar[1] - 9), INK, SMALL)
         canvas.text(f"{power:.0f} W", (bar[0] + bar[2], bar[1] - 9), INK, 17, align=1)
     canvas.box(bar, WHITE, radius=2)
     if share > 0:
