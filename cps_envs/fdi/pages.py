@@ -39,9 +39,9 @@ The undiscounted return equals `info["impact_speed_mps"] + info["alarm_cost_mps"
 `info["oracle_value_mps"]` what a known plan attains.
 
 ## Starting State
-Steady state; perturbed in presets `defense`, `drawn` and `learning`. With `tasks` each reset draws the attacked sensors and the target:
-`tasks="single"`, `"pairs"` or `"feasible"` from those that the shipped oracle knows to be feasible, or a list such
-as `"x4>4 v1,3>2"`.
+Steady state; perturbed in presets `defense`, `drawn` and `learning`. With `tasks` each reset draws the attacked
+sensors and the target: `tasks="single"`, `"pairs"` or `"feasible"` from those that the shipped oracle knows to be
+feasible, or a list such as `"x4>4 v1,3>2"`.
 
 ## Episode End
 Terminated at the first sample where any gap has closed, and at an illegal injection (`limits="hard"`; with
@@ -49,8 +49,9 @@ Terminated at the first sample where any gap has closed, and at an illegal injec
 
 ## Arguments
 `preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "easy": feasible tasks drawn, "defense",
-"drawn": starts and gains drawn too, "learning": the duel), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an
-action is held for), and any field of `cps_envs.fdi.config.FdiConfig`:
+"drawn": starts and gains drawn too, "learning": the duel), `opponent` (a defender: name, "module:attribute" or
+policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.fdi.config.FdiConfig`:
 
 {parameter_table}
 
