@@ -36,10 +36,10 @@ class ActionForm:
     """
 
     def __init__(self, config: FdiConfig) -> None:
-        self.config, self.drawn = config, is_drawn(config)
+        self.config = config
         readings, filters = config.num_readings, config.estimator == "kalman"
         attacked = config.fixed_task.sensors.flags(config.num_vehicles, rear=filters)
-        self.sensors: IntArray = np.arange(readings) if self.drawn else np.flatnonzero(attacked)  # (S,) readings
+        self.sensors: IntArray = np.arange(readings) if is_drawn(config) else np.flatnonzero(attacked)  # (S,) readings
         ranges = self.sensors < readings // 2
         self.bounds: IntArray = np.where(ranges, config.range_levels, config.rate_levels)  # (S,) levels
         self.share_levels = config.share_levels if config.attack_action == "share" else 0
@@ -115,8 +115,8 @@ class Slots(NamedTuple):
 @inlined
 def new_slots(form: Form, n: int) -> Slots:
     """Slots of no episode yet."""
-    c = unpack(Constants, form.constants, 0)
-    return Slots(np.empty(form.sensors.size, np.int64), new_scratch(n, c.readings, form.sensors.size))
+    readings, slots = unpack(Constants, form.constants, 0).readings, form.sensors.size
+    return Slots(np.empty(slots, np.int64), new_scratch(n, readings, slots))
 
 
 @inlined

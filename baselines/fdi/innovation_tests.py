@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.fdi.suspicion import Sums, Suspicion, gate_of, innovations
+from baselines.fdi.suspicion import Sums, Suspicion, gate_of, innovations, of_radars
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray
@@ -37,10 +37,11 @@ class Chi2(Suspicion):
 
 
 class Cusum(Suspicion):
-    """Doubts a reading whose innovations add up, for `release_s` after each alarm; and outliers for a step.
+    """Doubts a radar whose innovations add up, for `release_s` after each alarm; and outliers for a step.
 
     Two-sided sums of what each normalised innovation has above `drift`; an alarm at `threshold`, or `rate_threshold`
-    for range-rates, clears them. The filter expects more of a range-rate than a disturbance that lasts does to it.
+    for range-rates, clears them and excludes both readings of the radar: whoever owns one of them may own the other.
+    The filter expects more of a range-rate than a disturbance that lasts does to it, hence the lower threshold.
     A latched alarm would leave a vehicle without its sensor for good, which ends in collisions without any attack.
 
     Raises:
@@ -69,4 +70,4 @@ class Cusum(Suspicion):
     def trusted(self, seen: Seen, memory: FloatArray) -> BoolArray:
         """See the class."""
         values = innovations(seen)
-        return ~self.sums.renew(memory, values) & (np.abs(values) <= self.largest)
+        return ~of_radars(self.sums.renew(memory, values)) & (np.abs(values) <= self.largest)

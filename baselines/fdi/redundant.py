@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from baselines.fdi.innovation_tests import DRIFT, GATE, RATE_THRESHOLD, RELEASE_S, THRESHOLD
-from baselines.fdi.suspicion import Sums, Suspicion, gate_of, innovations
+from baselines.fdi.suspicion import Sums, Suspicion, gate_of, innovations, of_radars
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray
@@ -52,7 +52,7 @@ class RedundantCusum(Suspicion):
     def trusted(self, seen: Seen, memory: FloatArray) -> BoolArray:
         """See the class."""
         values, readings = innovations(seen), self.config.num_readings
-        trust = ~self.sums.renew(memory[:, :readings], values) & (np.abs(values) <= self.largest)
+        trust = ~of_radars(self.sums.renew(memory[:, :readings], values)) & (np.abs(values) <= self.largest)
         told = np.concatenate([seen["range_error"], seen["range_rate"]], axis=1)
         differ = self.pair_sums.renew(
             memory[:, readings:], (told[:, self.fronts] - told[:, self.rears]) / self.deviation

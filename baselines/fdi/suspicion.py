@@ -56,6 +56,12 @@ def innovations(seen: Seen) -> FloatArray:
     return np.concatenate(by_kind, axis=1)
 
 
+def of_radars(alarms: BoolArray) -> BoolArray:
+    """Alarms (B, R) of single readings as alarms of both readings of the radar that gave them."""
+    ranges, rates = np.split(alarms, 2, axis=1)
+    return np.tile(ranges | rates, 2)
+
+
 def gate_of(false_alarms: float) -> float:
     """How many standard deviations an honest reading exceeds in this part of the steps, to either side.
 

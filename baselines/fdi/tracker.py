@@ -34,11 +34,11 @@ class Tracker(InjectionPolicy):
         self,
         spec: RoleSpec,
         *,
-        margin: float = 0.9,
-        late: float = 1.5,
-        swing: float = 0.4,
+        margin: float = 0.95,
+        late: float = 1.3,
+        swing: float = 1.1,
         swing_s: float = 0.1,
-        range_part: float = 1.3,
+        range_part: float = 1.2,
         sight: bool = True,
     ) -> None:
         super().__init__(spec)

@@ -218,6 +218,16 @@ LEARNING = replace(
     attack_share=0.75,
     onset_s=(0.0, 3.0),
 )
+DRAWN = replace(
+    A,
+    tasks="single",
+    discretisation="zohu",
+    dt_s=0.1,
+    horizon=40,
+    gap_spread_m=0.5,
+    speed_spread_mps=0.2,
+    gain_spread=0.2,
+)
 PRESETS = {
     "paper": A,
     "B": B,
@@ -226,6 +236,7 @@ PRESETS = {
     "clip": CLIP,
     "easy": replace(A, tasks="feasible"),
     "learning": LEARNING,
+    "drawn": DRAWN,
     "defense": replace(
         CLIP,
         tasks="feasible",

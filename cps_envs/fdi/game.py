@@ -166,6 +166,11 @@ class FdiGame(Game):
             theirs[:] = ours[b]
         return copy
 
+    def gains(self, b: int) -> tuple[float, float]:
+        """k_p (1/s2) and k_d (1/s) of an episode."""
+        row = self._constants[min(b, len(self._constants) - 1)]
+        return float(row["proportional_gain"]), float(row["derivative_gain"])
+
     def truth(self, b: int) -> Mapping[str, Any]:
         """Privileged: the attacked readings (R,), and the first step whose readings injections may change."""
         flags = self.tasks[self.state.task[b]].sensors.flags(self.config.num_vehicles, rear=self._filters)
