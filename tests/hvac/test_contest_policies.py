@@ -113,11 +113,19 @@ def test_the_opportunist_lies_boldly_to_whom_it_has_caught():
         assert bold.mean() > 0.9 * constant.mean(), defender
 
 
-@pytest.mark.parametrize("defender", ["mtd2", "cusum", "model_only"])
+@pytest.mark.parametrize("defender", ["mtd2", "model_only"])
 def test_the_opportunist_creeps_past_whom_it_has_not(defender):
     config = {"num_steps": 500}
     careful, brink = (play(name, defender, range(12), "learning", **config) for name in ("opportunist", "brink"))
     np.testing.assert_array_equal(careful["return"], brink["return"])
+
+
+@pytest.mark.parametrize("sign", ["", "?warmer=true"])
+def test_the_opportunist_tracks_whoever_follows_filters(sign):
+    config = {"num_steps": 400, "onset_step": (210, 250)}
+    one, other = (play(f"{name}{sign}", "largest", range(12), "learning", **config) for name in
+                  ("opportunist", "tracker"))  # fmt: skip
+    np.testing.assert_array_equal(one["return"], other["return"])
 
 
 def test_the_tracker_holds_its_innovations_below_its_level():
