@@ -56,8 +56,8 @@ class Brink(AnalyticPolicy):
         assert state is not None
         (bias_c,) = state
         samples = elapsed_steps(seen, self.config) - self.config.window_steps + 1
-        error_c = np.sqrt(self._c2(seen["residual"][:, self._alone]))
-        allowed_c = self._allowed_c(samples, self._c2(seen["mean_residual"][:, self._alone]))
+        error_c = np.sqrt(self.in_c2(seen["residual"][:, self._alone]))
+        allowed_c = self._allowed_c(samples, self.in_c2(seen["mean_residual"][:, self._alone]))
         growing = (attack_age(seen, self.config) > 0) & (samples > 0)
         grown = np.minimum(np.maximum(bias_c + self.gain * (allowed_c - error_c), 0.0), MAX_BIAS_C)
         bias_c = np.where(growing[:, np.newaxis] & (seen["compromised"] > 0.5), grown, bias_c)
@@ -71,8 +71,8 @@ class Brink(AnalyticPolicy):
         allowed: FloatArray = np.sqrt(np.minimum(np.maximum(left, 0.0), self.most * eps))
         return allowed
 
-    def _c2(self, level: FloatArray) -> FloatArray:
-        """Residuals in C2 from those of the observation, ln(1 + J / eps)."""
+    def in_c2(self, level: FloatArray) -> FloatArray:
+        """Residuals in C2, any shape, from those of the observation, ln(1 + J / eps)."""
         residual: FloatArray = self.config.threshold_c2 * np.expm1(level)
         return residual
 
