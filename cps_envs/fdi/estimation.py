@@ -74,9 +74,10 @@ def update(episode: State, c: Constants, column: FloatArray) -> None:
         copy(covariance[state], column)
         innovation, variance = innovation_of(episode, c, j), column[state] + variance_of(j, c)
         for i in range(size):
-            episode.prediction[i] += column[i] * innovation / variance
+            gain = column[i] / variance
+            episode.prediction[i] += gain * innovation
             for k in range(size):
-                covariance[i, k] -= column[i] * column[k] / variance
+                covariance[i, k] -= gain * column[k]
 
 
 @inlined

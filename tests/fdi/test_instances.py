@@ -30,9 +30,9 @@ def test_an_instance_is_what_its_seed_draws():
     assert instance_of(CONFIG, 0) != instance_of(CONFIG, 1)
 
 
-@pytest.mark.parametrize("seed", [3, 4, 5])
+@pytest.mark.parametrize("seed", [3, 4])
 def test_the_game_pays_the_value_of_a_certificate(seed):
-    certificate = certify(CONFIG, instance_of(CONFIG, seed), time_limit_s=4.0)
+    certificate = certify(CONFIG, instance_of(CONFIG, seed), time_limit_s=2.0)
     record = certificate.record
     assert record.injections is not None
     assert 0 < record.value_mps <= record.bound_mps <= record.lp_mps + 1e-9
@@ -52,7 +52,7 @@ def test_the_game_pays_the_value_of_a_certificate(seed):
 
 
 def test_nobody_exceeds_a_bound():
-    seeds = range(6)
+    seeds = range(4)
     bounds = [certify(CONFIG, instance_of(CONFIG, seed), time_limit_s=1.0).record.bound_mps for seed in seeds]
     for attacker in ("random", "bang_bang", "bang_bang?stickiness=0.95", "swing?swing_s=0.5"):
         assert (play(attacker, seeds=seeds, preset="drawn", **SHORT)["return"] <= np.array(bounds) + 1e-5).all()
@@ -67,8 +67,8 @@ def test_from_rest_the_optimum_is_that_of_the_oracle():
     assert found.bound_mps == pytest.approx(expected.bound_mps, abs=1e-3)
 
 
-def test_several_at_a_time_are_the_same():
-    found = {one.instance.seed: one for one in certify_all(CONFIG, [3, 4], time_limit_s=2.0, jobs=2)}
+def test_several_are_certified_at_a_time():
+    found = {one.instance.seed: one for one in certify_all(CONFIG, [3, 4], time_limit_s=1.0, jobs=2)}
     assert set(found) == {3, 4}
     assert found[3].instance == instance_of(CONFIG, 3)
 
