@@ -21,7 +21,7 @@ FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a ro
     ("fdi", "defender"): ("share_rear_range", "correction_levels"),
     ("hvac", "attacker"): ("attack_action", "attacker_view"),
     ("rogue", "attacker"): ("attack_hold_s",),
-    ("rogue", "defender"): ("defense_action", "control_period_s"),
+    ("rogue", "defender"): ("defense_action", "control_period_s", "orders"),
 }
 
 

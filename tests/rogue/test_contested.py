@@ -50,7 +50,7 @@ def orders_of(defender, attacker="none", count=16, **overrides):
     return np.array(laws), games[0]
 
 
-@pytest.mark.parametrize(("pattern", "expected"), [("shll", "shll"), ("sl", "ssll"), ("f", "ffff"), ("srhlfs", "srlf")])
+@pytest.mark.parametrize(("pattern", "expected"), [("shll", "shll"), ("sl", "ssll"), ("f", "ffff"), ("srhlfs", "shls")])
 def test_an_assignment_gives_each_vehicle_its_letter_or_stretches(pattern, expected):
     laws, _ = orders_of(f"assigned?laws={pattern}", count=1, num_vehicles=4, attacker_index=2, duration_s=1.0)
     assert laws[-1, 0].tolist() == [LETTERS[letter] for letter in expected]
@@ -136,7 +136,7 @@ def test_the_monitor_forgives_whoever_obeys_again():
 
 def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat():
     config = {"attack_share": 0.75, "onset_s": (5.0, 10.0), "duration_s": 15.0}
-    laws, game = orders_of("informed?apart=fhlrs&evade=fhlrs", "always?action=0.2", 40, **config)
+    laws, game = orders_of("informed?before=s&apart=fhlrs&evade=fhlrs", "always?action=0.2", 40, **config)
     for b in range(40):
         n, seat, onset = (int(game.drawn[name][b]) for name in ("num_vehicles", "attacker", "onset_step"))
         assert np.all(laws[1:50, b, :n] == LETTERS["s"])
@@ -160,8 +160,13 @@ def test_the_informed_defender_recognises_its_attackers_and_no_others():
 
 
 def test_the_informed_defender_can_be_late():
-    early, late = (play("duty_square", f"informed?apart=sslll&delay_s={delay}", 32)["damage"] for delay in (0, 4))
-    assert late.mean() > early.mean() + 0.5
+    in_time, late, never = (
+        play("duty_square", f"informed?apart=sslll&delay_s={delay_s}", 12)["return"] for delay_s in (0, 4, 60)
+    )
+    front = play("duty_square", "assigned?laws=f", 12)["return"]
+    assert np.array_equal(never, front)
+    assert not np.array_equal(in_time, late)
+    assert not np.array_equal(late, never)
 
 
 def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law():
