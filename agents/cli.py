@@ -12,6 +12,7 @@ from agents.commands.bench import bench
 from agents.commands.benchmark import benchmark
 from agents.commands.best_response import best_response
 from agents.commands.calibrate_mtd2 import calibrate_mtd2
+from agents.commands.contest import contest
 from agents.commands.dataset import dataset
 from agents.commands.evaluate import evaluate
 from agents.commands.league import league
@@ -98,6 +99,7 @@ app.command("dataset")(dataset)
 app.command("evaluate")(evaluate)
 app.command("results")(results)
 app.command("benchmark")(benchmark)
+app.command("contest")(contest)
 app.command("league")(league)
 app.command("best-response")(best_response)
 app.command("self-play")(self_play)

@@ -27,11 +27,23 @@ class ProblemTests(NamedTuple):
 
 SHORT_DAY = {"num_steps": 130, "window_steps": 100, "onset_step": 90}
 PLAYED_DAY = {"preset": "easy", "num_steps": 300, "onset_step": (50, 150)}
+FILTERED_DAY = {
+    "preset": "learning",
+    "num_steps": 300,
+    "onset_step": (200, 220),
+    "compromised_weights": (0, 0, 0, 0, 1),
+}
 HVAC_TESTS = ProblemTests(
     short=SHORT_DAY,
     variants={
-        "attacker": [{**PLAYED_DAY, "opponent": "tests.hvac.players:RandomChoice"}],
-        "defender": [{**PLAYED_DAY, "num_compromised": 4, "opponent": "tests.hvac.players:Constant"}],
+        "attacker": [
+            {**PLAYED_DAY, "opponent": "tests.hvac.players:RandomChoice"},
+            {**FILTERED_DAY, "opponent": "tests.hvac.players:RandomChoice"},
+        ],
+        "defender": [
+            {**PLAYED_DAY, "num_compromised": 4, "opponent": "tests.hvac.players:Constant"},
+            {**FILTERED_DAY, "opponent": "tests.hvac.players:Constant"},
+        ],
     },
     golden={
         "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
@@ -42,6 +54,11 @@ HVAC_TESTS = ProblemTests(
         "easy defence": Golden(
             "defender", {"preset": "easy", "opponent": "tests.hvac.players:Constant"}, seed=5, boldness=1.0
         ),
+        "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7),
+        "learning defence": Golden(
+            "defender", {"preset": "learning", "opponent": "tests.hvac.players:Constant"}, seed=8, boldness=1.0
+        ),
+        "hard defence": Golden("defender", {"preset": "hard", "opponent": "tests.hvac.players:Constant"}, seed=9),
         "grey box": Golden(
             "attacker",
             {
@@ -54,17 +71,31 @@ HVAC_TESTS = ProblemTests(
         ),
     },
 )
+EVERY_SENSOR = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1 v1>2 x1>1"
+FDI_DUEL = {"preset": "learning", "tasks": EVERY_SENSOR, "attack_share": 1.0, "onset_s": 0.3}
 ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
 ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
 ROGUE_HIDDEN = {"preset": "learning", "duration_s": 30.0, "onset_s": [0.0, 15.0]}
 SQUARE = "square?frequency_hz=0.12"
+LONG_CONTEST = {
+    "preset": "learning",
+    "duration_s": 120.0,
+    "control_period_s": 0.5,
+    "quiet_share": 0.0,
+    "earliest_attack_s": (1, 5),
+    "attack_pause_s": 0,
+    "attack_budget": 10,
+}
 LONG_EASY = {"preset": "easy", "duration_s": 120.0}
 PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "disbanding": ProblemTests(
         short={"duration_s": 6.0},
         variants={
-            "attacker": [LONG_EASY],
-            "defender": [{**LONG_EASY, "attack_budget": 6, "control_period_s": 0.5}],
+            "attacker": [LONG_EASY, LONG_CONTEST],
+            "defender": [
+                {**LONG_EASY, "attack_budget": 6, "control_period_s": 0.5},
+                {**LONG_CONTEST, "opponent": "random"},
+            ],
         },
         golden={
             "paper attack": Golden("attacker", {"preset": "paper"}),
@@ -72,6 +103,24 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "paper defence, random corrections": Golden("defender", {"preset": "paper", "duration_s": 60.0}, seed=1),
             "easy attack": Golden("attacker", {"preset": "easy"}, seed=2),
             "easy defence": Golden("defender", {"preset": "easy", "duration_s": 60.0}, seed=3),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "feedback"}, seed=7),
+            "learning defence": Golden(
+                "defender", {"preset": "learning", "duration_s": 60.0, "opponent": "spread"}, seed=12
+            ),
+            "members, perfect warning": Golden(
+                "defender",
+                {
+                    "preset": "learning",
+                    "duration_s": 40.0,
+                    "opponent": "lead",
+                    "warning": "broadcast",
+                    "quiet_share": 0.0,
+                    "earliest_attack_s": 1,
+                    "member_delay_s": 0.1,
+                    "attacked_member": [1, 10],
+                },
+                seed=9,
+            ),
             "S1": Golden("attacker", {"preset": "paper", "interpretation": "S1"}, seed=4),
             "S2": Golden("attacker", {"preset": "paper", "interpretation": "S2"}, seed=5),
             "fewer platoons": Golden("attacker", {"preset": "easy", "num_platoons": [6, 10]}, seed=6),
@@ -80,8 +129,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
     "fdi": ProblemTests(
         short={"horizon": 40},
         variants={
-            "attacker": [{"preset": "easy"}],
-            "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}],
+            "attacker": [{"preset": "easy"}, {**FDI_DUEL, "opponent": "chi2?gate=0.3"}],
+            "defender": [{"preset": "defense"}, {"preset": "defense", "opponent": "random"}, FDI_DUEL],
         },
         golden={
             "paper attack": Golden("attacker", {"preset": "paper"}, boldness=1.0),
@@ -92,6 +141,8 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "shares": Golden("attacker", {"preset": "clip", "attack_action": "share"}, seed=4, boldness=1.0),
             "listed tasks": Golden("attacker", {"tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
             "figure 3.2": Golden("defender", {"preset": "fig32", "horizon": 640}, boldness=0.0),
+            "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7, boldness=1.0),
+            "learning defence": Golden("defender", {"preset": "learning", "opponent": "random"}, seed=8),
             "disturbed defence": Golden(
                 "defender", {"preset": "defense", "tasks": "x4>4 xv1>1", "opponent": "random"}, seed=6
             ),

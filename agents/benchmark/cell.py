@@ -9,7 +9,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Protocol, cast
 
 from agents.zoo.references import form_of, weights_of
 from baselines.schedule import Entrant, Setting
@@ -80,7 +80,21 @@ class Preparation:
         return asdict(getattr(import_module(module), attribute)(*known))
 
 
-Job = Cell | Preparation
+class Job(Protocol):
+    """A piece of work that any process can do; a frozen dataclass of plain data."""
+
+    kind: ClassVar[str]
+
+    @property
+    def problem(self) -> str:
+        """The problem's name, or module:attribute."""
+
+    @property
+    def label(self) -> str:
+        """For progress and file names."""
+
+    def run(self) -> Result:
+        """Do the work."""
 
 
 def problem_of(name: str) -> Problem:
@@ -98,9 +112,14 @@ def run_job(job: Job) -> Result:
     return {**job.run(), "cpu_s": round(time.process_time() - start, 3)}
 
 
+def plain(job: Job) -> dict[str, Any]:
+    """The data of a piece of work."""
+    return asdict(cast(Any, job))
+
+
 def file_name(job: Job) -> str:
     """A readable name that is unique to the work."""
-    text = json.dumps([job.kind, asdict(job)], sort_keys=True)
+    text = json.dumps([job.kind, plain(job)], sort_keys=True)
     readable = re.sub(r"[^a-z0-9._]+", "-", job.label.lower())
     return f"{readable}-{hashlib.sha256(text.encode()).hexdigest()[:12]}.json"
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from importlib.util import find_spec
+from typing import TypeVar
 
 from agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell, make_preparation, run_job
 from agents.benchmark.store import Store
@@ -18,6 +19,7 @@ from cps_envs.core.errors import near
 
 Report = Callable[[int, int, str], None]  # jobs done, jobs in all, the last one
 QUICK_EPISODES = 2
+AnyJob = TypeVar("AnyJob", bound=Job)
 Meeting = tuple[str, str, str]  # setting, attacker, defender
 
 
@@ -109,7 +111,8 @@ def run_benchmark(
     ready = [job for job in cells if waiting.isdisjoint(_entrants(job))]
     outcome.jobs = len(preparations) + len(cells)
     with Workers(workers) as pool:
-        for job, result, known in finish_all([*preparations, *ready], store, pool):
+        first: list[Cell | Preparation] = [*preparations, *ready]
+        for job, result, known in finish_all(first, store, pool):
             _file(job, result, known, outcome, report)
         rest = [_prepared(job, outcome) for job in cells if not waiting.isdisjoint(_entrants(job))]
         for job, result, known in finish_all(rest, store, pool):
@@ -142,7 +145,7 @@ def _prepared(job: Cell, outcome: Outcome) -> Cell:
     return replace(job, attacker_policy=attacker["policy"], defender_policy=defender["policy"])
 
 
-def finish_all(jobs: Sequence[Job], store: Store, pool: Workers) -> Iterator[tuple[Job, Result, bool]]:
+def finish_all(jobs: Sequence[AnyJob], store: Store, pool: Workers) -> Iterator[tuple[AnyJob, Result, bool]]:
     """Jobs with their results, and whether `store` had them; those that it did not have are done and kept."""
     left = []
     for job in jobs:
@@ -167,7 +170,7 @@ def attempt(job: Job) -> Result:
         raise CommandError(f"{job.label}: {message}") from error
 
 
-def _file(job: Job, result: Result, known: bool, outcome: Outcome, report: Report | None) -> None:
+def _file(job: Cell | Preparation, result: Result, known: bool, outcome: Outcome, report: Report | None) -> None:
     outcome.reused += known
     if isinstance(job, Cell):
         outcome.cells[job.setting, job.attacker, job.defender] = result

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import agents.zoo
 import baselines
 import cps_envs
-from agents.benchmark.cell import Job, Result, file_name
+from agents.benchmark.cell import Job, Result, file_name, plain
 from agents.files import write_json
 from agents.machine import versions
 from agents.zoo.files import SHIPPED
+from cps_envs import PROBLEMS
 
 SOURCES = ("*.py", "*.json", "*.csv")
+DECLARATION = "contest.py"  # in a problem's folder: what is played, which each piece of work tells itself
 
 
 class Store:
@@ -24,7 +26,7 @@ class Store:
 
     def __init__(self, folder: Path, *, fresh: bool = False) -> None:
         self.folder = folder
-        self.surroundings: dict[str, Any] = {"versions": versions(), "sources": fingerprint()}
+        self._versions = versions()
         if fresh and folder.is_dir():
             for file in folder.glob("*.json"):
                 file.unlink()
@@ -35,24 +37,37 @@ class Store:
             kept = json.loads(self._path(job).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        same = all(kept.get(name) == value for name, value in self.surroundings.items())
+        same = all(kept.get(name) == value for name, value in self._surroundings(job).items())
         return kept["result"] if same else None
 
     def put(self, job: Job, result: Result) -> None:
         """Keep a result."""
-        write_json(self._path(job), {"job": {"kind": job.kind, **asdict(job)}, **self.surroundings, "result": result})
+        write_json(
+            self._path(job), {"job": {"kind": job.kind, **plain(job)}, **self._surroundings(job), "result": result}
+        )
+
+    def _surroundings(self, job: Job) -> dict[str, Any]:
+        return {"versions": self._versions, "sources": fingerprint(job.problem)}
 
     def _path(self, job: Job) -> Path:
         return self.folder / file_name(job)
 
 
-def fingerprint() -> str:
-    """A hash of the code and the data of the environments and the policies, without the trained networks."""
+@lru_cache
+def fingerprint(problem: str) -> str:
+    """A hash of the code and the data that a problem's results depend on, without the trained networks.
+
+    The registered problems know nothing of one another, so a change in one leaves the results of the others valid.
+    """
+    others = set(PROBLEMS) - {problem} if problem in PROBLEMS else set()
     digest = hashlib.sha256()
     for package in (cps_envs, baselines, agents.zoo):
         root = Path(next(iter(package.__path__)))
         found = (file for pattern in SOURCES for file in root.rglob(pattern))
         for file in sorted(file for file in found if not file.is_relative_to(SHIPPED)):
-            digest.update(file.relative_to(root).as_posix().encode())
+            place = file.relative_to(root)
+            if place.parts[0] in others or (len(place.parts) > 1 and place.name == DECLARATION):
+                continue
+            digest.update(place.as_posix().encode())
             digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

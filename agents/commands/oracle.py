@@ -28,7 +28,12 @@ def oracle(
         list[str] | None,
         typer.Option(help="Sensors and target such as 'x4>4'; may be repeated. If left out: every cell of the tables."),
     ] = None,
-    time_limit: Annotated[float, typer.Option(min=0.0, metavar="SECONDS", help="For each integer program.")] = 20.0,
+    episodes: Annotated[
+        int | None, typer.Option(min=1, help="Certify the first evaluation episodes, as in preset 'drawn'.")
+    ] = None,
+    time_limit: Annotated[
+        float, typer.Option(min=0.0, metavar="SECONDS", help="For each integer program, or each episode.")
+    ] = 20.0,
     gap: Annotated[float, typer.Option(min=0.0, max=1.0, help="Relative gap to stop at; 0 proves the optimum.")] = 0.0,
     jobs: Annotated[int | None, typer.Option(min=1, help="Tasks at a time; as many as cores if left out.")] = None,
     backend: Annotated[str, typer.Option(help="Of joblib: loky, threading, dask, ray.")] = "loky",
@@ -53,6 +58,13 @@ def oracle(
     from cps_envs.fdi.task import parse_task
 
     config = FDI.config(preset, assignments(settings or []))
+    if episodes is not None:
+        from agents.commands.oracle_episodes import certify_episodes
+
+        path = to or Path("results") / "oracle" / f"{preset}-episodes.json"
+        limits = {"time_limit_s": time_limit, "jobs": jobs or available_cores(), "backend": backend}
+        certify_episodes(config, episodes, path, **limits, as_json=as_json)  # type: ignore[arg-type]
+        return
     named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
     tasks = list(dict.fromkeys(named)) or paper_tasks(config.num_vehicles)
     path = to or Path("results") / "oracle" / f"{preset}.json"

@@ -19,7 +19,8 @@ FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a ro
     ("disbanding", "defender"): ("defense_action", "control_period_s"),
     ("fdi", "attacker"): ("attack_action", "share_levels", "mask", "shield"),
     ("fdi", "defender"): ("share_rear_range", "correction_levels"),
-    ("hvac", "attacker"): ("attack_action", "attacker_view"),
+    ("hvac", "attacker"): ("attack_action", "attacker_view", "kalman_filters"),
+    ("hvac", "defender"): ("kalman_filters",),
     ("rogue", "attacker"): ("attack_hold_s",),
     ("rogue", "defender"): ("defense_action", "control_period_s", "orders"),
 }

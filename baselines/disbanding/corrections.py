@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,7 +16,8 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 
 SPEED_MATCHING = 1.0  # 1/s, chosen; 0.5 to 4 give the same errors within 0.1 points
-DISBANDED = 0.5  # of an entry that is 0 or 1
+HALF = 0.5  # of an entry that is 0 or 1
+HOLD_S = 3.0  # chosen: an alarm outlasts what set it off, so that a vehicle does not switch to and fro
 
 
 class Layout(NamedTuple):
@@ -33,36 +36,81 @@ class Sight(NamedTuple):
     relative_speed: FloatArray  # m/s, the predecessor's minus the own
     law_command: FloatArray  # m/s2
     ahead_speed: FloatArray  # m/s, of the nearest disbanded vehicle ahead
+    ahead_acceleration: FloatArray  # m/s2, of that vehicle
     ahead_command: FloatArray  # m/s2, of that vehicle
-    mitigable: BoolArray
+    age_s: FloatArray  # s, of what is known of it; +inf where nothing is
+    mitigable: BoolArray  # a correction acts, and the vehicle has a reason for one
 
 
 class Corrections(AnalyticPolicy):
     """Base of central defenders: one correction in m/s2 for each vehicle.
 
+    Where the warning is relayed, a vehicle acts once it has received a record. With `detection_mps` it acts on what it
+    sees, too: while it or its predecessor is slower than the desired speed by more than that, and `hold_s` longer.
+    A vehicle that acts without a record takes its predecessor for the disbanded vehicle. `detection_mps` is one number,
+    or (B,) with one per episode.
+
     Raises:
-        ConfigurationError: the environment takes one correction per platoon.
+        ConfigurationError: the environment takes one correction per platoon, or a threshold that is not positive.
     """
 
-    def __init__(self, spec: RoleSpec) -> None:
+    heeds_warning = True  # False: nothing but the own detection makes a vehicle act
+
+    def __init__(self, spec: RoleSpec, *, detection_mps: float | FloatArray = math.inf, hold_s: float = HOLD_S) -> None:
         super().__init__(spec)
         config = spec.config
         if config.defense_action != "vehicle":
             raise ConfigurationError(f'{type(self).__name__} corrects vehicles; it needs defense_action="vehicle"')
+        thresholds = np.reshape(detection_mps, (-1, 1))
+        if not (thresholds > 0).all() or not hold_s >= 0:
+            raise ConfigurationError(f"detection_mps = {detection_mps} has to be above 0, hold_s = {hold_s} at least 0")
         self.limit_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
         self.layout = Layout(spec.fields.offsets, spec.fields.scale)
+        self.detects = bool(np.isfinite(thresholds).any())
+        self._slow_mps, self._hold_s = config.desired_speed_mps - thresholds, float(hold_s)
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """How long the alarm of each vehicle lasts still, (B, M) s; no state without detection."""
+        return (np.zeros((len(generators), self.spec.config.max_vehicles)),) if self.detects else None
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, M): corrections as shares of u_max - u_min; zero where none would act."""
         actions = np.zeros((len(seen), self.spec.config.max_vehicles))
-        if (seen["disbanded"] > DISBANDED).any():
-            self.correct(seen, actions)
+        reasons = np.zeros(actions.shape, np.bool_)
+        if self.detects:
+            assert state is not None  # begun
+            state = (self._alarms(seen, state[0]), *state[1:])
+            reasons |= state[0] > 0
+        if self.heeds_warning:
+            reasons |= self._told(seen)
+        if reasons.any():
+            self.correct(seen, reasons, actions)
             np.clip(actions / self.limit_mps2, -1.0, 1.0, out=actions)
         return actions, state
 
+    def _told(self, seen: Seen) -> BoolArray:
+        """Who is told of a disbanded platoon ahead, (B, M), or (B, 1) for all alike."""
+        if "warned" in seen:
+            return np.pad(seen["warned"] > HALF, ((0, 0), (self.spec.config.vehicles_per_platoon, 0)))
+        disbanded = seen["disbanded"] > HALF  # row i - 1 = platoon i, 1 = rear
+        if not disbanded.any() or self.spec.config.correctable == "upstream":
+            some: BoolArray = np.any(disbanded, axis=1, keepdims=True)
+            return some
+        size = self.spec.config.vehicles_per_platoon
+        ahead = np.cumsum(disbanded[:, ::-1], axis=1)[:, ::-1] > disbanded
+        absent = np.sum(seen["present"] < HALF, axis=1) if "present" in seen else np.zeros(len(seen), np.int64)
+        row = ahead.shape[1] - 1 - absent[:, np.newaxis] - np.arange(ahead.shape[1])
+        return np.repeat(np.take_along_axis(ahead, np.maximum(row, 0), axis=1), size, axis=1)
+
+    def _alarms(self, seen: Seen, alarms: FloatArray) -> FloatArray:
+        """The alarms (B, M) in s after what is seen now."""
+        slow = seen["speed"] < self._slow_mps
+        slow[:, 1:] |= slow[:, :-1].copy()
+        return np.where(slow, self._hold_s, np.maximum(alarms - self.spec.decision_interval_s, 0.0))
+
     @abstractmethod
-    def correct(self, seen: Seen, corrections: FloatArray) -> None:
-        """Write the corrections (B, M) in m/s2 of mitigable vehicles; the others' stay zero."""
+    def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
+        """Write the corrections (B, M) in m/s2 of mitigable vehicles that have `reasons` (B, M); others' stay zero."""
 
 
 @inlined
@@ -74,38 +122,69 @@ def decoded(row: Observation, scale: FloatArray, entry: int) -> float:
 @inlined
 def sight_for(num_vehicles: int) -> Sight:
     """Room for a `Sight`; kernels make it once per call."""
-    rows, mitigable = np.zeros((7, num_vehicles)), np.zeros(num_vehicles, np.bool_)
-    return Sight(rows[0], rows[1], rows[2], rows[3], rows[4], rows[5], rows[6], mitigable)
+    r, mitigable = np.zeros((9, num_vehicles)), np.zeros(num_vehicles, np.bool_)
+    return Sight(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], mitigable)
 
 
 @kernel
-def sight_of(row: Observation, layout: Layout, num_vehicles: int) -> Sight:
+def sight_of(row: Observation, layout: Layout, reasons: BoolArray) -> Sight:
     """What a controller reads of an observation (size,), for Python."""
-    sight = sight_for(num_vehicles)
-    look(row, layout, sight)
+    sight = sight_for(reasons.size)
+    look(row, layout, reasons, sight)
     return sight
 
 
 @inlined
-def look(row: Observation, layout: Layout, sight: Sight) -> None:
-    """Fill `sight` from an observation (size,)."""
+def look(row: Observation, layout: Layout, reasons: BoolArray, sight: Sight) -> None:
+    """Fill `sight` from an observation (size,) and the vehicles that have `reasons` (M,) to act."""
     at, scale = layout.offsets[0], layout.scale
-    size = sight.speed.size - (at.disbanded - at.mitigable)
-    for q in range(sight.speed.size):
+    vehicles = sight.speed.size
+    first = vehicles - (at.warned - at.mitigable)
+    for q in range(vehicles):
         sight.speed[q] = decoded(row, scale, at.speed + q)
         sight.acceleration[q] = decoded(row, scale, at.acceleration + q)
         sight.law_command[q] = decoded(row, scale, at.law_command + q)
-    for q in range(1, sight.speed.size):
+    for q in range(1, vehicles):
         sight.gap[q] = decoded(row, scale, at.gap + q - 1)
         sight.relative_speed[q] = decoded(row, scale, at.relative_speed + q - 1)
-    for q in range(size, sight.speed.size):
-        sight.mitigable[q] = decoded(row, scale, at.mitigable + q - size) > 0.5
+    for q in range(first, vehicles):
+        sight.mitigable[q] = reasons[q] and decoded(row, scale, at.mitigable + q - first) > HALF
+    if at.record_age_s > at.warned:
+        read_records(row, layout, sight)
+    else:
+        read_broadcast(row, layout, sight)
+
+
+@inlined
+def read_records(row: Observation, layout: Layout, sight: Sight) -> None:
+    """Fill in what each vehicle has been told; the predecessor stands for what it has not."""
+    at, scale = layout.offsets[0], layout.scale
+    first = sight.speed.size - (at.record_age_s - at.warned)
+    for q in range(1, sight.speed.size):
+        i = q - first
+        if i >= 0 and decoded(row, scale, at.warned + i) > HALF:
+            sight.ahead_speed[q] = decoded(row, scale, at.ahead_speed + i)
+            sight.ahead_acceleration[q] = decoded(row, scale, at.ahead_acceleration + i)
+            sight.ahead_command[q] = decoded(row, scale, at.ahead_command + i)
+            sight.age_s[q] = decoded(row, scale, at.record_age_s + i)
+        else:
+            sight.ahead_speed[q], sight.age_s[q] = sight.speed[q - 1], np.inf
+            sight.ahead_acceleration[q] = sight.ahead_command[q] = sight.acceleration[q - 1]
+
+
+@inlined
+def read_broadcast(row: Observation, layout: Layout, sight: Sight) -> None:
+    """Fill in what the broadcast tells each platoon."""
+    at, scale = layout.offsets[0], layout.scale
+    size = sight.speed.size // (at.ahead_speed - at.disbanded)
     platoons = count_present(row, at, scale)
     for platoon in range(1, platoons):
-        speed = decoded(row, scale, at.ahead_speed + platoons - 1 - platoon)
-        command = decoded(row, scale, at.ahead_command + platoons - 1 - platoon)
+        i = platoons - 1 - platoon
+        speed, acceleration = decoded(row, scale, at.ahead_speed + i), decoded(row, scale, at.ahead_acceleration + i)
+        command = decoded(row, scale, at.ahead_command + i)
         for q in range(platoon * size, (platoon + 1) * size):
-            sight.ahead_speed[q], sight.ahead_command[q] = speed, command
+            sight.ahead_speed[q], sight.ahead_acceleration[q], sight.ahead_command[q] = speed, acceleration, command
+            sight.age_s[q] = 0.0
 
 
 @inlined
@@ -113,7 +192,7 @@ def count_present(row: Observation, at: Record, scale: FloatArray) -> int:
     """How many platoons there are: all, unless their number is drawn and seen."""
     count = 0
     for entry in range(at.present, at.time_s):
-        count += decoded(row, scale, entry) > 0.5
+        count += decoded(row, scale, entry) > HALF
     return count if at.time_s > at.present else at.ahead_speed - at.disbanded
 
 
@@ -125,16 +204,16 @@ class CopyDisbanded(Corrections):
     who commands -90 m/s2, so the speed that is lost at first is matched again at `SPEED_MATCHING`.
     """
 
-    def correct(self, seen: Seen, corrections: FloatArray) -> None:
+    def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """The copied command, with the speeds matched, minus the controller's."""
-        _copy_disbanded(seen.observation, self.layout, corrections)
+        _copy_disbanded(seen.observation, self.layout, reasons, corrections)
 
 
 @kernel
-def _copy_disbanded(observation: Observation, layout: Layout, corrections: FloatArray) -> None:
+def _copy_disbanded(observation: Observation, layout: Layout, reasons: BoolArray, corrections: FloatArray) -> None:
     sight = sight_for(corrections.shape[1])
     for b in range(corrections.shape[0]):
-        look(borrowed(observation)[b], lend(layout), sight)
+        look(borrowed(observation)[b], lend(layout), borrowed(reasons)[b], sight)
         for q in range(corrections.shape[1]):
             if sight.mitigable[q]:
                 lag = sight.ahead_speed[q] - sight.speed[q]

@@ -12,7 +12,7 @@ from baselines.disbanding.corrections import Corrections, Layout, look, sight_fo
 from cps_envs.core.kernels import borrowed, kernel, lend
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import FloatArray, Observation
+from cps_envs.core.types import BoolArray, FloatArray, Observation
 
 SIGNALS = ("gap_error", "relative_speed", "speed_deficit", "predecessor_acceleration", "ahead_speed", "law_command")
 SCALES = np.array([10.0, 10.0, 10.0, 5.0, 10.0, 5.0])  # m, m/s, m/s, m/s2, m/s, m/s2
@@ -38,24 +38,25 @@ class LinearFeedback(Corrections):
         ValueError: `weights` has another shape.
     """
 
-    def __init__(self, spec: RoleSpec, weights: FloatArray | None = None) -> None:
-        super().__init__(spec)
+    def __init__(self, spec: RoleSpec, weights: FloatArray | None = None, **detection: float) -> None:
+        super().__init__(spec, **detection)
         self.weights = np.asarray(shipped_weights() if weights is None else weights, dtype=np.float64)
         if self.weights.shape[-2:] != SHAPE:
             raise ValueError(f"weights of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.weights.shape}")
 
-    def correct(self, seen: Seen, corrections: FloatArray) -> None:
+    def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""
         config = self.spec.config
         weights = self.weights.reshape(-1, *SHAPE)
         known = (seen["desired_gap_m"], config.vehicles_per_platoon, config.headway_s, config.desired_speed_mps)
-        _feed_back(seen.observation, self.layout, *known, weights, SCALES, corrections)
+        _feed_back(seen.observation, self.layout, reasons, *known, weights, SCALES, corrections)
 
 
 @kernel
 def _feed_back(
     observation: Observation,
     layout: Layout,
+    reasons: BoolArray,
     desired_gap_m: FloatArray,
     vehicles_per_platoon: int,
     headway_s: float,
@@ -66,7 +67,7 @@ def _feed_back(
 ) -> None:
     sight, signals = sight_for(corrections.shape[1]), np.empty(scales.size)
     for b in range(corrections.shape[0]):
-        look(borrowed(observation)[b], lend(layout), sight)
+        look(borrowed(observation)[b], lend(layout), borrowed(reasons)[b], sight)
         for q in range(1, corrections.shape[1]):
             if sight.mitigable[q]:
                 leads, speed = q % vehicles_per_platoon == 0, sight.speed[q]

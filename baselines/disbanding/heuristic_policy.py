@@ -9,7 +9,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, lend, pack, unpack
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, Observation
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.start import nominal_constants
 from cps_envs.disbanding.state import Constants
@@ -36,8 +36,9 @@ class HeuristicMitigation(Corrections):
         decrement_mps2: float = FORESIGHT.decrement_mps2,
         clearance_m: float = FORESIGHT.clearance_m,
         avoidance: bool = True,
+        **detection: float,
     ) -> None:
-        super().__init__(spec)
+        super().__init__(spec, **detection)
         if not (sample_s > 0 and is_multiple(horizon_s, sample_s)):
             raise ConfigurationError(f"horizon_s = {horizon_s} has to be a multiple of sample_s = {sample_s}.")
         if not decrement_mps2 > 0:
@@ -48,16 +49,17 @@ class HeuristicMitigation(Corrections):
         self._constants = pack(nominal_constants(spec.config))
         self._avoidance = avoidance
 
-    def correct(self, seen: Seen, corrections: FloatArray) -> None:
+    def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""
         known = (self._constants, self._foresight, self._avoidance)
-        _sweep(seen.observation, self.layout, *known, corrections)
+        _sweep(seen.observation, self.layout, reasons, *known, corrections)
 
 
 @kernel
 def _sweep(
     observation: Observation,
     layout: Layout,
+    reasons: BoolArray,
     constants: Array,
     foresight: Foresight,
     avoidance: bool,
@@ -65,7 +67,7 @@ def _sweep(
 ) -> None:
     c, sight = unpack(Constants, constants, 0), sight_for(corrections.shape[1])
     for b in range(corrections.shape[0]):
-        look(borrowed(observation)[b], lend(layout), sight)
+        look(borrowed(observation)[b], lend(layout), borrowed(reasons)[b], sight)
         sweep_row(sight, c, foresight, avoidance, borrowed(corrections)[b])
 
 

@@ -27,7 +27,7 @@ from cps_envs.core.errors import ConfigurationError, MissingExtraError, near
 from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, lend, pack, unpack
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.disbanding.dynamics import final_command
 from cps_envs.disbanding.start import nominal_constants
 from cps_envs.disbanding.state import Constants
@@ -48,29 +48,34 @@ class MpcMitigation(Corrections):
     """
 
     def __init__(
-        self, spec: RoleSpec, *, settings: MpcSettings = PAPER_MATCHING, solver: SolverName = "hildreth"
+        self,
+        spec: RoleSpec,
+        *,
+        settings: MpcSettings = PAPER_MATCHING,
+        solver: SolverName = "hildreth",
+        **detection: float,
     ) -> None:
-        super().__init__(spec)
+        super().__init__(spec, **detection)
         if solver not in SOLVERS:
             raise ConfigurationError(f"solver = {solver!r} is not known. {near(solver, SOLVERS)}")
         self.settings, self.solver = settings, solver
         self._constants = pack(nominal_constants(spec.config))
 
-    def correct(self, seen: Seen, corrections: FloatArray) -> None:
+    def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""
         taus_s = np.round(seen["tau_s"], 5)  # the rounding of float32 observations is not a new lag
         if self.solver == "hildreth":
-            known = (seen.observation, self.layout, seen["desired_gap_m"])
+            known = (seen.observation, self.layout, reasons, seen["desired_gap_m"])
             release = self.settings.release
             _sweep(*known, *_stack(self.settings, taus_s.tobytes()), self._constants, release, corrections)
         else:
-            self._correct_by_library(seen, taus_s.tolist(), corrections)
+            self._correct_by_library(seen, reasons, taus_s.tolist(), corrections)
 
-    def _correct_by_library(self, seen: Seen, taus_s: list[float], corrections: FloatArray) -> None:
+    def _correct_by_library(self, seen: Seen, reasons: BoolArray, taus_s: list[float], corrections: FloatArray) -> None:
         """The same in Python, with the programs solved by a library."""
         c = unpack(Constants, self._constants, 0)
         for b, tau_s in enumerate(taus_s):
-            sight = sight_of(seen.observation[b], self.layout, corrections.shape[1])
+            sight = sight_of(seen.observation[b], self.layout, reasons[b])
             solver, mpc = _library_solver(self.settings, tau_s), design_mpc(self.settings, tau_s)
             room = mpc_scratch(stack_mpc(self.settings, np.array([tau_s])))
             ahead = sight.law_command[0]
@@ -85,14 +90,14 @@ class MpcMitigation(Corrections):
                 ahead = final_of(sight, c, corrections[b], q)
 
 
-def paper_matching(spec: RoleSpec, solver: SolverName = "hildreth") -> MpcMitigation:
+def paper_matching(spec: RoleSpec, solver: SolverName = "hildreth", **detection: float) -> MpcMitigation:
     """The MPC with weights tuned on the mpc column of Table 2.2."""
-    return MpcMitigation(spec, settings=PAPER_MATCHING, solver=solver)
+    return MpcMitigation(spec, settings=PAPER_MATCHING, solver=solver, **detection)
 
 
-def best_tuned(spec: RoleSpec, solver: SolverName = "hildreth") -> MpcMitigation:
+def best_tuned(spec: RoleSpec, solver: SolverName = "hildreth", **detection: float) -> MpcMitigation:
     """The MPC with a horizon of 2 s and no release: what this controller can do, far below the paper's column."""
-    return MpcMitigation(spec, settings=BEST_TUNED, solver=solver)
+    return MpcMitigation(spec, settings=BEST_TUNED, solver=solver, **detection)
 
 
 @lru_cache(maxsize=8)
@@ -117,6 +122,7 @@ def _library_solver(settings: MpcSettings, tau_s: float) -> Solver:
 def _sweep(
     observation: Observation,
     layout: Layout,
+    reasons: BoolArray,
     desired_gap_m: FloatArray,
     stack: Mpc,
     which: IntArray,
@@ -128,7 +134,7 @@ def _sweep(
     c, sight, room = unpack(Constants, constants, 0), sight_for(corrections.shape[1]), mpc_scratch(stack)
     multipliers = np.empty(stack.qp.rows.shape[1])
     for b in range(corrections.shape[0]):
-        look(borrowed(observation)[b], lend(layout), sight)
+        look(borrowed(observation)[b], lend(layout), borrowed(reasons)[b], sight)
         mpc, row = design_of(stack, which[b]), borrowed(corrections)[b]
         ahead = sight.law_command[0]  # final command of the predecessor
         for q in range(1, row.size):

@@ -36,11 +36,12 @@ class ActionForm:
     """
 
     def __init__(self, config: FdiConfig) -> None:
-        self.config, self.drawn = config, is_drawn(config)
-        n = config.num_vehicles
-        attacked = config.fixed_task.sensors.flags(n)
-        self.sensors: IntArray = np.arange(2 * n) if self.drawn else np.flatnonzero(attacked)  # (S,) readings
-        self.bounds: IntArray = np.where(self.sensors < n, config.range_levels, config.rate_levels)  # (S,) levels
+        self.config = config
+        readings, filters = config.num_readings, config.estimator == "kalman"
+        attacked = config.fixed_task.sensors.flags(config.num_vehicles, rear=filters)
+        self.sensors: IntArray = np.arange(readings) if is_drawn(config) else np.flatnonzero(attacked)  # (S,) readings
+        ranges = self.sensors < readings // 2
+        self.bounds: IntArray = np.where(ranges, config.range_levels, config.rate_levels)  # (S,) levels
         self.share_levels = config.share_levels if config.attack_action == "share" else 0
         fields = attacker_fields(config)
         form = Form(
@@ -54,9 +55,10 @@ class ActionForm:
             matrices=matrices_of(config),
         )
         self.held = hold(form)  # for kernels
-        resolution = np.where(self.sensors < n, config.range_resolution_m, config.rate_resolution_mps)
+        self.resolution: FloatArray = np.where(ranges, config.range_resolution_m, config.rate_resolution_mps)  # (S,)
         self._transition = config.model.transition
-        self._effect = config.model.injection[:, self.sensors] * resolution
+        if not filters:  # it looks at rear sensors too
+            self._effect = config.model.injection[:, self.sensors] * self.resolution
 
     def to_actions(
         self,
@@ -113,7 +115,8 @@ class Slots(NamedTuple):
 @inlined
 def new_slots(form: Form, n: int) -> Slots:
     """Slots of no episode yet."""
-    return Slots(np.empty(form.sensors.size, np.int64), new_scratch(n, form.sensors.size))
+    readings, slots = unpack(Constants, form.constants, 0).readings, form.sensors.size
+    return Slots(np.empty(slots, np.int64), new_scratch(n, readings, slots))
 
 
 @inlined
@@ -137,6 +140,8 @@ def interval_of(
     low, high = slots.s.interval[slot, 0], slots.s.interval[slot, 1]
     if mask.size > 0:
         middle = form.bounds[slot]
+        if c.draws_gains:  # the mask knows those of the episode
+            low, high = -middle, middle
         for before in range(slot):
             middle += 2 * form.bounds[before] + 1
         while low <= high and not mask[middle + low]:

@@ -24,6 +24,8 @@ class BranchAndBound(InjectionPolicy):
     nothing is injected.
     """
 
+    exact = True
+
     def __init__(
         self,
         spec: RoleSpec,

@@ -46,7 +46,7 @@ def screen(
         legal: (B, S) is filled with the actions where they pass: the nearest legal ones.
     """
     c, n = unpack(Constants, form.constants, 0), expected.shape[1] // 2
-    new, scratch, unmasked = new_slots(form, n), new_scratch(n, actions.shape[1]), np.empty(0, np.bool_)
+    new, scratch, unmasked = new_slots(form, n), new_scratch(n, c.readings, actions.shape[1]), np.empty(0, np.bool_)
     error, nearest = np.empty(2 * n), np.empty(actions.shape[1], np.int64)
     for b in range(passed.size):
         episode, own, s, mask = view(views, b), borrowed(levels)[b], lend(scratch), borrowed(unmasked)

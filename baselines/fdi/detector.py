@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, IntArray
@@ -13,11 +14,20 @@ ROUNDING = 1e-3  # m and m/s; observations are of single precision
 
 
 class Detector(AnalyticPolicy):
-    """Base: distrusted readings are replaced from the next step on; commands are never corrected."""
+    """Base: distrusted readings are replaced from the next step on; commands are never corrected.
+
+    Raises:
+        ConfigurationError: the configuration has a filter, so that sensors are noisy.
+    """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         self.config: FdiConfig = spec.config
+        if self.config.estimator == "kalman":
+            raise ConfigurationError(
+                f"{type(self).__name__} is for exact sensors: it would doubt noise. With estimator = "
+                f'"kalman" use chi2, cusum, redundant_cusum or bank'
+            )
 
     @abstractmethod
     def blank(self, envs: int) -> Array:

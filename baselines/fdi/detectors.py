@@ -12,7 +12,7 @@ from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.observation import MAX_RATE_MPS
+from cps_envs.fdi.filtered import MAX_RATE_MPS
 
 HOLD_S = 2.0  # chosen
 
@@ -76,9 +76,9 @@ class ModelOnly(AnalyticPolicy):
     """Replaces every reading at every step: a reference, as blind to attacks as to disturbances."""
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-        """Actions (B, 3n)."""
+        """Actions (B, R + n)."""
         action = self.spec.neutral_action.copy()
-        action[: 2 * self.spec.config.num_vehicles] = 0
+        action[: self.spec.config.num_readings] = 0
         return repeat(action, len(seen)), state
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from baselines.fdi.action_form import ActionForm, Form
 from baselines.fdi.branch_and_bound import AT_REST
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import borrowed, inlined, kernel, unpack, view
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.seen import Seen
@@ -31,15 +32,24 @@ class InjectionPolicy(AnalyticPolicy):
     """Base of attackers that pick a level for each attacked sensor.
 
     With `legal` a level that would end the episode is replaced by the nearest legal one, and nothing is injected in a
-    dead end.
+    dead end. A policy that is `exact` plans with the undefended platoon and exact front sensors.
+
+    Raises:
+        ConfigurationError: an exact policy, and a configuration with a filter.
     """
 
     masked = True
+    exact = False
 
     def __init__(self, spec: RoleSpec, *, legal: bool = True) -> None:
         super().__init__(spec)
         self.config: FdiConfig = spec.config
         self.legal = legal
+        if self.exact and self.config.estimator == "kalman":
+            raise ConfigurationError(
+                f"{type(self).__name__} plans for exact front sensors and no filter. With estimator = "
+                '"kalman" use tracker, blind_tracker, swing, bang_bang or random'
+            )
         self.form = ActionForm(self.config)
 
     def say(self, views: View, wishes: IntArray, masks: BoolArray | None) -> IntArray:

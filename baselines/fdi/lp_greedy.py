@@ -49,6 +49,8 @@ class LpGreedy(InjectionPolicy):
         ConfigurationError: `max_steps` below 1 or a negative reserve.
     """
 
+    exact = True
+
     def __init__(self, spec: RoleSpec, *, max_steps: int = MOST_STEPS, reserve: float = RESERVE) -> None:
         super().__init__(spec)
         if max_steps < 1 or reserve < 0:

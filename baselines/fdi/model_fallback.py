@@ -8,6 +8,7 @@ import numpy as np
 
 from baselines.fdi.detector import ROUNDING, Detector
 from baselines.fdi.injection import decoded
+from cps_envs.core.config import bounds
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import RoleSpec
@@ -36,7 +37,7 @@ class ModelFallback(Detector):
         self.deviations = deviations
         config, n, dt_s = self.config, self.config.num_vehicles, self.config.dt_s
         sources = np.where(np.arange(n) < n - 1, 2, 1)  # independent disturbances in a pair; the reference has none
-        variance = sources * config.disturbance_mps2**2
+        variance = sources * bounds(config.disturbance_mps2)[1] ** 2
         self._growth: FloatArray = variance[:, np.newaxis] * np.array([dt_s**4 / 4, dt_s**3 / 2, dt_s**2])
         self._known = (np.arange(n) < n - 1) & config.share_rear_range  # pairs whose range is measured twice
 

@@ -16,11 +16,11 @@ class NoReplayError(ValueError):
     """Injections that are not legal, or that do not end in the wanted collision."""
 
 
-def replay(config: FdiConfig, task: Task, injections: IntArray) -> float:
-    """The impact speed (m/s, 0 or more) of levels (k, q), sensors in the order ranges, then range-rates; from rest.
+def replay(config: FdiConfig, task: Task, injections: IntArray, start: FloatArray | None = None) -> float:
+    """The impact speed (m/s, 0 or more) of levels (k, q), sensors in the order ranges, then range-rates.
 
-    The k-th injection leads to the collision, and nobody collides before; k is at most the horizon. Waiting first is
-    free, so with k below the horizon the same speed is reached at the horizon.
+    The k-th injection leads to the collision, and nobody collides before; k is at most the horizon. From rest waiting
+    first is free, so with k below the horizon the same speed is reached at the horizon. `start` (2n,) is another e(0).
 
     Raises:
         NoReplayError: a limit of (3.48) to (3.50) is exceeded, a pair collides early, or the target not at the end.
@@ -29,7 +29,7 @@ def replay(config: FdiConfig, task: Task, injections: IntArray) -> float:
     model, n, attacked = config.model, config.num_vehicles, task.sensors.flags(config.num_vehicles)
     if not 0 < len(levels) <= config.horizon:
         raise NoReplayError(f"{len(levels)} injections do not fit a horizon of {config.horizon} steps")
-    error = np.zeros(2 * n)
+    error: FloatArray = np.zeros(2 * n) if start is None else start
     for step, level in enumerate(levels):
         if step and np.any(error[:n] <= SLACK + ROUNDING - config.desired_gap_m):
             raise NoReplayError(f"a pair collides at step {step} of {len(levels)}")

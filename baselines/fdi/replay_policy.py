@@ -40,6 +40,8 @@ class Replay(InjectionPolicy):
         ConfigurationError: a task that cannot succeed, or one whose optimum takes too long to find here.
     """
 
+    exact = True
+
     def __init__(self, spec: RoleSpec, *, start: int | str = 0, time_limit_s: float = SEARCH_S) -> None:
         super().__init__(spec, legal=False)
         if start != "random" and not (isinstance(start, int) and start >= 0):

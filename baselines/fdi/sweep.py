@@ -65,15 +65,15 @@ def sweep(
     found = dict(known)
     cell = joblib.delayed(cross)
     work = (cell(config, task, time_limit_s, gap, best_start(task, list(found.values()))) for task in tasks)
-    with _ready(backend), joblib.parallel_config(backend=backend, n_jobs=jobs):
-        for record in _as_done(work, jobs):
+    with ready(backend), joblib.parallel_config(backend=backend, n_jobs=jobs):
+        for record in as_done(work, jobs):
             if record.task in known:
                 record = merged(known[record.task], record)
             found[record.task] = record
             yield record
 
 
-def _as_done(work: Iterator[Any], jobs: int) -> Iterator[Record]:
+def as_done(work: Iterator[Any], jobs: int) -> Iterator[Any]:
     """Results of delayed calls as they get done; `jobs` at a time where the backend can only return all at once."""
     if get_active_backend()[0].supports_return_generator:
         yield from joblib.Parallel(return_as="generator_unordered", pre_dispatch="n_jobs")(work)
@@ -97,7 +97,7 @@ def best_start(task: Task, records: Iterable[Record]) -> IntArray | None:
 
 
 @contextmanager
-def _ready(backend: str) -> Iterator[None]:
+def ready(backend: str) -> Iterator[None]:
     """While a backend is connected or registered that joblib does not set up by itself."""
     if backend == "dask":
         with optional("distributed", install="distributed", purpose="the backend 'dask'").Client():

@@ -23,7 +23,7 @@ DEFENDERS = (
     LEARNED_DEFENDER,
 )
 MISMATCH_DEFENDERS = (
-    *(Entrant(name) for name in ("none", "mtd1", "mtd2", "mtd2_calibrated", "model_only")),
+    *(Entrant(name) for name in ("none", "mtd1", "mtd2", "model_only")),
     LEARNED_DEFENDER,
 )
 LEGEND = "A_impact in C2, mean over the days; steps with a flawed set / steps in which no set passes MTD2"
@@ -86,7 +86,7 @@ def _mismatch_setting(name: str, title: str, overrides: Mapping[str, Any]) -> Se
 EASY = _mismatch_setting(
     "easy", "Easy: plant off by 2 % and 50 W, onset and one to three compromised sensors drawn", {}
 )
-HARDER = _mismatch_setting("hard", "Learning, hard level: plant off by 5 % and 100 W", HARD)
+HARDER = _mismatch_setting("hard", "Easy, hard level: plant off by 5 % and 100 W", HARD)
 
 BENCHMARK = Benchmark(
     problem="hvac",
@@ -99,6 +99,5 @@ BENCHMARK = Benchmark(
         "only if it beats both it and MTD2 over a mix of attacks on plants that differ from the model.",
         "`mixture` is what a learning defender meets: 15 % of the days attack-free, 30 % scripted, 55 % stealthy.",
         "`learned` are trained policies, the best of their training seeds.",
-        "`mtd2_calibrated` has its eps from attack-free days of the same mismatch; see `cps-envs calibrate-mtd2`.",
     ),
 )

@@ -19,7 +19,7 @@ from cps_envs.hvac.sensors import sensor_sets
 
 
 class Brink(AnalyticPolicy):
-    """Every compromised sensor shows its zone colder by a bias that grows as fast as MTD2 lets it.
+    """Every compromised sensor shows its zone colder, or `warmer`, by a bias that grows as fast as MTD2 lets it.
 
     The set of the sensor alone is to keep passing: its residual at k + 1 may be what its mean residual (4.33) leaves,
     e^2 = (n + 1) (eps - margin) - n Jm, at most `most` eps. Its residual now is J = (y - xh)^2, so that
@@ -31,7 +31,9 @@ class Brink(AnalyticPolicy):
             that are no set of their own, or a margin, gain or bound that makes no sense.
     """
 
-    def __init__(self, spec: RoleSpec, *, margin_c2: float = 0.01, gain: float = 1.0, most: float = 2.0) -> None:
+    def __init__(
+        self, spec: RoleSpec, *, margin_c2: float = 0.01, gain: float = 1.0, most: float = 2.0, warmer: bool = False
+    ) -> None:
         super().__init__(spec)
         self.config: HvacConfig = spec.config
         if not (0 <= margin_c2 < self.config.threshold_c2 and 0 < gain <= 1 and most > 0):
@@ -42,10 +44,11 @@ class Brink(AnalyticPolicy):
         if self.config.attacker_view != "white" or self.config.attack_action != "any":
             raise ConfigurationError('brink needs attacker_view="white" and attack_action="any"')
         self.margin_c2, self.gain, self.most = margin_c2, gain, most
+        self._sign = -1.0 if warmer else 1.0
         self._alone = _sets_of_one(self.config)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The biases (B, S), C."""
+        """The sizes of the biases (B, S), C."""
         return (np.zeros((len(generators), self.config.num_sensors)),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
@@ -58,7 +61,7 @@ class Brink(AnalyticPolicy):
         growing = (attack_age(seen, self.config) > 0) & (samples > 0)
         grown = np.minimum(np.maximum(bias_c + self.gain * (allowed_c - error_c), 0.0), MAX_BIAS_C)
         bias_c = np.where(growing[:, np.newaxis] & (seen["compromised"] > 0.5), grown, bias_c)
-        return bias_action(self.config, bias_c), (bias_c,)
+        return bias_action(self.config, self._sign * bias_c), (bias_c,)
 
     def _allowed_c(self, samples: IntArray, mean_c2: FloatArray) -> FloatArray:
         """The error (B, S), C, that each sensor may have at the next step."""

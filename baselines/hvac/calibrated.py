@@ -20,10 +20,14 @@ IRRELEVANT = (
     "num_steps",
     "onset_step",
     "num_compromised",
+    "compromised_weights",
     "attack_order",
     "random_compromise",
     "attack_action",
     "attacker_view",
+    "kalman_filters",
+    "filter_heat_w",
+    "filter_memory_h",
 )
 
 
@@ -53,8 +57,8 @@ def calibrated_threshold(config: HvacConfig) -> float:
 def mtd2_calibrated(spec: RoleSpec, *, fallback: str = "least_mean") -> Mtd2:
     """MTD2 with eps calibrated for the configuration's own mismatch between plant and model.
 
-    The paper's eps belongs to an exact model. Shipped are the presets `paper` and `learning` and the hard level of
-    `learning` (5 %, 100 W), with one and with two sensors per zone.
+    The paper's eps belongs to an exact model. Shipped are the presets `paper` and `easy` and the hard level of
+    `easy` (5 %, 100 W), with one and with two sensors per zone.
 
     Raises:
         ConfigurationError: no threshold is shipped for the configuration, or another fallback.

@@ -1,4 +1,4 @@
-"""Attacks beyond the paper that grow slowly enough for the observer to follow: ramps, and mimicry of a heat loss."""
+"""Attacks beyond the paper that grow slowly enough for the observer to follow: ramps, and mimicry of unknown heat."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ MAX_BIAS_C = 15.0
 
 
 class Stealthy(AnalyticPolicy):
-    """Base: every compromised sensor shows its zone colder than it is, by a bias within [0, 15] C.
+    """Base: every compromised sensor shows its zone colder than it is, or `warmer`, by a bias of at most 15 C.
 
     The bias is taken from the true temperature, or with `keep_noise` from the sensor's own noisy reading.
 
@@ -35,10 +35,11 @@ class Stealthy(AnalyticPolicy):
         ConfigurationError: a bias without noise where the configuration's attacker only adds to its own readings.
     """
 
-    def __init__(self, spec: RoleSpec, *, keep_noise: bool = False) -> None:
+    def __init__(self, spec: RoleSpec, *, keep_noise: bool = False, warmer: bool = False) -> None:
         super().__init__(spec)
         self.config: HvacConfig = spec.config
         self.keep_noise = keep_noise
+        self._sign = -1.0 if warmer else 1.0
         if not keep_noise and self.config.attack_action == "bias":
             raise ConfigurationError(
                 'attack_action="bias" leaves the noise in forged readings: name the policy with keep_noise=true'
@@ -47,11 +48,11 @@ class Stealthy(AnalyticPolicy):
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1), or (B, S) with `attack_action="bias"`."""
         bias_c = np.minimum(self.bias_c(seen, attack_age(seen, self.config), state), MAX_BIAS_C)
-        return bias_action(self.config, bias_c, keep_noise=self.keep_noise), state
+        return bias_action(self.config, self._sign * bias_c, keep_noise=self.keep_noise), state
 
     @abstractmethod
     def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
-        """Biases (B, S) or (B, 1), C, none negative, at `age` (B,) steps after the onset."""
+        """Sizes of the biases (B, S) or (B, 1), C, at `age` (B,) steps after the onset."""
 
 
 class Ramp(Stealthy):
@@ -71,8 +72,9 @@ class Ramp(Stealthy):
         *,
         exponent: float = 1.0,
         keep_noise: bool = False,
+        warmer: bool = False,
     ) -> None:
-        super().__init__(spec, keep_noise=keep_noise)
+        super().__init__(spec, keep_noise=keep_noise, warmer=warmer)
         self.rate_c_per_h, self.exponent = rate_c_per_h, exponent
         self._low, self._high = _ends(rate_c_per_h)
         if not (0 < self._low <= self._high and exponent > 0):
@@ -104,24 +106,28 @@ def _ends(rate: float | Sequence[float] | None) -> tuple[float, float]:
     return (1.0, 1.0) if rate is None else (rate, rate)
 
 
-def root_ramp(spec: RoleSpec, rate_c_per_h: float = ROOT_C_PER_H, *, keep_noise: bool = False) -> Ramp:
+def root_ramp(
+    spec: RoleSpec, rate_c_per_h: float = ROOT_C_PER_H, *, keep_noise: bool = False, warmer: bool = False
+) -> Ramp:
     """The ramp for MTD1, b = 20 C (tau / 10 h)^0.5: MTD1 compares sets by their newest reading only."""
-    return Ramp(spec, rate_c_per_h, exponent=0.5, keep_noise=keep_noise)
+    return Ramp(spec, rate_c_per_h, exponent=0.5, keep_noise=keep_noise, warmer=warmer)
 
 
 class HeatLossMimic(Stealthy):
     """Readings as if every zone lost `loss_w` from the onset on, by the nominal model: b(k + 1) = A b(k) + B loss.
 
+    With `warmer`, as if every zone gained it.
+
     Raises:
         ConfigurationError: a negative loss, besides what all stealthy attacks refuse.
     """
 
-    def __init__(self, spec: RoleSpec, loss_w: float = 100.0, *, keep_noise: bool = False) -> None:
-        super().__init__(spec, keep_noise=keep_noise)
+    def __init__(
+        self, spec: RoleSpec, loss_w: float = 100.0, *, keep_noise: bool = False, warmer: bool = False
+    ) -> None:
+        super().__init__(spec, keep_noise=keep_noise, warmer=warmer)
         if not loss_w >= 0:
-            raise ConfigurationError(
-                f"loss_w = {loss_w} must not be negative: forged readings are colder than the truth"
-            )
+            raise ConfigurationError(f"loss_w = {loss_w} must not be negative; warmer=true shows a gain of heat")
         self.loss_w = loss_w
         by_zone = loss_response(self.config, loss_w)
         self._bias_c = by_zone[:, zones_of_sensors(self.config)]

@@ -125,6 +125,11 @@ class Claims(Generic[Source]):
             return Finding(None, f"left out of this run: {missing}", UNKNOWN)
 
 
+def applying(count: int, total: int, things: str) -> str:
+    """Of how many things a claim speaks, where it drops some; said wherever it does."""
+    return f"{count} of {total} {things} apply"
+
+
 def joined(values: Sequence[float], form: str = ".0f") -> str:
     """Numbers separated by slashes."""
     return " / ".join(format(value, form) for value in values)

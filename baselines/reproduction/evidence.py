@@ -39,6 +39,11 @@ class Evidence:
     def __init__(self, results: Mapping[Experiment[Any], Any]) -> None:
         self._results = results
 
+    @property
+    def results(self) -> Mapping[Experiment[Any], Any]:
+        """All of them."""
+        return self._results
+
     def __getitem__(self, experiment: Experiment[Result]) -> Result:
         """The result of an experiment; NotRunError where it was left out."""
         if experiment not in self._results:

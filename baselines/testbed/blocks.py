@@ -21,7 +21,7 @@ def cases_block(results: Results) -> Block:
     """The three cases beside the paper and the reference, means over the seeds."""
     note = (
         f"E_v (2.8) in percent of robots 1 to 6, true speeds, 20 to 50 s; mean and standard deviation over "
-        f"{results.num_seeds} seeds, the same for every case. Reference: an independent implementation of the same "
+        f"{results.num_seeds} seeds, the same for every case. Reference: our own second implementation of the same "
         "model, other seeds. Then means of: lowest speed, robots that stop, smallest gap (bodies touch at 0.100 m) and "
         "rms acceleration."
     )

@@ -31,12 +31,13 @@ def draw(results: Results) -> Any:
 
 def _speeds(axes: Any, results: Results, case: Case, letter: str) -> None:
     outcome, size = results.of(case), BASELINE.vehicles_per_platoon
-    robots = outcome.speeds_mps.shape[1]
-    time_s = outcome.step_s * np.arange(len(outcome.speeds_mps))
+    speeds_mps = outcome.speeds_mps[0]
+    robots = speeds_mps.shape[1]
+    time_s = outcome.step_s * np.arange(len(speeds_mps))
     colors = shades(robots - size)
     for q in range(robots):
         color = DISBANDED_COLOR if q < size else colors[q - size]
-        axes.plot(time_s, outcome.speeds_mps[:, q], color=color, linewidth=0.9, label=str(robots - q))
+        axes.plot(time_s, speeds_mps[:, q], color=color, linewidth=0.9, label=str(robots - q))
     axes.axhline(BASELINE.desired_speed_mps, color="0.4", linewidth=0.8, linestyle="--")
     title = (
         f"{letter}) {case.name}, seed 0: E_v = {results.errors(case)[0]:.1f} % (paper {printed_errors()[case.claim]} %)"

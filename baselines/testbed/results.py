@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from baselines.reproduction.evidence import Evidence, Experiment
 from baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Case, Outcome, Runs
+from baselines.testbed.recovery import Recovery
 from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.testbed.config import BASELINE
 
+MITIGATED_CASES = (SHORT, LONG)
 ORDERED_SHARE = 0.9  # of the seeds in which E_v has to fall from case to case
 
 
@@ -23,9 +27,14 @@ class Results(Evidence):
         """The runs of a case."""
         return self[Runs(case, self.num_seeds)]
 
-    def long(self, case: Case) -> Outcome:
-        """The runs in which recovery is judged; NotRunError where they were left out."""
-        return self[Runs(case, self.num_seeds, LONG_S)]
+    def recovery(self, case: Case, duration_s: float = BASELINE.duration_s) -> Recovery:
+        """How the runs of a case come back to those of the same seeds without an attack.
+
+        Raises:
+            NotRunError: runs of this duration were left out.
+        """
+        calm = self[Runs(BASE, self.num_seeds, duration_s, attacked=False)]
+        return Recovery(self[Runs(case, self.num_seeds, duration_s)], calm)
 
     def errors(self, case: Case) -> FloatArray:
         """E_v in percent of every seed, (S,)."""
@@ -52,5 +61,7 @@ class Results(Evidence):
 
 def needed(num_seeds: int, *, quick: bool) -> list[Experiment[Any]]:
     """All experiments; `quick` leaves out the long ones."""
-    usual: list[Experiment[Any]] = [Runs(case, num_seeds) for case in CASES]
-    return usual if quick else [*usual, *(Runs(case, num_seeds, LONG_S) for case in (SHORT, LONG))]
+    calm = Runs(BASE, num_seeds, attacked=False)
+    usual: list[Experiment[Any]] = [calm, *(Runs(case, num_seeds) for case in CASES)]
+    long = [replace(calm, duration_s=LONG_S), *(Runs(case, num_seeds, LONG_S) for case in MITIGATED_CASES)]
+    return usual if quick else [*usual, *long]

@@ -136,10 +136,12 @@ class Game(ABC):
         raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
 
     def truth(self, b: int) -> Mapping[str, Any]:
-        """Privileged: what an environment hides from a role, by name, for policies that are told it.
+        """Privileged: what roles have to infer of one environment, by name, for policies that are told it.
+
+        Arrays are views, which change with the episode.
 
         Raises:
-            TypeError: the problem hides nothing, or does not tell.
+            TypeError: the problem tells nobody.
         """
         raise TypeError(f"the problem {self.name!r} tells no policy what an episode hides")
 

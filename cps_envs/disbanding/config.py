@@ -73,6 +73,21 @@ class DisbandingConfig:
     payoff_set: str = quantity("all", choices=("all", "intact_now"), source="chosen: whose speed errors are paid")
     defense_action: str = quantity("vehicle", choices=("vehicle", "platoon"), source="chosen: one correction for each")
     swarm_reward: str = quantity("team", choices=("team", "local"), source="chosen: of the swarm form")
+    warning: str = quantity("broadcast", choices=("broadcast", "relayed"), source="2.4.2: by V2V, at a low data rate")
+    hop_delay_s: Range = quantity(0.1, unit="s", low=0.01, high=2, source="chosen: per link", ranged=True)
+    hop_loss: Range = quantity(0.0, low=0, high=0.95, source="chosen: share of messages lost per link", ranged=True)
+    correctable: str = quantity("upstream", choices=("upstream", "intact"), source="chosen: who reacts to corrections")
+    quiet_share: float = quantity(0.0, low=0, high=1, source="chosen: share of the episodes without an attack")
+    earliest_attack_s: IntRange = quantity(1, unit="s", low=1, high=86_400, source="(2.9): t_d >= 1 s", ranged=True)
+    attack_pause_s: int = quantity(0, unit="s", low=0, high=86_400, source="chosen: between two attacks, at least")
+    jam_budget_s: IntRange = quantity(0, unit="s", low=0, high=600, source="chosen; 2.1 jams sensors only", ranged=True)
+    member_delay_s: float = quantity(0.0, unit="s", low=0, high=10, source="2.2.2: a platoon is alerted by V2V")
+    attacked_member: IntRange = quantity(1, low=1, high=50, source="2.2.2; 1 = the platoon's leader", ranged=True)
+    braking_share: float = quantity(0.0, low=0, high=1, source="2.1: some drivers brake when they take over")
+    braking_mps2: Range = quantity(5.0, unit="m/s2", low=0, high=20, source="2.1: maximum deceleration", ranged=True)
+    braking_s: Range = quantity(1.0, unit="s", low=0, high=10, source="chosen: per driver", ranged=True)
+    correction_noise_mps2: float = quantity(0.0, unit="m/s2", low=0, high=5, source="chosen: s.d., from actuators")
+    report: str = quantity("chapter", choices=("chapter", "safety"), source="chosen: metrics of chapter 2, or more")
 
     def __post_init__(self) -> None:
         validate(self)
@@ -97,6 +112,11 @@ class DisbandingConfig:
                 f"tau_s = {self.tau_s} is shorter than the integration step {dt_s} s of {self.interpretation}, which "
                 'explicit Euler cannot follow. Choose a longer tau_s, or interpretation="S2", which integrates exactly.'
             )
+        if bounds(self.attacked_member)[1] > self.vehicles_per_platoon:
+            raise ConfigurationError(
+                f"attacked_member = {self.attacked_member} exceeds vehicles_per_platoon = {self.vehicles_per_platoon}. "
+                "Choose 1 for the leader."
+            )
         if self.desired_speed_mps > self.max_speed_mps:
             raise ConfigurationError(
                 f"desired_speed_mps = {self.desired_speed_mps} exceeds max_speed_mps = {self.max_speed_mps}."
@@ -116,6 +136,21 @@ class DisbandingConfig:
     def max_budget(self) -> int:
         """The most platoons that the attacker may disband in any episode."""
         return int(bounds(self.attack_budget)[1])
+
+    @property
+    def can_jam(self) -> bool:
+        """Whether the attacker may block a radio link in any episode."""
+        return bounds(self.jam_budget_s)[1] > 0
+
+    @property
+    def num_attacks(self) -> int:
+        """Actions of the attacker: wait, disband one of N platoons, or block one of the N - 1 links between them."""
+        return self.max_platoons * (2 if self.can_jam else 1) + (0 if self.can_jam else 1)
+
+    @property
+    def is_relayed(self) -> bool:
+        """Whether the warning travels from vehicle to vehicle."""
+        return self.warning == "relayed"
 
     @property
     def max_vehicles(self) -> int:
@@ -150,4 +185,20 @@ EASY = replace(
     attack_budget=(1, 3),
     collision_penalty=0.3,
 )
-PRESETS = {"paper": PAPER, "easy": EASY, "learning": EASY}
+LEARNING = replace(
+    EASY,
+    warning="relayed",
+    hop_delay_s=(0.05, 0.15),
+    hop_loss=(0.0, 0.3),
+    correctable="intact",
+    quiet_share=0.25,
+    earliest_attack_s=(1, 60),
+    attack_pause_s=5,
+    jam_budget_s=(2, 5),
+    braking_share=0.3,
+    braking_mps2=(2.0, 5.0),
+    braking_s=(0.5, 1.5),
+    correction_noise_mps2=0.5,
+    report="safety",
+)
+PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING}

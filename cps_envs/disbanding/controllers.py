@@ -143,4 +143,7 @@ def command_humans(episode: State, c: Constants, gap: FloatArray, time_s: float,
             for q in range(platoon * size, (platoon + 1) * size):
                 if has_begun(time_s, disbanding_s + episode.takeover_delay_s[q]):
                     ahead = episode.speed[max(q - 1, 0)]
-                    u[q] = human_command(gap[q], episode.speed[q], ahead, episode.driver_headway_s[q], c)
+                    command = human_command(gap[q], episode.speed[q], ahead, episode.driver_headway_s[q], c)
+                    until_s = disbanding_s + episode.takeover_delay_s[q] + episode.braking_s[q]
+                    brakes = episode.braking_s[q] > 0.0 and not has_begun(time_s, until_s)
+                    u[q] = min(command, -episode.braking_mps2[q]) if brakes else command

@@ -14,6 +14,7 @@ import numpy as np
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import (
+    DEAD_BAND,
     avoidance_margin,
     command_humans,
     command_platoons,
@@ -39,6 +40,8 @@ def command_by_law(episode: State, c: Constants, gap: FloatArray, closing: Float
 @inlined
 def first_mitigable(episode: State, c: Constants) -> int:
     """The most forward vehicle that may be mitigable now: vehicles from here on are, where their platoon is intact."""
+    if c.corrects_all:
+        return 0
     size = c.vehicles_per_platoon
     platoons = c.num_vehicles // size
     front = most_forward_disbanded(episode.disbanding_s, platoons, episode.step[0] * c.dt_s)
@@ -54,6 +57,8 @@ def correct_commands(episode: State, c: Constants, correction: FloatArray) -> No
         if not has_begun(time_s, episode.disbanding_s[platoon]):
             for q in range(platoon * size, (platoon + 1) * size):
                 episode.command[q] = corrected(episode.command[q], correction[q], low, high)
+                if abs(correction[q]) >= DEAD_BAND:
+                    episode.command[q] += episode.noise_mps2[q]
 
 
 @inlined

@@ -4,81 +4,35 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Game
 from cps_envs.core.holding import hold
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, records, unpack, view
+from cps_envs.core.kernels import pack, records
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.disbanding.attack import disband, mark_legal
+from cps_envs.disbanding.circumstances import draw_circumstances
 from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.dynamics import advance_episode
+from cps_envs.disbanding.events import is_eventful
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
-from cps_envs.disbanding.payoff import Metrics, Rules, charge, measure
+from cps_envs.disbanding.payoff import SAFETY, Metrics, Rules
 from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
+from cps_envs.disbanding.turn import Account, settle_all, step
 
 CHARGES = ("collision_penalty", "end_charge")  # paid beside the velocity error
-
-
-class Account(NamedTuple):
-    """What the attacker may do and has been paid for."""
-
-    budget: IntArray  # (B,) platoons that the attacker may still disband
-    legal: BoolArray  # (B, N + 1) attacks
-    total: FloatArray  # (B,) the attacker's payoff so far
-
-
-@kernel
-def step(
-    state: State,
-    constants: Array,
-    account: Account,
-    metrics: Array,
-    rules: Array,
-    targets: IntArray,
-    correction: FloatArray,
-    envs: BoolArray,
-    num_steps: int,
-) -> None:
-    """Disband `targets` (B,) where legal, advance marked environments under `correction` (B, M) in m/s2, and settle."""
-    r, closing = unpack(Rules, rules, 0), np.empty(correction.shape[1])
-    for b in range(envs.size):
-        if envs[b]:
-            episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)
-            disband(episode, c, targets[b], own.budget, own.legal)
-            advance_episode(episode, c, borrowed(correction)[b], closing, num_steps)
-            settle(episode, c, own, borrowed(metrics)[b], r)
-
-
-@kernel
-def settle_all(state: State, constants: Array, account: Account, metrics: Array, rules: Array, envs: BoolArray) -> None:
-    """`settle` for the marked environments."""
-    r = unpack(Rules, rules, 0)
-    for b in range(envs.size):
-        if envs[b]:
-            settle(view(state, b), unpack(Constants, constants, b), view(account, b), borrowed(metrics)[b], r)
-
-
-@inlined
-def settle(episode: State, c: Constants, account: Account, metrics: Record, rules: Rules) -> None:
-    """Bring metrics, payoff and legal attacks up to the state."""
-    measure(episode, c, rules.horizon_steps, metrics)
-    account.total[0] = charge(episode, c, rules, metrics)
-    mark_legal(episode, c, account.budget[0], rules.steps_per_decision, account.legal)
 
 
 class DisbandingGame(Game):
     """A game step is a control period; the attacker decides at whole seconds from 1 s on, the defender every period.
 
     Attacker: Discrete(N + 1), 0 = wait, i = disband the paper's platoon i (1 = rear). Illegal choices mean waiting.
+    With a budget of jamming: Discrete(2 N), N + i = block the radio link ahead of platoon i from now on, i < N.
     Defender: Box (M,) front to rear, or (N,) with row i - 1 for platoon i; times u_max - u_min it is the correction of
     the commanded acceleration, held for the period and without effect on vehicles that are not mitigable.
 
@@ -98,7 +52,7 @@ class DisbandingGame(Game):
         per_platoon = config.defense_action == "platoon"
         corrections = config.max_platoons if per_platoon else config.max_vehicles
         self.action_space = {
-            "attacker": spaces.Discrete(config.max_platoons + 1),
+            "attacker": spaces.Discrete(config.num_attacks),
             "defender": spaces.Box(-1.0, 1.0, (corrections,), np.float32),
         }
         self.neutral_action = {"attacker": np.array(0), "defender": np.zeros(corrections)}
@@ -110,7 +64,10 @@ class DisbandingGame(Game):
             collision_penalty=config.collision_penalty,
             pays_intact_now=intact_now,
             steps_per_decision=config.periods_per_second * config.steps_per_period,
+            eventful=is_eventful(config),
         )
+        left_out = () if config.report == "safety" else SAFETY
+        self._measures = tuple(name for name in Metrics._fields if name not in left_out)
         self._rules, self._spread = pack(rules), spread(config)
         self._allocate()
 
@@ -120,7 +77,7 @@ class DisbandingGame(Game):
         self.constants = records(Constants, envs)
         self.constants[:] = pack(nominal_constants(config))
         self.budget: IntArray = np.zeros(envs, np.int64)
-        legal = np.zeros((envs, config.max_platoons + 1), np.bool_)
+        legal = np.zeros((envs, config.num_attacks), np.bool_)
         self._account = Account(self.budget, legal, np.zeros(envs))
         self._metrics = records(Metrics, envs)
         self._known = (hold(self.state), self.constants, hold(self._account), self._metrics, self._rules)
@@ -131,6 +88,7 @@ class DisbandingGame(Game):
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         draw(self.config, envs, generators, self.constants, self.budget, self._shares)
         place_drawn(self._known[0], self.constants, self._shares, self._spread, envs)
+        draw_circumstances(self.config, envs, generators, self.constants, self.budget, self.state)
         self._settle(envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
@@ -170,21 +128,29 @@ class DisbandingGame(Game):
             observe_defender(*known, fields.offsets, fields.scale, encoded)
         return encoded
 
+    def truth(self, b: int) -> Mapping[str, Array]:
+        """Privileged: when the platoons of an episode are disbanded (N,), and how its vehicles move, (M,) each.
+
+        Both are numbered from the front. All are views, which change with the episode.
+        """
+        names = ("disbanding_s", "position", "speed", "acceleration", "command")
+        return {name: getattr(self.state, name)[b] for name in names}
+
     def action_mask(self, role: Role) -> BoolArray | None:
-        """Legal attacks (B, N + 1); the defender's corrections are always legal."""
+        """Legal attacks (B, N + 1) or (B, 2 N); the defender's corrections are always legal."""
         return self._account.legal.copy() if role == "attacker" else None
 
     def episode_mask(self, role: Role, b: int) -> Array | None:
-        """Legal attacks (N + 1,) of one episode as int8."""
+        """Legal attacks (N + 1,) or (2 N,) of one episode as int8."""
         return self._account.legal[b].astype(np.int8) if role == "attacker" else None
 
     def metrics(self) -> dict[str, Array]:
         """`payoff.Metrics` so far, each (B,)."""
-        return {name: self._metrics[name] for name in Metrics._fields}
+        return {name: self._metrics[name] for name in self._measures}
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(Metrics._fields, self._metrics.item(b)))  # noqa: B905, strict costs a microsecond
+        return dict(zip(self._measures, self._metrics.item(b)))  # noqa: B905, strict costs a microsecond; it may be longer
 
     def model(self, b: int, num_envs: int) -> DisbandingGame:
         """Privileged: copies of one episode in its present state."""

@@ -7,10 +7,12 @@ import numpy as np
 from cps_envs.core.fields import encode_row
 from cps_envs.core.kernels import Record, borrowed, clip, fill, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.disbanding.attack import opens_s
 from cps_envs.disbanding.controllers import avoidance_margin, has_begun
-from cps_envs.disbanding.dynamics import STOP_MPS, command_by_law, final_command, first_mitigable
+from cps_envs.disbanding.dynamics import STOP_MPS, command_by_law, first_mitigable
 from cps_envs.disbanding.fields import MAX_DISTANCE_M, MAX_GAP_M
 from cps_envs.disbanding.state import Constants, State
+from cps_envs.disbanding.warning import fill_broadcast, fill_record, fill_records
 
 
 @kernel
@@ -33,8 +35,20 @@ def observe_attacker(
             fill_platoon(episode, c, platoon, row, at, platoons - 1 - platoon, time_s)  # the paper's platoon i + 1
         fill_present(row, at.present, at.budget_left, platoons)
         row[at.budget_left] = budget[b]
+        fill_means(episode, c, row, at, time_s)
         fill_road(c, time_s, borrowed(metrics)[b], row, at)
         encode_row(borrowed(row), borrowed(scale), borrowed(encoded)[b])
+
+
+@inlined
+def fill_means(episode: State, c: Constants, row: FloatArray, at: Record, time_s: float) -> None:
+    """What the attacker may do, beside the budget, where those fields are there."""
+    if at.jam_left_s > at.opens_in_s:
+        row[at.opens_in_s] = max(0.0, opens_s(episode, c) - time_s)
+    if at.jammed > at.jam_left_s:
+        row[at.jam_left_s] = episode.jam_steps[0] * c.dt_s
+        if episode.jam_place[0] >= 0:
+            row[at.jammed + c.num_vehicles // c.vehicles_per_platoon - 2 - episode.jam_place[0]] = 1.0
 
 
 @inlined
@@ -110,7 +124,10 @@ def fill_defender(
     """All of `defender_fields`, given gaps (m), closing speeds (m/s) and plain commands `law` (m/s2), (M,)."""
     time_s = episode.step[0] * c.dt_s
     fill_vehicles(episode, c, gap, closing, law, row, at, time_s)
-    fill_broadcast(episode, c, gap, law, row, at, time_s)
+    if c.relayed:
+        fill_records(episode, c, row, at, time_s)
+    else:
+        fill_broadcast(episode, c, gap, law, row, at, time_s)
     fill_present(row, at.present, at.time_s, c.num_vehicles // c.vehicles_per_platoon)
     fill_road(c, time_s, metrics, row, at)
 
@@ -128,6 +145,7 @@ def fill_vehicles(
 ) -> None:
     """The entries of every vehicle, up to and including `mitigable`."""
     size, mitigable = c.vehicles_per_platoon, first_mitigable(episode, c)
+    unlisted = 0 if c.corrects_all else size
     for q in range(c.num_vehicles):
         row[at.speed + q] = episode.speed[q]
         row[at.acceleration + q] = episode.acceleration[q]
@@ -137,32 +155,7 @@ def fill_vehicles(
         row[at.relative_speed + q - 1] = closing[q]
     for q in range(mitigable, c.num_vehicles):
         if not has_begun(time_s, episode.disbanding_s[q // size]):
-            row[at.mitigable + q - size] = 1.0
-
-
-@inlined
-def fill_broadcast(
-    episode: State, c: Constants, gap: FloatArray, law: FloatArray, row: FloatArray, at: Record, time_s: float
-) -> None:
-    """The entries of every platoon: disbanded or not, and the nearest disbanded vehicle ahead of it, `d`."""
-    size, platoons, d = c.vehicles_per_platoon, c.num_vehicles // c.vehicles_per_platoon, -1
-    for platoon in range(platoons):
-        i = platoons - 1 - platoon
-        if platoon > 0:
-            row[at.ahead_speed + i] = episode.speed[d] if d >= 0 else c.desired_speed_mps
-            row[at.ahead_acceleration + i] = episode.acceleration[d] if d >= 0 else 0.0
-            row[at.ahead_command + i] = disbanded_command(episode, c, gap, law, d)
-            distance = episode.position[d] - episode.position[platoon * size] if d >= 0 else MAX_DISTANCE_M
-            row[at.ahead_distance + i] = distance
-        if has_begun(time_s, episode.disbanding_s[platoon]):
-            row[at.disbanded + i] = 1.0
-            d = (platoon + 1) * size - 1
-
-
-@inlined
-def disbanded_command(episode: State, c: Constants, gap: FloatArray, law: FloatArray, d: int) -> float:
-    """Final command (m/s2) of the disbanded vehicle `d`, which may exceed [u_min, u_max]; 0 if d = -1."""
-    return final_command(law[d], gap[d], episode.speed[d], episode.speed[max(d - 1, 0)], c) if d >= 0 else 0.0
+            row[at.mitigable + q - unlisted] = 1.0
 
 
 @kernel
@@ -183,10 +176,13 @@ def observe_vehicles(state: State, constants: Array, offsets: Array, scale: Floa
                 platoon = q // c.vehicles_per_platoon
                 intact = not has_begun(time_s, episode.disbanding_s[platoon])
                 row[at.active], row[at.mitigable] = intact, intact and q >= mitigable
-                row[at.since_disbanding_s] = longest_s
-                row[at.ahead_speed] = episode.speed[d] if d >= 0 else c.desired_speed_mps
-                row[at.ahead_acceleration] = episode.acceleration[d] if d >= 0 else 0.0
-                row[at.ahead_distance] = episode.position[d] - episode.position[q] if d >= 0 else MAX_DISTANCE_M
+                if c.relayed:
+                    fill_record(episode, c, q, row, at, time_s, 0)
+                else:
+                    row[at.since_disbanding_s] = longest_s
+                    row[at.ahead_speed] = episode.speed[d] if d >= 0 else c.desired_speed_mps
+                    row[at.ahead_acceleration] = episode.acceleration[d] if d >= 0 else 0.0
+                    row[at.ahead_distance] = episode.position[d] - episode.position[q] if d >= 0 else MAX_DISTANCE_M
                 if row[at.trails] > 0.0:
                     longest_s = max(longest_s, time_s - episode.disbanding_s[platoon])
                     d = d if intact else q

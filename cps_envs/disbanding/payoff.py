@@ -24,6 +24,11 @@ class Metrics(NamedTuple):
     collision_penalty: float  # points of E_v, for intact vehicles involved in collisions, scaled by 100 / M
     end_charge: float  # points of E_v, the rest of an episode ended by a collision at 100 %
     disbanded_platoons: float  # how many; not paid
+    smallest_gap_m: float  # m, ahead of an intact vehicle so far, at the control periods; with report="safety"
+    false_alarms: float  # percent of vehicles and time corrected with no disbanded platoon ahead; with report="safety"
+
+
+SAFETY = ("smallest_gap_m", "false_alarms")
 
 
 class Rules(NamedTuple):
@@ -33,6 +38,7 @@ class Rules(NamedTuple):
     collision_penalty: float  # points of E_v per 100/M vehicles
     pays_intact_now: bool  # velocity_error_intact_now instead of velocity_error_all
     steps_per_decision: int  # integration steps between two decisions of the attacker
+    eventful: bool  # something happens between the steps: radio, noise, or what the safety metrics note
 
 
 def measured(state: State, constants: Array, horizon_steps: int) -> Array:
@@ -76,6 +82,8 @@ def measure(episode: State, c: Constants, horizon_steps: int, metrics: Record) -
     metrics.collided_intact = collided_intact
     metrics.first_collision_s = episode.first_collision_s[0]
     metrics.stopped_share = 100.0 * stopped / max(intact, 1)
+    metrics.smallest_gap_m = episode.smallest_gap[0]
+    metrics.false_alarms = 100.0 * episode.false_alarms[0] * c.period_steps / horizon_steps
 
 
 @inlined

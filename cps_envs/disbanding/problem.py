@@ -5,6 +5,8 @@ from __future__ import annotations
 from cps_envs.core.problem import Later, Problem, Work
 from cps_envs.disbanding.config import PRESETS, DisbandingConfig
 
+LEARNING_ATTACKERS = 'mixture?policies=["none","spread","random","timed?jam=1","timed?jam=2","timed?jam=3"]'
+
 
 def vehicle_steps(config: DisbandingConfig) -> float:
     """Integration steps of single vehicles in a game step; a function of its own so that problems pickle."""
@@ -24,7 +26,7 @@ DISBANDING = Problem(
     opponents={
         "paper": {"attacker": "lead", "defender": "none"},
         "easy": {"attacker": "random", "defender": "none"},
-        "learning": {"attacker": "random", "defender": "none"},
+        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string"},
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
     swarm="defender",

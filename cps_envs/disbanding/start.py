@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -46,8 +47,18 @@ def nominal_constants(config: DisbandingConfig) -> Constants:
     """
     known = vars(config) | vars(config.dynamics) | {"num_vehicles": config.max_vehicles, "min_speed_mps": MIN_SPEED_MPS}
     known["stop_at_collision"] = config.on_collision == "end"
-    known |= {name: sum(bounds(getattr(config, name))) / 2 for name in ("tau_s", "desired_gap_m")}
+    known |= {name: sum(bounds(getattr(config, name))) / 2 for name in ("tau_s", "desired_gap_m", "hop_loss")}
+    known["corrects_all"], known["relayed"] = config.correctable == "intact", config.is_relayed
+    known["hop_steps"] = whole_steps(sum(bounds(config.hop_delay_s)) / 2, config.dynamics.dt_s)
+    known["noise_width_mps2"] = math.sqrt(3.0) * config.correction_noise_mps2  # uniform, of that deviation
+    known["noise_steps"] = config.periods_per_second * config.steps_per_period  # 1 s, chosen
+    known["period_steps"] = config.steps_per_period
     return Constants(**{name: known[name] for name in Constants._fields})
+
+
+def whole_steps(time_s: float, dt_s: float) -> int:
+    """Integration steps in a time (s), at least one."""
+    return max(1, round(time_s / dt_s))
 
 
 def spread(config: DisbandingConfig) -> Spread:
@@ -81,15 +92,16 @@ def draw(
     (tau_low, tau_high), (gap_low, gap_high) = bounds(config.tau_s), bounds(config.desired_gap_m)
     for b in np.flatnonzero(envs).tolist():
         generator = generators[b]
-        vehicles[b] = _draw_whole(config.num_platoons, generator) * config.vehicles_per_platoon
+        vehicles[b] = draw_whole(config.num_platoons, generator) * config.vehicles_per_platoon
         tau_share, gap_share = generator.random(2).tolist()
         taus[b] = tau_low + (tau_high - tau_low) * tau_share
         gaps[b] = gap_low + (gap_high - gap_low) * gap_share
-        budget[b] = _draw_whole(config.attack_budget, generator)
+        budget[b] = draw_whole(config.attack_budget, generator)
         generator.random(out=shares[b])
 
 
-def _draw_whole(value: IntRange, generator: Any) -> int:
+def draw_whole(value: IntRange, generator: Any) -> int:
+    """A whole number of a quantity; nothing is drawn where it is exact."""
     low, high = bounds(value)
     return int(generator.integers(int(low), int(high) + 1)) if low < high else int(low)
 
@@ -145,3 +157,17 @@ def clear(episode: State) -> None:
         episode.rear_collided[q] = episode.collided[q] = episode.collided_intact[q] = False
         episode.stops[q] = 0
         episode.moving[q] = True
+    clear_elements(episode)
+
+
+@inlined
+def clear_elements(episode: State) -> None:
+    """What `clear` does to the elements that `circumstances` draws and `radio` moves."""
+    episode.opening_s[0] = episode.false_alarms[0] = 0.0
+    episode.jam_place[0], episode.jam_steps[0] = -1, 0
+    episode.smallest_gap[0] = np.inf
+    for q in range(episode.record_s.size):
+        episode.braking_s[q] = episode.braking_mps2[q] = episode.noise_mps2[q] = 0.0
+        episode.record_s[q] = np.inf
+        episode.record_position[q] = episode.record_speed[q] = 0.0
+        episode.record_acceleration[q] = episode.record_command[q] = 0.0

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
 
 class State(NamedTuple):
@@ -33,6 +33,20 @@ class State(NamedTuple):
     first_collision_s: FloatArray  # (B,) s, -1 while there is none
     stops: IntArray  # (B, M) number of stops (speed below 0.01 m/s, re-armed above 1 m/s)
     moving: BoolArray  # (B, M) a further stop would count
+    braking_s: FloatArray  # (B, M) s, how long each driver brakes on taking over; 0 for most
+    braking_mps2: FloatArray  # (B, M) m/s2, how hard
+    noise_mps2: FloatArray  # (B, M) m/s2, what each actuator adds to a correction now
+    record_s: FloatArray  # (B, M) s, when the record that a vehicle has received was taken; +inf while it has none
+    record_position: FloatArray  # (B, M) m, of the disbanded vehicle in that record
+    record_speed: FloatArray  # (B, M) m/s
+    record_acceleration: FloatArray  # (B, M) m/s2
+    record_command: FloatArray  # (B, M) m/s2
+    opening_s: FloatArray  # (B,) s, the attacker cannot act before
+    jam_place: IntArray  # (B,) the platoon, counted from the front, behind which the radio is blocked; -1 if none
+    jam_steps: IntArray  # (B,) integration steps of jamming left
+    smallest_gap: FloatArray  # (B,) m, ahead of an intact vehicle so far, seen at the control periods
+    false_alarms: FloatArray  # (B,) sum over the control periods of the share of vehicles corrected without a reason
+    chance: Array  # (B, 4) uint64, the stream of what is drawn on the way, see `core.streams`
 
 
 class Constants(NamedTuple):
@@ -58,6 +72,14 @@ class Constants(NamedTuple):
     transitional_controller: bool  # leaders brake early when they close in (interpretation S1)
     inelastic_contact: bool  # vehicles that touch stay behind one another instead of passing as ghosts
     stop_at_collision: bool  # the episode stands still from the first collision of an intact vehicle on
+    attack_pause_s: float  # between two attacks, at least
+    corrects_all: bool  # corrections act on every intact vehicle, not only upstream of a disbanded platoon
+    relayed: bool  # the warning travels from vehicle to vehicle
+    hop_steps: int  # integration steps between two messages of a vehicle
+    hop_loss: float  # share of the messages that are lost
+    noise_width_mps2: float  # what an actuator adds to a correction lies within +- this
+    noise_steps: int  # integration steps for which an actuator's noise holds
+    period_steps: int  # integration steps in a control period
 
 
 def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> State:
@@ -81,4 +103,18 @@ def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> Sta
         first_collision_s=np.full(envs, -1.0),
         stops=np.zeros((envs, vehicles), np.int64),
         moving=np.ones((envs, vehicles), np.bool_),
+        braking_s=np.zeros((envs, vehicles)),
+        braking_mps2=np.zeros((envs, vehicles)),
+        noise_mps2=np.zeros((envs, vehicles)),
+        record_s=np.full((envs, vehicles), np.inf),
+        record_position=np.zeros((envs, vehicles)),
+        record_speed=np.zeros((envs, vehicles)),
+        record_acceleration=np.zeros((envs, vehicles)),
+        record_command=np.zeros((envs, vehicles)),
+        opening_s=np.zeros(envs),
+        jam_place=np.full(envs, -1),
+        jam_steps=np.zeros(envs, np.int64),
+        smallest_gap=np.full(envs, np.inf),
+        false_alarms=np.zeros(envs),
+        chance=np.zeros((envs, 4), np.uint64),
     )

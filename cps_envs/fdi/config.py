@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from cps_envs.core.config import quantity, validate
+from cps_envs.core.config import Range, bounds, is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.fdi.model import DISCRETISATIONS, Model, platoon_model
 from cps_envs.fdi.task import Task, make_task, parse_task
@@ -13,6 +13,7 @@ from cps_envs.fdi.task import Task, make_task, parse_task
 SLACK = 1e-9  # of the quotient bound / resolution, so that 10 / 0.25 is 40
 FREE = "not stated for chapter 3; chosen"
 TASK_GROUPS = ("single", "pairs", "feasible")
+NEED_FILTER = ("range_noise_m", "rate_noise_mps", "quantised", "attack_share", "onset_s")
 
 
 @dataclass(frozen=True)
@@ -59,11 +60,33 @@ class FdiConfig:
     correction_cost: float = quantity(0.01, low=0, high=10, source="chosen: times the mean |c| over the vehicles")
     gap_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial gap errors +- this")
     speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial relative speeds +- this")
-    disturbance_mps2: float = quantity(0.0, unit="m/s2", low=0, high=2, source="chosen: deviation of accelerations")
+    disturbance_mps2: Range = quantity(
+        0.0, unit="m/s2", low=0, high=2, ranged=True, source="chosen: deviation of accelerations"
+    )
+    disturbance_hold_s: float = quantity(
+        0.0, unit="s", low=0, high=100, source="chosen: a disturbance lasts this long; 0: one step"
+    )
+    gain_spread: float = quantity(0.0, low=0, high=0.5, source="chosen: k_p and k_d are drawn +- this part of them")
+    estimator: str = quantity(
+        "model", choices=("model", "kalman"), source="chosen: what replaces a reading; kalman: of all sensors, noisy"
+    )
+    range_noise_m: float = quantity(0.0, unit="m", low=0, high=5, source="chosen: deviation of every range reading")
+    rate_noise_mps: float = quantity(
+        0.0, unit="m/s", low=0, high=5, source="chosen: deviation of every range-rate reading"
+    )
+    quantised: bool = quantity(False, source="section 3.5: honest readings are multiples of the resolution too")
+    attack_share: float = quantity(1.0, low=0, high=1, source="chosen: part of the episodes in which injections work")
+    onset_s: Range = quantity(
+        0.0, unit="s", low=0, high=1000, ranged=True, source="chosen: injections work from then on"
+    )
+    alarm_after_s: float = quantity(
+        0.5, unit="s", low=0.001, high=100, source="chosen: a reading replaced for so long is an alarm"
+    )
 
     def __post_init__(self) -> None:
         validate(self)
         self._check_task()
+        self._check_duel()
         if self.limits == "clip" and self.discretisation != "zohu":
             raise ConfigurationError(
                 'limits = "clip" holds clipped commands over the step: it needs discretisation = "zohu", and a dt_s at '
@@ -86,6 +109,41 @@ class FdiConfig:
                 f"[{self.min_acceleration_mps2:g}, {self.max_acceleration_mps2:g}] m/s2 no gap of "
                 f"{self.desired_gap_m:g} m can close in less than {fewest} steps of {self.dt_s:g} s."
             )
+
+    def _check_duel(self) -> None:
+        if self.estimator == "kalman" and (self.limits != "clip" or not self.share_rear_range):
+            raise ConfigurationError(
+                'estimator = "kalman" predicts held commands from front and rear sensors: it needs limits = "clip" and '
+                "share_rear_range = True."
+            )
+        needing = [name for name in NEED_FILTER if getattr(self, name) != getattr(type(self), name)]
+        rears = any(task.sensors.has_rear for task in (self.fixed_task, *self.listed_tasks))
+        if self.estimator != "kalman" and (needing or rears):
+            wanted = needing[0] if needing else "an attack on a rear sensor"
+            raise ConfigurationError(f'{wanted} needs estimator = "kalman", as in preset "learning".')
+        if self.gain_spread > 0 and (self.discretisation != "zohu" or self.mask != "one_step"):
+            raise ConfigurationError(
+                'gain_spread above 0 needs discretisation = "zohu" and mask = "one_step", as in preset "drawn".'
+            )
+        if self.disturbance_hold_s > 0 and not is_multiple(self.disturbance_hold_s, self.dt_s):
+            raise ConfigurationError(
+                f"disturbance_hold_s = {self.disturbance_hold_s} must be a multiple of dt_s = {self.dt_s}, or 0."
+            )
+
+    @property
+    def num_readings(self) -> int:
+        """Sensors: ranges, then range-rates; of the fronts 1..n and, with a filter, of the rears of 2..n."""
+        return 4 * self.num_vehicles - 2 if self.estimator == "kalman" else 2 * self.num_vehicles
+
+    @property
+    def hold_steps(self) -> int:
+        """Steps for which a disturbance lasts."""
+        return max(round(self.disturbance_hold_s / self.dt_s), 1)
+
+    @property
+    def disturbed(self) -> bool:
+        """Whether vehicles feel disturbances."""
+        return bounds(self.disturbance_mps2)[1] > 0
 
     @property
     def fewest_steps(self) -> int:
@@ -141,6 +199,35 @@ FIG_3_2 = replace(
     paid_pair="any",
 )
 CLIP = replace(A, limits="clip", discretisation="zohu", dt_s=0.1, horizon=40)
+LEARNING = replace(
+    CLIP,
+    tasks="v4>4 xv4>4 v1+rv2>1 xv1+rv2>1 v2+rv3>2 xv3+rv4>3 xv2>2 x4>4",
+    horizon=100,
+    paid_pair="any",
+    max_range_injection_m=10.0,
+    max_rate_injection_mps=5.0,
+    gap_spread_m=0.5,
+    speed_spread_mps=0.2,
+    gain_spread=0.2,
+    disturbance_mps2=(0.3, 0.5),
+    disturbance_hold_s=1.0,
+    estimator="kalman",
+    range_noise_m=0.25,
+    rate_noise_mps=0.1,
+    quantised=True,
+    attack_share=0.75,
+    onset_s=(0.0, 3.0),
+)
+DRAWN = replace(
+    A,
+    tasks="single",
+    discretisation="zohu",
+    dt_s=0.1,
+    horizon=40,
+    gap_spread_m=0.5,
+    speed_spread_mps=0.2,
+    gain_spread=0.2,
+)
 PRESETS = {
     "paper": A,
     "B": B,
@@ -148,7 +235,8 @@ PRESETS = {
     "fig32": FIG_3_2,
     "clip": CLIP,
     "easy": replace(A, tasks="feasible"),
-    "learning": replace(A, tasks="feasible"),
+    "learning": LEARNING,
+    "drawn": DRAWN,
     "defense": replace(
         CLIP,
         tasks="feasible",

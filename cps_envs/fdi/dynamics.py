@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, unpack, view
+from cps_envs.core.kernels import borrowed, clip, copy, fill, inlined, kernel, lend, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.fdi.controller import command
+from cps_envs.fdi.estimation import command_used, extrapolate, measure, start_filter, substitute, update
 from cps_envs.fdi.legality import SLACK, choose_levels, inside, legal_levels, place
-from cps_envs.fdi.payoff import settle
+from cps_envs.fdi.payoff import open_metrics, settle, watch
 from cps_envs.fdi.readings import inject, predict, read_defense, sense
-from cps_envs.fdi.state import Batch, Constants, Matrices, Scratch, State, add_product, new_scratch
+from cps_envs.fdi.state import Batch, Constants, Matrices, Scratch, State, add_product, constants_for, new_scratch
 
 
 @kernel
@@ -20,26 +21,34 @@ def step(
     Args:
         batch: the environments.
         attack: (B, S) actions.
-        defense: (B, 3 n) trust of the readings and correction levels, or (B, 0).
+        defense: (B, R + n) trust of the readings and correction levels, or (B, 0).
         envs: (B,) the environments to move.
         num_steps: how many.
         payoff: (B,) to which is added what these steps pay the attacker.
     """
     state, metrics, over, tasks, m = batch.state, batch.metrics, batch.over, batch.tasks, batch.matrices
-    c, scratch = unpack(Constants, batch.constants, 0), new_scratch(state.command.shape[1], attack.shape[1])
+    scratch = new_scratch(state.command.shape[1], state.reading.shape[1], attack.shape[1])
     for k in range(num_steps):  # outside the episodes: what a loop inside them could share costs more than it saves
         last = k == num_steps - 1
         for b in range(envs.size):
             if envs[b] and not over[b]:
-                episode, s = view(state, b), lend(scratch)
+                episode, s, c = view(state, b), lend(scratch), constants_for(batch, b)
                 task, row = tasks[episode.task[0]], metrics[b : b + 1]
                 sensors, target = task[: task.size - 1], task[task.size - 1]
-                if not act(episode, c, m, sensors, borrowed(attack)[b], borrowed(defense)[b], s):
+                place(sensors, s.slot)
+                if c.filters:
+                    act_filtered(episode, c, m, borrowed(defense)[b], s)
+                elif not act(episode, c, m, sensors, borrowed(attack)[b], borrowed(defense)[b], s):
                     row[0].illegal, over[b] = 1.0, True
                     continue
                 over[b] = settle(episode, c, target, s.correction, row, borrowed(payoff)[b : b + 1])
+                if c.filters:
+                    watch(episode, c, s.slot, row)
+                    if not over[b]:
+                        renew(episode, c, m, sensors, borrowed(attack)[b], s)
                 if not c.by_share and (last or over[b]):
                     legal_levels(episode.error, c, m, sensors, 0, episode.legal, s)
+                    close_before(episode, episode.legal)
 
 
 @inlined
@@ -51,7 +60,6 @@ def act(
     if defended:  # before this step's commands take the place of the last ones
         read_defense(defense, c, s.trust, s.correction)
         predict(episode, c, m, s.trust, s.error)
-    place(sensors, s.slot)
     choose_levels(attack, episode.error, c, m, sensors, s)
     inject(episode.injection, c, sensors, s.level)
     for i in range(episode.command.size):
@@ -66,6 +74,40 @@ def act(
     move(episode, c, m, s.offset, s.error)
     episode.step[0] += 1
     return True
+
+
+@inlined
+def act_filtered(episode: State, c: Constants, m: Matrices, defense: IntArray, s: Scratch) -> None:
+    """The defender's action on the readings of now, which the filter takes in, and a step of the platoon."""
+    if defense.size > 0:
+        read_defense(defense, c, s.trust, s.correction)
+    copy(s.trust, episode.trust)
+    update(episode, c, s.error)
+    substitute(episode, c)
+    for i in range(episode.command.size):
+        episode.command[i] = command_used(episode, c, i)
+    correct(episode, c, s.correction)
+    move(episode, c, m, s.offset, s.error)
+    episode.step[0] += 1
+
+
+@inlined
+def renew(episode: State, c: Constants, m: Matrices, sensors: IntArray, attack: IntArray, s: Scratch) -> None:
+    """Predict the step that begins, and take its readings with the attacker's injections, if they work already."""
+    extrapolate(episode, c, m, s.error)
+    choose_levels(attack, episode.error, c, m, sensors, s)
+    if episode.step[0] < episode.onset[0]:
+        fill(s.level, 0)
+    inject(episode.injection, c, sensors, s.level)
+    measure(episode, c)
+
+
+@inlined
+def close_before(episode: State, interval: IntArray) -> None:
+    """Leave no level but 0 while an injection of now cannot work yet."""
+    if episode.step[0] + 1 < episode.onset[0]:
+        for slot in range(interval.shape[0]):
+            interval[slot, 0] = interval[slot, 1] = 0
 
 
 @inlined
@@ -102,7 +144,7 @@ def move(episode: State, c: Constants, m: Matrices, offset: FloatArray, before: 
     n = episode.command.size
     copy(episode.error, before)
     fill(episode.error, 0.0)
-    if c.clips:
+    if c.holds:
         add_product(m.hold, 0, before, episode.error)
         add_product(m.hold, 2 * n, episode.command, episode.error)
     else:
@@ -110,7 +152,7 @@ def move(episode: State, c: Constants, m: Matrices, offset: FloatArray, before: 
         add_product(m.step, 2 * n, offset, episode.error)
         add_product(m.step, 4 * n, episode.correction, episode.error)
     if episode.disturbance.shape[0] > 0:
-        add_product(m.hold, 2 * n, episode.disturbance[episode.step[0]], episode.error)
+        add_product(m.hold, 2 * n, episode.disturbance[episode.step[0] // c.hold_steps], episode.error)
 
 
 @kernel
@@ -121,21 +163,28 @@ def begin(batch: Batch, openings: Array, numbers: IntArray, envs: BoolArray) -> 
 
     `task` is drawn already, and so are the numbers that `scatter` makes `error` and `disturbance` of.
     """
-    c = unpack(Constants, batch.constants, 0)
-    scratch = new_scratch(batch.state.command.shape[1], batch.tasks.shape[1] - 1)
+    state = batch.state
+    scratch = new_scratch(state.command.shape[1], state.reading.shape[1], batch.tasks.shape[1] - 1)
     for b in range(envs.size):
         if envs[b]:
-            episode, s = view(batch.state, b), lend(scratch)
+            episode, s, c = view(state, b), lend(scratch), constants_for(batch, b)
             numbers[b] += envs.size
             batch.metrics[b] = openings[episode.task[0]]
             clear(episode)
             scatter(episode, c)
-            for values in (episode.reading, episode.prediction, episode.used):
-                copy(episode.error, values)
+            if c.filters:
+                start_filter(episode, c)
+                measure(episode, c)
+                copy(episode.reading, episode.used)
+            else:
+                for values in (episode.reading, episode.prediction, episode.used):
+                    copy(episode.error, values)
             copy(episode.error[: episode.rear.size], episode.rear)
+            open_metrics(episode, c, batch.metrics[b : b + 1])
             sensors = batch.tasks[episode.task[0], : batch.tasks.shape[1] - 1]
             place(sensors, s.slot)
             legal_levels(episode.error, c, batch.matrices, sensors, 0, episode.legal, s)
+            close_before(episode, episode.legal)
 
 
 @inlined
@@ -143,6 +192,7 @@ def clear(episode: State) -> None:
     """Forget the last step of an episode, and its counts."""
     fill(episode.injection, 0.0)
     fill(episode.trust, 1.0)
+    fill(episode.doubted, 0)
     for values in (episode.command, episode.correction, episode.residual):
         fill(values, 0.0)
     episode.step[0] = 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -13,7 +14,9 @@ from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.drawing import Drawing
 from cps_envs.fdi.dynamics import begin, step
+from cps_envs.fdi.filtered import observe_filtered
 from cps_envs.fdi.observation import (
     attacker_fields,
     defender_fields,
@@ -23,7 +26,7 @@ from cps_envs.fdi.observation import (
     observe_attacker,
     observe_defender,
 )
-from cps_envs.fdi.payoff import PAID, Metrics
+from cps_envs.fdi.payoff import OF_DUELS, PAID, Metrics
 from cps_envs.fdi.picture.scene import Scene
 from cps_envs.fdi.selection import certificates, chosen_tasks
 from cps_envs.fdi.state import Batch, Layout, State, allocate, constants_of, matrices_of
@@ -38,6 +41,9 @@ class FdiGame(Game):
     Defender: MultiDiscrete (3n,): for each reading (ranges 1..n, then range-rates) 1 = trust, 0 = replace; for each
     vehicle a correction level, `correction_levels` = none. It decides on the readings of the step before.
 
+    With a filter (`estimator="kalman"`) there are readings of the rears too, (5n - 2,), and the defender decides on
+    those that are used now. What the attacker injects is added to the readings of the next step.
+
     Payoff: impact speed at the end (m/s), plus what the defender is charged for replaced readings and corrections.
     """
 
@@ -49,6 +55,7 @@ class FdiGame(Game):
         super().__init__(num_envs)
         self.config: FdiConfig = config
         self.horizon, self.step_s = config.horizon, config.dt_s
+        self._filters = config.estimator == "kalman"
         self.decision_interval = {"attacker": 1, "defender": 1}
         self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
         self.tasks = chosen_tasks(config)
@@ -58,49 +65,48 @@ class FdiGame(Game):
         self._metrics, self._openings = records(Metrics, num_envs), records(Metrics, len(self.tasks))
         self._openings["bound_valid"], self._openings["oracle_bound_mps"] = known.valid, known.bound
         self._openings["oracle_value_mps"] = known.value
-        shared = (self._tasks, constants_of(config), matrices_of(config))
+        self._drawing = Drawing(config, len(self.tasks))
+        self._constants: Array = constants_of(config)
+        if self._drawing.own_constants:
+            self._constants = np.repeat(self._constants, num_envs)
+        self._measured = [name for name in Metrics._fields if self._filters or name not in OF_DUELS]
+        shared = (self._tasks, self._constants, matrices_of(config))
         layouts = [Layout(self.fields[role].offsets, self.fields[role].scale) for role in ROLES]
         self._batch = hold(Batch(self.state, self._metrics, self.terminated, *shared, *layouts))
-        spread = config.gap_spread_m > 0 or config.speed_spread_mps > 0
-        self._random = is_drawn(config) or spread or config.disturbance_mps2 > 0
         self._episodes: IntArray = np.arange(num_envs)
         self._waiting: IntArray = np.repeat(self.neutral_action["attacker"][np.newaxis], num_envs, axis=0)
         self._trusting: IntArray = np.zeros((num_envs, 0), np.int64)
 
     def _set_actions(self) -> None:
-        config, n = self.config, self.config.num_vehicles
-        sensors = range(2 * n) if is_drawn(config) else np.flatnonzero(self.tasks[0].sensors.flags(n)).tolist()
-        levels = [config.range_levels if sensor < n else config.rate_levels for sensor in sensors]
+        config, n, readings = self.config, self.config.num_vehicles, self.config.num_readings
+        flags = [task.sensors.flags(n, rear=self._filters) for task in self.tasks]
+        sensors = range(readings) if is_drawn(config) else np.flatnonzero(flags[0]).tolist()
+        levels = [config.range_levels if sensor < readings // 2 else config.rate_levels for sensor in sensors]
         self._levels: IntArray = np.array(levels, np.int64)
         by_level = config.attack_action == "level"
         choices = 2 * self._levels + 1 if by_level else np.full(len(levels), config.share_levels + 1)
-        doubts, corrections = [2] * (2 * n), [2 * config.correction_levels + 1] * n
+        doubts, corrections = [2] * readings, [2 * config.correction_levels + 1] * n
         self.action_space = {
             "attacker": spaces.MultiDiscrete(choices),
             "defender": spaces.MultiDiscrete(doubts + corrections),
         }
         self.neutral_action = {
             "attacker": self._levels.copy() if by_level else np.zeros(len(levels), np.int64),
-            "defender": np.array([1] * (2 * n) + [config.correction_levels] * n),
+            "defender": np.array([1] * readings + [config.correction_levels] * n),
         }
         self._masked = by_level
         self._mask_size = int((2 * self._levels + 1).sum())
-        rows = [[j if task.sensors.flags(n)[j] else -1 for j in sensors] + [task.target - 1] for task in self.tasks]
+        rows = [
+            [j if marks[j] else -1 for j in sensors] + [task.target - 1]
+            for marks, task in zip(flags, self.tasks, strict=True)
+        ]
         self._tasks: IntArray = np.array(rows, np.int64)
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        if self._random:
+        if self._drawing.needed:
             for b in np.flatnonzero(envs).tolist():
-                self._draw(b, generators[b])
+                self._drawing.draw(self.state, self._constants, b, generators[b])
         begin(self._batch, self._openings, self._episodes, envs)
-
-    def _draw(self, b: int, generator: np.random.Generator) -> None:
-        """The task, and numbers that `begin` makes initial errors and disturbances of."""
-        state = self.state
-        state.task[b] = generator.integers(len(self.tasks))
-        generator.random(out=state.error[b])
-        if state.disturbance.shape[1]:
-            generator.standard_normal(out=state.disturbance[b])
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
@@ -114,7 +120,9 @@ class FdiGame(Game):
     def observe(self, role: Role) -> Observation:
         """See `observation.attacker_fields` and `observation.defender_fields`."""
         observations = np.empty((self.num_envs, self.fields[role].size), np.float32)
-        observe = observe_attacker if role == "attacker" else observe_defender
+        observe = observe_attacker
+        if role == "defender":
+            observe = observe_filtered if self._filters else observe_defender
         observe(self._batch, observations)
         return observations
 
@@ -137,11 +145,11 @@ class FdiGame(Game):
 
     def metrics(self) -> dict[str, Array]:
         """`payoff.Metrics` so far, each (B,)."""
-        return {name: self._metrics[name] for name in Metrics._fields}
+        return {name: self._metrics[name] for name in self._measured}
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(Metrics._fields, self._metrics.item(b), strict=False))
+        return dict(zip(self._measured, self._metrics.item(b), strict=False))
 
     def task(self, b: int) -> str:
         """The task of an episode, such as "x4>4"."""
@@ -158,18 +166,32 @@ class FdiGame(Game):
             theirs[:] = ours[b]
         return copy
 
+    def gains(self, b: int) -> tuple[float, float]:
+        """k_p (1/s2) and k_d (1/s) of an episode."""
+        row = self._constants[min(b, len(self._constants) - 1)]
+        return float(row["proportional_gain"]), float(row["derivative_gain"])
+
+    def truth(self, b: int) -> Mapping[str, Any]:
+        """Privileged: the attacked readings (R,), and the first step whose readings injections may change."""
+        flags = self.tasks[self.state.task[b]].sensors.flags(self.config.num_vehicles, rear=self._filters)
+        return {"attacked": flags, "onset": int(self.state.onset[b])}
+
     def _parts(self) -> tuple[Array, ...]:
         """All that an environment consists of, each with an axis B first."""
-        return (*self.state, self._metrics, self.elapsed, self.terminated)
+        own = (self._constants,) if self._drawing.own_constants else ()
+        return (*self.state, *own, self._metrics, self.elapsed, self.terminated)
 
     def fingerprint(self) -> bytes:
         """A digest of the state; equal for games that will go on alike under equal actions."""
-        return hashlib.sha256(b"".join(array.tobytes() for array in (*self.state, self._metrics))).digest()
+        return hashlib.sha256(b"".join(array.tobytes() for array in self._parts()[:-2])).digest()
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
         config, n, state = self.config, self.config.num_vehicles, self.episode(b)
-        task = self.tasks[self.state.task[b]]
+        task, half, filters = self.tasks[self.state.task[b]], self.config.num_readings // 2, self._filters
+        order = np.r_[:n, half : half + n, n:half, half + n : 2 * half]  # front sensors first
+        rates = slice(half, half + n)
+        believed = state.prediction if filters else np.full(2 * n, np.nan)
         return Scene(
             episode=int(self._episodes[b]),
             time_s=float(self.state.step[b] * config.dt_s),
@@ -180,12 +202,15 @@ class FdiGame(Game):
             gap=state.error[:n] + config.desired_gap_m,
             closing_speed=-state.error[n:],
             reported_gap=state.reading[:n] + config.desired_gap_m,
-            reported_closing_speed=-state.reading[n:],
+            reported_closing_speed=-state.reading[rates],
             used_gap=state.used[:n] + config.desired_gap_m,
-            used_closing_speed=-state.used[n:],
-            injection=state.injection.copy(),
-            attacked=task.sensors.flags(n),
-            trusted=state.trust > 0,
+            used_closing_speed=-state.used[rates],
+            believed_gap=believed[:n] + config.desired_gap_m,
+            believed_closing_speed=-believed[n:],
+            injection=state.injection[order],
+            attacked=task.sensors.flags(n, rear=filters)[order],
+            trusted=state.trust[order] > 0,
+            attack_from_s=float(self.state.onset[b] * config.dt_s),
             command=state.command.copy(),
             max_acceleration_mps2=config.max_acceleration_mps2,
             metrics=self.episode_metrics(b),

@@ -62,6 +62,9 @@ def legal_in_slot(
     if c.looks_ahead:
         legal_levels(error, c, m, sensors, slot, interval, s)
         return
+    if c.filters:
+        set_box(error, c, sensors[slot], slot, interval)
+        return
     n = error.size // 2
     i = sensors[slot] % n
     for sensor in (i, n + i):
@@ -76,7 +79,7 @@ def legal_in_slot(
 
 @inlined
 def place(sensors: IntArray, slot: IntArray) -> None:
-    """Fill the slot (2n,) of each reading, -1 where it is not attacked; `sensors` (S,) are readings or -1."""
+    """Fill the slot (R,) of each reading, -1 where it is not attacked; `sensors` (S,) are readings or -1."""
     fill(slot, -1)
     for s in range(sensors.size):
         if sensors[s] >= 0:
@@ -85,13 +88,15 @@ def place(sensors: IntArray, slot: IntArray) -> None:
 
 @inlined
 def set_box(error: FloatArray, c: Constants, sensor: int, slot: int, interval: IntArray) -> None:
-    """The levels that (3.48) and (3.50) leave to a sensor, the index of a reading; none but 0 where it is -1."""
-    n = error.size // 2
-    levels = c.range_levels if sensor < n else c.rate_levels
+    """The levels that (3.48) and (3.50) leave to a sensor, the index of a reading; none but 0 where it is -1.
+
+    With a filter injections are for the next readings, which nobody knows yet: (3.50) then clips those.
+    """
+    levels = c.range_levels if sensor < c.readings // 2 else c.rate_levels
     interval[slot, 0], interval[slot, 1] = -levels, levels
     if sensor < 0:
         interval[slot, 0], interval[slot, 1] = 0, 0
-    elif sensor < n and c.limit_readings:
+    elif sensor < c.readings // 2 and c.limit_readings and not c.filters:
         lowest = math.ceil((-c.desired_gap_m - error[sensor] - MASK_SLACK) / c.range_resolution_m)
         interval[slot, 0] = max(interval[slot, 0], lowest)
 
@@ -159,12 +164,11 @@ def choose_levels(
     share form injects nothing; 1 is the lowest legal level, the last one the highest. A shield takes the nearest level
     of the interval; clipped limits do the same.
     """
-    n = error.size // 2
     for slot in range(sensors.size):
         if sensors[slot] < 0:
             s.level[slot] = 0
             continue
-        wish = action[slot] - (c.range_levels if sensors[slot] < n else c.rate_levels)
+        wish = action[slot] - (c.range_levels if sensors[slot] < c.readings // 2 else c.rate_levels)
         if c.by_share or c.shield or c.clips:
             legal_in_slot(error, c, m, sensors, slot, s.interval, s)
             low, high = s.interval[slot, 0], s.interval[slot, 1]
@@ -183,9 +187,9 @@ def inside(command: float, c: Constants) -> bool:
 
 
 @inlined
-def resolution(c: Constants, sensor: int, n: int) -> float:
-    """Of a sensor, m or m/s."""
-    return c.range_resolution_m if sensor < n else c.rate_resolution_mps
+def resolution(c: Constants, sensor: int, ranges: int) -> float:
+    """Of a sensor, m or m/s; so many `ranges` come before the range-rates."""
+    return c.range_resolution_m if sensor < ranges else c.rate_resolution_mps
 
 
 @inlined

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.fields import Field, Fields, encode_row
-from cps_envs.core.kernels import borrowed, copy, inlined, kernel, unpack, view
+from cps_envs.core.kernels import borrowed, copy, inlined, kernel, view
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.controller import feedback
-from cps_envs.fdi.state import Batch, Constants, State
+from cps_envs.fdi.filtered import MAX_ERROR_GAPS, MAX_RATE_MPS, fill_shared, filtered_fields, shared_fields
+from cps_envs.fdi.state import Batch, Constants, State, constants_for
 
-MAX_RATE_MPS = 20.0
-MAX_ERROR_GAPS = 4.0  # gap errors are shown within four desired gaps
 MAX_COMMAND_SHARE = 4.0  # commands without injection are shown within four times the limit
 
 
@@ -23,7 +22,7 @@ def is_drawn(config: FdiConfig) -> bool:
 
 def num_slots(config: FdiConfig) -> int:
     """How many injections an action has: one for each attacked sensor, or for every sensor where tasks are drawn."""
-    return 2 * config.num_vehicles if is_drawn(config) else config.fixed_task.sensors.count
+    return config.num_readings if is_drawn(config) else config.fixed_task.sensors.count
 
 
 def attacker_fields(config: FdiConfig) -> Fields:
@@ -31,20 +30,26 @@ def attacker_fields(config: FdiConfig) -> Fields:
     n, slots = config.num_vehicles, num_slots(config)
     furthest = MAX_ERROR_GAPS * config.desired_gap_m
     strongest = MAX_COMMAND_SHARE * max(config.max_acceleration_mps2, -config.min_acceleration_mps2)
-    shown = n if is_drawn(config) else 0
+    shown, readings = (n, config.num_readings) if is_drawn(config) else (0, 0)
+    filters = config.estimator == "kalman"
     return Fields(
         Field("gap_error", "m", -furthest, furthest, (n,), "e_x,i: gap ahead of vehicle i minus x_d"),
         Field("relative_speed", "m/s", -MAX_RATE_MPS, MAX_RATE_MPS, (n,), "e_v,i, negative when closing"),
         Field("command", "m/s2", -strongest, strongest, (n,), "of the law (3.7) without injection"),
         Field("injection", "-", -1, 1, (slots,), "last one, as share of d_max"),
         Field("steps_left", "steps", 0, config.horizon, (), "until the horizon"),
-        Field("attacked", "-", 0, 1, (2 * shown,), "sensors under attack: ranges of vehicles 1..n, then range-rates"),
+        Field("attacked", "-", 0, 1, (readings,), "sensors under attack, in the order of the readings"),
         Field("target", "-", 0, 1, (shown,), "one-hot: the vehicle that is to hit the one ahead"),
+        Field("wait", "steps", 0, config.horizon, (int(filters),), "before an injection of now would work"),
+        *shared_fields(config),
+        Field("trust", "-", 0, 1, (config.num_readings if filters else 0,), "1 where the last reading was used"),
     )
 
 
 def defender_fields(config: FdiConfig) -> Fields:
     """What the sensors reported in the last step and what a model expected; never the true errors."""
+    if config.estimator == "kalman":
+        return filtered_fields(config)
     n = config.num_vehicles
     furthest = config.max_range_injection_m + MAX_ERROR_GAPS * config.desired_gap_m
     fastest = config.max_rate_injection_mps + MAX_RATE_MPS
@@ -61,6 +66,7 @@ def defender_fields(config: FdiConfig) -> Fields:
         Field("command", "m/s2", -strongest, strongest, (n,), "applied in the last step"),
         Field("trust", "-", 0, 1, (2 * n,), "1 where the last reading was used: ranges 1..n, then range-rates"),
         Field("steps_left", "steps", 0, config.horizon, (), "until the horizon"),
+        *shared_fields(config),
     )
 
 
@@ -68,9 +74,8 @@ def defender_fields(config: FdiConfig) -> Fields:
 def observe_attacker(batch: Batch, observations: Observation) -> None:
     """Fill (B, size) with `attacker_fields`."""
     values, offsets, scale = np.empty(observations.shape[1]), batch.attacker.offsets, batch.attacker.scale
-    c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
-        episode = view(batch.state, b)
+        episode, c = view(batch.state, b), constants_for(batch, b)
         fill_attacker(episode, c, batch.tasks[episode.task[0]], borrowed(offsets), borrowed(values))
         encode_row(borrowed(values), borrowed(scale), borrowed(observations)[b])
 
@@ -87,24 +92,27 @@ def fill_attacker(episode: State, c: Constants, task: IntArray, offsets: Array, 
         sensor = task[slot]
         row[at.injection + slot] = 0.0
         if sensor >= 0:
-            ranges = sensor < n
+            ranges = sensor < c.readings // 2
             largest = c.range_levels * c.range_resolution_m if ranges else c.rate_levels * c.rate_resolution_mps
             row[at.injection + slot] = episode.injection[sensor] / largest
     row[at.steps_left] = c.horizon - episode.step[0]
     if c.draws:
-        for j in range(2 * n):
+        for j in range(c.readings):
             row[at.attacked + j] = 1.0 if task[j] >= 0 else 0.0
         for i in range(n):
             row[at.target + i] = 1.0 if task[slots] == i else 0.0
+    fill_shared(episode, c, offsets, row)
+    if c.filters:
+        row[at.wait] = max(min(episode.onset[0], c.horizon) - episode.step[0] - 1, 0)
+        copy(episode.trust, row[at.trust :])
 
 
 @kernel
 def observe_defender(batch: Batch, observations: Observation) -> None:
     """Fill (B, size) with `defender_fields`."""
     values, offsets, scale = np.empty(observations.shape[1]), batch.defender.offsets, batch.defender.scale
-    c = unpack(Constants, batch.constants, 0)
     for b in range(observations.shape[0]):
-        fill_defender(view(batch.state, b), c, borrowed(offsets), borrowed(values))
+        fill_defender(view(batch.state, b), constants_for(batch, b), borrowed(offsets), borrowed(values))
         encode_row(borrowed(values), borrowed(scale), borrowed(observations)[b])
 
 
@@ -123,6 +131,7 @@ def fill_defender(episode: State, c: Constants, offsets: Array, row: FloatArray)
             row[at.redundancy_residual + i] = episode.reading[i] - episode.rear[i]
     copy(episode.trust, row[at.trust :])
     row[at.steps_left] = c.horizon - episode.step[0]
+    fill_shared(episode, c, offsets, row)
 
 
 @kernel

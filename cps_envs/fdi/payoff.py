@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cps_envs.core.kernels import inlined
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.state import Constants, State
 
@@ -27,9 +27,14 @@ class Metrics(NamedTuple):
     bound_valid: float  # 1 while `oracle_bound_mps` bounds what any attacker can be paid in this episode
     oracle_bound_mps: float  # certified upper bound of the task; 0, and not valid, where none is known
     oracle_value_mps: float  # speed that a known legal plan attains; 0 where none is known
+    attacked: float  # 1 where injections work at some time
+    smallest_gap_m: float  # of any pair so far
+    detected: float  # 1 when an attacked reading, while injections work, had been replaced long enough for an alarm
+    false_alarm: float  # 1 when any other reading had
 
 
 PAID = Metrics._fields[:3]
+OF_DUELS = Metrics._fields[-4:]  # measured with a filter only
 
 
 @inlined
@@ -52,7 +57,7 @@ def settle(episode: State, c: Constants, target: int, correction: FloatArray, ta
 def charge(episode: State, c: Constants, correction: FloatArray, table: Array) -> None:
     """Book what the defender did in this step, and how often without reason."""
     n, row, tally = correction.size, table[0], episode.tally[0]
-    for j in range(2 * n):
+    for j in range(episode.trust.size):
         injected, replaced = episode.injection[j] != 0, episode.trust[j] == 0
         tally.injected += injected
         if replaced:
@@ -64,10 +69,33 @@ def charge(episode: State, c: Constants, correction: FloatArray, table: Array) -
         if correction[i] != 0:
             row.correction_cost_mps += c.correction_cost * c.dt_s * abs(correction[i]) / n
             row.bound_valid = 0.0
-    readings = 2 * n * episode.step[0]
+    readings = episode.trust.size * episode.step[0]
     row.injected_share = tally.injected / readings
     row.replaced_share = tally.replaced / readings
     row.false_alarm_rate = tally.replaced_in_vain / max(readings - tally.injected, 1)
+
+
+@inlined
+def open_metrics(episode: State, c: Constants, table: Array) -> None:
+    """Book how an episode begins."""
+    row = table[0]
+    row.attacked = 1.0 if episode.onset[0] < c.horizon else 0.0
+    row.smallest_gap_m = c.desired_gap_m + episode.error[: episode.command.size].min()
+
+
+@inlined
+def watch(episode: State, c: Constants, slot: IntArray, table: Array) -> None:
+    """Book alarms, on attacked sensors or in vain, and the smallest gap; `slot` (R,) is -1 where nobody attacks."""
+    row, working = table[0], episode.step[0] > episode.onset[0]  # in the step that has just been made
+    for j in range(episode.trust.size):
+        episode.doubted[j] = episode.doubted[j] + 1 if episode.trust[j] == 0 else 0
+        if episode.doubted[j] >= c.alarm_steps:
+            if slot[j] >= 0 and working:
+                row.detected = 1.0
+            else:
+                row.false_alarm = 1.0
+    for i in range(episode.command.size):
+        row.smallest_gap_m = min(row.smallest_gap_m, episode.error[i] + c.desired_gap_m)
 
 
 @inlined

@@ -14,7 +14,10 @@ def vehicle_steps(config: FdiConfig) -> float:
 ATTACKERS = {  # where it is not the plain optimum
     "fig32": "bnb",
     "defense": 'mixture?policies=["none","oracle?start=random"]',
+    "drawn": "bang_bang",
+    "learning": 'mixture?policies=["none","swing","bang_bang","blind_tracker","tracker"]&weights=[1,1,1,2,3]',
 }
+DEFENDERS = {"learning": "cusum"}  # where it is not nobody
 
 FDI = Problem(
     name="fdi",
@@ -26,7 +29,10 @@ FDI = Problem(
         "attacker": Later("cps_envs.fdi.observation:attacker_fields"),
         "defender": Later("cps_envs.fdi.observation:defender_fields"),
     },
-    opponents={preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": "none"} for preset in PRESETS},
+    opponents={
+        preset: {"attacker": ATTACKERS.get(preset, "oracle"), "defender": DEFENDERS.get(preset, "none")}
+        for preset in PRESETS
+    },
     viewer="cps_envs.fdi.picture.viewer:Viewer",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

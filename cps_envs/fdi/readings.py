@@ -10,7 +10,7 @@ from cps_envs.fdi.state import Constants, Matrices, State, add_product
 
 @inlined
 def inject(injection: FloatArray, c: Constants, sensors: IntArray, level: IntArray) -> None:
-    """The injections (2n,) of all readings, m or m/s, from the levels of the attacked sensors."""
+    """The injections (R,) of all readings, m or m/s, from the levels of the attacked sensors."""
     fill(injection, 0.0)
     for slot in range(sensors.size):
         if sensors[slot] >= 0:
@@ -19,12 +19,11 @@ def inject(injection: FloatArray, c: Constants, sensors: IntArray, level: IntArr
 
 @inlined
 def read_defense(action: IntArray, c: Constants, trust: FloatArray, correction: FloatArray) -> None:
-    """Trust (2n,) and corrections (n,) in m/s2 of a defender's action (3n,)."""
-    n = correction.size
-    for j in range(2 * n):
+    """Trust (R,) and corrections (n,) in m/s2 of a defender's action (R + n,)."""
+    for j in range(trust.size):
         trust[j] = action[j]
-    for i in range(n):
-        correction[i] = (action[2 * n + i] - c.correction_levels) * c.correction_step_mps2
+    for i in range(correction.size):
+        correction[i] = (action[trust.size + i] - c.correction_levels) * c.correction_step_mps2
 
 
 @inlined
@@ -44,7 +43,7 @@ def predict(episode: State, c: Constants, m: Matrices, trust: FloatArray, estima
         if trust[j] == 0:
             estimate[j] = episode.rear[j] if has_rear_sensor(j, n, c) else episode.prediction[j]
     fill(episode.prediction, 0.0)
-    if c.clips:
+    if c.holds:
         add_product(m.hold, 0, estimate, episode.prediction)
         add_product(m.hold, 2 * n, episode.command, episode.prediction)
     else:  # inside the step the commands follow the true values, offset by what the sensors said at its start

@@ -123,6 +123,12 @@ def _check_attack(config: Parameters) -> None:
         max(order) <= sensors and len(set(order)) == len(order),
         f"attack_order = {order}: name each sensor once, by its number from 1 to {sensors}.",
     )
+    weights = config.compromised_weights
+    _require(
+        not weights or (sum(weights) > 0 and len(weights) <= len(order) + 1),
+        f"compromised_weights = {weights}: give at most {len(order) + 1} weights, for 0 to {len(order)} sensors, at "
+        "least one of them above 0.",
+    )
     _require(
         config.max_compromised <= len(order),
         f"num_compromised = {config.num_compromised} exceeds the {len(order)} sensors that can fall; lower it, or name "
@@ -157,4 +163,17 @@ EASY = replace(
     model_error=0.02,
     unmeasured_heat_w=50.0,
 )
-PRESETS = {"paper": PAPER, "easy": EASY, "learning": EASY}
+LEARNING = replace(
+    EASY,
+    ground_c=14.0,
+    outdoor_mean_c=10.0,
+    outdoor_swing_c=6.0,
+    onset_step=(200, 480),
+    compromised_weights=(0.2, 0.3, 0.3, 0.2),
+    heat_drift_w=(50.0, 150.0),
+    forecast_bias_c=(1.0, 1.5),
+    forecast_drift_c=(1.0, 1.5),
+    kalman_filters=True,
+)
+HARD = replace(LEARNING, heat_drift_w=150.0, filter_heat_w=150.0)
+PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING, "hard": HARD}

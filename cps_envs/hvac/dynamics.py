@@ -30,11 +30,18 @@ def heat(model: Model, rules: Rules, episode: State, change: FloatArray) -> None
 @inlined
 def move(model: Model, rules: Rules, episode: State, scratch: Scratch) -> None:
     """Go from k to k + 1: the plant (4.5) with what the model does not know, and the forced response."""
-    w, supplied, reached = model.weather[episode.step[0]], scratch.change, scratch.vector
+    k, supplied, reached = episode.step[0], scratch.change, scratch.vector
+    w = model.weather[k]
     for i in range(len(w)):
         supplied[i] = episode.heating[i] + episode.heat[i]
+        if len(episode.heat_drift) > 0:
+            supplied[i] += episode.heat_drift[k, i]
         episode.energy_j[0] += episode.heating[i] * rules.step_s
     drift(episode.plant, model, episode.temperature, supplied, w, reached)
+    if len(episode.outdoor_error) > 0:
+        for i in range(len(w)):
+            if model.outside[i]:
+                reached[i] += model.G[i] * episode.outdoor_error[k]
     copy(reached, episode.temperature)
     drift(model.A, model, episode.forced, episode.heating, w, reached)
     copy(reached, episode.forced)

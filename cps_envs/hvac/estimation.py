@@ -5,6 +5,7 @@ from __future__ import annotations
 from cps_envs.core.kernels import copy, fill, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.dynamics import drift
+from cps_envs.hvac.filtering import update_filters
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.state import Scratch, State
 
@@ -18,11 +19,12 @@ def is_ready(rules: Rules, episode: State) -> bool:
 @inlined
 def estimate(model: Model, rules: Rules, episode: State, scratch: Scratch) -> None:
     """Renew estimates and residuals from the readings of k; the window holds those of k - N_e .. k - 1."""
-    k, last = episode.step[0], len(episode.estimate) - 1
+    k, by_model = episode.step[0], len(model.member) + 1
     copy(episode.estimate.reshape(-1), episode.previous.reshape(-1))
     average_readings(model, episode.reading, episode.estimate[0])
     for s in range(len(model.zone)):
         episode.series[k, s] = episode.reading[s] - episode.forced[model.zone[s]]
+    update_filters(model, rules, episode, scratch)
     if is_ready(rules, episode):
         sum_windows(model, episode, k - rules.window_steps, scratch.sums)
         samples = k - rules.window_steps + 1
@@ -30,9 +32,11 @@ def estimate(model: Model, rules: Rules, episode: State, scratch: Scratch) -> No
             estimate_set(model, episode, a, scratch)
             episode.residual_sum[a] += episode.residual[a]
             episode.mean_residual[a] = episode.residual_sum[a] / samples
-        drift(model.A, model, episode.fed, episode.heating, model.weather[k - 1], episode.estimate[last])
+        drift(model.A, model, episode.fed, episode.heating, model.weather[k - 1], episode.estimate[by_model])
+        for f in range(len(episode.filtered)):
+            copy(episode.filtered[f, : len(model.B)], episode.estimate[by_model + 1 + f])
         return
-    for choice in range(1, last + 1):
+    for choice in range(1, len(episode.estimate)):
         for i in range(len(episode.forced)):
             started = episode.forced[i] + episode.recursive[i] if k > 0 else episode.estimate[0, i]
             episode.estimate[choice, i] = started
@@ -131,18 +135,18 @@ def move_ahead(A: FloatArray, z: FloatArray, P: FloatArray, scratch: Scratch) ->
 
 
 @inlined
-def choose(rules: Rules, episode: State, choice: int, change: FloatArray) -> None:
+def choose(model: Model, rules: Rules, episode: State, choice: int, change: FloatArray) -> None:
     """Feed xh(k) of a choice to the controller, and fill `change` (n,) C with dxh(k).
 
-    A choice that needs the full window before it is full means the last. A change is that of the chosen estimate
-    itself, whether it was chosen before or not. The last choice, and the sets when they come up first at k = N_e, are
-    compared with what the controller got before.
+    A choice that needs the full window before it is full means the model. A change is that of the chosen estimate
+    itself, whether it was chosen before or not. The model, and all that come up first at k = N_e, are compared with
+    what the controller got before.
     """
-    k, last = episode.step[0], len(episode.estimate) - 1
-    choice = min(max(choice, 0), last)
+    k, by_model = episode.step[0], len(model.member) + 1
+    choice = min(max(choice, 0), len(episode.estimate) - 1)
     if choice != 0 and not is_ready(rules, episode):
-        choice = last
-    first = choice == last or (choice != 0 and k == rules.window_steps)
+        choice = by_model
+    first = choice == by_model or (choice != 0 and k == rules.window_steps)
     for i in range(len(change)):
         before = episode.fed[i] if first else episode.previous[choice, i]
         found = episode.estimate[choice, i]

@@ -8,18 +8,20 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.config import bounds
 from cps_envs.core.game import Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import inlined, kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.disturbance import disturbances
 from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
 from cps_envs.hvac.model import Model, Rules, build_model, rules_of
 from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
 from cps_envs.hvac.payoff import attacked_states, count_choice, count_errors, measure
-from cps_envs.hvac.picture.scene import Scene
+from cps_envs.hvac.picture.scene import Scene, scene_of
 from cps_envs.hvac.start import Draws, start
 from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
 
@@ -48,9 +50,10 @@ class HvacGame(Game):
     """A game step is one sample, 120 s; both roles decide at every step k = 0..718, at the same time.
 
     Attacker: Box (S + 1,), or (S,) with `attack_action="bias"`; it forges the readings of k + 1, see `attack.sense`.
-    Defender: Discrete(sets + 2); its choice answers the readings of k: 0 feeds them to the controller as they are,
-    1..sets the estimate from that set, sets + 1 the model's prediction. Before the window of N_e samples is full only 0
-    and sets + 1 are legal, and all but 0 mean the recursive least squares of all sensors.
+    Defender: Discrete(sets + 2 + F); its choice answers the readings of k: 0 feeds them to the controller as they are,
+    1..sets the estimate from that set, sets + 1 the model's prediction, and what follows that of a Kalman filter, if
+    the configuration offers any (`sensors.filter_sets`). Before the window of N_e samples is full only 0 and sets + 1
+    are legal, and all but 0 mean the recursive least squares of all sensors.
 
     Payoff: |x(k + 1) - x_r|^2 / T_a from the onset on, so that the return is A_impact (4.19).
     """
@@ -67,14 +70,15 @@ class HvacGame(Game):
         self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
         self.constants, self.rules = build_model(config), rules_of(config)
         entries = config.num_sensors + self.rules.any_base
-        choices = len(self.constants.member) + 2
+        choices = len(self.constants.member) + 2 + len(self.constants.filter_member)
         self.action_space = {
             "attacker": spaces.Box(-1.0, 1.0, (entries,), np.float32),
             "defender": spaces.Discrete(choices),
         }
         self.neutral_action = {"attacker": np.zeros(entries), "defender": np.array(READINGS)}
         self.payoff_parts = ("a_impact",)
-        self.state: State = allocate(num_envs, self.constants)
+        heat, *forecast = (bounds(size)[1] > 0 for size in disturbances(config))
+        self.state: State = allocate(num_envs, self.constants, drifting=heat, misforecast=any(forecast))
         self._views = Views(
             attacker=np.zeros((num_envs, self.fields["attacker"].size)),
             defender=np.zeros((num_envs, self.fields["defender"].size)),
@@ -87,7 +91,8 @@ class HvacGame(Game):
         self._quiet = np.zeros((num_envs, entries))
         self._raw = np.full(num_envs, READINGS)
         self._legal = np.ones((2, choices), np.int8)  # choices before the window is full, and from then on
-        self._legal[0, 1:-1] = 0
+        self._legal[0, 1:] = 0
+        self._legal[0, len(self.constants.member) + 1] = 1
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += self.num_envs
@@ -105,14 +110,14 @@ class HvacGame(Game):
         return self.fields[role].encode(self._views.attacker if role == "attacker" else self._views.defender)
 
     def action_mask(self, role: Role) -> BoolArray | None:
-        """Legal choices (B, sets + 2) of the defender; the attacker's actions are always legal."""
+        """Legal choices (B, sets + 2 + F) of the defender; the attacker's actions are always legal."""
         if role == "attacker":
             return None
         ready = self.state.step >= self.config.window_steps
         return self._legal[ready.astype(np.int64)].astype(np.bool_)
 
     def episode_mask(self, role: Role, b: int) -> Array | None:
-        """Legal choices (sets + 2,) of one episode as int8."""
+        """Legal choices (sets + 2 + F,) of one episode as int8."""
         if role == "attacker":
             return None
         legal: Array = self._legal[int(self.state.step.item(b) >= self.config.window_steps)].copy()
@@ -126,30 +131,25 @@ class HvacGame(Game):
         """`metrics` of one episode as Python numbers."""
         return dict(zip(Metrics._fields, self.state.metrics.item(b)))  # noqa: B905, strict costs a microsecond
 
+    def model(self, b: int, num_envs: int) -> HvacGame:
+        """Privileged: copies of one episode in its present state, noise and disturbances to come included."""
+        copy = HvacGame(self.config, num_envs)
+        for mine, theirs in zip((*self.state, *self._views[:2]), (*copy.state, *copy._views[:2]), strict=True):
+            theirs[:] = mine[b]
+        copy.elapsed[:] = self.elapsed[b]
+        return copy
+
+    def truth(self, b: int) -> Mapping[str, Array]:
+        """Privileged: which sensors are compromised (S,), and the true temperatures (n,), C."""
+        return {"compromised": self.state.compromised[b], "temperature": self.state.temperature[b]}
+
     def mean_residuals(self) -> FloatArray:
         """Jm_a(k) of (4.33), (B, sets) C2; 0 until the window is full."""
         return self.state.mean_residual.copy()
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
-        state, k = self.state, int(self.state.step[b])
-        return Scene(
-            episode=int(self._episodes[b]),
-            step=k,
-            onset=int(state.onset[b]),
-            temperature=state.temperature[b].copy(),
-            estimate=state.fed[b].copy(),
-            heating=state.heating[b].copy(),
-            outdoor_c=float(self.constants.outdoor[k]),
-            measured=state.measured[b].copy(),
-            reading=state.reading[b].copy(),
-            compromised=state.compromised[b].copy(),
-            choice=int(state.choice[b]),
-            ready=k >= self.config.window_steps,
-            residual=state.residual[b].copy(),
-            mean_residual=state.mean_residual[b].copy(),
-            metrics=self.episode_metrics(b),
-        )
+        return scene_of(self.state, self.constants, b, int(self._episodes[b]), self.episode_metrics(b))
 
 
 @kernel
@@ -189,7 +189,7 @@ def step(
             if episode.step[0] == 0:
                 payoff[b] = episode.squared_error[0] / attacked_states(model, episode)
             for _ in range(num_steps):
-                choose(rules, episode, choices[b], scratch.change)
+                choose(model, rules, episode, choices[b], scratch.change)
                 count_choice(model, rules, episode)
                 heat(model, rules, episode, scratch.change)
                 move(model, rules, episode, scratch)

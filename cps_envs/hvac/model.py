@@ -11,9 +11,11 @@ from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.building import discretise, outdoor, rates, weather
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import feedforward, gains
+from cps_envs.hvac.kalman import filter_gains, memory
 from cps_envs.hvac.moving_horizon import powers, set_gains, warn_if_blind
-from cps_envs.hvac.sensors import membership, sensor_sets, zones_of_sensors
+from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets, zones_of_sensors
 
+MEAN_H = 2.0  # over which innovations are averaged, exponentially weighted
 AHEAD_H = (0.0, 2.0, 4.0, 6.0)  # at which the defender sees the outside temperature
 BLOCK = 4  # zones whose window sums a kernel forms together: as many sums as an adder works on at a time
 
@@ -33,6 +35,8 @@ class Rules(NamedTuple):
     threshold_c2: float  # eps of MTD2
     model_error: float
     unmeasured_heat_w: float
+    filter_memory: float  # phi of `kalman`
+    innovation_share: float  # of the newest innovation in their mean
     any_base: bool  # the attacker's action ends with what its readings are based on
     white_box: bool  # the attacker sees everything
 
@@ -44,14 +48,18 @@ class Model(NamedTuple):
     B: FloatArray  # (n,) C/W per step
     G: FloatArray  # (n,)
     rate: FloatArray  # (n, n) dt A_c
-    weather: FloatArray  # (K, n) C
-    outdoor: FloatArray  # (K + 6 h,) C
+    weather: FloatArray  # (K, n) C, as forecast
+    outside: BoolArray  # (n,) the wall faces the outside, not the ground
+    outdoor: FloatArray  # (K + 6 h,) C, as forecast
     error_gain: FloatArray  # (n, n) W/C, K_e
     difference_gain: FloatArray  # (n, n) W/C, K_d
     feedforward: FloatArray  # (K, n) W, K_w dW(k)
     window: FloatArray  # (n, blocks, N_e, BLOCK) entry [z, i, t, j] is A^t[z, BLOCK i + j]; zero beyond zone n
     set_gain: FloatArray  # (sets, n, n) transposed: [a, j, i] of A^N_e (O_a' O_a)^-1 at (i, j)
     member: BoolArray  # (sets, S)
+    filter_member: BoolArray  # (F, S) of the Kalman filters
+    filter_gain: FloatArray  # (F, 2n, S)
+    filter_scale: FloatArray  # (F, S) 1/C
     zone: IntArray  # (S,) from 0
     ahead: IntArray  # (len(AHEAD_H),) steps
 
@@ -69,10 +77,13 @@ def build_model(config: HvacConfig) -> Model:
     control = gains(building, config.prediction_steps, config.move_weight)
     set_gain, condition = set_gains(building.A, config.window_steps, member, zone)
     warn_if_blind(condition, sensor_sets(config))
+    filter_member = membership(config, filter_sets(config))
+    filters = filter_gains(config, building, filter_member, zone)
     return Model(
         *building,
         rate=rates(config),
         weather=w[: config.num_steps].copy(),
+        outside=~np.isin(np.arange(config.num_zones) + 1, config.ground_zones),
         outdoor=outdoor(config, config.num_steps + int(ahead[-1])),
         error_gain=control.K_e,
         difference_gain=control.K_d,
@@ -80,6 +91,9 @@ def build_model(config: HvacConfig) -> Model:
         window=in_blocks(powers(building.A, config.window_steps - 1)),
         set_gain=np.ascontiguousarray(set_gain.transpose(0, 2, 1)),
         member=member,
+        filter_member=filter_member,
+        filter_gain=filters.gain,
+        filter_scale=filters.scale,
         zone=zone,
         ahead=ahead,
     )
@@ -98,6 +112,8 @@ def rules_of(config: HvacConfig) -> Rules:
     """The numbers of a configuration that kernels use."""
     derived: dict[str, Any] = {
         "level_w": config.max_heating_w / config.num_levels,
+        "filter_memory": memory(config),
+        "innovation_share": min(1.0, config.step_s / (3600.0 * MEAN_H)),
         "any_base": config.attack_action == "any",
         "white_box": config.attacker_view == "white",
     }

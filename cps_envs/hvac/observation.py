@@ -12,11 +12,12 @@ from cps_envs.core.types import FloatArray
 from cps_envs.hvac.building import DAY_S
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.estimation import is_ready
-from cps_envs.hvac.model import AHEAD_H, Model, Rules
-from cps_envs.hvac.sensors import sensor_sets
+from cps_envs.hvac.model import AHEAD_H, MEAN_H, Model, Rules
+from cps_envs.hvac.sensors import filter_sets, sensor_sets
 from cps_envs.hvac.state import State
 
 NEAR_C = 10.0  # temperatures are shown within this of the reference
+MOST_STD = 10.0  # of an innovation
 MAX_LOG = 8.0  # of ln(1 + J / eps)
 
 
@@ -37,14 +38,17 @@ def _readings(config: HvacConfig, name: str, meaning: str) -> Field:
 
 def _loop(config: HvacConfig) -> tuple[Field, ...]:
     """What the control loop does, and what the residuals say; the kernels copy these fields in one piece."""
-    zones, sets = config.num_zones, len(sensor_sets(config))
+    zones, sets, filters = config.num_zones, len(sensor_sets(config)), len(filter_sets(config))
+    compared = (filters, config.num_sensors) if filters else (0,)
     return (
         _readings(config, "reading", "what each sensor shows now, forged or not"),
         Field("residual", "ln(1 + J/eps)", 0, MAX_LOG, (sets,), "of each set now, (4.32); 0 until `ready`"),
         Field("mean_residual", "ln(1 + J/eps)", 0, MAX_LOG, (sets,), "since the window is full, (4.33)"),
-        Field("last_choice", "-", 0, 1, (sets + 2,), "of the defender one step ago, one-hot"),
+        Field("last_choice", "-", 0, 1, (sets + 2 + filters,), "of the defender one step ago, one-hot"),
         _temperature(config, "last_estimate", (zones,), "that the controller got one step ago"),
         Field("heating", "W", 0, config.max_heating_w, (zones,), "of the last step"),
+        Field("innovation", "std", -MOST_STD, MOST_STD, compared, "reading minus prediction of each Kalman filter"),
+        Field("innovation_mean", "std", -MOST_STD, MOST_STD, compared, f"of the last {MEAN_H:g} h, weighted"),
     )
 
 
@@ -66,17 +70,18 @@ def attacker_fields(config: HvacConfig) -> Fields:
 def defender_fields(config: HvacConfig) -> Fields:
     """The control loop, what every choice would estimate, how the sets compare, and the weather to come."""
     zones, sets = config.num_zones, len(sensor_sets(config))
+    choices = sets + 2 + len(filter_sets(config))
     coldest = min(config.outdoor_mean_c - config.outdoor_swing_c, config.outdoor_mean_c - 1.0)
     warmest = max(config.outdoor_mean_c + config.outdoor_swing_c, config.outdoor_mean_c + 1.0)
     hours = ", ".join(f"{hour:g}" for hour in AHEAD_H)
     return Fields(
         *_loop(config),
-        _temperature(config, "estimate", (sets + 2, zones), "of each choice; all but the first alike until `ready`"),
+        _temperature(config, "estimate", (choices, zones), "of each choice; all but the first alike until `ready`"),
         Field("better_half", "-", 0, 1, (sets,), "the set is in the better half by its residual (MTD1)"),
         Field("passes", "-", 0, 1, (sets,), "the set's mean residual is at most eps (MTD2)"),
         Field("ready", "-", 0, 1, (), "the window is full: sets can be chosen"),
         Field("samples", "-", 0, config.num_steps, (), "residuals in the means"),
-        Field("outdoor_c", "C", coldest, warmest, (len(AHEAD_H),), f"outside temperature {hours} h ahead"),
+        Field("outdoor_c", "C", coldest, warmest, (len(AHEAD_H),), f"outside temperature {hours} h ahead, as forecast"),
         *_clock(config),
     )
 
@@ -97,6 +102,8 @@ def observe_defender(model: Model, rules: Rules, episode: State, at: Record, row
         row[at.last_choice + episode.choice[0]] = 1.0
     put(episode.fed, row, at.last_estimate)
     put(episode.heating, row, at.heating)
+    put(episode.innovation.reshape(-1), row, at.innovation)
+    put(episode.innovation_mean.reshape(-1), row, at.innovation_mean)
     put(episode.estimate.reshape(-1), row, at.estimate)
     row[at.ready] = ready
     row[at.samples] = max(episode.step[0] - rules.window_steps + 1, 0)

@@ -35,16 +35,19 @@ T_a; before the onset 0. If t_0 = 0, the first reward has the term of x(0) too. 
 (4.19), `info["a_impact"]`, exactly. It grows from 1 to thousands: scale it for training.
 
 ## Starting State
-All zones at 24 C at midnight, heating off. Preset `learning` draws the onset, number and identity of the
-compromised sensors, entries of the building's A_c within 2 %, and an unmeasured heat within 50 W in each zone; the
-controller and the observer do not know the last two. `model_error=0.05, unmeasured_heat_w=100` is a hard level.
+All zones at 24 C at midnight, heating off. Preset `easy` draws the onset, number and identity of the compromised
+sensors, entries of the building's A_c within 2 %, and an unmeasured heat within 50 W in each zone; the controller and
+the observer do not know the last two. Preset `learning` is colder outside, so that a lie of either sign matters. It
+draws no to three compromised sensors, an onset once the window is full, heat that drifts by 50 to 150 W in each zone,
+and an outside that is not as forecast. Preset `hard` is `learning` with 150 W in every zone.
 
 ## Episode End
 Truncated after 719 decisions, at state x(719). Never terminated.
 
 ## Arguments
-`preset` ("paper", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`,
-`frame_skip` (decisions that an action is held for), and any field of `cps_envs.hvac.config.HvacConfig`:
+`preset` ("paper", "easy", "learning", "hard"), `opponent` (a defender: name, "module:attribute" or policy),
+`render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.hvac.config.HvacConfig`:
 
 {parameter_table}
 
@@ -65,13 +68,19 @@ a set of sensors by a moving-horizon observer over the last N_e = 200 samples, o
 
 ## Action Space
 `Discrete(sets + 2)`, 14 sets with four sensors and 64 with eight, in the order of
-`cps_envs.hvac.sensors.sensor_sets`:
+`cps_envs.hvac.sensors.sensor_sets`. With `kalman_filters=True`, as in presets `learning` and `hard`, it is
+`Discrete(2 sets + 4)`:
 
 | Action | The controller gets |
 |---|---|
 | 0 | the raw readings, averaged over a zone's sensors: no defence |
 | i = 1..sets | the estimate from set i |
 | sets + 1 | the model's prediction from the last estimate: no sensors |
+| sets + 1 + i | the estimate of a Kalman filter that has used the sensors of set i all day |
+| 2 sets + 2 | that of the filter of all sensors |
+| 2 sets + 3 | that of the filter without sensors |
+
+The filters estimate the heat that nobody measures too, which the other estimates take for zero.
 
 Until the window of N_e samples is full (`ready`) only 0 and sets + 1 are legal by `info["action_mask"]` and
 `action_masks()`, and every action but 0 means the recursive least squares of all sensors. Moving target defences
@@ -88,15 +97,16 @@ temperatures, onset and compromised sensors are not observed; `info` has the met
 Minus the attacker's: -|x(k + 1) - x_r|^2 / T_a from the onset on. The return is minus A_impact (4.19), exactly.
 
 ## Starting State
-All zones at 24 C at midnight, heating off; see `HvacAttack` for what preset `learning` draws. With an exact model
-and exact weather (preset `paper`), ignoring all sensors is as good as any defence: train with `learning`.
+All zones at 24 C at midnight, heating off; see `HvacAttack` for what the presets draw. With an exact model and exact
+weather (preset `paper`), ignoring all sensors is as good as any defence: train with `learning`.
 
 ## Episode End
 Truncated after 719 decisions, at state x(719). Never terminated.
 
 ## Arguments
-`preset` ("paper", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or policy), `render_mode`,
-`frame_skip` (decisions that an action is held for), and any field of `cps_envs.hvac.config.HvacConfig`:
+`preset` ("paper", "easy", "learning", "hard"), `opponent` (an attacker: name, "module:attribute" or policy),
+`render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.hvac.config.HvacConfig`:
 
 {parameter_table}
 

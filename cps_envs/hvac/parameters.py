@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import sqrt
 
-from cps_envs.core.config import IntRange, bounds, quantity
+from cps_envs.core.config import IntRange, Range, bounds, quantity
 
 MAX_ZONES = 64
 MAX_SENSORS = 128  # two in each zone
@@ -63,9 +63,38 @@ class Parameters:
     attack_order: tuple[int, ...] = quantity(
         (), low=1, high=MAX_SENSORS, source="sensors in the order in which they fall; none: 2, 1, 4, 3, 6, 5, 8, 7"
     )
+    compromised_weights: tuple[float, ...] = quantity(
+        (),
+        low=0,
+        high=1e6,
+        source="chosen: weights of 0, 1, ... compromised sensors; none: by num_compromised",
+    )
     random_compromise: bool = quantity(False, source="chosen: compromised sensors drawn from the order, not its prefix")
     model_error: float = quantity(0.0, low=0, high=0.3, source="(4.30): entries of A_c off by up to this share")
     unmeasured_heat_w: float = quantity(0.0, unit="W", low=0, high=1e6, source="chosen: unknown heat, +- this per zone")
+    heat_drift_w: Range = quantity(
+        0.0, unit="W", low=0, high=1e6, source="chosen: std of drifting heat, drawn for each zone", ranged=True
+    )
+    drift_h: float = quantity(4.0, unit="h", low=0.01, high=1e4, source="chosen: memory of the slow half of the drift")
+    drift_hold_h: float = quantity(
+        3.0, unit="h", low=0.01, high=1e4, source="chosen: mean time between steps of the other half, as people come"
+    )
+    forecast_bias_c: Range = quantity(
+        0.0, unit="C", low=0, high=20, source="chosen: std of outside minus forecast, the same all day", ranged=True
+    )
+    forecast_drift_c: Range = quantity(
+        0.0, unit="C", low=0, high=20, source="chosen: std of what comes to it over the day", ranged=True
+    )
+    forecast_drift_h: float = quantity(
+        4.0, unit="h", low=0.01, high=1e4, source="chosen: memory of the forecast's drift"
+    )
+    kalman_filters: bool = quantity(False, source="chosen: offers a Kalman filter for each set, all and no sensors")
+    filter_heat_w: float = quantity(
+        100.0, unit="W", low=1e-3, high=1e6, source="chosen: std of drifting heat that these filters expect"
+    )
+    filter_memory_h: float = quantity(
+        4.0, unit="h", low=0.01, high=1e4, source="chosen: memory of the heat that these filters expect"
+    )
     attack_action: str = quantity("any", choices=("any", "bias"), source="chosen: forge anything, or a bias only")
     attacker_view: str = quantity("white", choices=("white", "grey"), source="chosen: sees all, or own sensors only")
 
@@ -82,6 +111,8 @@ class Parameters:
     @property
     def max_compromised(self) -> int:
         """The most sensors that are compromised in any episode."""
+        if self.compromised_weights:
+            return max(count for count, weight in enumerate(self.compromised_weights) if weight > 0 or count == 0)
         return int(bounds(self.num_compromised)[1])
 
     @property

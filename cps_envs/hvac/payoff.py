@@ -13,25 +13,25 @@ def count_choice(model: Model, rules: Rules, episode: State) -> None:
     """Take note of the choice at k, once the window is full."""
     if not is_ready(rules, episode):
         return
-    metrics, sets, a = episode.metrics[0], len(model.member), episode.choice[0] - 1
-    if 0 <= a < sets:
-        metrics.distinct_sets += not episode.used[a]
-        episode.used[a] = True
-        metrics.flawed_steps += is_flawed(model, episode, a) and episode.step[0] >= episode.onset[0]
-    metrics.model_steps += a == sets
+    metrics, sets, choice = episode.metrics[0], len(model.member), episode.choice[0]
+    by_model = sets + 1
+    believed, flawed = 0, False
+    for s in range(len(model.zone)):
+        if 0 < choice < by_model:
+            uses = model.member[choice - 1, s]
+        else:
+            uses = choice > by_model and model.filter_member[choice - by_model - 1, s]
+        believed += uses
+        flawed |= uses and episode.compromised[s]
+    if believed > 0:
+        metrics.distinct_sets += not episode.used[choice]
+        episode.used[choice] = True
+        metrics.flawed_steps += flawed and episode.step[0] >= episode.onset[0]
+    metrics.model_steps += believed == 0 and choice > 0
     passing = 0
     for other in range(sets):
         passing += episode.mean_residual[other] <= rules.threshold_c2
     metrics.rejecting_steps += passing == 0
-
-
-@inlined
-def is_flawed(model: Model, episode: State, a: int) -> bool:
-    """Whether a set has a compromised sensor."""
-    flawed = False
-    for s in range(len(model.zone)):
-        flawed |= model.member[a, s] and episode.compromised[s]
-    return flawed
 
 
 @inlined

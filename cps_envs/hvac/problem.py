@@ -17,6 +17,16 @@ EASY_ATTACKERS = (
     "&weights=[3,2,2,2,5,3,3]"
 )
 
+# Attacks of both signs with equal weight. `%26` is an `&` within the reference of one of the policies.
+LEARNING_ATTACKERS = (
+    'mixture?policies=["none","constant","constant?reading_c=28","constant?reading_c=40",'
+    '"ramp?rate_c_per_h=[0.3,1.0]%26keep_noise=true","ramp?rate_c_per_h=[0.3,1.0]%26keep_noise=true%26warmer=true",'
+    '"ramp?rate_c_per_h=[0.3,1.0]%26exponent=0.5%26keep_noise=true",'
+    '"ramp?rate_c_per_h=[0.3,1.0]%26exponent=0.5%26keep_noise=true%26warmer=true",'
+    '"mimic?keep_noise=true","mimic?keep_noise=true%26warmer=true","brink","brink?warmer=true",'
+    '"tracker","tracker?warmer=true"]&weights=[2,2,1,1,3,3,3,3,2,2,2,2,3,3]'
+)
+
 HVAC = Problem(
     name="hvac",
     version=0,
@@ -30,7 +40,8 @@ HVAC = Problem(
     opponents={
         "paper": {"attacker": "constant", "defender": "mtd2"},
         "easy": {"attacker": EASY_ATTACKERS, "defender": "mtd2"},
-        "learning": {"attacker": EASY_ATTACKERS, "defender": "mtd2"},
+        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "largest"},
+        "hard": {"attacker": LEARNING_ATTACKERS, "defender": "largest"},
     },
     viewer="cps_envs.hvac.picture.viewer:Viewer",
     work=Work(unit="sensor-steps", per_game_step=sensor_steps),

@@ -6,6 +6,7 @@ from itertools import product
 
 import numpy as np
 
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import BoolArray, IntArray
 from cps_envs.hvac.parameters import Parameters
 
@@ -31,6 +32,28 @@ def sensor_sets(config: Parameters) -> tuple[SensorSet, ...]:
     options = [[0, *range(zone, config.num_sensors + 1, zones)] for zone in range(1, zones + 1)]
     used = (tuple(sorted(sensor for sensor in choice if sensor)) for choice in product(*options))
     return tuple(sensors for sensors in used if 0 < len(sensors) < zones)
+
+
+def filter_sets(config: Parameters) -> tuple[SensorSet, ...]:
+    """The sensors of each Kalman filter that the defender is offered: those of `sensor_sets`, then all, then none."""
+    if not config.kalman_filters:
+        return ()
+    return (*sensor_sets(config), tuple(range(1, config.num_sensors + 1)), ())
+
+
+def filter_choice(config: Parameters, sensors: SensorSet) -> int:
+    """The defender's choice that feeds the estimate of the Kalman filter with these sensors to the controller.
+
+    Raises:
+        ConfigurationError: the configuration offers no such filter.
+    """
+    offered = filter_sets(config)
+    if sensors not in offered:
+        raise ConfigurationError(
+            f"no Kalman filter of the sensors {list(sensors)} is offered: set kalman_filters=true, and name the set in "
+            "sensor_sets if they are neither all nor none."
+        )
+    return len(sensor_sets(config)) + 2 + offered.index(sensors)
 
 
 def _rows(sensors: int, size: int) -> tuple[SensorSet, ...]:
@@ -61,10 +84,10 @@ def zones_of_sensors(config: Parameters) -> IntArray:
     return np.arange(config.num_sensors) % config.num_zones
 
 
-def membership(config: Parameters) -> BoolArray:
-    """Which sensors each set uses, (sets, S)."""
-    sets = sensor_sets(config)
+def membership(config: Parameters, sets: tuple[SensorSet, ...] | None = None) -> BoolArray:
+    """Which sensors each set uses, (sets, S); without `sets`, those of `sensor_sets`."""
+    sets = sensor_sets(config) if sets is None else sets
     member = np.zeros((len(sets), config.num_sensors), np.bool_)
     for row, sensors in zip(member, sets, strict=True):
-        row[np.array(sensors) - 1] = True
+        row[np.array(sensors, np.int64) - 1] = True
     return member

@@ -17,16 +17,19 @@ class Metrics(NamedTuple):
     a_impact: float  # C2, (4.19): mean since the onset of |x - x_r|^2 summed over zones; grows to the final value
     mean_abs_error_c: float  # C, |x - x_r| averaged over zones and time so far
     energy_kwh: float  # heating so far
-    distinct_sets: float  # sets chosen at some time
+    distinct_sets: float  # sets chosen at some time, those of the Kalman filters counted apart
     flawed_steps: float  # steps since the onset in which a set with a compromised sensor was chosen
-    model_steps: float  # steps with a full window in which the model's prediction was chosen
+    model_steps: float  # steps with a full window in which no sensor was believed
     rejecting_steps: float  # steps with a full window in which no set had a mean residual below the threshold
     onset_step: float  # t_0
     num_compromised: float  # sensors
 
 
 class State(NamedTuple):
-    """B episodes, at state x(k). Of the C = sets + 2 choices, 0 is the raw readings and the last is the model.
+    """B episodes, at state x(k).
+
+    Of the C = sets + 2 + F choices, 0 is the raw readings, the next are the sets, then come the model and the F Kalman
+    filters. Courses that a configuration leaves out have no rows.
 
     Residuals count from k = N_e on, when the window is full, and are zero before that. Before that, too, the estimates
     of all choices but 0 are those of the recursive least squares.
@@ -36,7 +39,9 @@ class State(NamedTuple):
     onset: IntArray  # (B,) t_0
     compromised: BoolArray  # (B, S)
     plant: FloatArray  # (B, n, n) A_p
-    heat: FloatArray  # (B, n) W, unmeasured
+    heat: FloatArray  # (B, n) W, unmeasured, the same all day
+    heat_drift: FloatArray  # (B, K or 0, n) W, unmeasured, what comes to it
+    outdoor_error: FloatArray  # (B, K or 0) C, outside temperature minus forecast
     series: FloatArray  # (B, K, S) up to k the residual readings r_s, C; beyond k noise to come, standard normal
     temperature: FloatArray  # (B, n) C, x(k)
     forced: FloatArray  # (B, n) C, F(k)
@@ -49,11 +54,14 @@ class State(NamedTuple):
     estimate: FloatArray  # (B, C, n) C, xh(k) of every choice
     previous: FloatArray  # (B, C, n) C, xh(k - 1) of every choice
     fed: FloatArray  # (B, n) C, the estimate that the controller got at k - 1
+    filtered: FloatArray  # (B, F, 2n) C and W, temperatures and unmeasured heat by each Kalman filter, after k
+    innovation: FloatArray  # (B, F, S) reading minus prediction of each filter at k, in standard deviations
+    innovation_mean: FloatArray  # (B, F, S) its exponentially weighted mean
     residual: FloatArray  # (B, sets) C2, J_a(k)
     residual_sum: FloatArray  # (B, sets) C2, of J_a since N_e
     mean_residual: FloatArray  # (B, sets) C2, Jm_a(k) of (4.33): the sum by the number of its terms
     choice: IntArray  # (B,) at k - 1
-    used: BoolArray  # (B, sets) chosen at some time
+    used: BoolArray  # (B, C) chosen at some time
     squared_error: FloatArray  # (B,) C2, sum of |x - x_r|^2 since the onset
     absolute_error: FloatArray  # (B, n) C, sum of |x - x_r| since k = 0
     energy_j: FloatArray  # (B,) heating since k = 0
@@ -69,11 +77,15 @@ class Scratch(NamedTuple):
     matrix: FloatArray  # (n, n)
 
 
-def allocate(num_envs: int, model: Model) -> State:
-    """A state with every array zero; the start of an episode fills it."""
+def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast: bool = False) -> State:
+    """A state with every array zero; the start of an episode fills it.
+
+    `drifting` and `misforecast` make room for courses of unmeasured heat and of the forecast's error.
+    """
     envs, steps = num_envs, len(model.weather)
     sets, sensors = model.member.shape
-    n = len(model.B)
+    n, filters = len(model.B), len(model.filter_member)
+    choices = sets + 2 + filters
 
     def zeros(*shape: int) -> FloatArray:
         return np.zeros((envs, *shape))
@@ -84,6 +96,8 @@ def allocate(num_envs: int, model: Model) -> State:
         compromised=np.zeros((envs, sensors), np.bool_),
         plant=zeros(n, n),
         heat=zeros(n),
+        heat_drift=zeros(steps if drifting else 0, n),
+        outdoor_error=zeros(steps if misforecast else 0),
         series=zeros(steps, sensors),
         temperature=zeros(n),
         forced=zeros(n),
@@ -93,14 +107,17 @@ def allocate(num_envs: int, model: Model) -> State:
         reading=zeros(sensors),
         recursive=zeros(n),
         covariance=zeros(n, n),
-        estimate=zeros(sets + 2, n),
-        previous=zeros(sets + 2, n),
+        estimate=zeros(choices, n),
+        previous=zeros(choices, n),
         fed=zeros(n),
+        filtered=zeros(filters, 2 * n),
+        innovation=zeros(filters, sensors),
+        innovation_mean=zeros(filters, sensors),
         residual=zeros(sets),
         residual_sum=zeros(sets),
         mean_residual=zeros(sets),
         choice=np.zeros(envs, np.int64),
-        used=np.zeros((envs, sets), np.bool_),
+        used=np.zeros((envs, choices), np.bool_),
         squared_error=zeros(),
         absolute_error=zeros(n),
         energy_j=zeros(),

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,12 +11,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import baselines
+import cps_envs
 from agents.benchmark import runner, store
 from agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell
 from agents.benchmark.matrix import entries
 from agents.benchmark.report import agreement, document, markdown, rows_as_csv, tables
 from agents.benchmark.runner import find_benchmarks, run_benchmark, select
-from agents.benchmark.store import Store
+from agents.benchmark.store import Store, fingerprint
 from agents.cli import app
 from agents.errors import CommandError
 from baselines.disbanding import benchmark as disbanding
@@ -23,6 +26,7 @@ from baselines.disbanding.benchmark import search_plan
 from baselines.paper.agreement import verdict
 from baselines.paper.tables import read_table, velocity_errors
 from baselines.schedule import Benchmark, Entrant, PaperCell, Prepared, Setting
+from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
 from tests.agents.trained import save_tiny
@@ -113,7 +117,7 @@ def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
     run_benchmark(TINY, Store(tmp_path), workers=1)
     next(tmp_path.glob("*random-copy*")).write_text('{"job": ')
     assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 6
-    monkeypatch.setattr(store, "fingerprint", lambda: "other code")
+    monkeypatch.setattr(store, "fingerprint", lambda problem: "other code")
     assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 0
     assert len(list(tmp_path.iterdir())) == 7
 
@@ -251,3 +255,15 @@ def test_planning_is_counted(tmp_path: Path) -> None:
     outcome = run_benchmark(replace(TINY, settings=(setting,), paper=()), Store(tmp_path), workers=1)
     assert 2 <= outcome.cells["tiny", "ga", "none"]["simulations"] <= 8
     assert outcome.cells["tiny", "none", "none"]["simulations"] == 0
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_problems_know_nothing_of_one_another(name: str) -> None:
+    """Otherwise results that were kept for one would have to be forgotten when another changes."""
+    others = "|".join(set(PROBLEMS) - {name})
+    foreign = re.compile(rf"^ *(?:from|import) (?:cps_envs|baselines)\.(?:{others})\b", re.MULTILINE)
+    for package in (cps_envs, baselines):
+        files = list((Path(package.__path__[0]) / name).rglob("*.py"))
+        assert files
+        assert not [file for file in files if foreign.search(file.read_text())]
+    assert len({fingerprint(each) for each in (*PROBLEMS, "elsewhere:PROBLEM")}) == len(PROBLEMS) + 1

@@ -111,3 +111,19 @@ def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, jobs: str) -> Non
     assert "Interrupted." in printed
     assert "Traceback" not in printed
     assert len(from_text(path.read_text())[1]) >= 3
+
+
+def test_episodes_with_drawn_starts_are_kept_and_not_done_again(tmp_path: Path) -> None:
+    path = tmp_path / "episodes.json"
+    short = ("--preset", "drawn", "--set", "horizon=20", "--set", "tasks=v4>4", "--jobs", "1", "--time-limit", "1")
+    result = invoke(*short, "--episodes", "1", "--out", str(path))
+    assert result.exit_code == 0, result.output
+    assert "1 episodes solved, 0 known before" in result.stderr
+    result = invoke(*short, "--episodes", "2", "--out", str(path), "--json")
+    assert "1 episodes solved, 1 known before" in result.stderr
+    found = json.loads(result.stdout)
+    assert set(found) == {"0", "1"}
+    assert all(row["task"] == "v4>4" and row["bound_mps"] >= row["value_mps"] for row in found.values())
+    result = invoke(*short, "--set", "gap_spread_m=0.1", "--episodes", "1", "--out", str(path))
+    assert result.exit_code != 0
+    assert "another configuration" in result.stderr

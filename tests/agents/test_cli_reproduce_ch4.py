@@ -55,7 +55,12 @@ def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize(
     ("arguments", "remedy"),
-    [(("--table", "4.9"), "4.8fig"), (("--table", "4.7"), "4.7fig"), (("--jobs", "0"), "greater than or equal to 1")],
+    [
+        (("--table", "4.9"), "4.8fig"),
+        (("--table", "4.1", "--recheck"), "add --table claims"),
+        (("--table", "4.7"), "4.7fig"),
+        (("--jobs", "0"), "greater than or equal to 1"),
+    ],
 )
 def test_wrong_input_names_the_remedy(arguments: Sequence[str], remedy: str) -> None:
     result = invoke(*arguments)

@@ -53,7 +53,11 @@ def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.parametrize(
     ("arguments", "remedy"),
-    [(("--part", "5.4"), "Known: 5.3, 5.5, maps"), (("--jobs", "0"), "greater than or equal to 1")],
+    [
+        (("--part", "5.4"), "Known: 5.3, 5.5, maps"),
+        (("--part", "5.3", "--recheck"), "add --part claims"),
+        (("--jobs", "0"), "greater than or equal to 1"),
+    ],
 )
 def test_wrong_input_names_the_remedy(arguments: Sequence[str], remedy: str) -> None:
     result = invoke(*arguments)

@@ -84,7 +84,7 @@ def reproduce(*arguments: str) -> Any:
 def test_section_2_5_is_printed_beside_the_paper() -> None:
     result = reproduce()
     assert result.exit_code == 0, result.output
-    for words in ("30.02", "21.82", "19.73", "in 2 of 2 seeds", "T13", "not evaluated", "stand-in", "Regression check"):
+    for words in ("30.02", "21.82", "19.73", "in 2 of 2 seeds", "T13", "stand-in", "Regression check"):
         assert words in " ".join(result.stdout.split())
 
 

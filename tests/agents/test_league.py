@@ -152,7 +152,7 @@ def test_what_changed_is_played_again(tmp_path: Path, monkeypatch: pytest.Monkey
     assert play(tmp_path / "cells", wanted).payoffs.reused == 1
     next((tmp_path / "cells").glob("*none-pd*")).write_text("{")
     assert play(tmp_path / "cells", wanted).payoffs.reused == 1
-    monkeypatch.setattr(stores, "fingerprint", lambda: "other code")
+    monkeypatch.setattr(stores, "fingerprint", lambda problem: "other code")
     assert play(tmp_path / "cells", wanted).payoffs.reused == 0
 
 

@@ -161,6 +161,24 @@ def test_begin_hands_out_generators_and_privileged_knowledge() -> None:
         knowledge[0]["model"](4)
 
 
+def test_truth_is_what_the_game_says_of_an_episode() -> None:
+    begun: list[Any] = []
+
+    class Told(Witness):
+        privileged = frozenset({"truth"})
+
+        def begin(self, generators: Any, knowledge: Any) -> Any:
+            begun.extend(knowledge)
+            return (np.full(len(generators), 7),)
+
+    played = game()
+    played.truth = lambda b: {"liar": b}  # type: ignore[method-assign]
+    Match(played, {"attacker": Told(0, np.int64)}).reset(np.array([False, True, True]), generators())
+    assert [known["truth"] for known in begun] == [{"liar": 1}, {"liar": 2}]
+    with pytest.raises(TypeError, match="'toy' hides nothing"):
+        Match(game(), {"attacker": Told(0, np.int64)}).reset(np.ones(3, np.bool_), generators())
+
+
 def test_draws_of_a_policy_shift_no_draw_of_the_physics() -> None:
     class Drawing(Witness):
         def begin(self, generators: Any, knowledge: Any) -> Any:

@@ -17,6 +17,7 @@ from tests.hvac.games import SHORT, play
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 MODEL = 15  # the last choice with four sensors
+CHOOSE_FILTERS = {"cusum", "largest", "informed", "tracker"}  # those who need a configuration that offers some
 
 
 def spec_of(role, preset="paper", **overrides):
@@ -246,17 +247,18 @@ def test_an_environment_plays_as_the_same_episode_alone(attacker, defender):
 def test_every_registered_policy_plays(role, sensors):
     for name in set(policy_names("hvac", role)) - {*NEED_OPTIONS}:
         players = {"attacker": "constant", "defender": "mtd2"} | {role: name}
-        outcome = play(**players, seeds=range(2), num_steps=230, num_sensors=sensors)
+        filters = {"kalman_filters": name in CHOOSE_FILTERS}
+        outcome = play(**players, seeds=range(2), num_steps=230, num_sensors=sensors, **filters)
         assert np.isfinite(outcome["return"]).all(), name
 
 
-@pytest.mark.parametrize("preset", ["paper", "easy"])
+@pytest.mark.parametrize("preset", ["paper", "easy", "learning", "hard"])
 def test_presets_name_opponents_that_exist(preset):
     for role, reference in HVAC.opponents[preset].items():
         resolve_policy(reference, spec_of(role, preset))
 
 
-def test_a_learning_defender_meets_days_without_attack_scripted_and_stealthy_ones():
+def test_an_easy_defender_meets_days_without_attack_scripted_and_stealthy_ones():
     mixture = resolve_policy(HVAC.opponents["easy"]["attacker"], spec_of("attacker", "easy"))
     shares = mixture.probabilities
     assert shares[0] == pytest.approx(0.15)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -27,6 +28,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.building import discretise, weather
 from cps_envs.hvac.sensors import sensor_sets
 
+PAGE = Path(__file__).parents[2] / "docs" / "reproduction.md"
 SHORT = (("num_steps", 190), ("onset_step", 120), ("window_steps", 100))
 FAST = ("4.2fig", "4.3fig", "4.5fig", "4.6fig", "claims")
 FAST_VERDICTS = {
@@ -364,6 +366,20 @@ def test_whole_chapter_is_within_the_reference(whole: Reproduction) -> None:
 @pytest.mark.slow
 def test_whole_verdicts(whole: Reproduction) -> None:
     assert {claim.id: finding.verdict for claim, finding in whole.findings} == FAST_VERDICTS | LONG_VERDICTS
+
+
+@pytest.mark.slow
+def test_verdicts_that_change_over_other_days() -> None:
+    found = reproduce_chapter(("claims",), jobs=2, recheck=True)
+    assert {claim.id: finding.verdict for claim, finding in found.findings} == FAST_VERDICTS | LONG_VERDICTS
+    (again,) = found.again
+    changed = {claim.id for claim, finding in found.findings if again.differs(claim.id, finding.verdict)}
+    assert changed == {"C20", "C26"}
+    assert {again.shown(name).rpartition(": ")[2] for name in changed} == {REPRODUCED}
+    shown = {claim.id: finding.shown for claim, finding in found.findings}
+    assert all(("over other days" in words) == (name in changed) for name, words in shown.items())
+    assert "40 of 42 verdicts stay" in found.closing()[-1]
+    assert "40 of 42 verdicts stay" in PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -355,3 +355,34 @@ def test_missing_pygame_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setitem(sys.modules, "pygame", None)
     with pytest.raises(MissingExtraError, match=r"cps-envs\[render\]"):
         Viewer(CONFIG)
+
+
+def test_drifting_heat_and_a_wrong_forecast_are_shown_beside_what_is_believed() -> None:
+    game = started(preset="learning", compromised_weights=(1,))
+    go(game, 0, num_steps=200)
+    unfiltered = game.scene(0)
+    go(game, 30, num_steps=40)
+    scene = game.scene(0)
+    assert np.isnan(unfiltered.believed_heat).all()
+    np.testing.assert_array_equal(scene.believed_heat, game.state.filtered[0, 14, 4:])
+    np.testing.assert_array_equal(scene.unknown_heat, game.state.heat[0] + game.state.heat_drift[0, 240])
+    assert scene.outdoor_c - scene.forecast_c == pytest.approx(game.state.outdoor_error[0, 240])
+    belief = belief_of(scene, game.config, membership(game.config))
+    assert belief.source == "Controller follows the Kalman filter of sensors 1, 2, 3 and 4"
+    assert belief.believed.all()
+    shown = frame(scene, game.config)
+    for changed in (
+        replace(scene, believed_heat=scene.believed_heat + 50.0),
+        replace(scene, unknown_heat=scene.unknown_heat + 50.0),
+        replace(scene, forecast_c=scene.forecast_c + 1.0),
+    ):
+        assert (frame(changed, game.config) != shown).any()
+
+
+def test_a_filter_without_sensors_says_so() -> None:
+    game = started(preset="learning")
+    go(game, 0, num_steps=200)
+    go(game, 31)
+    belief = belief_of(game.scene(0), game.config, membership(game.config))
+    assert belief.source == "Controller follows the Kalman filter of no sensor"
+    assert not belief.believed.any()

@@ -14,13 +14,13 @@ from baselines.rogue.reproduction.chapter import Reproduction, reproduce_chapter
 from baselines.rogue.reproduction.claims import CLAIMS
 from baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
 from baselines.rogue.reproduction.course import Course
-from baselines.rogue.reproduction.evidence import Evidence, map_rows, square_ride
+from baselines.rogue.reproduction.evidence import Evidence, calm_ride, map_rows, square_ride
 from baselines.rogue.reproduction.experiments import FULL_THROTTLE, Ride, Waves, square_waves
 from baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, orderings
 from baselines.rogue.reproduction.headroom import head_room_experiments
 from baselines.rogue.reproduction.heat_map import HeatMap
 from baselines.rogue.reproduction.plot_maps import edges_of
-from baselines.rogue.reproduction.settings import FREQUENCIES_HZ, MAPS, RATIOS
+from baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ, FREQUENCIES_HZ, MAPS, RATIOS
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.rogue.config import PAPER
 
@@ -164,6 +164,31 @@ def test_claims_that_were_not_simulated_stay_open():
     assert {finding.verdict for _, finding in (*findings["pass"], *findings["solid"])} == {UNKNOWN}
 
 
+def test_recovery_is_judged_against_the_same_run_without_an_attack():
+    calm = make_course([0] * 9)
+    calm = replace(calm, speed_mps=np.full((9, 5), 25.0), reference_m=calm.reference_m - 25.0 * np.arange(9.0))
+    speeds = calm.speed_mps.copy()
+    speeds[2:5, 3] = 20.0
+    slow = replace(calm, speed_mps=speeds, config=replace(PAPER, human_returns=True))
+    results = {calm_ride("disband_2", "pass"): calm}
+    for frequency_hz in COURSE_FREQUENCIES_HZ:
+        for returns in (False, True):
+            results[square_ride("disband_2", frequency_hz, "pass", human_returns=returns)] = slow
+
+    def finding(changed=slow):
+        results[square_ride("disband_2", COURSE_FREQUENCIES_HZ[0], "pass")] = changed
+        return CLAIMS.evaluate(Evidence(results), ["R07"])[0][1]
+
+    assert finding().verdict == REPRODUCED
+    assert "3 of 3 frequencies, after 5 / 5 / 5 s" in finding().shown
+    away = slow.position_m.copy()
+    away[-1, -1] -= 0.06 * PAPER.separation_m
+    assert finding(replace(slow, position_m=away)).verdict == NEAR
+    speeds = speeds.copy()
+    speeds[-1, 4] = 22.0
+    assert finding(replace(slow, speed_mps=speeds, position_m=away)).verdict == PARTLY
+
+
 def test_parts_have_their_order_and_quick_leaves_out_the_long_ones():
     assert parts.chosen(["claims", "5.3"]) == ("5.3", "claims")
     assert parts.chosen([]) == tuple(parts.PARTS)
@@ -217,12 +242,21 @@ def test_verdicts_are_the_specification_s():
     expected = {f"R{number:02d}": verdict for verdict, numbers in VERDICTS.items() for number in numbers}
     assert verdicts == expected
     solid = {claim.id: finding.verdict for claim, finding in found.findings["solid"]}
+    for findings in found.findings.values():
+        assert all("3 of 4 cells apply" in finding.shown for claim, finding in findings if claim.id == "R19")
     assert {solid[name] for name in ("R10", "R11", "R13", "R14")} == {NOT}  # "'solid' reverses" them
     assert solid["R12"] == REPRODUCED
     assert solid["R21"] in (NEAR, PARTLY)
     assert found.evidence.map("pd").peak == (FREQUENCIES_HZ[0], RATIOS[-1])
     text = " ".join(found.closing())
-    for words in ("818 combinations", "27 of 1152", "not a robust property", "one corner cell", "24 of 24"):
+    for words in (
+        "818 combinations",
+        "27 of 1152",
+        "not a robust property",
+        "one corner cell",
+        "24 of 24",
+        "supports nothing",
+    ):
         assert words in text
 
 

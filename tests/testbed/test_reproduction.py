@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from agents.console import to_json
-from baselines.reproduction.verdicts import VERDICTS
+from baselines.reproduction.verdicts import NEAR_SHARE, VERDICTS
 from baselines.testbed import chapter
-from baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Runs
+from baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SEEDS, SHORT, Outcome, Runs
 from baselines.testbed.chapter import Reproduction, reproduce_section
 from baselines.testbed.claims import CLAIMS
 from baselines.testbed.mitigation import mitigation
 from baselines.testbed.reference import Reference, check, references
 from baselines.testbed.results import Results, needed
-from cps_envs.testbed.config import MITIGATED
+from cps_envs.testbed.config import BASELINE, MITIGATED
 
 PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"
 MET = {"lowest_speed_mps": 0.06, "stopped": 0.0, "smallest_gap_m": 0.2, "collided": 0.0, "rms_acceleration_mps2": 0.06}
@@ -31,12 +31,12 @@ def quick() -> Reproduction:
 
 @pytest.fixture(scope="module")
 def full() -> Reproduction:
-    return reproduce_section(10)
+    return reproduce_section(SEEDS)
 
 
-def test_the_specification_s_numbers_over_ten_seeds(full: Reproduction) -> None:
+def test_the_specification_s_numbers_over_twenty_seeds(full: Reproduction) -> None:
     assert full.passed
-    assert full.results.ordered.sum() >= 9
+    assert full.results.ordered.sum() >= 18
     for case, expected, tolerance in ((BASE, 0.089, 0.006), (SHORT, 0.063, 0.006), (LONG, 0.061, 0.006)):
         assert full.results.of(case).metrics["rms_acceleration_mps2"].mean() == pytest.approx(expected, abs=tolerance)
     gaps = [full.results.of(case).metrics["smallest_gap_m"].mean() for case in CASES]
@@ -44,11 +44,36 @@ def test_the_specification_s_numbers_over_ten_seeds(full: Reproduction) -> None:
     assert full.results.of(BASE).metrics["stopped"].mean() == pytest.approx(1.2, abs=0.6)
 
 
-def test_the_specification_s_verdicts_over_ten_seeds(full: Reproduction) -> None:
+def test_the_specification_s_verdicts_over_twenty_seeds(full: Reproduction) -> None:
     verdicts = {claim.id: finding.verdict for claim, finding in full.findings}
-    holds = ("T04", "T05", "T06", "T07", "T08", "T09", "T10", "T11", "T13")
+    holds = ("T04", "T05", "T06", "T07", "T08", "T09", "T10", "T11")
     assert {verdicts[name] for name in holds} == {"reproduced"}
     assert {verdicts[name] for name in ("T01", "T02", "T03", "T12")} == {"not reproduced"}
+    assert verdicts["T13"] == "partly"
+
+
+def test_robots_recover_relative_to_the_driver_ahead_only(full: Reproduction) -> None:
+    for case in (SHORT, LONG):
+        end, late = full.results.recovery(case), full.results.recovery(case, LONG_S)
+        assert end.time_s[-1] == pytest.approx(60.0)
+        assert not end.recovered().any()
+        assert end.follows().all()
+        assert len(late.times_s(NEAR_SHARE)) > end.recovered(NEAR_SHARE).sum()
+        ahead, intact = end.shares
+        assert ahead == pytest.approx(intact, abs=0.01)
+        assert ahead < 0.95
+    calm = full.results.recovery(BASE).calm
+    speeds = calm.speeds_mps[:, -200:, 3:].mean(axis=(1, 2)) / BASELINE.desired_speed_mps
+    assert np.abs(speeds - 1.0).max() < 0.05
+    text = " ".join(full.closing())
+    assert "in 40 of 40 runs" in text
+    assert "Recovery does not speak for the mitigation" in text
+
+
+def test_without_an_attack_the_mitigation_changes_nothing() -> None:
+    found = [Runs(case, 2, 25.0, attacked=False).run() for case in (BASE, SHORT)]
+    np.testing.assert_array_equal(found[0].speeds_mps, found[1].speeds_mps)
+    np.testing.assert_array_equal(found[0].gaps_m, found[1].gaps_m)
 
 
 def test_the_document_s_table_is_what_the_command_prints(full: Reproduction) -> None:
@@ -62,6 +87,10 @@ def test_the_document_s_table_is_what_the_command_prints(full: Reproduction) -> 
         means = [metrics[name].mean() for name in ("stopped", "smallest_gap_m", "rms_acceleration_mps2")]
         assert printed[5:] == pytest.approx(means, abs=0.003)
     assert "(here 9 and 10 %)" in text
+    ends = [full.results.recovery(case) for case in (BASE, SHORT, LONG)]
+    without, *mitigated = (int(end.recovered(NEAR_SHARE).sum()) for end in ends)
+    assert f"{sum(mitigated)} of 40 have them within 10 %" in text
+    assert f"{without} of 20 runs come within 10 %" in text
     assert full.results.gains() == pytest.approx((9, 10), abs=0.6)
 
 
@@ -76,11 +105,11 @@ def test_every_printed_claim_is_judged_once(quick: Reproduction) -> None:
     assert all(finding.verdict in VERDICTS for _, finding in quick.findings)
 
 
-def test_quick_leaves_recovery_open(quick: Reproduction) -> None:
-    (finding,) = (finding for claim, finding in quick.findings if claim.id == "T13")
-    assert finding.verdict == "not evaluated"
+def test_quick_leaves_open_how_long_recovery_takes(quick: Reproduction, full: Reproduction) -> None:
+    shown = [finding.shown for each in (quick, full) for claim, finding in each.findings if claim.id == "T13"]
+    assert ["in 140 s" in each for each in shown] == [False, True]
     assert "--quick" in quick.closing()[-1]
-    assert len(needed(3, quick=True)) == 3
+    assert len(needed(3, quick=True)) == 4
     assert Runs(LONG, 10, LONG_S) in needed(10, quick=False)
 
 
@@ -102,7 +131,7 @@ def test_blocks_show_the_paper_beside_ours(quick: Reproduction) -> None:
 def test_leaving_the_reference_or_the_order_fails(quick: Reproduction) -> None:
     shifted = shift(quick, {BASE: 3.0, SHORT: 3.0, LONG: 3.0})
     assert not shifted.passed
-    assert "FAILED" in shifted.closing()[2]
+    assert "FAILED" in shifted.closing()[3]
     assert shift(quick, {SHORT: 0.3, LONG: 0.3}).passed
     swapped = shift(quick, {SHORT: -0.6})
     assert all(each.passed for each in swapped.checks)
@@ -116,7 +145,8 @@ def shift(found: Reproduction, points: dict[Any, float]) -> Reproduction:
         outcome = found.results.of(case)
         errors = outcome.metrics["velocity_error"] + points.get(case, 0.0)
         results[Runs(case, 3)] = replace(outcome, metrics={**outcome.metrics, "velocity_error": errors})
-    return Reproduction(Results(results, 3), found.quick)
+    calm = Runs(BASE, 3, attacked=False)
+    return Reproduction(Results({**results, calm: found.results[calm]}, 3), found.quick)
 
 
 def test_fewer_seeds_are_allowed_more() -> None:
@@ -128,17 +158,24 @@ def test_fewer_seeds_are_allowed_more() -> None:
     assert not check("2.5a", np.full(10, 27.7)).passed
 
 
-def made(errors: dict[Any, list[float]], **metrics: dict[Any, list[float]]) -> Results:
+def course(errors: list[float], step_s: float = 0.05) -> dict[str, Any]:
+    """Two runs at v_d in which one intact robot is slower by a share at the end."""
+    speeds = np.full((2, 1201, 9), 0.25)
+    speeds[:, 800:, 7] *= 1.0 - np.array(errors)[:, np.newaxis]
+    return {"speeds_mps": speeds, "gaps_m": np.full((2, 1201, 8), 0.35), "step_s": step_s}
+
+
+def made(
+    errors: dict[Any, list[float]], slower: tuple[float, float] = (0.0, 0.0), **metrics: dict[Any, list[float]]
+) -> Results:
     """Results of two seeds with nothing remarkable but what is given."""
-    results: dict[Any, Any] = {}
+    calm: dict[str, Any] = {name: np.zeros(2) for name in (*MET, "velocity_error")}
+    results: dict[Any, Any] = {Runs(BASE, 2, attacked=False): Outcome(calm, **course([0.0, 0.0]))}
     for case in CASES:
         own = {name: np.full(2, value) for name, value in MET.items()}
         own |= {name: np.array(values[case]) for name, values in metrics.items() if case in values}
         own["velocity_error"] = np.array(errors[case])
-        for duration_s in (60.0, LONG_S):
-            results[Runs(case, 2, duration_s)] = Outcome(
-                own, np.full(2, 0.24), np.full(2, 0.01), np.zeros((2, 9)), 0.05
-            )
+        results[Runs(case, 2)] = Outcome(own, **course(list(slower)))
     return Results(results, 2)
 
 
@@ -164,6 +201,11 @@ def test_verdicts_follow_their_rules() -> None:
     assert verdict(made(USUAL, rms_acceleration_mps2={BASE: [0.09, 0.08]}), "T11") == "reproduced"
     assert verdict(made({**USUAL, LONG: [19.0, 23.0]}), "T10") == "partly"
     assert verdict(made({**USUAL, BASE: [33.0, 34.0]}), "T01") == "not reproduced"
+    assert verdict(made({**USUAL, BASE: [29.9, 32.0, 32.0]}), "T01") == "near"
+    assert verdict(made({**USUAL, BASE: [29.9, 37.0, 37.0]}), "T01") == "not reproduced"
+    for slower, expected in (((0.04, 0.04), "reproduced"), ((0.04, 0.2), "partly"), ((0.09, 0.2), "partly")):
+        assert verdict(made(USUAL, slower), "T13") == expected
+    assert verdict(made(USUAL, (0.11, 0.2)), "T13") == "not reproduced"
 
 
 def test_the_mitigation_is_the_heuristic_with_the_robots_fineness() -> None:

@@ -9,12 +9,14 @@ import typer
 from agents.commands.reproduce.showing import AsJson, Folder, Jobs, show
 
 PART = "Only this part: 4.1, 4.2, 4.2fig to 4.8fig, early or claims; may be repeated."
+RECHECK = "Judge the claims again over days of other seeds; takes twice as long."
 QUICK = "Leave out Table 4.2 and eight sensors (Fig. 4.8), both with their claims, and attacks before step 200."
 
 
 def chapter_4(
     table: Annotated[list[str] | None, typer.Option(metavar="PART", help=PART)] = None,
     quick: Annotated[bool, typer.Option("--quick", help=QUICK)] = False,
+    recheck: Annotated[bool, typer.Option("--recheck", help=RECHECK)] = False,
     jobs: Jobs = None,
     plot: Folder = None,
     as_json: AsJson = False,
@@ -27,10 +29,13 @@ def chapter_4(
     from baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
     from baselines.hvac.reproduction.selection import chosen
     from baselines.reproduction.evidence import Report
+    from baselines.reproduction.recheck import require_claims
 
     parts = chosen(table or [], quick=quick)
+    if recheck:
+        require_claims(parts, "claims", "--table")
 
     def compute(jobs: int, report: Report) -> Reproduction:
-        return reproduce_chapter(parts, jobs=jobs, quick=quick, report=report)
+        return reproduce_chapter(parts, jobs=jobs, quick=quick, recheck=recheck, report=report)
 
     show("chapter 4", compute, jobs=jobs, plot=plot, as_json=as_json)

@@ -9,12 +9,14 @@ import typer
 from agents.commands.reproduce.showing import AsJson, Folder, Jobs, show
 
 PART = "Only this part: 5.3, 5.5, maps, claims, fit or headroom; may be repeated."
+RECHECK = "Judge the claims again at half the step and in 20 worlds: 23 times the work."
 QUICK = "Leave out fit and headroom, unless they are named."
 
 
 def chapter_5(
     part: Annotated[list[str] | None, typer.Option(metavar="PART", help=PART)] = None,
     quick: Annotated[bool, typer.Option("--quick", help=QUICK)] = False,
+    recheck: Annotated[bool, typer.Option("--recheck", help=RECHECK)] = False,
     jobs: Jobs = None,
     plot: Folder = None,
     as_json: AsJson = False,
@@ -26,12 +28,15 @@ def chapter_5(
     that the simulation has changed.
     """
     from baselines.reproduction.evidence import Report
+    from baselines.reproduction.recheck import require_claims
     from baselines.rogue.reproduction.chapter import Reproduction, reproduce_chapter
     from baselines.rogue.reproduction.parts import chosen
 
     parts = chosen(part or [], quick=quick)
+    if recheck:
+        require_claims(parts, "claims", "--part")
 
     def compute(jobs: int, report: Report) -> Reproduction:
-        return reproduce_chapter(parts, jobs=jobs, quick=quick, report=report)
+        return reproduce_chapter(parts, jobs=jobs, quick=quick, recheck=recheck, report=report)
 
     show("chapter 5", compute, jobs=jobs, plot=plot, as_json=as_json)

@@ -12,7 +12,7 @@ QUICK = "Three seeds unless --seeds says otherwise, and no long runs."
 
 
 def section_2_5(
-    seeds: Annotated[int | None, typer.Option(min=1, help="How many; 10 if left out.")] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help="How many; 20 if left out.")] = None,
     quick: Annotated[bool, typer.Option("--quick", help=QUICK)] = False,
     jobs: Jobs = None,
     plot: Folder = None,

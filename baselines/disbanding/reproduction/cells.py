@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,8 +11,23 @@ from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.scenario import CONTROLLERS, Outcome
 from baselines.paper.agreement import verdict
 from baselines.paper.tables import VelocityErrorCell, velocity_errors
+from baselines.reproduction.verdicts import of_number
 
+BASELINE = CONTROLLERS[0]
 AVERAGED = {"2.2": "intact", "2.3": "all"}  # over which vehicles the paper seems to average; inferred
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a mitigation changes: its E_v minus the baseline's in the same setting, in points."""
+
+    ours: float
+    paper: float
+
+    @property
+    def verdict(self) -> str:
+        """By the common rule for numbers."""
+        return of_number(self.ours, self.paper)
 
 
 @dataclass(frozen=True)
@@ -23,6 +38,7 @@ class Cell:
     interpretation: str
     paper: VelocityErrorCell
     outcome: Outcome
+    baseline: Cell | None = None  # the same setting without a mitigation; None in the baseline itself
 
     @property
     def averages(self) -> dict[str, float]:
@@ -38,6 +54,14 @@ class Cell:
     def difference(self) -> float:
         """Ours minus the paper's, in points."""
         return self.ours - self.paper.velocity_error_percent
+
+    @property
+    def effect(self) -> Effect | None:
+        """Of the mitigation; None in the baseline. It may be far off where E_v itself matches."""
+        if self.baseline is None:
+            return None
+        before = self.baseline
+        return Effect(self.ours - before.ours, self.paper.velocity_error_percent - before.paper.velocity_error_percent)
 
     @property
     def verdict(self) -> str:
@@ -57,18 +81,26 @@ class Cell:
 
 def table_cells(evidence: Evidence, table: str, controllers: Sequence[str] = CONTROLLERS) -> list[Cell]:
     """The cells of a table in printed order, controller by controller."""
-    experiments = evidence.experiments
+    printed = velocity_errors(f"table_{table.replace('.', '_')}")
+    baselines = {_setting(paper): _cell(evidence, table, paper) for paper in printed if paper.controller == BASELINE}
     return [
-        Cell(
-            table,
-            experiments.interpretation,
-            paper,
-            evidence[experiments.cell(table, paper.controller, paper.desired_gap_m, paper.tau_s)],
-        )
+        baselines[_setting(paper)]
+        if controller == BASELINE
+        else replace(_cell(evidence, table, paper), baseline=baselines[_setting(paper)])
         for controller in controllers
-        for paper in velocity_errors(f"table_{table.replace('.', '_')}")
+        for paper in printed
         if paper.controller == controller
     ]
+
+
+def _cell(evidence: Evidence, table: str, paper: VelocityErrorCell) -> Cell:
+    experiments = evidence.experiments
+    outcome = evidence[experiments.cell(table, paper.controller, *_setting(paper))]
+    return Cell(table, experiments.interpretation, paper, outcome)
+
+
+def _setting(paper: VelocityErrorCell) -> tuple[float, float]:
+    return paper.desired_gap_m, paper.tau_s
 
 
 def mean_distance(cells: Sequence[Cell], averaged: str | None = None) -> float:

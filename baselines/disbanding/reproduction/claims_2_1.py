@@ -9,9 +9,10 @@ import numpy as np
 from baselines.disbanding.reproduction.claims import CLAIMS
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import ATTACK_S, STRINGS, TAUS_S
-from baselines.disbanding.reproduction.recording import GAP_SHARE, Record
+from baselines.disbanding.reproduction.recording import Record
 from baselines.reproduction.claims import Claim, Finding, joined
-from baselines.reproduction.verdicts import of_cases, of_number
+from baselines.reproduction.recovery import of_recovery_time
+from baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE, of_cases, of_number
 from cps_envs.core.config import bounds
 from cps_envs.disbanding.dynamics import STOP_MPS
 
@@ -77,10 +78,12 @@ def extreme_gap(evidence: Evidence, claim: Claim) -> Finding:
 @CLAIMS.judges("P07")
 def gap_back(evidence: Evidence, claim: Claim) -> Finding:
     """When its inner gaps are back."""
-    settled = _twenty(evidence).settled_s(FIRST_INTACT)
-    return Finding(
-        settled, f"{_seconds(settled)} (within {100 * GAP_SHARE:g} % of x_d)", of_number(settled, claim.number)
+    record = _twenty(evidence)
+    settled, nearly = record.settled_s(FIRST_INTACT), record.settled_s(FIRST_INTACT, NEAR_SHARE)
+    shown = (
+        f"{_seconds(settled)} within {_percent(SAME_SHARE)} of x_d, {_seconds(nearly)} within {_percent(NEAR_SHARE)}"
     )
+    return Finding(settled, shown, of_recovery_time(settled, nearly, claim.number))
 
 
 @CLAIMS.judges("P08")
@@ -150,10 +153,13 @@ def recovery(evidence: Evidence, claim: Claim) -> Finding:
     """When strings of 20, 50 and 80 platoons have recovered, in minutes."""
     count = dict(zip(("P13", "P15", "P16"), STRINGS, strict=True))[claim.id]
     record = evidence[evidence.experiments.string(count)]
-    seconds = record.recovered_s()
-    minutes = None if seconds is None else seconds / 60.0
-    shown = f"never within {record.time_s[-1] / 60.0:.0f} min" if minutes is None else f"{minutes:.1f} min"
-    return Finding(minutes, shown, of_number(minutes, claim.number))
+    recovered, nearly = (_minutes(record.recovered_s(share)) for share in (SAME_SHARE, NEAR_SHARE))
+    never = f"never in {record.time_s[-1] / 60.0:.0f} min"
+    times = (never if minutes is None else f"{minutes:.1f} min" for minutes in (recovered, nearly))
+    shown = ", ".join(
+        f"{time} within {_percent(share)}" for time, share in zip(times, (SAME_SHARE, NEAR_SHARE), strict=True)
+    )
+    return Finding(recovered, shown, of_recovery_time(recovered, nearly, claim.number))
 
 
 @CLAIMS.judges("P14")
@@ -189,3 +195,11 @@ def collisions_everywhere(evidence: Evidence, claim: Claim) -> Finding:
 
 def _seconds(time_s: float | None) -> str:
     return "never" if time_s is None else f"{time_s:.0f} s"
+
+
+def _minutes(time_s: float | None) -> float | None:
+    return None if time_s is None else time_s / 60.0
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:g} %"

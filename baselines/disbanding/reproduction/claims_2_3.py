@@ -16,7 +16,7 @@ from baselines.disbanding.reproduction.experiments import (
     TAUS_S,
 )
 from baselines.disbanding.reproduction.rules import of_points
-from baselines.reproduction.claims import Claim, Finding, joined
+from baselines.reproduction.claims import Claim, Finding, applying, joined
 from baselines.reproduction.verdicts import of_cases, of_number
 
 
@@ -82,10 +82,11 @@ def crash_threshold(evidence: Evidence, claim: Claim) -> Finding:
 def more_collisions(evidence: Evidence, claim: Claim) -> Finding:
     """Vehicles involved in collisions over N, for every tau that has collisions."""
     curves = {tau_s: [_collided(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
+    applies = applying(sum(map(any, curves.values())), len(curves), "tau")
     curves = {tau_s: curve for tau_s, curve in curves.items() if any(curve)}
     hold = [all(a < b for a, b in pairwise(curve)) for curve in curves.values()]
     ends = ", ".join(f"{curve[0]} to {curve[-1]} (tau {tau_s:g} s)" for tau_s, curve in curves.items())
-    return Finding(bool(hold) and all(hold), f"vehicles for N = 2 to 10: {ends}", of_cases(hold or [False]))
+    return Finding(bool(hold) and all(hold), f"vehicles for N = 2 to 10: {ends}; {applies}", of_cases(hold or [False]))
 
 
 @CLAIMS.judges("P28")

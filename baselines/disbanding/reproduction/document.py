@@ -34,6 +34,7 @@ def cell_document(cell: Cell) -> dict[str, Any]:
         "velocity_error_percent": {"paper": cell.paper.velocity_error_percent, "ours": cell.ours, **cell.averages},
         "difference": cell.difference,
         "verdict": cell.verdict,
+        "effect": None if cell.effect is None else {**asdict(cell.effect), "verdict": cell.effect.verdict},
         "crash": {"paper": cell.paper.crash, "ours": cell.outcome.crash, "agrees": cell.crash_agrees},
         "collided": int(cell.outcome.collided.sum()),
         "rear_collided": int(cell.outcome.rear_collided.sum()),

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from baselines.disbanding.reproduction.scenario import Outcome, Scenario, begin, driver, outcome
+from baselines.reproduction.recovery import deviation, recovery_s
+from baselines.reproduction.verdicts import SAME_SHARE
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
-
-GAP_SHARE, SPEED_SHARE = 0.10, 0.05  # of the desired value; chosen: within these, a vehicle counts as recovered
 
 
 @dataclass(frozen=True)
@@ -66,36 +66,20 @@ class Record:
         """The gaps (T, n - 1) in m between the vehicles of a platoon."""
         return -np.diff(self.position_m[:, self.vehicles(platoon)], axis=1)
 
-    def gap_errors(self) -> FloatArray:
-        """Gap minus desired gap as a share of the desired one, (T, M - 1); desired is h v for leaders, else x_d."""
-        leads = np.arange(1, self.config.max_vehicles) % self.config.vehicles_per_platoon == 0
-        follower = np.full_like(self.speed_mps[:, 1:], self.config.desired_gap_m)
-        desired = np.where(leads, self.config.headway_s * self.speed_mps[:, 1:], follower)
-        errors: FloatArray = (-np.diff(self.position_m, axis=1) - desired) / self.config.desired_gap_m
-        return errors
+    def settled_s(self, platoon: int, share: float = SAME_SHARE) -> float | None:
+        """When all inner gaps of a platoon are back for good; None if never."""
+        gaps = self.inner_gaps(platoon)
+        return recovery_s(self.time_s, deviation(gaps, gaps[0], gaps[0]), share)
 
-    def settled_s(self, platoon: int) -> float | None:
-        """When all inner gaps of a platoon are within GAP_SHARE of the desired one for good; None if never."""
-        errors = np.abs(self.inner_gaps(platoon) / self.config.desired_gap_m - 1.0)
-        return self.last_true(errors.max(axis=1) > GAP_SHARE)
+    def recovered_s(self, share: float = SAME_SHARE) -> float | None:
+        """When all speeds, and all gaps of the intact vehicles, are back for good; None if never.
 
-    def recovered_s(self) -> float | None:
-        """When all gaps and speeds of the intact vehicles are within their shares for good; None if never.
-
-        A leader's gap may be off by GAP_SHARE of x_d, too. Human drivers keep larger gaps and are left out of these.
+        Without an attack all keep what they begin with, the steady state. Human drivers keep larger gaps.
         """
-        desired = self.config.desired_speed_mps
-        speed_error = np.abs(self.speed_mps - desired).max(axis=1)
-        gap_error = np.abs(self.gap_errors()[:, self.outcome.intact[1:]]).max(axis=1)
-        return self.last_true((speed_error > SPEED_SHARE * desired) | (gap_error > GAP_SHARE))
+        gaps = -np.diff(self.position_m, axis=1)[:, self.outcome.intact[1:]]
+        speeds = deviation(self.speed_mps, self.speed_mps[0], self.config.desired_speed_mps)
+        return recovery_s(self.time_s, np.maximum(speeds, deviation(gaps, gaps[0], gaps[0])), share)
 
     def duration_s(self, holds: BoolArray) -> float:
         """For how long a condition (T,) holds, in total."""
         return float(np.count_nonzero(holds) * (self.time_s[1] - self.time_s[0]))
-
-    def last_true(self, condition: BoolArray) -> float | None:
-        """The first sample after which a condition (T,) never holds again; None if it holds at the end."""
-        if condition[-1]:
-            return None
-        held = np.flatnonzero(condition)
-        return float(self.time_s[held[-1] + 1]) if len(held) else 0.0

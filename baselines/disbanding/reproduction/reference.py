@@ -1,4 +1,4 @@
-"""The regression check: our cells against those of an independent implementation of the same specification."""
+"""The regression check: our cells against those of our second implementation of the same specification."""
 
 from __future__ import annotations
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from baselines.paper.agreement import verdict
+from baselines.reproduction.recovery import RECOVERY_RULE
 from baselines.reproduction.verdicts import NEAR, NOT, REPRODUCED
 
 RULES = (
     "Rules. A number: reproduced within 5 % of the paper's, near within 10 %. A velocity error: reproduced within 2.0 "
     "points, near within 4.0. A statement about several cases: reproduced if it holds in all, near in all but one, "
-    "partly in some. Otherwise not reproduced."
-)
+    "partly in some. Otherwise not reproduced. "
+) + RECOVERY_RULE
 
 
 def of_points(ours: float, paper: float) -> str:

@@ -10,6 +10,7 @@ from typing import Any
 from baselines.fdi.reproduction import blocks, document
 from baselines.fdi.reproduction.audit import Comparison, beyond_relaxation, comparisons
 from baselines.fdi.reproduction.cells import Cell, table_cells
+from baselines.fdi.reproduction.continuous import Continuous, compared
 from baselines.fdi.reproduction.controls import TableControls, control_tables
 from baselines.fdi.reproduction.counts import GOALS, TableCounts, count_tables
 from baselines.fdi.reproduction.experiments import RelaxedSpeeds, four_vehicle_cells
@@ -61,6 +62,11 @@ class Reproduction:
         """Fig. 3.2, if asked for."""
         return figure_rows(self.evidence) if FIGURE in self.parts else []
 
+    @cached_property
+    def continuous(self) -> list[Continuous]:
+        """Continuous injections against the shipped optima."""
+        return compared()
+
     @property
     def passed(self) -> bool:
         """Whether no count is more than the allowance below its goal; single cells that differ do not count."""
@@ -73,6 +79,7 @@ class Reproduction:
             made += [
                 blocks.counts_block(self.counts, self.settings),
                 blocks.controls_block(self.controls, self.counts),
+                blocks.continuous_block(self.continuous),
             ]
         if AUDIT in self.parts:
             made += [blocks.audit_block(self.comparisons), blocks.beyond_block(self.beyond, _printed_speeds())]
@@ -80,7 +87,8 @@ class Reproduction:
 
     def closing(self) -> list[str]:
         """Paragraphs that say what is not reproducible, and why."""
-        return closing(self.counts, self.controls, self.comparisons, self.rows, self.settings, quick=self.quick)
+        found = (self.counts, self.controls, self.comparisons, self.rows, self.settings, self.continuous)
+        return closing(*found, quick=self.quick)
 
     def document(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -96,6 +104,7 @@ class Reproduction:
             },
             "counts": document.counts_document(self.counts),
             "controls": document.controls_document(self.controls),
+            "continuous": document.continuous_document(self.continuous),
             "passed": self.passed,
             "closing": self.closing(),
         }

@@ -8,6 +8,7 @@ from typing import Any
 
 from baselines.fdi.reproduction.audit import Comparison
 from baselines.fdi.reproduction.cells import Cell
+from baselines.fdi.reproduction.continuous import Continuous, verdict
 from baselines.fdi.reproduction.controls import TableControls
 from baselines.fdi.reproduction.counts import TableCounts
 from baselines.fdi.reproduction.figure import FigureRow
@@ -96,6 +97,20 @@ def figure_document(rows: Sequence[FigureRow]) -> list[dict[str, Any]]:
 def controls_document(controls: Sequence[TableControls]) -> list[dict[str, Any]]:
     """How often simpler rules agree."""
     return [asdict(each) for each in controls]
+
+
+def continuous_document(found: Sequence[Continuous]) -> dict[str, Any]:
+    """Continuous injections against those that obey the resolution, by preset, and the verdict."""
+    rows = [
+        {
+            **asdict(each),
+            "unsettled": each.unsettled,
+            "mean_ratio": each.mean_ratio,
+            "notably_faster": each.notably_faster,
+        }
+        for each in found
+    ]
+    return {"presets": rows, "verdict": verdict(found)}
 
 
 def settings_document(settings: Settings) -> dict[str, Any]:

@@ -11,14 +11,15 @@ from baselines.hvac.reproduction import blocks, document, figures
 from baselines.hvac.reproduction.cells import Row, table_rows
 from baselines.hvac.reproduction.evaluation import evaluate
 from baselines.hvac.reproduction.measures import measures
+from baselines.hvac.reproduction.recheck import CONDITIONS
 from baselines.hvac.reproduction.reference import Check, check
 from baselines.hvac.reproduction.rules import RULES
 from baselines.hvac.reproduction.selection import CLAIMS, EARLY, FIGURES, TABLES, needed
 from baselines.hvac.reproduction.summary import closing
 from baselines.reproduction.block import Block
-from baselines.reproduction.claims import Claim, Finding
 from baselines.reproduction.evidence import Evidence, Report, compute
-from baselines.reproduction.findings import findings_block, findings_document
+from baselines.reproduction.findings import Findings, findings_block, findings_document
+from baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Reproduction:
     parts: Sequence[str]
     evidence: Evidence
     quick: bool = False
+    conditions: Sequence[Condition] = ()  # under which the claims are judged again
 
     @cached_property
     def tables(self) -> dict[str, list[Row]]:
@@ -35,9 +37,14 @@ class Reproduction:
         return {part: table_rows(self.evidence, part) for part in self.parts if part in TABLES}
 
     @cached_property
-    def findings(self) -> list[tuple[Claim, Finding]]:
-        """All claims, if asked for."""
-        return evaluate(self.evidence) if CLAIMS in self.parts else []
+    def findings(self) -> Findings:
+        """All claims, if asked for; where a verdict changes when judged again, it says so."""
+        return with_again(evaluate(self.evidence), self.again) if CLAIMS in self.parts else []
+
+    @cached_property
+    def again(self) -> list[Again]:
+        """The verdicts under other conditions."""
+        return judge_again(self.evidence.results, self.conditions, lambda results: evaluate(Evidence(results)))
 
     @cached_property
     def checks(self) -> list[Check]:
@@ -69,7 +76,8 @@ class Reproduction:
 
     def closing(self) -> list[str]:
         """Paragraphs that say what is not reproduced, and why."""
-        return closing(self.parts, self.tables, self.findings, self.checks, quick=self.quick)
+        words = closing(self.parts, self.tables, self.findings, self.checks, quick=self.quick)
+        return words + again_summary(self.findings, self.again)
 
     def document(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -77,6 +85,7 @@ class Reproduction:
             "chapter": 4,
             "quick": self.quick,
             "parts": {part: self._part_document(part) for part in self.parts},
+            "again": again_document(self.again),
             "regression": document.checks_document(self.checks),
             "closing": self.closing(),
         }
@@ -100,11 +109,20 @@ class Reproduction:
 
 
 def reproduce_chapter(
-    parts: Sequence[str], *, jobs: int = 1, quick: bool = False, report: Report | None = None
+    parts: Sequence[str],
+    *,
+    jobs: int = 1,
+    quick: bool = False,
+    recheck: bool = False,
+    report: Report | None = None,
 ) -> Reproduction:
-    """Simulate what the parts (of `selection.PARTS`) need.
+    """Simulate what the parts (of `selection.PARTS`) need; `recheck` judges the claims under `CONDITIONS` as well.
 
     `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
     of the work done. `quick` leaves Table 4.2 and eight sensors out of the claims.
     """
-    return Reproduction(tuple(parts), Evidence(compute(needed(parts, quick=quick), jobs, report)), quick)
+    conditions = CONDITIONS if recheck and CLAIMS in parts else ()
+    todo = needed(parts, quick=quick)
+    for condition in conditions:
+        todo += condition.experiments(needed((CLAIMS,), quick=quick))
+    return Reproduction(tuple(parts), Evidence(compute(todo, jobs, report)), quick, conditions)

@@ -48,8 +48,9 @@ class Scenario:
 
     attacker: str = "none"  # names of policies
     defender: str = "none"
-    days: int = 1  # B; seeds 0..B-1
+    days: int = 1  # B
     settings: Settings = ()
+    first_seed: int = 0  # of B in a row
 
     @property
     def config(self) -> HvacConfig:
@@ -77,7 +78,7 @@ class Scenario:
         match = HVAC.match(self.config, self.days, {"attacker": self.attacker, "defender": self.defender})
         game = match.game
         assert isinstance(game, HvacGame)
-        match.reset(envs, [np.random.default_rng(seed) for seed in range(self.days)])
+        match.reset(envs, [np.random.default_rng(self.first_seed + day) for day in range(self.days)])
         watch(game)
         for _ in range(game.horizon):
             match.step({}, envs, 1)

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from baselines.hvac.reproduction.cells import CLOSE, MATCH, MISS, Row
 from baselines.hvac.reproduction.reference import Check
 from baselines.reproduction.findings import Findings, findings_summary
+from baselines.reproduction.regression import NO_SUPPORT
 from baselines.reproduction.verdicts import REPRODUCED, UNKNOWN
 
 CONSTANTS = (
@@ -96,8 +97,8 @@ def _on_checks(checks: Sequence[Check]) -> list[str]:
     if not checks:
         return []
     inside = sum(each.inside for each in checks)
-    text = f"Regression check against an independent implementation: {inside} of {len(checks)} numbers lie within "
-    text += "their tolerances."
+    text = f"Regression check against our second implementation: {inside} of {len(checks)} numbers lie within "
+    text += f"their tolerances. {NO_SUPPORT} The parameters were fitted on both together."
     known = [each for each in checks if each.passed and not each.inside]
     if known:
         text += f" Outside, as before: {'; '.join(map(_outside, known))}."

@@ -9,12 +9,14 @@ from typing import Any
 
 from baselines.reproduction.block import Block
 from baselines.reproduction.evidence import Report, compute
+from baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
 from baselines.rogue.reproduction import blocks, document, plot_courses, plot_maps
-from baselines.rogue.reproduction.evaluation import FindingsByContact, evaluate
+from baselines.rogue.reproduction.evaluation import FindingsByContact, evaluate, judging
 from baselines.rogue.reproduction.evidence import Evidence
 from baselines.rogue.reproduction.fit import FURTHER, OWN, Maps, Variant, fits
 from baselines.rogue.reproduction.headroom import GENERAL_RIDE, HeadRoom, head_rooms
-from baselines.rogue.reproduction.parts import COURSES, needed
+from baselines.rogue.reproduction.parts import COURSES, behind_claims, needed
+from baselines.rogue.reproduction.recheck import CONDITIONS
 from baselines.rogue.reproduction.reference import Check, check
 from baselines.rogue.reproduction.settings import CONTACTS, MAPS
 from baselines.rogue.reproduction.summary import closing
@@ -27,11 +29,19 @@ class Reproduction:
     parts: Sequence[str]
     evidence: Evidence
     quick: bool = False
+    conditions: Sequence[Condition] = ()  # under which the claims are judged again
 
     @cached_property
     def findings(self) -> FindingsByContact:
-        """All claims by contact, if asked for."""
-        return evaluate(self.evidence) if "claims" in self.parts else {}
+        """All claims by contact, if asked for; where a verdict changes when judged again, it says so."""
+        found = evaluate(self.evidence) if "claims" in self.parts else {}
+        return {contact: with_again(each, self.again[contact]) for contact, each in found.items()}
+
+    @cached_property
+    def again(self) -> dict[str, list[Again]]:
+        """The verdicts under other conditions, by contact."""
+        evidence = self.evidence
+        return {contact: judge_again(evidence.results, self.conditions, judging(contact)) for contact in CONTACTS}
 
     @cached_property
     def fits(self) -> list[tuple[Variant, Maps, list[bool]]]:
@@ -71,7 +81,12 @@ class Reproduction:
         """Paragraphs that say what is not reproduced, and why."""
         peaks = {self.evidence.map(defender).peak for defender in MAPS.values()} if self._has_maps else set()
         fooled = self.evidence[GENERAL_RIDE] if self.head_rooms else None
-        return closing(self.findings, self.fits, self.head_rooms, fooled, peaks, self.checks, quick=self.quick)
+        words = closing(self.findings, self.fits, self.head_rooms, fooled, peaks, self.checks, quick=self.quick)
+        return words + [
+            f"Contact {contact}. {sentence}"
+            for contact, found in self.findings.items()
+            for sentence in again_summary(found, self.again[contact])
+        ]
 
     def document(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -89,6 +104,7 @@ class Reproduction:
             "chapter": 5,
             "quick": self.quick,
             "parts": {part: makers[part]() for part in self.parts},
+            "again": {contact: again_document(found) for contact, found in self.again.items()},
             "regression": document.checks_document(self.checks),
             "closing": self.closing(),
         }
@@ -112,11 +128,20 @@ class Reproduction:
 
 
 def reproduce_chapter(
-    parts: Sequence[str], *, jobs: int = 1, quick: bool = False, report: Report | None = None
+    parts: Sequence[str],
+    *,
+    jobs: int = 1,
+    quick: bool = False,
+    recheck: bool = False,
+    report: Report | None = None,
 ) -> Reproduction:
-    """Simulate what the parts (keys of `parts.PARTS`) need.
+    """Simulate what the parts (keys of `parts.PARTS`) need; `recheck` judges the claims under `CONDITIONS` as well.
 
     `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
     of the work done.
     """
-    return Reproduction(tuple(parts), Evidence(compute(needed(parts), jobs, report)), quick)
+    conditions = CONDITIONS if recheck and "claims" in parts else ()
+    todo = needed(parts)
+    for condition in conditions:
+        todo += condition.experiments(behind_claims())
+    return Reproduction(tuple(parts), Evidence(compute(todo, jobs, report)), quick, conditions)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from baselines.reproduction.claims import Claims, Finding
+from baselines.reproduction.recovery import RECOVERY_RULE
 from baselines.reproduction.verdicts import NOT, REPRODUCED
 from baselines.rogue.reproduction.evidence import Evidence
 
@@ -12,8 +13,8 @@ RULES = (
     "Rules, the same for both contacts. A statement about several cases (frequencies, ratios, thresholds): reproduced "
     "if it holds in all, near in all but one of three or more, partly in some, otherwise not reproduced. About equal: "
     "reproduced within 5 %, near within 10 %. Greatly, far: below half. `pass` is the accounting (5.8) with vehicles "
-    "that pass through one another, damage in m; `solid` that of bodies, damage in m/s."
-)
+    "that pass through one another, damage in m; `solid` that of bodies, damage in m/s. "
+) + RECOVERY_RULE
 
 
 def of_one(holds: bool, shown: str) -> Finding:

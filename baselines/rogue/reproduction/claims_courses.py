@@ -6,17 +6,19 @@ from itertools import product
 
 import numpy as np
 
-from baselines.reproduction.claims import Claim, Finding, joined
-from baselines.reproduction.verdicts import of_cases
+from baselines.reproduction.claims import Claim, Finding, applying, joined
+from baselines.reproduction.recovery import deviation, of_recovery, recovery_s
+from baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE, of_cases
 from baselines.rogue.reproduction.claims import CLAIMS, FAR_LESS
 from baselines.rogue.reproduction.course import Course
 from baselines.rogue.reproduction.evidence import Evidence
 from baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ, FREQUENCIES_HZ, RATIOS
+from cps_envs.core.config import bounds
+from cps_envs.core.types import FloatArray
 
 QUARTERS, LEAST_GROWTH = 4, 0.01  # of the time; share of the final damage that counts as growth
 GIVEN_UP_SEPARATIONS = 10  # behind the reference, from where on it counts as given up
 SAME_SPEED_MPS = 1.0
-RECOVERED_SHARE = 0.05  # of the reference speed
 FULL_SHARE = 0.9  # of the strongest braking there is, from where on it counts as full
 SOON_S = 1.0  # after the disbanding
 HIGHER = 1.05  # times the damage with detection alone, from where on it counts as higher
@@ -79,23 +81,28 @@ def disbanding_helps_further(evidence: Evidence, claim: Claim) -> Finding:
 
 @CLAIMS.judges("R07")
 def front_vehicles_recover(evidence: Evidence, claim: Claim) -> Finding:
-    """Speeds of the vehicles ahead of the attacker, and the leader's position, at the end."""
-    rides = courses(evidence, "disband_2")
-    returning = courses(evidence, "disband_2", human_returns=True)
-    hold = [_speed_recovered(ride) for ride in rides] + [_place_recovered(ride) for ride in rides]
+    """Speeds of the vehicles ahead of the attacker, and the leader's place, beside those without the attack."""
+    calm = evidence.calm("disband_2")
+    rides, returning = (courses(evidence, "disband_2", human_returns=returns) for returns in (False, True))
+    speeds = [_speed_deviations(ride, calm) for ride in rides]
+    places = [_place_deviations(ride, calm) for ride in rides]
+    same, near = ([bool(each[-1] <= share) for each in (*speeds, *places)] for share in (SAME_SHARE, NEAR_SHARE))
+    times = (recovery_s(calm.time_s, each) for each in speeds)
+    after = " / ".join("-" if time_s is None else f"{time_s:.0f}" for time_s in times)
+    back = sum(bool(_place_deviations(ride, calm)[-1] <= SAME_SHARE) for ride in returning)
     shown = (
-        f"speed within 5 % at {sum(hold[: len(rides)])} of {len(rides)} frequencies, the leader's position within "
-        f"sigma at {sum(hold[len(rides) :])} ({joined([float(ride.behind_m[-1, -1]) for ride in rides])} m behind); if "
-        f"a human leader drives back, at {sum(map(_place_recovered, returning))}"
+        f"speed within {SAME_SHARE:.0%} at {sum(same[: len(rides)])} of {len(rides)} frequencies, after {after} s; the "
+        f"leader's place within {SAME_SHARE:.0%} of sigma at {sum(same[len(rides) :])} "
+        f"({joined([float(ride.behind_m[-1, -1]) for ride in rides])} m behind), at {back} if a human leader returns"
     )
-    return Finding(all(hold), shown, of_cases(hold))
+    return Finding(all(same), shown, of_recovery(same, near))
 
 
 @CLAIMS.judges("R19")
 def sudden_braking(evidence: Evidence, claim: Claim) -> Finding:
     """Where disbanding raises the damage: do vehicles brake at full effort at once, and does most damage follow?"""
-    hold, shown = [], []
-    for defender, ratio in product(EARLY_DISBANDING, ENDS):
+    hold, shown, cells = [], [], list(product(EARLY_DISBANDING, ENDS))
+    for defender, ratio in cells:
         ride = evidence.course(defender, FREQUENCIES_HZ[0], ratio)
         alone = float(evidence.map("sliding_detection").row(ratio)[0])
         if ride.disbanded_s is None or ride.final_damage <= HIGHER * alone:
@@ -103,24 +110,25 @@ def sudden_braking(evidence: Evidence, claim: Claim) -> Finding:
             continue
         then = ride.at(ride.disbanded_s)
         braking = float(ride.acceleration_mps2[then : ride.at(ride.disbanded_s + SOON_S) + 1, ride.intact].min())
-        hardest = float(ride.config.drive_mps2 * ride.config.min_effort)  # type: ignore[operator]
+        hardest = bounds(ride.config.drive_mps2)[0] * ride.config.min_effort
         hold.append(braking <= FULL_SHARE * hardest and ride.damage[then] < 0.5 * ride.final_damage)
         shown.append(
             f"{defender}, ratio {ratio:g}: {ride.damage[then]:.1f} of {ride.final_damage:.0f} before the disbanding at "
             f"{ride.disbanded_s:.1f} s, then braking at {-braking:.1f} m/s2"
         )
-    return Finding(bool(hold) and all(hold), f"{FREQUENCIES_HZ[0]:g} Hz, {'; '.join(shown)}", of_cases(hold or [False]))
+    looked = f"{FREQUENCIES_HZ[0]:g} Hz, the only frequency looked at, {applying(len(hold), len(cells), 'cells')}"
+    return Finding(bool(hold) and all(hold), f"{looked}: {'; '.join(shown)}", of_cases(hold or [False]))
 
 
 def _finals(rides: list[Course]) -> str:
     return joined([ride.final_damage for ride in rides], ".1f")
 
 
-def _speed_recovered(ride: Course) -> bool:
+def _speed_deviations(ride: Course, calm: Course) -> FloatArray:
+    ahead = slice(ride.attacker + 1, None)
     wanted = float(ride.config.reference_speed_mps)  # type: ignore[arg-type]
-    errors = np.abs(ride.speed_mps[-1, ride.attacker + 1 :] - wanted)
-    return bool(np.all(errors <= RECOVERED_SHARE * wanted))
+    return deviation(ride.speed_mps[:, ahead], calm.speed_mps[:, ahead], wanted)
 
 
-def _place_recovered(ride: Course) -> bool:
-    return bool(abs(ride.behind_m[-1, -1]) <= ride.config.separation_m)
+def _place_deviations(ride: Course, calm: Course) -> FloatArray:
+    return deviation(ride.behind_m[:, -1:], calm.behind_m[:, -1:], ride.config.separation_m)

@@ -37,6 +37,10 @@ class Evidence(shared.Evidence):
         """The course of a square wave."""
         return self[square_ride(defender, frequency_hz, self.contact, power_ratio, human_returns=human_returns)]
 
+    def calm(self, defender: str) -> Course:
+        """The course without an attack."""
+        return self[calm_ride(defender, self.contact)]
+
     def steady(self, defender: str) -> tuple[float, float]:
         """Damages at equal power in the duration of the learning problem: the best square wave, full throttle."""
         damages = self[steady_waves(defender, self.contact)]
@@ -54,6 +58,11 @@ def square_ride(
 ) -> Ride:
     """A square wave, with its course."""
     return Ride(f"square?frequency_hz={frequency_hz:g}", defender, power_ratio, contact, human_returns=human_returns)
+
+
+def calm_ride(defender: str, contact: str) -> Ride:
+    """The same platoon without an attack, with its course."""
+    return Ride("none", defender, contact=contact)
 
 
 def steady_waves(defender: str, contact: str, power_ratio: float = 1.0) -> Waves:

@@ -35,11 +35,12 @@ class Waves:
     contact: str = PASS
     duration_s: float = PAPER.duration_s
     overrides: Overrides = ()
+    seed: int = 0
 
     @property
     def cost(self) -> float:
         """How long it takes, in seconds."""
-        return ADVANCE_S * self.duration_s * (4 + len(self.waves))
+        return ADVANCE_S * self.duration_s * (4 + len(self.waves)) * _steps(self.overrides)
 
     @property
     def label(self) -> str:
@@ -53,7 +54,12 @@ class Waves:
         frequencies_hz, duties = np.array(self.waves).T
         attacker = SquareWave(ROGUE.game(config, 1).spec("attacker"), frequencies_hz, duties)
         players: dict[Role, PolicyReference] = {"attacker": attacker, "defender": self.defender}
-        return np.asarray(play_episodes(ROGUE, config, players, [0] * len(self.waves))["damage"])
+        return np.asarray(play_episodes(ROGUE, config, players, [self.seed] * len(self.waves))["damage"])
+
+
+def _steps(overrides: Overrides) -> float:
+    """Integration steps over those of the preset."""
+    return PAPER.dt_s / float(dict(overrides).get("dt_s", PAPER.dt_s))
 
 
 def square_waves(frequencies_hz: tuple[float, ...]) -> tuple[Wave, ...]:
@@ -74,11 +80,13 @@ class Ride:
     contact: str = PASS
     duration_s: float = PAPER.duration_s
     human_returns: bool = False
+    overrides: Overrides = ()
+    seed: int = 0
 
     @property
     def cost(self) -> float:
         """How long it takes, in seconds."""
-        return 10 * ADVANCE_S * self.duration_s
+        return 10 * ADVANCE_S * self.duration_s * _steps(self.overrides)
 
     @property
     def label(self) -> str:
@@ -89,14 +97,15 @@ class Ride:
     def config(self) -> RogueConfig:
         """What it is run under."""
         names = ("power_ratio", "contact", "duration_s", "human_returns")
-        config: RogueConfig = ROGUE.config("paper", {name: getattr(self, name) for name in names})
+        named = {name: getattr(self, name) for name in names}
+        config: RogueConfig = ROGUE.config("paper", {**named, **dict(self.overrides)})
         return config
 
     def run(self) -> Course:
         """Play it."""
         config, scenes = self.config, list[Scene]()
         players: dict[Role, PolicyReference] = {"attacker": self.attacker, "defender": self.defender}
-        play_episodes(ROGUE, config, players, [0], on_step=lambda game: scenes.append(game.scene(0)))
+        play_episodes(ROGUE, config, players, [self.seed], on_step=lambda game: scenes.append(game.scene(0)))
         return course_of(config, scenes)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from baselines.reproduction.evidence import Experiment
 from baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
-from baselines.rogue.reproduction.evidence import map_rows, searched_ride, square_ride, steady_waves
+from baselines.rogue.reproduction.evidence import calm_ride, map_rows, searched_ride, square_ride, steady_waves
 from baselines.rogue.reproduction.fit import FURTHER
 from baselines.rogue.reproduction.headroom import head_room_experiments
 from baselines.rogue.reproduction.reference import references
@@ -53,10 +53,10 @@ def needed(parts: Sequence[str]) -> list[Experiment[Any]]:
     for part, defenders in COURSES.items():
         if part in parts:
             todo += [square_ride(name, each, PASS) for name in defenders for each in COURSE_FREQUENCIES_HZ]
-    if {"maps", "claims", "fit"} & set(parts):
-        todo += [row for contact in CONTACTS for name in MAPS.values() for row in map_rows(name, contact)]
+    if {"maps", "fit"} & set(parts):
+        todo += _maps()
     if "claims" in parts:
-        todo += [each for contact in CONTACTS for each in _claimed(contact)]
+        todo += behind_claims()
     if "fit" in parts:
         todo += [each for variant in FURTHER for each in variant.experiments()]
     if "headroom" in parts:
@@ -64,11 +64,21 @@ def needed(parts: Sequence[str]) -> list[Experiment[Any]]:
     return todo
 
 
+def behind_claims() -> list[Experiment[Any]]:
+    """What the claims need."""
+    return _maps() + [each for contact in CONTACTS for each in _claimed(contact)]
+
+
+def _maps() -> list[Experiment[Any]]:
+    return [row for contact in CONTACTS for name in MAPS.values() for row in map_rows(name, contact)]
+
+
 def _claimed(contact: str) -> list[Experiment[Any]]:
     """What the claims need beyond the maps."""
     todo: list[Experiment[Any]] = [
         square_ride(name, each, contact) for name in MAPS.values() for each in COURSE_FREQUENCIES_HZ
     ]
+    todo.append(calm_ride("disband_2", contact))
     todo += [square_ride("disband_2", each, contact, human_returns=True) for each in COURSE_FREQUENCIES_HZ]
     todo += [square_ride(name, FREQUENCIES_HZ[0], contact, ratio) for name in EARLY_DISBANDING for ratio in ENDS]
     todo += [searched_ride(name, contact) for name in DISBANDING]

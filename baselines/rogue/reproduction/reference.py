@@ -1,4 +1,4 @@
-"""The regression check: our damages against those of an independent implementation of the same equations."""
+"""The regression check: our damages against those of our second implementation of the same equations."""
 
 from __future__ import annotations
 

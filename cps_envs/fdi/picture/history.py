@@ -11,7 +11,8 @@ from cps_envs.core.types import FloatArray
 from cps_envs.fdi.picture.scene import Scene
 
 MOST_POINTS = 600  # of a curve
-TIME, GAP, CLOSING, SENSED, REPORTED_GAP, REPORTED_CLOSING, USED_GAP, USED_CLOSING, INJECTIONS = range(9)
+TIME, GAP, CLOSING, SENSED, REPORTED_GAP, REPORTED_CLOSING, USED_GAP, USED_CLOSING = range(8)
+BELIEVED_GAP, BELIEVED_CLOSING, INJECTIONS = range(8, 11)
 
 
 class Peaks(NamedTuple):
@@ -54,6 +55,7 @@ def row_of(scene: Scene, step_s: float) -> list[float]:
     row += [scene.reported_gap[pair], scene.reported_closing_speed[pair]]
     row.append(np.nan if scene.trusted[pair] else scene.used_gap[pair])
     row.append(np.nan if scene.trusted[n + pair] else scene.used_closing_speed[pair])
+    row += [scene.believed_gap[pair], scene.believed_closing_speed[pair]]
     return [*map(float, row), *scene.injection[scene.attacked].tolist()]
 
 

@@ -14,8 +14,14 @@ PROVED_MPS = 1e-3  # a value this near its bound is written as the optimum
 def task_of(scene: Scene) -> str:
     """The task in words."""
     n = len(scene.gap)
-    groups = (("range", scene.attacked[:n]), ("range-rate", scene.attacked[n:]))
-    named = [f"{kind} of {', '.join(map(str, 1 + np.flatnonzero(marks)))}" for kind, marks in groups if marks.any()]
+    ends = np.cumsum([n, n, n - 1])[: 3 if len(scene.attacked) > 2 * n else 1]
+    kinds = (("range", 1), ("range-rate", 1), ("rear range", 2), ("rear range-rate", 2))
+    groups = zip(kinds, np.split(scene.attacked, ends), strict=False)
+    named = [
+        f"{kind} of {', '.join(map(str, first + np.flatnonzero(marks)))}"
+        for (kind, first), marks in groups
+        if marks.any()
+    ]
     ahead = "its reference" if scene.target == n else str(scene.target + 1)
     return f"{n} vehicles, falsified {' and '.join(named)}; {scene.target} is to hit {ahead}"
 
@@ -23,7 +29,7 @@ def task_of(scene: Scene) -> str:
 def certificate_of(scene: Scene) -> str:
     """What is known about the highest impact speed, and whether it holds in this episode."""
     bound, value = scene.metrics["oracle_bound_mps"], scene.metrics["oracle_value_mps"]
-    if not np.isfinite(bound):
+    if not is_certified(scene):
         return f"{value:.2f} known to be possible" if value > 0 else "nothing certified for this task"
     if not scene.metrics["bound_valid"]:
         return f"certified {bound:.2f} does not apply here"
@@ -31,6 +37,12 @@ def certificate_of(scene: Scene) -> str:
         return "certified to be unreachable"
     proved = bound - value < PROVED_MPS
     return f"certified optimum {bound:.2f}" if proved else f"certified {value:.2f} to {bound:.2f}"
+
+
+def is_certified(scene: Scene) -> bool:
+    """Whether a bound is known for the task, be it of other episodes than this one."""
+    bound = scene.metrics["oracle_bound_mps"]
+    return bool(np.isfinite(bound) and (bound > 0 or scene.metrics["bound_valid"]))
 
 
 def outcome_of(scene: Scene, config: FdiConfig) -> str:

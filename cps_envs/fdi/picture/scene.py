@@ -22,9 +22,12 @@ class Scene(NamedTuple):
     reported_closing_speed: FloatArray  # (n,) m/s, in the last step
     used_gap: FloatArray  # (n,) m, what the commands of the last step followed: reported, or what replaced it
     used_closing_speed: FloatArray  # (n,) m/s
-    injection: FloatArray  # (2n,) last one, m and m/s
-    attacked: BoolArray  # (2n,) sensors
-    trusted: BoolArray  # (2n,) readings that the defender let pass
+    believed_gap: FloatArray  # (n,) m, predicted by the filter for now; NaN where there is none
+    believed_closing_speed: FloatArray  # (n,) m/s
+    injection: FloatArray  # (R,) last one, m and m/s; front sensors by kind, then rear sensors by kind
+    attacked: BoolArray  # (R,) sensors, in the same order
+    trusted: BoolArray  # (R,) readings that the defender let pass, in the same order
+    attack_from_s: float  # injections work from then on
     command: FloatArray  # (n,) m/s2
     max_acceleration_mps2: float
     metrics: dict[str, Any]

@@ -13,7 +13,7 @@ from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
 from cps_envs.core.types import Array
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.picture.history import History, Peaks
-from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
+from cps_envs.fdi.picture.outcome import certificate_of, is_certified, outcome_of, task_of
 from cps_envs.fdi.picture.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
 from cps_envs.fdi.picture.profile import draw_closing_speeds, draw_commands, draw_gaps, draw_numbers
 from cps_envs.fdi.picture.road import draw_road
@@ -137,7 +137,7 @@ def draw_gauge(canvas: Canvas, scene: Scene, box: Box) -> None:
         if value > 0:
             canvas.box((left, bar[1], width * value / full, bar[3]), color, radius=2)
     color = INK if valid else MUTED
-    if math.isfinite(bound):
+    if is_certified(scene):
         canvas.box((left + width * bound / full - 1, bar[1] - 3, 2, bar[3] + 6), color)
     canvas.text(certificate_of(scene), (left, top + 31), color, 16)
 

@@ -9,6 +9,7 @@ import numpy as np
 from cps_envs.core.types import BoolArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.scene import Scene
+from cps_envs.hvac.sensors import filter_sets, membership
 
 MOST_NAMED = 16  # sensors
 
@@ -30,6 +31,10 @@ def belief_of(scene: Scene, config: HvacConfig, member: BoolArray) -> Belief:
     if 0 < scene.choice <= len(member):
         believed = member[scene.choice - 1]
         source = f"Controller follows set {scene.choice}: {in_words(believed)}"
+    elif scene.choice > len(member) + 1:
+        believed = membership(config, filter_sets(config))[scene.choice - len(member) - 2]
+        used = in_words(believed) if believed.any() else "no sensor"
+        source = f"Controller follows the Kalman filter of {used}"
     elif scene.choice == 0:
         believed, source = everything, "Controller follows the raw readings"
     elif decided < config.window_steps:

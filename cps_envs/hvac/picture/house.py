@@ -77,12 +77,13 @@ class House:
 
     def _draw_surroundings(self, canvas: Canvas, scene: Scene) -> None:
         left, top, width, height = self._box
-        layers = [("Outside", scene.outdoor_c, top, SKY)]
+        expected = "" if scene.forecast_c == scene.outdoor_c else f", forecast {scene.forecast_c:.1f} °C"
+        layers = [("Outside", scene.outdoor_c, top, SKY, expected)]
         if self._config.ground_zones:
-            layers.append(("Ground", self._config.ground_c, top + height - GROUND, GROUND))
-        for name, value, y, high in layers:
+            layers.append(("Ground", self._config.ground_c, top + height - GROUND, GROUND, ""))
+        for name, value, y, high, more in layers:
             canvas.box((left, y, width, high), temperature_color(value, self._config.reference_c), radius=4)
-            canvas.text(f"{name} {value:.1f} °C", (left + 12, y + high / 2), INK, SMALL)
+            canvas.text(f"{name} {value:.1f} °C{more}", (left + 12, y + high / 2), INK, SMALL)
         canvas.text(self.afar, (left + width - 12, top + SKY / 2), INK, SMALL, align=1)
 
 

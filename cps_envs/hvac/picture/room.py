@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.hvac.config import HvacConfig
@@ -26,6 +28,8 @@ def draw_room(canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, 
             draw_in_short(canvas, scene, belief, config, zone, box)
             return
         draw_temperatures(canvas, scene, zone, box, spacious=spacious)
+        if spacious:
+            draw_unknown_heat(canvas, scene, zone, (box[0] + EDGE, box[1] + 42))
         draw_sensors(canvas, scene, belief, config, zone, box, spacious=spacious)
         draw_heating(canvas, scene, config, zone, box, spacious=spacious)
 
@@ -55,6 +59,16 @@ def draw_temperatures(canvas: Canvas, scene: Scene, zone: int, box: Box, *, spac
     canvas.text(f"Zone {zone + 1}", (left + EDGE, top + 19), INK, 20)
     canvas.text(f"{true:.2f} °C", (right, top + 20), INK, size, align=1)
     draw_estimate(canvas, scene, zone, f"controller: {scene.estimate[zone]:.2f} °C", (right, top + 46))
+
+
+def draw_unknown_heat(canvas: Canvas, scene: Scene, zone: int, at: Point) -> None:
+    """The heat that nobody measures, if any, and what the filter that the controller follows takes it for."""
+    true, believed = float(scene.unknown_heat[zone]), float(scene.believed_heat[zone])
+    known = not math.isnan(believed)
+    if true != 0.0 or known:
+        canvas.text(f"other heat {true:+.0f} W", at, INK, SMALL)
+    if known:
+        canvas.text(f"believed {believed:+.0f} W", (at[0], at[1] + 15), ESTIMATE, SMALL)
 
 
 def in_short(estimate_c: float) -> str:

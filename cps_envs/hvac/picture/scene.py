@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from cps_envs.core.types import BoolArray, FloatArray
+from cps_envs.hvac.model import Model
+from cps_envs.hvac.state import State
 
 
 @dataclass(frozen=True)
@@ -18,11 +22,41 @@ class Scene:
     estimate: FloatArray  # (n,) C, that the controller got one step ago
     heating: FloatArray  # (n,) W, of the last step
     outdoor_c: float  # now
+    forecast_c: float  # what everybody expects of it
+    unknown_heat: FloatArray  # (n,) W, that nobody measures, now
+    believed_heat: FloatArray  # (n,) W, by the filter that the controller followed one step ago; nan without one
     measured: FloatArray  # (S,) C, before forging
     reading: FloatArray  # (S,) C, after forging
     compromised: BoolArray  # (S,)
-    choice: int  # of the defender one step ago: 0 raw readings, 1.. sets, last the model
+    choice: int  # of the defender one step ago: 0 raw readings, 1.. sets, the model, Kalman filters
     ready: bool  # the window is full
     residual: FloatArray  # (sets,) C2, J_a(k)
     mean_residual: FloatArray  # (sets,) C2, Jm_a(k); 0 until ready
     metrics: dict[str, float]
+
+
+def scene_of(state: State, model: Model, b: int, episode: int, metrics: dict[str, float]) -> Scene:
+    """Episode `b` of a batch at its present step."""
+    k, window, n = int(state.step[b]), model.window.shape[2], len(model.B)
+    drift, error = state.heat_drift[b], state.outdoor_error[b]
+    followed = int(state.choice[b]) - len(model.member) - 2
+    return Scene(
+        episode=episode,
+        step=k,
+        onset=int(state.onset[b]),
+        temperature=state.temperature[b].copy(),
+        estimate=state.fed[b].copy(),
+        heating=state.heating[b].copy(),
+        outdoor_c=float(model.outdoor[k] + (error[k] if len(error) else 0.0)),
+        forecast_c=float(model.outdoor[k]),
+        unknown_heat=state.heat[b] + (drift[k] if len(drift) else 0.0),
+        believed_heat=state.filtered[b, followed, n:].copy() if followed >= 0 else np.full(n, np.nan),
+        measured=state.measured[b].copy(),
+        reading=state.reading[b].copy(),
+        compromised=state.compromised[b].copy(),
+        choice=int(state.choice[b]),
+        ready=k >= window,
+        residual=state.residual[b].copy(),
+        mean_residual=state.mean_residual[b].copy(),
+        metrics=metrics,
+    )

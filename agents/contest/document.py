@@ -1,0 +1,123 @@
+"""A contest as plain data, from which tables, pages and files are written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from agents.contest.played import Effort, Played
+from agents.contest.rules import NEUTRAL, TOLD, Finding, judge, shortfall
+from agents.evaluation.statistics import Estimate, estimate
+from baselines.contest import Column
+from baselines.schedule import Entrant
+from cps_envs import find_problem
+from cps_envs.core.types import SIGN, FloatArray, Role, other
+
+Document: TypeAlias = dict[str, Any]
+
+
+def document(played: Played, effort: Effort, machine: Mapping[str, Any], wall_s: float) -> Document:
+    """Everything about a variant of a contest."""
+    contest, variant, problem = played.contest, played.variant, find_problem(played.contest.problem)
+    judged = bool(played.responses)
+    findings = judge(played) if judged else []
+    return {
+        **machine,
+        "wall_s": round(wall_s, 1),
+        "cpu_s": round(played.cpu_s, 1),
+        "problem": problem.name,
+        "version": problem.version,
+        "variant": variant.name,
+        "title": variant.title,
+        "preset": variant.preset,
+        "overrides": dict(variant.overrides),
+        "unit": contest.unit,
+        "effort": asdict(effort),
+        "episodes": effort.episodes or contest.episodes,
+        "columns": [asdict(column) for column in contest.columns],
+        "attackers": list(_rows(played, "attacker")),
+        "defenders": list(_rows(played, "defender")),
+        "rules": [_rule(finding) for finding in findings],
+        "holds": all(finding.holds for finding in findings) if judged else None,
+        "searches": list(played.searches),
+        "left_out": {"attacker": dict(contest.attackers.left_out), "defender": dict(contest.defenders.left_out)},
+        "notes": list(contest.notes),
+    }
+
+
+def _rule(finding: Finding) -> dict[str, Any]:
+    return {**asdict(finding), "lead": plain(finding.lead)}
+
+
+def plain(found: Estimate) -> dict[str, float | None]:
+    """Mean and interval."""
+    return {"mean": found.mean, "low": found.low, "high": found.high}
+
+
+def _rows(played: Played, role: Role) -> Iterator[dict[str, Any]]:
+    side, constant = played.side(role), played.constant(role)
+    groups: list[tuple[str, list[Entrant]]] = [
+        ("policy", list(side.policies)),
+        ("informed", list(side.informed)),
+        ("constant", [constant] if constant else []),
+        ("searched", played.searched if role == "defender" else []),
+    ]
+    for kind, entrants in groups:
+        for entrant in entrants:
+            yield _row(played, role, entrant, kind)
+    if role == "attacker" and played.responses:
+        yield {
+            "name": TOLD,
+            "reference": "",
+            "kind": "informed",
+            "score": plain(estimate([played.told()[None]])),
+            "columns": {},
+        }
+
+
+def _row(played: Played, role: Role, entrant: Entrant, kind: str) -> dict[str, Any]:
+    rivals = played.side(other(role)).policies
+    values = played.values(role, entrant)
+    means = {rival.name: float(row.mean()) for rival, row in zip(rivals, values, strict=True)}
+    best = min(means, key=lambda name: SIGN[role] * means[name])  # for the other role
+    row: dict[str, Any] = {
+        "name": entrant.reference if kind == "constant" else entrant.name,
+        "reference": entrant.reference,
+        "kind": kind,
+        "score": plain(estimate([values.mean(axis=0)[None]])),  # what the attacker is paid
+        "against": means,
+        "without": means.get(NEUTRAL),  # an attack, or a defence
+        "worst": {"by": best, "mean": means[best]},
+        "columns": {column.metric: _column(played, role, entrant, column) for column in played.contest.columns},
+    }
+    if kind in ("policy", "informed"):
+        row["paid"] = dict(_meetings(played, role, entrant))  # against informed references too
+    if kind in ("policy", "informed") and played.responses:
+        rival, lost = shortfall(played, role, entrant)
+        row["shortfall"] = {"against": rival, **plain(estimate([lost[None]]))}
+    response = played.responses.get(entrant.name) if role == "defender" else None
+    if response is not None:
+        paid = played.meetings[response.name, entrant.name]["return"]
+        row["response"] = {"by": response.name, "reference": response.reference, **plain(estimate([paid[None]]))}
+    return row
+
+
+def _meetings(played: Played, role: Role, entrant: Entrant) -> Iterator[tuple[str, float]]:
+    for rival in played.rated(other(role)):
+        pair = (entrant.name, rival.name) if role == "attacker" else (rival.name, entrant.name)
+        yield rival.name, float(played.meetings[pair]["return"].mean())
+
+
+def _column(played: Played, role: Role, entrant: Entrant, column: Column) -> float:
+    """Over all episodes against the other side's policies, and against the response to a defender."""
+    values = [played.values(role, entrant, column.metric)]
+    response = played.responses.get(entrant.name) if role == "defender" else None
+    if response is not None:
+        values.append(played.meetings[response.name, entrant.name][column.metric][None])
+    every: FloatArray = np.concatenate(values)
+    if column.over == "smallest":
+        return float(every.min())
+    return float((every > 0).mean() if column.over == "share" else every.mean())

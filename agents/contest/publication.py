@@ -1,0 +1,43 @@
+"""Putting contests into the repository: `docs/contest.json` and `docs/contest.md`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from agents.contest.document import Document
+from agents.contest.tables import draw, markdown
+from agents.errors import CommandError
+from agents.files import write_figure, write_json, write_text
+from cps_envs import PROBLEMS
+
+END = "<!-- the tables below are written by `cps-envs contest --publish` -->"
+
+
+def publish(new: Sequence[Document], root: Path) -> list[Path]:
+    """Renew both files below `root` for the problems of the documents; the others stay. Returns their paths.
+
+    Raises:
+        CommandError: no repository of this package.
+    """
+    page, data = root / "docs" / "contest.md", root / "docs" / "contest.json"
+    text = page.read_text(encoding="utf-8") if page.is_file() else ""
+    if END not in text:
+        raise CommandError(f"{page} has no line {END}: publish from the repository's folder")
+    before: list[Document] = json.loads(data.read_text(encoding="utf-8")) if data.is_file() else []
+    renewed = {found["problem"] for found in new}
+    order = list(PROBLEMS)
+    every = [*(found for found in before if found["problem"] not in renewed), *new]
+    every.sort(key=lambda found: order.index(found["problem"]) if found["problem"] in order else len(order))
+    pictures = [_picture(root, found) for found in new if found["searches"]]
+    write_json(data, every)
+    write_text(page, "\n".join([text.partition(END)[0] + END, "", *map(markdown, every)]))
+    return [page, data, *pictures]
+
+
+def _picture(root: Path, found: Document) -> Path:
+    """The heat map of a judged variant, which its section shows."""
+    path = root / "docs" / "images" / f"contest-{found['problem']}.png"
+    write_figure(path, draw(found))
+    return path

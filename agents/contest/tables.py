@@ -1,0 +1,162 @@
+"""A contest's document as tables, for the terminal and for the documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from agents.console import make_table
+from agents.contest.document import Document
+from agents.contest.rules import NOT_WON
+from agents.heatmap import draw_matrix
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+KINDS = {"policy": "", "informed": " (told)", "constant": " (constant)", "searched": " (searched)"}
+NONE = "-"
+
+
+class Sheet(NamedTuple):
+    """A table as text."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    left: int = 1  # columns that are text; the others are numbers
+
+
+def sheets(found: Document) -> Iterator[Sheet]:
+    """All tables of a variant."""
+    where, unit = f"{found['problem']}, {found['title']}", found["unit"]
+    yield Sheet(
+        f"{where}: defenders. Attacker's pay in {unit}, lower is better",
+        ("defender", "mean", "no attack", "worst known attacker", "best response"),
+        [_defender(row) for row in sorted(found["defenders"], key=lambda row: row["score"]["mean"])],
+    )
+    yield Sheet(
+        f"{where}: attackers. Pay in {unit}, higher is better",
+        ("attacker", "mean", "no defence", "least, against"),
+        [_attacker(row) for row in sorted(found["attackers"], key=lambda row: -row["score"]["mean"])],
+    )
+    if found["columns"]:
+        yield Sheet(
+            f"{where}: what means hide, over all attackers and the best response",
+            ("defender", *(_heading(column) for column in found["columns"])),
+            [
+                (_name(row), *(column["form"].format(row["columns"][column["metric"]]) for column in found["columns"]))
+                for row in found["defenders"]
+            ],
+        )
+    if found["rules"]:
+        yield Sheet(
+            f"{where}: is it a contest?",
+            ("rule", "role", "of whom", f"by how much, {unit}", "more than", "holds"),
+            [_rule(rule) for rule in found["rules"]],
+            left=3,
+        )
+
+
+def _heading(column: Mapping[str, Any]) -> str:
+    return str(column["title"])
+
+
+def _name(row: Mapping[str, Any]) -> str:
+    return f"{row['name']}{KINDS[row['kind']]}"
+
+
+def _defender(row: Mapping[str, Any]) -> list[str]:
+    response = row.get("response")
+    return [
+        _name(row),
+        interval(row["score"]),
+        NONE if row["without"] is None else _number(row["without"]),
+        f"{_number(row['worst']['mean'])} {row['worst']['by']}",
+        f"{interval(response)} {response['by']}" if response else NONE,
+    ]
+
+
+def _attacker(row: Mapping[str, Any]) -> list[str]:
+    if "against" not in row:
+        return [_name(row), interval(row["score"]), NONE, NONE]
+    return [
+        _name(row),
+        interval(row["score"]),
+        NONE if row["without"] is None else _number(row["without"]),
+        f"{_number(row['worst']['mean'])} {row['worst']['by']}",
+    ]
+
+
+def _rule(rule: Mapping[str, Any]) -> list[str]:
+    high, low = rule["better"], rule["worse"]
+    return [
+        rule["rule"],
+        rule["role"],
+        f"{low} against {high}" if rule["rule"] == NOT_WON else f"{high} over {low}",
+        interval(rule["lead"]),
+        _number(rule["margin"]),
+        "yes" if rule["holds"] else "NO",
+    ]
+
+
+def _number(value: float) -> str:
+    return f"{value:.2f}" if abs(value) < 100 else f"{value:.0f}"
+
+
+def interval(found: Mapping[str, Any]) -> str:
+    """A mean with its interval."""
+    ends = "" if found["low"] is None else f" [{_number(found['low'])}, {_number(found['high'])}]"
+    return f"{_number(found['mean'])}{ends}"
+
+
+def draw(found: Document) -> Any:
+    """Every meeting of the policies as a matplotlib figure."""
+    attackers = [row for row in found["attackers"] if row["kind"] == "policy"]
+    defenders = [row["name"] for row in found["defenders"] if row["kind"] in ("policy", "informed")]
+    means = np.array([[row["paid"][name] for name in defenders] for row in attackers], np.float64)
+    texts = [[_number(value) for value in row] for row in means]
+    title = f"{found['problem']}, {found['title']}: attacker's pay, {found['unit']}, {found['episodes']} episodes"
+    limits = (min(float(means.min()), 0.0), max(float(means.max()), 1e-9))
+    names = [row["name"] for row in attackers]
+    return draw_matrix(means, texts, names, defenders, title=title, axis="defender", limits=limits)
+
+
+def terminal(found: Document) -> Iterator[Table]:
+    """For a console."""
+    from rich.markup import escape
+
+    for sheet in sheets(found):
+        rows = [[escape(cell) for cell in row] for row in sheet.rows]
+        yield make_table(sheet.title, sheet.columns, rows, left=sheet.left)
+
+
+def markdown(found: Document) -> str:
+    """A section of the documentation."""
+    effort = found["effort"]
+    lines = [f"## {found['problem']}: {found['title']}", ""]
+    changed = f" with {found['overrides']}" if found["overrides"] else ""
+    made = f"Preset `{found['preset']}`{changed}, {found['episodes']} evaluation episodes of each meeting"
+    if found["searches"]:
+        made += f", {effort['budget_s']:.0f} CPU seconds of search against each defender"
+    lines += [f"{made}. `{found['command']}`.", ""]
+    if found["searches"]:
+        lines += [f"![Pay of every meeting](images/contest-{found['problem']}.png)", ""]
+    for sheet in sheets(found):
+        lines += [f"**{sheet.title}**", "", f"| {' | '.join(sheet.columns)} |", "|---" * len(sheet.columns) + "|"]
+        lines += [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in sheet.rows]
+        lines.append("")
+    lines += list(_notes(found))
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def _notes(found: Document) -> Iterator[str]:
+    for note in found["notes"]:
+        yield f"- {note}"
+    for role, reasons in found["left_out"].items():
+        for name, reason in reasons.items():
+            yield f"- Left out: {role} `{name}`: {reason}"
+    responses = {row["name"]: row["response"] for row in found["defenders"] if row.get("response")}
+    for name, response in responses.items():
+        yield f"- Best response to {name}: `{response['reference']}`"

@@ -1,0 +1,44 @@
+"""The Kalman filters that a configuration offers, by the sensors that they use."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import BoolArray, IntArray
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets
+
+
+class FilterChoices:
+    """How a defender names the filter that it wants.
+
+    Raises:
+        ConfigurationError: the configuration offers none.
+    """
+
+    def __init__(self, config: HvacConfig) -> None:
+        sets = filter_sets(config)
+        if not sets:
+            raise ConfigurationError("this defender chooses among Kalman filters: set kalman_filters=true")
+        self.member: BoolArray = membership(config, sets)  # (F, S)
+        self.size: IntArray = self.member.sum(axis=1)
+        self._model = len(sensor_sets(config)) + 1
+
+    def index_of(self, wanted: BoolArray) -> IntArray:
+        """The filter (B,) that uses the most of the wanted sensors (B, S) and no other."""
+        fits = ~(self.member & ~wanted[:, np.newaxis]).any(axis=2)
+        index: IntArray = np.where(fits, self.size, -1).argmax(axis=1)
+        return index
+
+    def choices(self, index: IntArray, seen: Seen) -> IntArray:
+        """The defender's choices (B,) that name the filters of this index; the model until the window is full."""
+        chosen: IntArray = np.where(seen["ready"] > 0.5, self._model + 1 + index, self._model)
+        return chosen
+
+    def of_last_choice(self, seen: Seen, otherwise: int) -> IntArray:
+        """The filter (B,) that the defender followed last; `otherwise` where it followed none."""
+        last = seen["last_choice"].argmax(axis=1) - self._model - 1
+        index: IntArray = np.where(last >= 0, last, otherwise)
+        return index

@@ -1,0 +1,44 @@
+"""What happens between the integration steps: the noise of actuators, the radio, and what is noted of safety."""
+
+from __future__ import annotations
+
+from cps_envs.core.kernels import inlined
+from cps_envs.core.streams import uniform
+from cps_envs.core.types import FloatArray
+from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.dynamics import advance_episode, has_ended
+from cps_envs.disbanding.radio import pass_on, wear_jam
+from cps_envs.disbanding.safety import note_false_alarms, note_gaps
+from cps_envs.disbanding.state import Constants, State
+
+
+def is_eventful(config: DisbandingConfig) -> bool:
+    """Whether anything happens between the integration steps under a configuration."""
+    return config.is_relayed or config.can_jam or config.correction_noise_mps2 > 0 or config.report == "safety"
+
+
+@inlined
+def advance_eventfully(
+    episode: State, c: Constants, correction: FloatArray, closing: FloatArray, num_steps: int
+) -> None:
+    """`dynamics.advance_episode` with the events; every event has its multiples of integration steps."""
+    for _ in range(num_steps):
+        if has_ended(episode, c):
+            return
+        step = episode.step[0]
+        if c.noise_width_mps2 > 0.0 and step % c.noise_steps == 0:
+            renew_noise(episode, c)
+        if step % c.period_steps == 0:
+            note_gaps(episode, c)
+            note_false_alarms(episode, c, correction)
+        advance_episode(episode, c, correction, closing, 1)
+        if c.relayed and episode.step[0] % c.hop_steps == 0:
+            pass_on(episode, c)
+        wear_jam(episode)
+
+
+@inlined
+def renew_noise(episode: State, c: Constants) -> None:
+    """Draw what the actuator of each vehicle adds to its corrections from now on, uniform."""
+    for q in range(c.num_vehicles):
+        episode.noise_mps2[q] = c.noise_width_mps2 * (2.0 * uniform(episode.chance) - 1.0)

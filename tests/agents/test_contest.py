@@ -1,0 +1,269 @@
+"""What a contest plays, finds and judges."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from urllib.parse import parse_qsl
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import agents.contest.contest as module
+from agents.benchmark.store import Store
+from agents.cli import app
+from agents.contest.contest import choose_variants, find_contests, play_contest
+from agents.contest.document import document
+from agents.contest.played import Effort, Played
+from agents.contest.publication import END, publish
+from agents.contest.rules import judge
+from agents.contest.search import run_search, with_options
+from agents.contest.tables import markdown, sheets
+from agents.errors import CommandError
+from agents.machine import available_cores
+from baselines.contest import Column, Contest, Search, Side, Variant
+from baselines.schedule import Entrant
+from cps_envs import PROBLEMS
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
+from cps_envs.core.types import ROLES, FloatArray
+
+TINY = Effort(budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2)
+SHORT = {"duration_s": 6.0, "contact": "solid"}
+
+
+def rogue() -> Contest:
+    return Contest(
+        problem="rogue",
+        unit="m/s",
+        attackers=Side(
+            policies=(Entrant("none"), Entrant("square")),
+            constants=("always?action=0", "always?action=2"),
+            searches=(Search("wave", "square", {"frequency_hz": (0.05, 0.5)}),),
+        ),
+        defenders=Side(
+            policies=(Entrant("none"), Entrant("pd"), Entrant("sliding")),
+            informed=(Entrant("told", policy="sliding"),),
+            constants=("always?action=0",),
+        ),
+        variants=(Variant("tiny", "six seconds", "paper", SHORT), Variant("other", "five seconds", "paper", SHORT)),
+        episodes=3,
+        search_episodes=2,
+        columns=(Column("damage", "worst damage", "smallest"), Column("damage", "hit", "share", "{:.0%}")),
+        notes=("A note.",),
+    )
+
+
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> Played:
+    contest = rogue()
+    return play_contest(contest, contest.variants[0], TINY, Store(tmp_path_factory.mktemp("cells")), 1)
+
+
+def place_of(policy: str) -> dict[str, float]:
+    return {name: float(text) for name, text in parse_qsl(policy.partition("?")[2])}
+
+
+@pytest.mark.parametrize("ranges", [{"x": (0.0, 10.0)}, {"x": (0.0, 10.0), "y": (-1.0, 1.0), "z": (100.0, 900.0)}])
+def test_a_search_finds_the_top_of_a_hill(ranges: Mapping[str, tuple[float, float]]) -> None:
+    tried: list[range] = []
+
+    def score(policy: str, seeds: range) -> FloatArray:
+        tried.append(seeds)
+        places = place_of(policy)
+        shares = [(places[name] - low) / (high - low) for name, (low, high) in ranges.items()]
+        return np.full(len(seeds), -sum((share - 0.8) ** 2 for share in shares))
+
+    found = run_search(Search("hill", "plan?far=1", ranges), score, 1.0, 4, 1000)  # type: ignore[arg-type]
+    assert found.policy.startswith("plan?far=1&x=")
+    assert found.score > -1e-2
+    assert found.candidates == len(tried)
+    assert found.episodes == sum(map(len, tried))
+    assert min(seeds.start for seeds in tried) == 1000
+    assert len({seeds.start for seeds in tried}) > 3  # fresh episodes in each generation
+
+
+def test_a_search_ends_with_its_budget_and_has_a_result_however_small_that_is() -> None:
+    def score(policy: str, seeds: object) -> FloatArray:
+        return np.zeros(2)
+
+    found = run_search(Search("flat", "plan", {"x": (0.0, 1.0)}, {"x": 0.25}), score, 1e-9, 2, 0)
+    assert found.policy == "plan?x=0.25"
+    assert run_search(Search("nothing", "plan", {}), score, 1e-9, 2, 0).policy == "plan"
+
+
+def test_options_are_written_so_that_they_can_be_read() -> None:
+    assert with_options("a?b=1", {"c": 12345678.0, "d": 0.000012345}) == "a?b=1&c=12350000&d=0.00001234"
+    assert with_options("a", {}) == "a"
+
+
+def test_everybody_meets_everybody(played: Played) -> None:
+    for attacker in ("none", "square"):
+        for defender in ("none", "pd", "sliding", "told"):
+            assert played.meetings[attacker, defender]["return"].shape == (3,)
+    assert set(played.responses) == {"none", "pd", "sliding", "told"}
+    assert {each["search"] for each in played.searches} == {"wave"}
+    assert len(played.constants["attacker"]) == 2
+    assert played.told().mean() >= 0
+
+
+def test_the_same_seeds_are_not_used_twice(played: Played) -> None:
+    first = played.validation["square", "pd"]["damage"]
+    assert first.shape == (2,)
+
+
+def test_finished_work_is_not_done_again(tmp_path: Path) -> None:
+    contest = rogue()
+    store = Store(tmp_path)
+    first = play_contest(contest, contest.variants[0], TINY, store, 1)
+    again = play_contest(contest, contest.variants[0], TINY, store, 1)
+    assert first.reused == 0
+    assert again.reused == len(list(tmp_path.glob("*.json")))
+    assert again.searches == first.searches
+    np.testing.assert_array_equal(again.meetings["square", "pd"]["return"], first.meetings["square", "pd"]["return"])
+
+
+def test_variants_that_are_not_judged_are_only_played(tmp_path: Path) -> None:
+    contest = rogue()
+    other = play_contest(contest, contest.variants[1], TINY, Store(tmp_path), 1)
+    assert not other.searches
+    found = document(other, TINY, {"command": "cps-envs contest"}, 1.0)
+    assert found["holds"] is None
+    assert [sheet.title.count("contest") for sheet in sheets(found)] == [0, 0, 0]
+
+
+def test_the_document_is_plain_and_its_tables_are_complete(played: Played) -> None:
+    found = json.loads(json.dumps(document(played, TINY, {"command": "cps-envs contest"}, 1.0)))
+    names = [row["name"] for row in found["defenders"]]
+    assert names == ["none", "pd", "sliding", "told", "always?action=0"]
+    assert found["attackers"][-1]["name"] == "told whom it faces"
+    defenders, attackers, hidden, rules = sheets(found)
+    assert len(defenders.rows) == 5
+    assert len(attackers.rows) == 4
+    assert hidden.columns == ("defender", "worst damage", "hit")
+    assert {row[0] for row in rules.rows} >= {"nobody has won", "something can be done"}
+    text = markdown(found)
+    assert "Best response to pd" in text
+    assert "- A note." in text
+
+
+def made(attacks: Mapping[str, Mapping[str, float]], **sides: Side) -> Played:
+    """A contest whose every meeting pays what the table says, in all episodes."""
+    contest = Contest("rogue", "m/s", sides["attackers"], sides["defenders"], (Variant("a", "a"),), win_tolerance=1.0)
+    played = Played(contest, contest.variants[0])
+    for attacker, row in attacks.items():
+        for defender, paid in row.items():
+            played.meetings[attacker, defender] = {"return": np.full(4, paid)}
+    played.validation = played.meetings
+    return played
+
+
+def side(*names: str, informed: tuple[str, ...] = (), need: float = 0.0) -> Side:
+    return Side(tuple(map(Entrant, names)), (), tuple(map(Entrant, informed)), (), need, need)
+
+
+def holding(played: Played) -> dict[tuple[str, str], bool]:
+    return {(finding.rule, finding.role): finding.holds for finding in judge(played)}
+
+
+def test_rules_hold_where_both_sides_have_something_to_win() -> None:
+    table = {
+        "none": {"none": 0.0, "guard": 2.0, "seer": 1.0},
+        "hit": {"none": 20.0, "guard": 8.0, "seer": 1.0},
+        "feint": {"none": 9.0, "guard": 12.0, "seer": 1.0},
+    }
+    played = made(
+        table,
+        attackers=side("none", "hit", "feint", need=0.5),
+        defenders=side("none", "guard", informed=("seer",), need=0.5),
+    )
+    played.responses = {name: Entrant(best) for name, best in (("none", "hit"), ("guard", "feint"), ("seer", "hit"))}
+    assert all(holding(played).values())
+    assert set(holding(played)) == {
+        (rule, role)
+        for role in ROLES
+        for rule in ("something can be done", "something is left to infer", "nobody has won")
+    }
+
+
+def test_rules_break_one_by_one() -> None:
+    table = {"none": {"none": 0.0, "wall": 0.5, "seer": 0.0}, "hit": {"none": 20.0, "wall": 0.8, "seer": 0.0}}
+    defenders = side("none", "wall", informed=("seer",), need=5.0)
+    found = holding(made(table, attackers=side("none", "hit"), defenders=defenders))
+    assert not found["nobody has won", "defender"]  # at most 0.8 where 0 is best, within the tolerance of 1
+    assert not found["something is left to infer", "defender"]  # the seer leads by less than 5
+    assert found["something can be done", "defender"]
+    useless = {"none": {"none": 0.0, "wall": 0.0}, "hit": {"none": 20.0, "wall": 20.0}}
+    found = holding(made(useless, attackers=side("none", "hit"), defenders=side("none", "wall")))
+    assert not found["nobody has won", "attacker"]  # the same against everybody as without a defence
+    assert not found["something can be done", "defender"]
+
+
+def test_a_constant_that_is_best_breaks_the_rule() -> None:
+    table = {
+        "none": {"none": 0.0, "wall": 1.0, "constant 1": 0.0},
+        "hit": {"none": 20.0, "wall": 9.0, "constant 1": 5.0},
+    }
+    played = made(table, attackers=side("none", "hit"), defenders=side("none", "wall"))
+    played.constants = {"defender": [Entrant("constant 1", "always?action=3")]}
+    broken = next(finding for finding in judge(played) if finding.rule == "no constant action is best")
+    assert not broken.holds
+    assert broken.worse == "always?action=3"
+    assert broken.lead.mean == pytest.approx(-2.5)
+
+
+@pytest.mark.parametrize("contest", find_contests([]), ids=lambda contest: contest.problem)
+def test_declared_contests_name_every_registered_policy(contest: Contest) -> None:
+    for role in ROLES:
+        side = contest.attackers if role == "attacker" else contest.defenders
+        named = {each.reference.partition("?")[0] for each in (*side.policies, *side.informed)}
+        left = set(policy_names(contest.problem, role)) - named - set(side.left_out) - {*NEED_OPTIONS}
+        assert not left
+        assert "none" in {each.name for each in side.policies}
+        assert len({each.name for each in (*side.policies, *side.informed)}) == len(side.policies) + len(side.informed)
+
+
+def test_names_that_do_not_exist_are_refused() -> None:
+    with pytest.raises(CommandError, match="has no variant 'tinny'"):
+        choose_variants(rogue(), ["tinny"])
+
+
+def test_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "find_contests", lambda names: [rogue()])
+    out = str(tmp_path / "out")
+    result = CliRunner().invoke(app, ["contest", "rogue", "--quick", "--jobs", "1", "--out", out])
+    assert result.exit_code == 0, result.output
+    assert "is it a contest?" in result.output
+    assert json.loads((tmp_path / "out" / "contest.json").read_text())[0]["problem"] == "rogue"
+    refused = CliRunner().invoke(app, ["contest", "rogue", "--quick", "--publish"])
+    assert refused.exit_code == 2
+    assert "leave out" in refused.output
+
+
+def test_publishing_keeps_the_other_problems(tmp_path: Path, played: Played) -> None:
+    found = document(played, TINY, {"command": "cps-envs contest"}, 1.0)
+    with pytest.raises(CommandError, match=r"contest\.md has no line"):
+        publish([found], tmp_path)
+    (tmp_path / "docs").mkdir()
+    page = tmp_path / "docs" / "contest.md"
+    page.write_text(f"# Contests\n\n{END}\nfrom before\n")
+    publish([{**found, "problem": next(iter(PROBLEMS))}], tmp_path)
+    publish([found], tmp_path)
+    text = page.read_text()
+    assert text.startswith("# Contests")
+    assert "from before" not in text
+    assert [each["problem"] for each in json.loads((tmp_path / "docs" / "contest.json").read_text())] == [
+        next(iter(PROBLEMS)),
+        "rogue",
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("contest", find_contests([]), ids=lambda contest: contest.problem)
+def test_every_problem_is_a_contest(contest: Contest, tmp_path: Path) -> None:
+    """With short searches: what they find is less, and every rule has to hold all the same."""
+    effort = Effort(budget_s=20.0)
+    played = play_contest(contest, contest.variants[0], effort, Store(tmp_path), available_cores())
+    broken = [finding for finding in judge(played) if not finding.holds]
+    assert not broken

@@ -1,0 +1,140 @@
+"""Judging claims again: what is computed, what counts as a change, and how it is said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from baselines.hvac.reproduction.experiments import noise_free, undefended
+from baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
+from baselines.hvac.reproduction.recording import Recorded
+from baselines.hvac.reproduction.scenario import Scenario
+from baselines.hvac.reproduction.selection import needed
+from baselines.reproduction.claims import Claim, Finding
+from baselines.reproduction.evidence import Evidence, NotRunError, compute
+from baselines.reproduction.recheck import (
+    Again,
+    Condition,
+    Results,
+    Varied,
+    again_document,
+    again_summary,
+    judge_again,
+    with_again,
+)
+from baselines.reproduction.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
+from baselines.rogue.reproduction.experiments import ClosedLoop, Ride, Waves, square_waves
+from baselines.rogue.reproduction.parts import behind_claims
+from baselines.rogue.reproduction.recheck import CONDITIONS, WORLDS
+
+CLAIM = Claim("X01", "1", "it is one", "1", "m")
+
+
+@dataclass(frozen=True)
+class Number:
+    """An experiment whose result is a number."""
+
+    value: float
+    cost: float = 1.0
+
+    @property
+    def label(self) -> str:
+        return f"{self.value:g}"
+
+    def run(self) -> float:
+        return self.value
+
+
+def larger(experiment: Any) -> Any:
+    return replace(experiment, value=2.0 * experiment.value)
+
+
+def same(experiment: Any) -> Any:
+    return experiment
+
+
+TWICE, BOTH = Condition("at twice", (larger,)), Condition("in 3 worlds", (larger, same, larger))
+
+
+def judged(results: Results) -> list[tuple[Claim, Finding]]:
+    value = Evidence(results)[Number(1.0)]
+    return [(CLAIM, Finding(value, f"{value:g} m", of_number(value, 1.0)))]
+
+
+def test_a_verdict_that_changes_says_so() -> None:
+    todo = [Number(1.0), *TWICE.experiments([Number(1.0)])]
+    assert todo == [Number(1.0), Number(2.0)]
+    results = compute(todo)
+    again = judge_again(results, (TWICE, BOTH), judged)
+    assert [each.counts for each in again] == [{"X01": {NOT: 1}}, {"X01": {NOT: 2, REPRODUCED: 1}}]
+    ((_, finding),) = with_again(judged(results), again)
+    assert finding.verdict == REPRODUCED
+    assert finding.shown == "1 m; at twice: not reproduced; in 3 worlds: 2 not reproduced, 1 reproduced"
+    assert again_summary(judged(results), again) == [
+        "Judged again at twice: 0 of 1 verdicts stay. Changed: X01 not reproduced.",
+        "Judged again in 3 worlds: 0 of 1 verdicts stay. Changed: X01 2 not reproduced, 1 reproduced.",
+    ]
+    assert again_document(again)["at twice"] == {"X01": {NOT: 1}}
+
+
+def test_a_verdict_that_stays_is_left_alone() -> None:
+    results = compute([Number(1.0)])
+    again = judge_again(results, (Condition("as before", (same, same)),), judged)
+    assert with_again(judged(results), again) == judged(results)
+    assert again_summary(judged(results), again) == ["Judged again as before: 1 of 1 verdicts stay."]
+    left_out = [(CLAIM, Finding(None, "left out", UNKNOWN))]
+    assert again_summary(left_out, [Again("as before", {"X01": {UNKNOWN: 1}})]) == [
+        "Judged again as before: 0 of 0 verdicts stay."
+    ]
+
+
+def test_what_was_not_computed_is_not_taken_from_the_usual_results() -> None:
+    evidence = Evidence(Varied(compute([Number(1.0)]), larger))
+    with pytest.raises(NotRunError):
+        evidence[Number(1.0)]
+    assert Evidence(Varied(compute([Number(1.0)]), same))[Number(1.0)] == 1.0
+
+
+def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:
+    (condition,) = OTHER_DAYS
+    every = needed(("claims",), quick=False)
+    others = condition.experiments(every)
+    assert len(others) == len(every)
+    assert not set(others) & set(every)
+    for usual, other in zip(every, others, strict=True):
+        mine, theirs = (each.scenario if isinstance(each, Recorded) else each for each in (usual, other))
+        assert isinstance(theirs, Scenario)
+        assert replace(theirs, first_seed=0, days=mine.days) == mine
+        assert theirs.days == max(mine.days, 20) or (mine.days == theirs.days == 1 and not mine.config.noise_std_c)
+    short = replace(
+        undefended("constant", 1), days=2, settings=(("num_steps", 190), ("onset_step", 120), ("window_steps", 100))
+    )
+    (moved,) = condition.experiments([short])
+    alone = replace(short, days=1, first_seed=1000).run()
+    assert moved.days == 20
+    np.testing.assert_array_equal(moved.run().squared_error[:, :1], alone.squared_error)
+    assert (short.run().squared_error[:, :1] != alone.squared_error).any()
+    quiet = noise_free(1000.0)
+    assert condition.variants[0](quiet) == replace(quiet, scenario=replace(quiet.scenario, first_seed=1000))
+
+
+def test_chapter_5_is_judged_again_at_half_the_step_and_in_other_worlds() -> None:
+    half, worlds = CONDITIONS
+    usual = Waves("pd", 1.2, square_waves((0.1,)), duration_s=20.0)
+    (fine,) = half.experiments([usual])
+    assert dict(fine.overrides)["dt_s"] == 0.0005
+    assert fine.cost == 2.0 * usual.cost
+    other = worlds.experiments([usual])
+    assert len(set(other)) == WORLDS == 20
+    damages = [float(each.run()[0]) for each in (usual, fine, *other[:2])]
+    assert len(set(damages)) == 4
+    assert damages == pytest.approx([damages[0]] * 4, rel=0.2)
+    ride = Ride("square?frequency_hz=0.1", "pd", 1.2, duration_s=20.0)
+    for condition, expected in ((half, damages[1]), (worlds, damages[2])):
+        assert condition.variants[0](ride).run().final_damage == expected
+    assert len(half.experiments(behind_claims())) == len(behind_claims())
+    with pytest.raises(TypeError, match="no claim needs"):
+        half.experiments([ClosedLoop("pd", "pd", 1.0)])

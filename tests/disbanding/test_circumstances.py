@@ -1,0 +1,149 @@
+"""What is drawn beside the start: quiet episodes, when attacks open, drivers who brake, members, noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.disbanding.game import DisbandingGame
+from cps_envs.disbanding.problem import DISBANDING
+
+
+def started(seeds=(0,), preset="learning", **overrides):
+    game = DisbandingGame(DISBANDING.config(preset, overrides), len(seeds))
+    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
+    return game
+
+
+def go(game, attack=0, correction=None, num_steps=10):
+    actions = {"attacker": np.full(game.num_envs, attack)}
+    if correction is not None:
+        actions["defender"] = correction
+    return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
+
+
+def test_new_draws_shift_no_old_one():
+    easy, contested = started(range(5), "easy"), started(range(5))
+    for name in ("tau_s", "desired_gap_m", "num_vehicles"):
+        assert np.array_equal(easy.constants[name], contested.constants[name])
+    for name in ("position", "speed", "takeover_delay_s", "driver_headway_s"):
+        assert np.array_equal(getattr(easy.state, name), getattr(contested.state, name))
+
+
+def test_an_element_that_is_off_draws_nothing():
+    generators = [np.random.default_rng(3) for _ in range(2)]
+    for generator, overrides in zip(generators, ({}, {"warning": "relayed", "report": "safety"}), strict=True):
+        game = DisbandingGame(DISBANDING.config("paper", overrides), 1)
+        game.reset(np.ones(1, bool), [generator])
+    drawn = [generator.bit_generator.state["state"]["state"] for generator in generators]
+    assert drawn[0] != drawn[1]  # the radio's stream
+    fresh = np.random.default_rng(3)
+    fresh.random(2)
+    fresh.random((4, 100))
+    assert drawn[0] == fresh.bit_generator.state["state"]["state"]
+
+
+def test_a_share_of_the_episodes_is_quiet_and_the_others_open_at_any_time():
+    game = started(range(400))
+    quiet = game.budget == 0
+    assert abs(quiet.mean() - 0.25) < 4 * np.sqrt(0.25 * 0.75 / 400)
+    assert np.array_equal(quiet, game.state.jam_steps == 0)
+    assert set(game.budget[~quiet]) == {1, 2, 3}
+    assert set(game.state.jam_steps[~quiet]) == {200, 300, 400, 500}
+    assert set(game.state.opening_s) <= set(range(1, 61))
+    assert game.state.opening_s.min() <= 3
+    assert game.state.opening_s.max() >= 58
+    hops, losses = game.constants["hop_steps"], game.constants["hop_loss"]
+    assert hops.min() >= 5
+    assert hops.max() <= 15
+    assert 0 <= losses.min() < 0.02 < 0.28 < losses.max() < 0.3
+
+
+def test_in_a_quiet_episode_nothing_is_legal_but_waiting():
+    game = started((0,), quiet_share=1.0)
+    for _ in range(100):
+        assert game.action_mask("attacker")[0].tolist() == [True] + [False] * 19
+        go(game, attack=10)
+    assert np.isinf(game.state.disbanding_s).all()
+    assert game.state.jam_place[0] == -1
+
+
+def test_attacks_open_late_and_keep_a_pause():
+    game = started((0,), quiet_share=0.0, earliest_attack_s=7, attack_budget=2)
+    legal = []
+    for second in range(16):
+        legal.append(bool(game.action_mask("attacker")[0, 10 if second < 8 else 9]))
+        shown = game.fields["attacker"].decode(game.observe("attacker"))["opens_in_s"][0]
+        assert shown == pytest.approx(max(0, 7 - second) if second < 8 else max(0, 12 - second), abs=1e-4)
+        go(game, attack=10)
+    assert legal == [second == 7 or second >= 12 for second in range(16)]
+
+
+def test_members_hear_of_the_attack_one_after_the_other():
+    plain = started((4,), "paper").state.takeover_delay_s[0]
+    told = started((4,), "paper", member_delay_s=0.5, attacked_member=3).state.takeover_delay_s[0]
+    hops = np.array([2, 1, 0, 1, 2, 3, 4, 5, 6, 7])
+    np.testing.assert_allclose(told - plain, np.tile(0.5 * hops, 10))
+
+
+def test_some_drivers_brake_when_they_take_over():
+    braking = {"braking_share": 0.3, "braking_mps2": (2.0, 5.0), "braking_s": (0.5, 1.5)}
+    game = started(range(30), "paper", **braking)
+    brakes = game.state.braking_s > 0
+    assert abs(brakes.mean() - 0.3) < 4 * np.sqrt(0.3 * 0.7 / 3000)
+    assert np.all((game.state.braking_s[brakes] >= 0.5) & (game.state.braking_s[brakes] <= 1.5))
+    assert np.all((game.state.braking_mps2[brakes] >= 2.0) & (game.state.braking_mps2[brakes] <= 5.0))
+    go(game)
+    go(game, attack=10, num_steps=1)
+    front = game.state.command[:, :10]
+    hard = -game.state.braking_mps2[:, :10]
+    assert np.all(front[brakes[:, :10]] <= hard[brakes[:, :10]] + 1e-12)
+    go(game, num_steps=15)  # every driver has stopped braking by then; the front one has a free road
+    assert np.all(game.state.command[:, 0] >= 0)
+
+
+def test_actuators_add_noise_to_corrections_only():
+    setting = {"correctable": "intact", "control_period_s": 0.01}
+    noisy, exact = (started(range(20), "paper", correction_noise_mps2=deviation, **setting) for deviation in (0.5, 0.0))
+    correction = np.zeros((20, 100))
+    correction[:, ::2] = 0.1
+    for game in (noisy, exact):
+        go(game, correction=correction, num_steps=1)
+    same = noisy.state.command == exact.state.command
+    assert same[:, 1::2].all()
+    assert not same[:, ::2].any()
+    drawn = noisy.state.noise_mps2
+    assert abs(drawn.std() - 0.5) < 0.03
+    assert abs(drawn.mean()) < 0.05
+    assert np.abs(drawn).max() <= 0.5 * np.sqrt(3)
+    before = drawn.copy()
+    go(noisy, num_steps=98)
+    assert np.array_equal(drawn, before)  # for one second
+    go(noisy, num_steps=2)
+    assert not np.array_equal(drawn, before)
+
+
+def test_noise_is_added_to_the_limited_command_and_the_correction():
+    game = started((1,), "paper", correction_noise_mps2=0.5, correctable="intact", control_period_s=0.01)
+    go(game, correction=np.full((1, 100), 0.2), num_steps=1)
+    np.testing.assert_allclose(game.state.command[0], 1.2 + game.state.noise_mps2[0], atol=1e-9)  # the law says 0
+
+
+def test_safety_metrics_are_reported_on_demand():
+    assert "smallest_gap_m" not in started(preset="paper").metrics()
+    game = started((0,), "paper", report="safety", correctable="intact")
+    assert game.metrics()["smallest_gap_m"][0] == pytest.approx(5.0)
+    correction = np.zeros((1, 100))
+    correction[0, :25] = 0.5
+    go(game, correction=correction)
+    go(game, attack=9, correction=correction)  # its own platoon and those behind have a reason; ten vehicles have none
+    expected = 100 * (10 * 0.25 + 10 * 0.10) / 1800
+    assert game.metrics()["false_alarms"][0] == pytest.approx(expected)
+    gaps = -np.diff(game.state.position[0])
+    assert game.metrics()["smallest_gap_m"][0] <= gaps.min() + 1e-9
+
+
+def test_a_member_beyond_the_platoon_is_refused():
+    with pytest.raises(ConfigurationError, match="attacked_member"):
+        DISBANDING.config("paper", {"attacked_member": 11})

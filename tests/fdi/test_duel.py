@@ -1,0 +1,212 @@
+"""The game with a filter: noisy readings of front and rear sensors, lies that work late, what replaces a reading."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
+from cps_envs.fdi.problem import FDI
+from cps_envs.fdi.sensors import Sensors, parse_sensors
+from tests.fdi.duel import QUIET, Filter, advance, levels, place, started
+
+EVERY = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1"
+NEUTRAL = np.array([1] * 14 + [4] * 4)
+
+
+def test_the_filter_is_the_textbook_one():
+    """With random trust, lies and corrections, against matrices with joint updates."""
+    game = started(tasks=EVERY, attack_share=1.0, onset_s=0.0, seed=3)
+    filter_, generator = Filter(game), np.random.default_rng(1)
+    for _ in range(60):
+        state = game.episode(0)
+        np.testing.assert_allclose(state.prediction, filter_.x, atol=1e-9)
+        np.testing.assert_allclose(state.covariance, filter_.p, atol=1e-9)
+        trust = generator.random(14) < 0.7
+        filter_.take(state.reading.copy(), trust)
+        lies = generator.integers(-1, 2, 14) + game.neutral_action["attacker"]
+        advance(game, lies, np.concatenate([trust.astype(int), generator.integers(3, 6, 4)]))
+        if game.terminated[0]:
+            break
+        used = game.episode(0).used
+        np.testing.assert_allclose(used[~trust], (filter_.h @ filter_.x)[~trust], atol=1e-9)
+        filter_.go_on(game.episode(0).command)
+    assert game.state.step[0] > 20
+
+
+def test_vehicles_follow_what_front_and_rear_sensors_tell_them():
+    """Exact sensors, lies on front and rear: against positions and speeds of single vehicles."""
+    game = started(**QUIET, tasks=EVERY)
+    c, n = game.config, 4
+    position, speed, lie = -c.desired_gap_m * np.arange(n, 0, -1.0), np.zeros(n), np.zeros(14)
+    generator = np.random.default_rng(5)
+    for _ in range(25):
+        ahead, ahead_speed = np.append(position[1:], 0.0), np.append(speed[1:], 0.0)
+        gap, rate = ahead - position - c.desired_gap_m, ahead_speed - speed
+        front = c.proportional_gain * (gap + lie[:4]) + c.derivative_gain * (rate + lie[7:11])
+        rear = c.proportional_gain * (gap[:3] + lie[4:7]) + c.derivative_gain * (rate[:3] + lie[11:])
+        command = np.clip(front - np.append(0.0, rear), c.min_acceleration_mps2, c.max_acceleration_mps2)
+        chosen = generator.integers(-1, 2, 14)
+        advance(game, chosen + game.neutral_action["attacker"])
+        position, speed = position + c.dt_s * speed + c.dt_s**2 / 2 * command, speed + c.dt_s * command
+        lie = chosen * np.repeat([c.range_resolution_m, c.rate_resolution_mps], 7)
+        true = game.episode(0).error
+        np.testing.assert_allclose(game.episode(0).command, command, atol=1e-9)
+        np.testing.assert_allclose(true[:3], np.diff(position) - c.desired_gap_m, atol=1e-9)
+        np.testing.assert_allclose(true[4:7], np.diff(speed), atol=1e-9)
+
+
+def test_honest_readings_are_noisy_multiples_of_the_resolution():
+    game = started(400, disturbance_mps2=0.0)
+    c, offset = game.config, game.config.desired_gap_m
+    off = []
+    for _ in range(10):
+        ranges, rates = game.state.reading[:, :7] + offset, game.state.reading[:, 7:]
+        for values, step in ((ranges, c.range_resolution_m), (rates, c.rate_resolution_mps)):
+            np.testing.assert_allclose(values / step, np.rint(values / step), atol=1e-9)
+        true = game.state.error[:, [0, 1, 2, 3, 0, 1, 2, 4, 5, 6, 7, 4, 5, 6]]
+        off.append(game.state.reading - true)
+        advance(game)
+    spread = np.std(off, axis=(0, 1))
+    expected = np.hypot([c.range_noise_m, c.rate_noise_mps], np.array([0.5, 0.25]) / np.sqrt(12))
+    np.testing.assert_allclose(spread, np.repeat(expected, 7), rtol=0.06)
+    assert np.abs(np.corrcoef(np.reshape(off, (-1, 14)).T) - np.eye(14)).max() < 0.08  # each sensor its own noise
+
+
+def test_a_lie_works_one_step_later_and_not_before_the_onset():
+    game = started(**{**QUIET, "onset_s": 0.5}, tasks="v4>4")
+    lie = levels(game, {"v4": 2})
+    for step in range(9):
+        told = game.state.reading[0, place("v4")] - game.state.error[0, 7]
+        assert told == pytest.approx(0.5 if step >= 5 else 0.0)
+        mask = game.action_mask("attacker")[0].reshape(14, -1)
+        assert mask[place("v4")].sum() == (41 if step >= 4 else 1)
+        assert game.fields["attacker"].decode(game.observe("attacker"))["wait"][0] == pytest.approx(max(4 - step, 0))
+        advance(game, lie)
+
+
+def test_without_attack_nothing_is_ever_injected():
+    game = started(**{**QUIET, "attack_share": 0.0}, tasks="v4>4")
+    for _ in range(99):
+        advance(game, levels(game, {"v4": 9}))
+    assert np.abs(game.state.error).max() == 0
+    assert game.metrics()["attacked"][0] == 0
+
+
+def test_onsets_shares_gains_and_disturbances_are_drawn_as_stated():
+    game = started(3000)
+    attacked = game.state.onset < game.horizon
+    assert 0.72 < attacked.mean() < 0.78
+    assert game.state.onset[attacked].min() == 0
+    assert game.state.onset[attacked].max() == 30
+    gains = game.fields["attacker"].decode(game.observe("attacker"))["gain"]
+    assert gains.min() == pytest.approx(0.8, abs=1e-3)
+    assert gains.max() == pytest.approx(1.2, abs=1e-3)
+    np.testing.assert_array_equal(gains, game.fields["defender"].decode(game.observe("defender"))["gain"])
+    deviation = game.state.disturbance.std(axis=(1, 2))
+    assert game.state.disturbance.shape == (3000, 10, 4)  # each for a second
+    assert 0.38 < deviation.mean() < 0.41
+    assert abs(np.corrcoef(gains.T)[0, 1]) < 0.06
+
+
+def test_a_disturbance_lasts_as_long_as_stated():
+    quiet = {**QUIET, "disturbance_mps2": 0.4, "disturbance_hold_s": 1.0}
+    game = started(**quiet, proportional_gain=1e-4, derivative_gain=1e-3, tasks="v4>4")
+    speeds = [game.state.error[0, 7]]
+    for _ in range(40):
+        advance(game)
+        speeds.append(game.state.error[0, 7])
+    change = np.diff(speeds).reshape(4, 10)  # of the lead against its reference, which nothing disturbs
+    np.testing.assert_allclose(change, np.repeat(change[:, :1], 10, axis=1), atol=2e-3)
+    assert np.abs(np.diff(change[:, 0])).min() > 1e-3
+
+
+def test_drawn_gains_are_those_of_the_commands():
+    quiet = {**QUIET, "gain_spread": 0.2, "speed_spread_mps": 0.2, "gap_spread_m": 0.5}
+    game = started(50, **quiet, tasks="v4>4")
+    error, gains = game.state.error.copy(), game.fields["defender"].decode(game.observe("defender"))["gain"]
+    advance(game)
+    expected = gains[:, 0] * error[:, 0] + 3 * gains[:, 1] * error[:, 4]
+    np.testing.assert_allclose(game.state.command[:, 0], expected, atol=1e-5)
+
+
+def outcome(defender, **overrides):
+    config = FDI.config("learning", {"tasks": "v4>4", **QUIET, **overrides})
+    action = NEUTRAL.copy()
+    action[[place(sensor) for sensor in defender.split()]] = 0
+    players = {"attacker": "always?action=21", "defender": f"always?action={action.tolist()}".replace(" ", "")}
+    return play_episodes(FDI, config, players, [0])
+
+
+def test_alarms_count_on_attacked_sensors_while_lies_work_and_in_vain_otherwise():
+    cases = [
+        ("v4", {}, 1, 0),
+        ("x1", {}, 0, 1),
+        ("v4 x1", {}, 1, 1),
+        ("", {}, 0, 0),
+        ("v4", {"onset_s": 3.0}, 1, 1),
+        ("v4", {"attack_share": 0.0}, 0, 1),
+        ("v4", {"alarm_after_s": 50.0}, 0, 0),
+    ]
+    for defender, overrides, detected, in_vain in cases:
+        found = outcome(defender, **overrides)
+        assert (found["detected"][0], found["false_alarm"][0]) == (detected, in_vain), (defender, overrides)
+
+
+def test_the_smallest_gap_is_that_of_the_whole_episode():
+    game, smallest = started(tasks="v4>4", attack_share=1.0, onset_s=0.0, seed=8), np.inf
+    for _ in range(100):
+        smallest = min(smallest, game.state.error[0, :4].min() + 5)
+        assert game.metrics()["smallest_gap_m"][0] == pytest.approx(smallest, abs=1e-12)
+        if game.terminated[0] or game.elapsed[0] == 100:
+            break
+        advance(game, levels(game, {"v4": 3}))
+    assert smallest < 3
+
+
+vehicles, followed = st.sets(st.integers(1, 4)), st.sets(st.integers(2, 4))
+
+
+@given(st.tuples(vehicles, vehicles, followed, followed).filter(any))
+@settings(max_examples=200)
+def test_sensors_read_as_they_are_written(chosen):
+    sensors = Sensors(*(tuple(sorted(part)) for part in chosen))
+    assert parse_sensors(str(sensors), 4) == sensors
+    flags = sensors.flags(4, rear=True)
+    kinds = zip(("x", "v", "rx", "rv"), chosen, strict=True)
+    assert set(flags.nonzero()[0]) == {place(f"{kind}{vehicle}") for kind, part in kinds for vehicle in part}
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        ({"estimator": "kalman"}, 'limits = "clip"'),
+        ({"range_noise_m": 0.1}, "range_noise_m needs estimator"),
+        ({"attack_share": 0.5}, "attack_share needs estimator"),
+        ({"attacked": "rx2"}, "rear sensor needs estimator"),
+        ({"gain_spread": 0.1}, "zohu"),
+        ({"attacked": "rx1"}, "not one of 2 to 4"),
+        ({"disturbance_hold_s": 0.3}, "multiple of dt_s"),
+    ],
+)
+def test_settings_that_do_not_fit_are_refused(overrides, message):
+    with pytest.raises(ConfigurationError, match=message):
+        FDI.config("paper", overrides)
+
+
+def test_the_scene_shows_what_the_filter_believes_and_names_rear_sensors():
+    game = started(tasks="xv1+rv2>1", attack_share=1.0, onset_s=0.0)
+    for _ in range(12):
+        advance(game, levels(game, {"x1": 2, "v1": 2, "rv2": 2}))
+    scene = game.scene(0)
+    np.testing.assert_allclose(scene.believed_gap, game.state.prediction[0, :4] + 5)
+    assert scene.attacked.nonzero()[0].tolist() == [0, 4, 11]  # fronts by kind, rears by kind
+    np.testing.assert_allclose(scene.injection[[0, 4, 11]], [1.0, 0.5, 0.5])
+    from cps_envs.fdi.picture.outcome import task_of
+    from cps_envs.fdi.picture.traces import name_of
+
+    assert "rear range-rate of 2" in task_of(scene)
+    assert [name_of(sensor, 4)[0] for sensor in (0, 4, 8, 11)] == ["x1", "v1", "rx2", "rv2"]

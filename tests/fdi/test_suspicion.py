@@ -1,0 +1,220 @@
+"""The defenders that watch a filter, against their definitions; and that the contest knows every policy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from baselines.fdi.bank import Bank, honest_sets
+from baselines.fdi.contest import CONTEST
+from baselines.fdi.innovation_tests import Chi2, Cusum
+from baselines.fdi.redundant import RedundantCusum
+from baselines.fdi.suspicion import Sums
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
+from cps_envs.core.play import play_episodes
+from cps_envs.fdi.problem import FDI
+from tests.fdi.duel import QUIET, place
+from tests.fdi.episodes import play, spec_of
+
+SPEC = spec_of("defender", preset="learning")
+HONEST = {"preset": "learning", "attack_share": 0.0}
+
+
+def observed(innovations, deviation=1.0, **fields):
+    """An observation (1, size) with normalised innovations (14,)."""
+    row = np.zeros((1, SPEC.fields.size))
+    values = {
+        "range_innovation": np.multiply(innovations[:7], deviation),
+        "rate_innovation": np.multiply(innovations[7:], deviation),
+        "range_deviation": np.full(7, deviation),
+        "rate_deviation": np.full(7, deviation),
+        "steps_left": [100],
+        **fields,
+    }
+    for name, value in values.items():
+        row[0, SPEC.fields.slices[name]] = value
+    return SPEC.fields.encode(row)
+
+
+def distrust(defender, course):
+    """Doubted readings (steps, 14) while the innovations (steps, 14) are shown."""
+    state, doubted = defender.begin(np.random.default_rng(0).spawn(1), [{}]), []
+    for values in course:
+        actions, state = defender.predict(observed(values), state)
+        assert actions[0, 14:].tolist() == [4] * 4
+        doubted.append(actions[0, :14] == 0)
+    return np.array(doubted)
+
+
+@pytest.mark.parametrize("gate", [0.001, 0.01, 0.1])
+def test_chi2_doubts_what_a_chi_squared_test_rejects(gate):
+    values = np.random.default_rng(0).normal(0, 2, (50, 14))
+    expected = values**2 > stats.chi2.ppf(1 - gate, df=1)
+    near = np.abs(values**2 - stats.chi2.ppf(1 - gate, df=1)) < 1e-3
+    assert np.array_equal(distrust(Chi2(SPEC, gate=gate), values) | near, expected | near)
+    assert expected.any()
+
+
+def slow_sums(course, drift, threshold, release):
+    """Page's sums of one sensor, spelled out."""
+    above = below = left = 0.0
+    found = []
+    for value in course:
+        above, below, left = max(0.0, above + value - drift), max(0.0, below - value - drift), max(left - 1, 0)
+        if above > threshold or below > threshold:
+            left = release
+        if left > 0:
+            above = below = 0.0
+        found.append(left > 0)
+    return found
+
+
+@given(st.lists(st.floats(-3, 3), min_size=1, max_size=60), st.floats(0, 1), st.floats(0.5, 6), st.integers(0, 12))
+@settings(max_examples=150, deadline=None)
+def test_sums_are_those_of_page_and_their_alarms_end(course, drift, threshold, release):
+    sums = Sums(SPEC.config, drift=drift, threshold=np.array([threshold]), release_s=release / 10)
+    memory = np.zeros((1, 1, 3))
+    found = [bool(sums.renew(memory, np.array([[value]]))[0, 0]) for value in course]
+    assert found == slow_sums(course, drift, threshold, release)
+
+
+def test_cusum_doubts_a_radar_whose_innovations_add_up_for_two_seconds():
+    course = np.zeros((80, 14))
+    course[:20, place("v4")] = 1.2
+    course[:30, place("x2")] = -1.2
+    doubted = distrust(Cusum(SPEC), course)
+    expected = np.zeros((80, 14), np.bool_)
+    expected[11:31, [place("x4"), place("v4")]] = True  # 12 times 0.9 exceed 10
+    expected[15:35, [place("x2"), place("v2")]] = True  # 16 times 0.9 exceed 14
+    assert np.array_equal(doubted, expected)
+
+
+def test_cusum_doubts_outliers_for_a_step():
+    course = np.zeros((5, 14))
+    course[2, 3] = 4.0
+    doubted = distrust(Cusum(SPEC), course)
+    assert np.argwhere(doubted).tolist() == [[2, 3]]
+
+
+def test_redundant_cusum_doubts_both_sensors_that_differ():
+    defender = RedundantCusum(SPEC)
+    state, doubted = defender.begin(np.random.default_rng(0).spawn(1), [{}]), []
+    told = np.zeros(7)
+    told[2] = 0.6  # range-rate of vehicle 3; the rear sensor of 4 sees the same gap
+    for _ in range(12):
+        actions, state = defender.predict(observed(np.zeros(14), range_rate=told), state)
+        doubted.append(np.flatnonzero(actions[0, :14] == 0).tolist())
+    assert doubted[-1] == [place("v3"), place("rv4")]
+    assert doubted[0] == []
+
+
+def test_the_bank_has_a_filter_for_each_group_of_sensors_of_one_gap():
+    sets = honest_sets(SPEC.config)
+    assert len({tuple(marks) for marks in sets.tolist()}) == len(sets) == 1 + 3 * 15 + 3
+    assert sets[0].all()
+    assert (np.diff(sets.sum(axis=1)) <= 0).all()
+    gaps = np.array([0, 1, 2, 3, 0, 1, 2] * 2)
+    assert all(len(set(gaps[~marks])) <= 1 for marks in sets)
+
+
+@pytest.mark.parametrize("task", ["v4>4", "xv4>4", "xv1+rv2>1", "x2>2", "rxv3>2"])
+def test_the_bank_finds_the_liars_where_lies_are_gross(task):
+    config = FDI.config("learning", {**QUIET, "range_noise_m": 0.25, "rate_noise_mps": 0.1, "tasks": task})
+    doubted = []
+
+    def look(game):
+        doubted.append(game.state.trust.copy() == 0)
+
+    play_episodes(FDI, config, {"attacker": "always?action=40", "defender": "bank"}, range(20), on_step=look)
+    liars = config.listed_tasks[0].sensors.flags(4, rear=True)
+    late = np.array(doubted[20:])
+    assert late[..., liars].mean() > 0.99
+    assert late[..., ~liars].mean() < 0.05
+
+
+def test_the_first_filter_of_the_bank_is_that_of_the_game():
+    """Where nothing is doubted, its estimates are what the game's next predictions begin with."""
+    spec = spec_of("defender", preset="learning")
+    bank = Bank(spec, gate=1e-12, threshold=1e9, rate_threshold=1e9)
+    state = bank.begin(np.random.default_rng(0).spawn(8), [{}] * 8)
+    predictions, estimates = [], []
+
+    def look(game):
+        nonlocal state
+        predictions.append(game.state.prediction.copy())
+        _, state = bank.predict(game.observe("defender"), state)
+        estimates.append(state[0][:, 0].copy())
+
+    config = FDI.config("learning", {"attack_share": 0.0})
+    play_episodes(FDI, config, {}, range(8), on_step=look)
+    for estimate, prediction in zip(estimates[:50], predictions[1:], strict=False):
+        added = prediction[:, 4:] - estimate[:, 4:]  # by the commands
+        np.testing.assert_allclose(prediction[:, :4], estimate[:, :4] + 0.1 * estimate[:, 4:] + 0.05 * added, atol=1e-4)
+
+
+def test_informed_replaces_what_is_attacked_from_the_onset_on():
+    config, doubted = FDI.config("learning", {"tasks": "xv1+rv2>1 v4>4", "attack_share": 0.5}), []
+    games = []
+
+    def look(game):
+        doubted.append(game.state.trust.copy() == 0)
+        games.append(game)
+
+    play_episodes(FDI, config, {"attacker": "none", "defender": "informed"}, range(30), on_step=look)
+    game, steps = games[-1], np.arange(len(doubted) - 1)
+    for b in range(30):
+        truth = game.truth(b)
+        expected = truth["attacked"][np.newaxis] & (steps >= truth["onset"])[:, np.newaxis]
+        over = game.state.step[b]
+        assert np.array_equal(np.array(doubted)[1 : over + 1, b], expected[:over])
+    assert {game.truth(b)["onset"] == 100 for b in range(30)} == {True, False}
+
+
+@pytest.mark.parametrize("defender", ["chi2", "cusum", "redundant_cusum", "bank"])
+def test_hardly_any_alarm_and_no_collision_without_attack(defender):
+    outcome = play("none", defender, seeds=range(9000, 9300), **HONEST)
+    assert outcome["collided_pairs"].max() == 0
+    assert outcome["smallest_gap_m"].min() > 2
+    assert outcome["false_alarm"].mean() < 0.12
+
+
+@pytest.mark.parametrize("name", ["chi2", "cusum", "redundant_cusum", "bank", "informed"])
+def test_these_defenders_need_a_filter(name):
+    with pytest.raises(ConfigurationError, match="estimator"):
+        resolve_policy(name, spec_of("defender", preset="defense", tasks="x4>4"))
+
+
+@pytest.mark.parametrize("name", ["kinematic", "redundancy", "model"])
+def test_those_for_exact_sensors_refuse_a_filter(name):
+    with pytest.raises(ConfigurationError, match="exact sensors"):
+        resolve_policy(name, SPEC)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [("chi2", "gate=0"), ("cusum", "drift=-1"), ("cusum", "threshold=0"), ("bank", "threshold=0"), ("bank", "gate=1")],
+)
+def test_options_out_of_range_are_refused(name, options):
+    with pytest.raises(ConfigurationError):
+        resolve_policy(f"{name}?{options}", SPEC)
+
+
+@pytest.mark.parametrize("role", ["attacker", "defender"])
+def test_the_contest_plays_every_policy_or_says_why_not(role):
+    side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
+    playing = {entrant.reference for entrant in (*side.policies, *side.informed)}
+    left_out = {name for name in side.left_out if not name.startswith("zoo:")}
+    assert playing | left_out == set(policy_names("fdi", role)) - {*NEED_OPTIONS}
+    assert not playing & left_out
+    spec = spec_of(role, preset="learning")
+    for name in side.constants:
+        assert resolve_policy(name, spec) is not None
+    for search in side.searches:
+        for end in (0, 1):
+            options = "&".join(f"{option}={values[end]}" for option, values in search.ranges.items())
+            assert resolve_policy(f"{search.policy}?{options}", spec) is not None
+        assert set(search.start) <= set(search.ranges)

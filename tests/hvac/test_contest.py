@@ -1,0 +1,105 @@
+"""What the contest plays of the HVAC problem: everybody takes part, and preset `learning` is a contest."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from baselines.hvac.contest import CONTEST
+from cps_envs.core.lookup import BUILT_IN, policy_names, resolve_policy
+from cps_envs.core.types import ROLES
+from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.problem import HVAC
+from tests.hvac.games import play
+
+SIDES = {"attacker": CONTEST.attackers, "defender": CONTEST.defenders}
+DAYS = range(5_000_000, 5_000_060)  # unlike those that anything was tuned on
+NOISY = ("tracker", "ramp?rate_c_per_h=0.7&keep_noise=true", "mimic?keep_noise=true")
+STRONG = (*NOISY, *(f"{name}{'&' if '?' in name else '?'}warmer=true" for name in NOISY), "brink", "constant")
+
+
+def spec_of(role, variant):
+    return HvacGame(HVAC.config(variant.preset, variant.overrides), 1).spec(role)
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_every_registered_policy_plays_or_is_left_out_for_a_reason(role):
+    side = SIDES[role]
+    entered = {entrant.reference.partition("?")[0] for entrant in (*side.policies, *side.informed)}
+    left = set(side.left_out)
+    names = set(policy_names("hvac", role)) - set(BUILT_IN)
+    assert names | {"none"} == entered | {name for name in left if not name.startswith("zoo:")}
+    assert not entered & left
+    assert all(side.left_out.values())
+
+
+@pytest.mark.parametrize("role", ROLES)
+def test_names_are_told_apart(role):
+    names = [entrant.name for entrant in (*SIDES[role].policies, *SIDES[role].informed)]
+    assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("variant", CONTEST.variants, ids=lambda variant: variant.name)
+@pytest.mark.parametrize("role", ROLES)
+def test_all_of_them_can_be_built_in_every_variant(role, variant):
+    side, spec = SIDES[role], spec_of(role, variant)
+    for reference in (*(each.reference for each in (*side.policies, *side.informed)), *side.constants):
+        resolve_policy(reference, spec)
+    for search in side.searches:
+        for end in (0, 1):
+            resolve_policy(search.policy, spec, **{name: ends[end] for name, ends in search.ranges.items()})
+
+
+def test_constants_of_the_defender_are_all_there_are():
+    count = spec_of("defender", CONTEST.variants[0]).action_space.n
+    assert CONTEST.defenders.constants == tuple(f"always?action={choice}" for choice in range(count))
+
+
+@lru_cache
+def paid(attacker, defender, **overrides):
+    return play(attacker, defender, DAYS, "learning", **overrides)["return"]
+
+
+def mean_over(defender):
+    return np.mean([paid(attacker, defender).mean() for attacker in ("none", *STRONG)])
+
+
+@pytest.mark.slow
+def test_something_is_left_to_infer_and_something_can_be_done():
+    scores = {name: mean_over(name) for name in ("none", "mtd2", "model_only", "cusum", "largest", "informed", "truth")}
+    best = min(scores[name] for name in ("none", "mtd2", "model_only", "cusum", "largest"))
+    assert max(scores["informed"], scores["truth"]) + CONTEST.defenders.margin_informed < best
+    assert best + CONTEST.defenders.margin_neutral < scores["none"]
+
+
+@pytest.mark.slow
+def test_no_choice_that_never_changes_is_as_good_as_the_best_detector():
+    bar = mean_over("largest")
+    assert bar < min(mean_over(constant) for constant in CONTEST.defenders.constants)
+
+
+@pytest.mark.slow
+def test_lies_of_both_signs_matter():
+    for defender in ("mtd2", "cusum", "largest"):
+        for attacker in STRONG[:6]:
+            excess = paid(attacker, defender) - paid("none", defender)
+            assert excess.mean() > 1.0, (attacker, defender)
+
+
+@pytest.mark.slow
+def test_believing_nobody_is_no_way_out():
+    for attacker in ("none", *STRONG):
+        excess = paid(attacker, "model_only") - paid(attacker, "largest")
+        assert excess.mean() - 2.0 * excess.std() / np.sqrt(len(excess)) > 0.0, attacker
+
+
+@pytest.mark.slow
+def test_more_liars_cost_more():
+    """Excess over who is told who lies, on the same days."""
+    found = []
+    for liars in (1, 3):
+        days = {"compromised_weights": (), "num_compromised": liars}
+        found.append((paid("tracker", "largest", **days) - paid("tracker", "informed", **days)).mean())
+    assert found[1] > 2.0 * found[0]
