@@ -22,7 +22,7 @@ FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a ro
     ("hvac", "attacker"): ("attack_action", "attacker_view", "kalman_filters"),
     ("hvac", "defender"): ("kalman_filters",),
     ("rogue", "attacker"): ("attack_hold_s",),
-    ("rogue", "defender"): ("defense_action", "control_period_s"),
+    ("rogue", "defender"): ("defense_action", "control_period_s", "orders"),
 }
 
 

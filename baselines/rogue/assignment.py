@@ -34,19 +34,21 @@ def laws_of(letters: str, option: str) -> IntArray:
 class Assigned(AnalyticPolicy):
     """Each vehicle keeps the law of its letter, from the rear: `assigned?laws=shll` is sliding, human, linear, linear.
 
-    Platoons with more or fewer vehicles get the same pattern stretched: vehicle i of n has the letter at i k / n of k.
+    Platoons with more or fewer vehicles get the same pattern stretched, with its ends at the ends: of k letters, the
+    vehicle i of n (from 0) has the one at i (k - 1) / (n - 1), rounded.
 
     Raises:
         ConfigurationError: an unknown letter, or an environment that takes accelerations.
     """
 
-    def __init__(self, spec: RoleSpec, laws: str = "ssllll") -> None:
+    def __init__(self, spec: RoleSpec, laws: str = "ssslll") -> None:
         super().__init__(spec)
         require_modes(spec, self)
         pattern, longest = laws_of(laws, "laws"), spec.config.num_orders
         self.tables = np.zeros((longest + 1, longest, 2), np.int64)  # by the number of vehicles with orders
         for count in range(1, longest + 1):
-            self.tables[count, :count] = pattern[np.arange(count) * len(pattern) // count]
+            places = np.arange(count) * (len(pattern) - 1) / max(count - 1, 1)
+            self.tables[count, :count] = pattern[np.rint(places).astype(np.int64)]
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The controllers (B, 2 k) of the k vehicles that get orders."""

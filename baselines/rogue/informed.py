@@ -46,10 +46,10 @@ class Informed(AnalyticPolicy):
     def __init__(
         self,
         spec: RoleSpec,
-        before: str = "s",
+        before: str = "f",
         apart: str = "",
-        evade: str = "sslll",
-        near_m: float = 12.0,
+        evade: str = "ssssl",
+        near_m: float = 20.0,
         horizon_s: float = 1.0,
         delay_s: float = 0.0,
     ) -> None:

@@ -46,10 +46,10 @@ class Monitor(AnalyticPolicy):
     def __init__(
         self,
         spec: RoleSpec,
-        before: str = "s",
+        before: str = "f",
         apart: str = "fffff",
-        evade: str = "sslll",
-        near_m: float = 12.0,
+        evade: str = "ssssl",
+        near_m: float = 20.0,
         horizon_s: float = 1.0,
         margin_mps: float = 1.0,
         slack_mps2: float = 3.0,

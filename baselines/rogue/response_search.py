@@ -18,11 +18,13 @@ from cps_envs.core.play import play_episodes
 from cps_envs.rogue.problem import ROGUE
 
 BEHIND = ("ff", "ss", "fs", "sF", "ll", "fh")  # laws far behind and just behind the attacker
-AHEAD = ("fff", "sss", "lll", "llf", "slf", "rrr", "rrf")  # just ahead, far ahead, leader
+AHEAD = ("fff", "sss", "lll", "llf", "ssl", "rrr", "rrf")  # just ahead, far ahead, leader
 CALM = ("fffff", "ssfff", "sslll")  # while the attacker is far away
 NEAR_M = (3.0, 12.0, 25.0)
+BEFORE = ("s", "f")
+MONITOR = {"apart": "fffff", "evade": "ssssl", "near_m": 20.0}  # what `monitor` does
 SEARCHED = 60_000_000  # first seed
-SCREENED, JUDGED, FINALISTS = 12, 48, 6
+SCREENED, JUDGED, FINALISTS = 12, 32, 4
 
 
 def respond(attacker: str) -> dict[str, Any]:
@@ -33,8 +35,9 @@ def respond(attacker: str) -> dict[str, Any]:
         {"apart": calm, "evade": each["evade"], "near_m": near_m}
         for each, calm, near_m in product(finalists[:2], CALM, NEAR_M)
     ]
-    (best,) = _best(attacker, [*finalists, *_best(attacker, dynamic, SCREENED, FINALISTS)], JUDGED, 1)
-    return {"against": attacker, "horizon_s": 1.0, "before": "s", **best}
+    finalists += [*_best(attacker, dynamic, SCREENED, FINALISTS), MONITOR]
+    (best,) = _best(attacker, [{"before": law, **each} for each in finalists for law in BEFORE], JUDGED, 1)
+    return {"against": attacker, "horizon_s": 1.0, **best}
 
 
 def _best(attacker: str, choices: Sequence[dict[str, Any]], episodes: int, count: int) -> list[dict[str, Any]]:

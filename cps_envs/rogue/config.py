@@ -101,7 +101,8 @@ class RogueConfig:
         if first >= fewest or last >= self.max_vehicles:
             raise ConfigurationError(
                 f"attacker_index = {self.attacker_index} has to be below num_vehicles = {self.num_vehicles}: the "
-                "leader, who holds the reference, is intact. Where both are drawn, this holds for each end."
+                "leader, who holds the reference, is intact. Choose for example attacker_index = "
+                f"(1, {self.max_vehicles - 1}); drawn seats have to begin below {fewest}."
             )
         if self.separation_m <= self.vehicle_length_m + 2 * self.spacing_spread_m:
             raise ConfigurationError(

@@ -1,4 +1,4 @@
-"""The policies made for preset `learning`: assignments, monitor, informed defender, and their attackers."""
+"""The policies made for preset `learning`: assignments, the informed defender, and attackers."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def orders_of(defender, attacker="none", count=16, **overrides):
     return np.array(laws), games[0]
 
 
-@pytest.mark.parametrize(("pattern", "expected"), [("shll", "shll"), ("sl", "ssll"), ("f", "ffff"), ("srhlfs", "srlf")])
+@pytest.mark.parametrize(("pattern", "expected"), [("shll", "shll"), ("sl", "ssll"), ("f", "ffff"), ("srhlfs", "shls")])
 def test_an_assignment_gives_each_vehicle_its_letter_or_stretches(pattern, expected):
     laws, _ = orders_of(f"assigned?laws={pattern}", count=1, num_vehicles=4, attacker_index=2, duration_s=1.0)
     assert laws[-1, 0].tolist() == [LETTERS[letter] for letter in expected]
@@ -95,48 +95,9 @@ def test_the_laws_around_a_suspect_are_those_of_the_division(suspect, error, rat
             assert law == LETTERS[wanted]
 
 
-def suspicions(attacker, count, **overrides):
-    """The suspects (steps, B) of the monitor, and the seats (B,)."""
-    config, found, seats = config_of(**overrides), [], []
-
-    class Watched(Monitor):
-        def act(self, seen, state):
-            actions, state = super().act(seen, state)
-            found.append(state[1].copy())
-            return actions, state
-
-    watched = Watched(ROGUE.game(config, 1).spec("defender"))
-    play(attacker, watched, count, lambda game: seats.append(game.drawn["attacker"].copy()), **overrides)
-    return np.array(found), seats[0]
-
-
-def test_the_monitor_suspects_nobody_in_honest_episodes():
-    """No false alarm in 150 episodes: with 95 % confidence the rate is below 2 %."""
-    found, _ = suspicions("none", 150, attack_share=0.0)
-    assert np.all(found == NOBODY)
-
-
-@pytest.mark.parametrize("attacker", ["always?action=1", "always?action=-1", "contested?against=monitor"])
-def test_the_monitor_finds_who_disobeys_within_seconds(attacker):
-    found, seats = suspicions(attacker, 60, attack_share=1.0, onset_s=10.0)
-    assert np.all(found[:100] == NOBODY)
-    right = found[100:] == seats
-    delay_s = np.where(right.any(axis=0), 0.1 * right.argmax(axis=0), np.inf)
-    assert np.quantile(delay_s, 0.8) < 4.0
-    wrong = (found[100:] != seats) & (found[100:] != NOBODY)
-    assert wrong.mean() < 0.05
-
-
-def test_the_monitor_forgives_whoever_obeys_again():
-    found, seats = suspicions("strike?strike_s=3&period_s=40", 40, attack_share=1.0, onset_s=5.0)
-    struck = (found[50:100] == seats).any(axis=0)
-    assert struck.mean() > 0.8
-    assert np.mean(found[400, struck] == NOBODY) > 0.8  # 32 s after the end of the strike
-
-
 def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat():
     config = {"attack_share": 0.75, "onset_s": (5.0, 10.0), "duration_s": 15.0}
-    laws, game = orders_of("informed?apart=fhlrs&evade=fhlrs", "always?action=0.2", 40, **config)
+    laws, game = orders_of("informed?before=s&apart=fhlrs&evade=fhlrs", "always?action=0.2", 40, **config)
     for b in range(40):
         n, seat, onset = (int(game.drawn[name][b]) for name in ("num_vehicles", "attacker", "onset_step"))
         assert np.all(laws[1:50, b, :n] == LETTERS["s"])
@@ -160,8 +121,13 @@ def test_the_informed_defender_recognises_its_attackers_and_no_others():
 
 
 def test_the_informed_defender_can_be_late():
-    early, late = (play("duty_square", f"informed?apart=sslll&delay_s={delay}", 32)["damage"] for delay in (0, 4))
-    assert late.mean() > early.mean() + 0.5
+    in_time, late, never = (
+        play("duty_square", f"informed?apart=sslll&delay_s={delay_s}", 12)["return"] for delay_s in (0, 4, 60)
+    )
+    front = play("duty_square", "assigned?laws=f", 12)["return"]
+    assert np.array_equal(never, front)
+    assert not np.array_equal(in_time, late)
+    assert not np.array_equal(late, never)
 
 
 def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law():

@@ -32,9 +32,9 @@ def test_episodes_draw_sizes_seats_and_whether_there_is_an_attack():
 
 
 def test_a_seat_out_of_reach_of_the_smallest_platoon_is_refused():
-    with pytest.raises(ConfigurationError, match="each end"):
+    with pytest.raises(ConfigurationError, match="begin below 4"):
         ROGUE.config("learning", {"attacker_index": (4, 7)})
-    with pytest.raises(ConfigurationError, match="each end"):
+    with pytest.raises(ConfigurationError, match=r"attacker_index = \(1, 7\); drawn"):
         ROGUE.config("learning", {"attacker_index": (1, 8)})
 
 
@@ -171,3 +171,46 @@ def test_steps_of_2_ms_are_short_enough_for_the_wider_boundary_layer(defense):
         config = ROGUE.config("learning", {"dt_s": dt_s})
         means.append(play_episodes(ROGUE, config, players, range(7000, 7048))["return"].mean())
     assert means[0] == pytest.approx(means[1], rel=0.03)
+
+
+def test_the_viewer_shows_whom_the_alarms_blame_beside_who_attacks():
+    pytest.importorskip("pygame")
+    from cps_envs.rogue.picture.viewer import Viewer, belief
+
+    game = started((0,), "learning", **FIXED, onset_s=2.0, alarm_threshold=20.0)
+    go(game, 1.0, [5, 0] * 5, 10)
+    early = game.scene(0)
+    go(game, 1.0, [5, 0] * 5, 90)
+    late = game.scene(0)
+    assert belief(early) == "Alarms blame nobody; 3 attacks from 2.0 s on"
+    raised = np.flatnonzero(game.state.alarm[0])
+    assert late.blamed == sorted(set((raised + game.state.alarm[0, raised]).tolist()))
+    assert len(late.blamed) > 0
+    assert early.law[2] != "attacker"
+    assert late.law[2] == "attacker"
+    pictures = [Viewer(game.config).frame(scene) for scene in (early, late)]
+    assert not np.array_equal(*pictures)
+    quiet = started((0,), "learning", attack_share=0.0).scene(0)
+    assert belief(quiet) == "Alarms blame nobody; nobody attacks"
+
+
+@pytest.mark.slow
+def test_no_constant_acceleration_beats_the_monitor():
+    """A grid of constant commands by classes of places, against attackers of every kind, on seeds of this test."""
+    attackers = ("none", "square?frequency_hz=0.05", "duty_square", "contested?against=pd", "contested?against=monitor")
+    seeds = range(95_000, 95_024)
+    paid = []
+    for rear in (-1.0, -0.3, 0.0, 0.3, 1.0):
+        for front in (-1.0, -0.3, 0.0, 0.3, 1.0):
+            action = f"always?action={[rear] * 3 + [front] * 5}".replace(" ", "")
+            paid.append(mean_return(attackers, action, seeds, defense_action="command"))
+    assert min(paid) > mean_return(attackers, "monitor", seeds) + 1.0
+
+
+def mean_return(attackers, defender, seeds, **overrides):
+    config = ROGUE.config("learning", overrides)
+    returns = [
+        play_episodes(ROGUE, config, {"attacker": attacker, "defender": defender}, seeds)["return"].mean()
+        for attacker in attackers
+    ]
+    return np.mean(returns)

@@ -170,7 +170,7 @@ def caption(scene: Scene) -> str:
 
 def belief(scene: Scene) -> str:
     """Whom the alarms blame, beside what is true."""
-    blamed = " and ".join(str(vehicle + 1) for vehicle in scene.blamed) or "nobody"
+    blamed = ", ".join(str(vehicle + 1) for vehicle in scene.blamed) or "nobody"
     true = f"{scene.attacker + 1} attacks from {scene.onset_s:.1f} s on" if scene.onset_s < np.inf else "nobody attacks"
     return f"Alarms blame {blamed}; {true}"
 

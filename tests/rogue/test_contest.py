@@ -1,0 +1,83 @@
+"""The contest of preset `learning`: its declaration, and what it claims, on seeds that no search has used."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+from baselines.rogue.contest import CONTEST, constant
+from baselines.rogue.informed import responses
+from baselines.rogue.players import ATTACKERS
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.play import play_episodes
+from cps_envs.rogue.problem import ROGUE
+
+SEEDS = range(97_000, 97_048)
+ROUGH = ("square?frequency_hz=0.05", "duty_square", "contested?against=pd")  # attackers that a constant is screened by
+
+
+@cache
+def payoff(attacker: str, defender: str, first: int = SEEDS[0], count: int = len(SEEDS)):
+    players = {"attacker": attacker, "defender": defender}
+    return play_episodes(ROGUE, ROGUE.config("learning", {}), players, range(first, first + count))["return"]
+
+
+def score(defender, attackers=tuple(entrant.reference for entrant in ATTACKERS), **seeds):
+    return np.mean([payoff(attacker, defender, **seeds) for attacker in attackers], axis=0)
+
+
+@pytest.mark.parametrize("role", ["attacker", "defender"])
+def test_everybody_in_the_declaration_can_be_built(role):
+    side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
+    spec = ROGUE.game(ROGUE.config("learning", {}), 1).spec(role)
+    for reference in (*(entrant.reference for entrant in (*side.policies, *side.informed)), *side.constants):
+        resolve_policy(reference, spec)
+    for search in side.searches:
+        for place in (0, 1):
+            options = "&".join(f"{name}={ends[place]}" for name, ends in search.ranges.items())
+            resolve_policy(f"{search.policy}?{options}", spec)
+    for variant in CONTEST.variants:
+        ROGUE.config(variant.preset, variant.overrides)
+
+
+def test_a_constant_gives_each_class_of_places_its_law():
+    assert json.loads(constant((1, 0, 3)).partition("=")[2])[::2] == [1, 1, 0, 0, 3, 3, 3, 3]
+    assert len(set(CONTEST.defenders.constants)) == len(CONTEST.defenders.constants) > 100
+
+
+def test_informed_knows_a_response_to_every_attacker_of_the_contest():
+    assert list(responses()) == [entrant.reference for entrant in ATTACKERS]
+
+
+@pytest.mark.slow
+def test_no_constant_is_as_good_as_the_monitor():
+    """All of the declaration are screened, and the five best of them judged against every attacker."""
+    screened = {each: score(each, ROUGH, first=96_000, count=6).mean() for each in CONTEST.defenders.constants}
+    monitor = score("monitor")
+    for each in sorted(screened, key=screened.__getitem__)[:5]:
+        assert np.mean(score(each) - monitor) > 0.5, each
+
+
+@pytest.mark.slow
+def test_something_is_left_to_infer_and_something_can_be_done():
+    monitor = score("monitor")
+    assert np.mean(monitor - score("informed")) > CONTEST.defenders.margin_informed
+    assert np.mean(score("none") - monitor) > CONTEST.defenders.margin_neutral
+    for defender in ("sliding", "assigned", "sliding_detection", "pd"):
+        assert np.mean(score(defender) - monitor) > 0
+
+
+@pytest.mark.slow
+def test_nobody_has_won():
+    """No defender is unharmed by everybody, and no attacker is as good everywhere as the best is without a defence."""
+    undisturbed = min(payoff("none", entrant.reference).mean() for entrant in CONTEST.defenders.policies)
+    unopposed = max(payoff(entrant.reference, "none").mean() for entrant in ATTACKERS)
+    for entrant in CONTEST.defenders.policies:
+        worst = max(payoff(attacker.reference, entrant.reference).mean() for attacker in ATTACKERS)
+        assert worst > undisturbed + CONTEST.win_tolerance
+    for attacker in ATTACKERS:
+        least = min(payoff(attacker.reference, entrant.reference).mean() for entrant in CONTEST.defenders.policies)
+        assert least < unopposed - 5.0

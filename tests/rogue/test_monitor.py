@@ -1,0 +1,50 @@
+"""The monitor finds who disobeys, forgives who obeys again, and suspects nobody for nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baselines.rogue.division import NOBODY
+from baselines.rogue.monitor import Monitor
+from cps_envs.rogue.problem import ROGUE
+from tests.rogue.test_contested import config_of, play
+
+
+def suspicions(attacker, count, **overrides):
+    """The suspects (steps, B) of the monitor, and the seats (B,)."""
+    config, found, seats = config_of(**overrides), [], []
+
+    class Watched(Monitor):
+        def act(self, seen, state):
+            actions, state = super().act(seen, state)
+            found.append(state[1].copy())
+            return actions, state
+
+    watched = Watched(ROGUE.game(config, 1).spec("defender"))
+    play(attacker, watched, count, lambda game: seats.append(game.drawn["attacker"].copy()), **overrides)
+    return np.array(found), seats[0]
+
+
+def test_the_monitor_suspects_nobody_in_honest_episodes():
+    """No false alarm in 150 episodes: with 95 % confidence the rate is below 2 %."""
+    found, _ = suspicions("none", 150, attack_share=0.0)
+    assert np.all(found == NOBODY)
+
+
+@pytest.mark.parametrize("attacker", ["always?action=1", "always?action=-1", "contested?against=monitor"])
+def test_the_monitor_finds_who_disobeys_within_seconds(attacker):
+    found, seats = suspicions(attacker, 60, attack_share=1.0, onset_s=10.0)
+    assert np.all(found[:100] == NOBODY)
+    right = found[100:] == seats
+    delay_s = np.where(right.any(axis=0), 0.1 * right.argmax(axis=0), np.inf)
+    assert np.quantile(delay_s, 0.8) < 4.0
+    wrong = (found[100:] != seats) & (found[100:] != NOBODY)
+    assert wrong.mean() < 0.05
+
+
+def test_the_monitor_forgives_whoever_obeys_again():
+    found, seats = suspicions("strike?strike_s=3&period_s=40", 40, attack_share=1.0, onset_s=5.0)
+    struck = (found[50:100] == seats).any(axis=0)
+    assert struck.mean() > 0.8
+    assert np.mean(found[400, struck] == NOBODY) > 0.8  # 32 s after the end of the strike
