@@ -156,7 +156,8 @@ def test_a_jam_does_not_concern_who_believes_no_radio():
 
 
 def test_the_reference_is_told_at_once():
-    spec, shown = spec_of("defender", **OPEN), []
+    setting = OPEN | {"attack_budget": 2}
+    spec, shown = spec_of("defender", **setting), []
     policy = resolve_policy("informed", spec)
 
     def look(game):
@@ -164,15 +165,15 @@ def test_the_reference_is_told_at_once():
             told, _ = policy.begin([None, None], [{"truth": game.truth(b)} for b in range(2)])
             truth = {name: np.stack([t[name] for t in told]) for name in told[0]}
             rows = policy._corrected(game.observe("defender"), truth)
-            shown.append((spec.fields.decode(rows), game.state))
+            shown.append((spec.fields.decode(rows), {name: part.copy() for name, part in truth.items()}))
 
-    play("timed?pause_s=8", "none", [1, 2], on_step=look, duration_s=20.0, **OPEN)
-    ((view, state),) = shown
-    assert state.disbanding_s[0, :3].tolist() == [1.0, 9.0, np.inf]
+    play("timed?pause_s=8", "none", [1, 2], on_step=look, duration_s=20.0, **setting)
+    ((view, truth),) = shown
+    assert truth["disbanding_s"][0, :3].tolist() == [1.0, 9.0, np.inf]
     assert np.all(view["warned"] > 0.5)
     assert np.allclose(view["record_age_s"], 0, atol=1e-4)
     for name, unit in (("speed", 1e-4), ("acceleration", 1e-4)):
-        known = getattr(state, name)
+        known = truth[name]
         assert np.allclose(view[f"ahead_{name}"][:, :10], known[:, [9]], atol=unit)  # platoon 9 hears of platoon 10
         assert np.allclose(view[f"ahead_{name}"][:, 10:], known[:, [19]], atol=unit)
 
