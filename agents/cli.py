@@ -22,6 +22,7 @@ from agents.commands.play import play
 from agents.commands.reproduce.app import app as reproduce
 from agents.commands.results import results
 from agents.commands.search_feedback import search_feedback
+from agents.commands.search_string import search_string
 from agents.commands.search_switching import search_switching
 from agents.commands.self_play import self_play
 from agents.commands.string_stability import string_stability
@@ -107,6 +108,7 @@ app.command("bench")(bench)
 app.command("warm")(warm)
 app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)
+app.command("search-string")(search_string)
 app.command("calibrate-mtd2")(calibrate_mtd2)
 app.command("search-switching")(search_switching)
 

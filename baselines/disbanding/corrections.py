@@ -168,8 +168,15 @@ def read_records(row: Observation, layout: Layout, sight: Sight) -> None:
             sight.ahead_command[q] = decoded(row, scale, at.ahead_command + i)
             sight.age_s[q] = decoded(row, scale, at.record_age_s + i)
         else:
-            sight.ahead_speed[q], sight.age_s[q] = sight.speed[q - 1], np.inf
-            sight.ahead_acceleration[q] = sight.ahead_command[q] = sight.acceleration[q - 1]
+            suppose(sight, q)
+
+
+@inlined
+def suppose(sight: Sight, q: int) -> None:
+    """Take the predecessor of vehicle `q`, of whom it knows, for the disbanded vehicle, of whom it does not."""
+    before = max(q - 1, 0)
+    sight.ahead_speed[q], sight.age_s[q] = sight.speed[before], np.inf
+    sight.ahead_acceleration[q] = sight.ahead_command[q] = sight.acceleration[before]
 
 
 @inlined
@@ -178,13 +185,20 @@ def read_broadcast(row: Observation, layout: Layout, sight: Sight) -> None:
     at, scale = layout.offsets[0], layout.scale
     size = sight.speed.size // (at.ahead_speed - at.disbanded)
     platoons = count_present(row, at, scale)
+    told = False
+    for q in range(size):
+        suppose(sight, q)
     for platoon in range(1, platoons):
         i = platoons - 1 - platoon
+        told = told or decoded(row, scale, at.disbanded + i + 1) > HALF
         speed, acceleration = decoded(row, scale, at.ahead_speed + i), decoded(row, scale, at.ahead_acceleration + i)
         command = decoded(row, scale, at.ahead_command + i)
         for q in range(platoon * size, (platoon + 1) * size):
-            sight.ahead_speed[q], sight.ahead_acceleration[q], sight.ahead_command[q] = speed, acceleration, command
-            sight.age_s[q] = 0.0
+            if told:
+                sight.ahead_speed[q], sight.ahead_acceleration[q], sight.ahead_command[q] = speed, acceleration, command
+                sight.age_s[q] = 0.0
+            else:
+                suppose(sight, q)
 
 
 @inlined

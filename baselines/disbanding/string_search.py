@@ -1,6 +1,7 @@
 """The seeded search that found the numbers of the disbanding defender `string`: CMA-ES.
 
-`cps-envs search-string --out string.json` made the file `string.json` beside this module.
+`cps-envs search-string` made what stands in `string.json` beside this module: for each form a result with the search
+and the start that it was found from.
 """
 
 from __future__ import annotations
@@ -98,6 +99,11 @@ class Candidates(NamedTuple):
     detection_mps: FloatArray  # (P,)
 
 
+def found_before(result: Mapping[str, Any]) -> Candidates:
+    """The one policy of an earlier result of `search_string`."""
+    return Candidates(np.array([result["gains"]]), np.array([result["detection_mps"]]))
+
+
 def candidates_of(points: FloatArray, start: Candidates) -> Candidates:
     """What points (P, 33) of the search mean: steps from a start (1 candidate), and a power of e for the threshold."""
     steps = points[:, :-1].reshape(-1, *SHAPE)
@@ -134,6 +140,7 @@ def search_string(
             "detection_mps": round(float(middle.detection_mps[0]), 4),
             "cost": round(float(costs.mean()), 4),
             "search": asdict(search),
+            "start": {"gains": start.gains[0].tolist(), "detection_mps": float(start.detection_mps[0])},
         }
         if report is not None:
             report(trials, found)

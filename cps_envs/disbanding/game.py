@@ -186,6 +186,8 @@ class DisbandingGame(Game):
             disbanding_s=state.disbanding_s[b, : present.stop // self.config.vehicles_per_platoon].copy(),
             collided=state.collided[b, present].copy(),
             metrics=self.episode_metrics(b),
+            warned=np.isfinite(state.record_s[b, present]) if self.config.is_relayed else None,
+            jammed_after=int((state.jam_place[b] + 1) * self.config.vehicles_per_platoon - 1),
         )
 
     def team(self, role: Role) -> Team:

@@ -11,20 +11,23 @@ disband, and when; the defender corrects the commanded accelerations of the inta
 ## Action Space
 `Discrete(N + 1)`, once per second: 0 waits, i disbands the paper's platoon i (1 = rear, N = front). A platoon
 can be disbanded once, from 1 s on, while the budget lasts; anything else means waiting. `info["action_mask"]` and
-`action_masks()` tell what is legal.
+`action_masks()` tell what is legal. With a budget of jamming, as in preset `learning`, it is `Discrete(2 N)`:
+N + i blocks the radio link ahead of platoon i.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["attacker"].decode(observation)` gives units back.
 
 {observation_table}
 
+The table is of preset `paper`. In `learning` the attacker also sees `opens_in_s`, `jam_left_s` and `jammed`.
+
 ## Rewards
-The increase of the mean velocity error E_v (2.8), in percent, plus the collision penalty (preset `learning`: 0.3
+The increase of the mean velocity error E_v (2.8), in percent, plus the collision penalty (`easy`, `learning`: 0.3
 points per intact vehicle that becomes involved in a collision, scaled by 100 / M). The undiscounted return equals
 `info["velocity_error_all"] + info["collision_penalty"] + info["end_charge"]`.
 
 ## Starting State
-Steady state at 31 m/s: gaps x_d inside platoons and h v_d = 46.5 m between them; perturbed in preset `learning`.
+Steady state at 31 m/s: gaps x_d inside platoons and h v_d = 46.5 m between them; perturbed in `easy`, `learning`.
 
 ## Episode End
 Truncated after 180 s. Terminated only with `on_collision="end"`, at the first collision of an intact vehicle.
@@ -53,18 +56,22 @@ to the acceleration that their platoon law commands. Collision avoidance (2.6) a
 `Box(-1, 1, (M,), float32)` every 0.1 s, one entry per vehicle from front to rear, times 6 m/s2 (u_max - u_min);
 with `defense_action="platoon"` `(N,)`, row i - 1 for the paper's platoon i. A correction below 0.05 m/s2 leaves the
 law alone; a larger one is added to the law's command clipped to [u_min, u_max]. It acts only on intact vehicles
-upstream of the most forward disbanded platoon (`mitigable`).
+upstream of the most forward disbanded platoon (`mitigable`); in `learning` on every intact vehicle at any time.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.
 
 {observation_table}
 
+The table is of preset `paper`. In `learning` the warning travels from vehicle to vehicle: `disbanded` is not seen,
+`ahead_*` has one entry per vehicle q >= n with what its record says, `warned` and `record_age_s` tell whether there is
+one and how old it is, and `mitigable` covers all vehicles.
+
 ## Rewards
 Minus the attacker's: minus the increase of E_v (2.8) over all vehicles in percent, minus the collision penalty.
 
 ## Starting State
-Steady state at 31 m/s: gaps x_d inside platoons and h v_d = 46.5 m between them; perturbed in preset `learning`.
+Steady state at 31 m/s: gaps x_d inside platoons and h v_d = 46.5 m between them; perturbed in `easy`, `learning`.
 
 ## Episode End
 Truncated after 180 s. Terminated only with `on_collision="end"`, at the first collision of an intact vehicle; the

@@ -64,6 +64,8 @@ def test_same_scene_gives_the_same_pixels_whatever_was_drawn_before() -> None:
         {"speed": START.speed - 5.0},
         {"disbanding_s": np.where(np.arange(10) == 3, 0.0, np.inf)},
         {"collided": np.arange(100) == 42},
+        {"warned": np.zeros(100, bool)},
+        {"jammed_after": 19},
         {"metrics": START.metrics | {"velocity_error_intact": 1.0}},
         {"metrics": START.metrics | {"stopped_share": 7.0}},
     ],
@@ -81,6 +83,16 @@ def test_string_of_any_length_from_standstill_to_ghosts(num_platoons: int) -> No
     scene.position[-3:] = scene.position[-4] + np.array([-1.0, 2.0, 40.0])
     scene.collided[-4:] = True
     assert frame(scene, config).shape == (540, 960, 3)
+
+
+def test_the_viewer_shows_whom_the_warning_has_reached() -> None:
+    config = DisbandingConfig(warning="relayed")
+    scene = played(config, {1: 10}, 4)
+    assert scene.warned is not None
+    warned = np.flatnonzero(scene.warned[10:])
+    assert warned.tolist() == list(range(30))
+    told = replace(scene, warned=np.ones(100, np.bool_))
+    assert not np.array_equal(frame(scene, config), frame(told, config))
 
 
 def test_absent_platoons_are_left_out() -> None:

@@ -9,6 +9,9 @@ from cps_envs.core.types import Array, FloatArray
 
 INTACT: Color = (84, 97, 117)
 DISBANDED: Color = (201, 84, 16)
+WARNED: Color = (245, 208, 66)
+UNWARNED: Color = (120, 126, 136)
+JAMMED: Color = (214, 48, 132)
 
 LEVELS = 64  # colours of the speed scale
 _STOPS = (0.0, 0.150, 0.423, 0.680, 1.0)  # where the anchors lie at equal distances along the path in OKLab

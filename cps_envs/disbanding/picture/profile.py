@@ -9,7 +9,7 @@ from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PANEL, Color
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.picture.convoy import Convoy
-from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, SPEED_SCALE
+from cps_envs.disbanding.picture.palette import DISBANDED, INTACT, JAMMED, SPEED_SCALE, UNWARNED, WARNED
 
 AXIS = 40  # pixels at the right for the speed axis
 STRIP, NUMBERS = 13, 15  # pixels for the strip of road and for the platoon numbers below it
@@ -91,6 +91,19 @@ def draw_strip(canvas: Canvas, convoy: Convoy, x: FloatArray, box: Box, scale: f
     for q in range(len(x)):
         color = SPEED_SCALE[int(convoy.level[q])]
         canvas.box((float(x[q]) - 3, top + 3, 3, height - 6), color)
+    draw_beliefs(canvas, convoy, x, box)
+
+
+def draw_beliefs(canvas: Canvas, convoy: Convoy, x: FloatArray, box: Box) -> None:
+    """What intact vehicles know, over what is true of them: in the lower half of the strip, and a blocked link."""
+    scene, top, height = convoy.scene, box[1], box[3]
+    if scene.warned is not None:
+        for q in np.flatnonzero(~convoy.human).tolist():
+            color = WARNED if scene.warned[q] else UNWARNED
+            canvas.box((float(x[q]) - 3, top + height / 2, 3, height / 2 - 3), color)
+    if 0 <= scene.jammed_after < len(x) - 1:
+        between = (float(x[scene.jammed_after]) + float(x[scene.jammed_after + 1])) / 2
+        canvas.box((between - 2, top, 4, height), JAMMED)
 
 
 def draw_numbers(canvas: Canvas, convoy: Convoy, right: float, y: float, scale: float) -> None:

@@ -20,3 +20,5 @@ class Scene:
     disbanding_s: FloatArray  # (N,) s, +inf while intact
     collided: BoolArray  # (M,)
     metrics: dict[str, float]
+    warned: BoolArray | None = None  # (M,) whom the warning has reached; None where a broadcast tells everybody
+    jammed_after: int = -1  # the last vehicle ahead of a blocked radio link; -1 if none is

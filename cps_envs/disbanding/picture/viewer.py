@@ -18,6 +18,7 @@ from cps_envs.disbanding.picture.scene import Scene
 PITCH = 150.0  # pixels from card to card
 ROAD_HEIGHT, TALLEST_ROW = 270, 42
 CAPTION = f"The same road in rows, with metres from its end; vehicles are drawn {VEHICLE_M} m long, gaps to scale"
+BELIEFS = "Strip above, lower half: yellow has a warning, grey has none; magenta is a blocked link. Below: to scale"
 CARDS = (
     ("Velocity error, all", "velocity_error_all", "{:.2f} %"),
     ("Velocity error, intact", "velocity_error_intact", "{:.2f} %"),
@@ -46,7 +47,7 @@ class Viewer:
         draw_metrics(canvas, scene, (MARGIN, 52, INNER, 38))
         top = HEIGHT - MARGIN / 2 - road
         draw_profile(canvas, convoy, (MARGIN, 98, INNER, top - 24 - 98), self._config.desired_speed_mps)
-        canvas.text(CAPTION, (MARGIN, top - 10), MUTED, 16)
+        canvas.text(CAPTION if scene.warned is None else BELIEFS, (MARGIN, top - 10), MUTED, 16)
         draw_legend(canvas, WIDTH - MARGIN, top - 10)
         draw_road(canvas, convoy, (MARGIN, top, INNER, road))
         return canvas.pixels()

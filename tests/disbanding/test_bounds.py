@@ -1,0 +1,39 @@
+"""The bound that no defence can beat, and that a good one comes near."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baselines.disbanding.bounds import least_errors
+from cps_envs.core.play import play_episodes
+from cps_envs.disbanding.problem import DISBANDING
+
+
+# Independent estimates of the specification's authors, at gaps of x_d and of 1 m.
+@pytest.mark.parametrize(("tau_s", "wide", "narrow"), [(0.1, 15.19, 11.93), (0.3, 15.63, 12.37), (0.5, 16.42, 13.16)])
+def test_the_bound_of_the_lead_attack(tau_s, wide, narrow):
+    config = DISBANDING.config("paper", {"tau_s": tau_s})
+    assert least_errors(config, 5.0)["velocity_error_intact"][0] == pytest.approx(wide, abs=0.02)
+    assert least_errors(config, 1.0)["velocity_error_intact"][0] == pytest.approx(narrow, abs=0.02)
+
+
+def test_a_smaller_gap_lowers_the_bound_evenly():
+    config = DISBANDING.config("paper", {})
+    found = [least_errors(config, gap_m)["velocity_error_intact"][0] for gap_m in (1.0, 2.0, 3.0, 4.0)]
+    slope = np.diff(found)
+    assert np.allclose(slope, slope[0], rtol=1e-6)
+    # 45.5 gaps of a metre stand, on average over 90 vehicles, between a vehicle and the disbanded one.
+    assert slope[0] == pytest.approx(100 * 45.5 / (180 * 31), rel=1e-6)
+
+
+@pytest.mark.parametrize("defender", ["none", "heuristic", "copy", "feedback", "string", "informed"])
+def test_nobody_beats_the_bound_at_its_own_smallest_gap(defender):
+    overrides = {"attack_budget": 1, "quiet_share": 0.2}
+    config, seeds = DISBANDING.config("learning", overrides), range(600_000, 600_008)
+    outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": defender}, seeds)
+    bound = least_errors(config, outcome["smallest_gap_m"], seeds)
+    for name, least in bound.items():
+        assert np.all(outcome[name] >= least - 1e-6), name
+    assert (bound["velocity_error_all"] == 0).any()
+    assert (bound["velocity_error_all"] > 5).any()
