@@ -21,6 +21,8 @@ ONE_SIGN = dict.fromkeys(("w1", "w2", "w3", "w4"), (0.0, 1.0))
 BOTH_SIGNS = dict.fromkeys(("w1", "w2", "w3", "w4"), (-1.0, 1.0))
 BRINK = {"margin_c2": (0.0, 0.35), "gain": (0.05, 1.0), "most": (0.5, 8.0)}
 TRACK = {"level": (0.05, 1.5), "gain": (0.05, 1.0), "noise": (0.3, 1.5), "cap_c": (0.5, 15.0)}
+A_RAMP = {"rate_c_per_h": 0.7, "exponent": 1.0, "cap_c": 12.0, "delay_h": 0.3, **dict.fromkeys(ONE_SIGN, 0.8)}
+A_TRACKER = {"level": 0.4, "gain": 0.5, "noise": 1.0, "cap_c": 12.0}
 UNFIT = "trained in `easy`: it sees and chooses other estimates"
 
 
@@ -57,11 +59,11 @@ ATTACKERS = Side(
     ),
     constants=tuple(_forged()),
     searches=(
-        Search("shaped-cold", "shaped?keep_noise=true", {**SHAPE, **ONE_SIGN}),
-        Search("shaped-warm", "shaped?keep_noise=true&warmer=true", {**SHAPE, **ONE_SIGN}),
+        Search("shaped-cold", "shaped?keep_noise=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
+        Search("shaped-warm", "shaped?keep_noise=true&warmer=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
         Search("shaped-mixed", "shaped?keep_noise=true", {**SHAPE, **BOTH_SIGNS}),
-        Search("tracker-cold", "tracker", TRACK),
-        Search("tracker-warm", "tracker?warmer=true", TRACK),
+        Search("tracker-cold", "tracker", TRACK, A_TRACKER),
+        Search("tracker-warm", "tracker?warmer=true", TRACK, A_TRACKER),
         Search("brink-cold", "brink", BRINK),
         Search("brink-warm", "brink?warmer=true", BRINK),
     ),
