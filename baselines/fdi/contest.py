@@ -44,7 +44,13 @@ def always(action: list[int]) -> str:
     return f"always?action={json.dumps(action, separators=(',', ':'))}"
 
 
-TRACKER = {"margin": (-1.0, 3.0), "late": (-1.0, 3.0), "swing": (-1.0, 3.0), "swing_s": (0.0, 5.0)}
+TRACKER = {
+    "margin": (-1.0, 3.0),
+    "late": (-1.0, 3.0),
+    "swing": (-1.0, 3.0),
+    "swing_s": (0.0, 5.0),
+    "range_part": (0.0, 1.5),
+}
 SWING = {"swing_s": (0.0, 6.0), "open": (0.0, 1.0), "close": (0.0, 1.0), "range_part": (0.0, 1.0)}
 CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 30.0), "release_s": (0.1, 6.0)}
 
@@ -55,7 +61,7 @@ CONTEST = Contest(
         policies=tuple(map(Entrant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker"))),
         constants=tuple(constant_attacks()),
         searches=(
-            Search("tracker", "tracker", {**TRACKER, "range_part": (0.0, 1.5)}, {"margin": 0.7, "swing_s": 0.5}),
+            Search("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
             Search("swing", "swing", SWING, {"swing_s": 2.0, "open": 0.9, "close": 0.9, "range_part": 0.9}),
         ),
         margin_neutral=0.5,

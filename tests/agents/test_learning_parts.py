@@ -135,7 +135,7 @@ CASES = {
     "ppo": ROGUE,
     "sac": replace(ROGUE, algorithm="sac", buffer_size=100),
     "recurrent-ppo": replace(ROGUE, algorithm="recurrent-ppo", memory_units=8),
-    "maskable-ppo": replace(ROGUE, problem="fdi", algorithm="maskable-ppo", opponent="", overrides={}),
+    "maskable-ppo": replace(ROGUE, problem="fdi", preset="easy", algorithm="maskable-ppo", opponent="", overrides={}),
     "dqn": replace(
         ROGUE,
         problem="disbanding",
