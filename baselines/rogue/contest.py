@@ -40,6 +40,8 @@ MONITOR = Search(
         "threshold_mps": (0.3, 5.0),
         "release_s": (2.0, 40.0),
         "near_m": (0.0, 30.0),
+        "near_strong_m": (10.0, 60.0),
+        "strong_mps2": (0.2, 1.5),
         "horizon_s": (0.0, 3.0),
     },
 )

@@ -19,6 +19,8 @@ from cps_envs.rogue.actions import Engine, engine_of
 from cps_envs.rogue.controllers import DRIVEN, HUMAN, LINEAR, REAR, SLIDING, drive_behind, drive_freely, linear, sliding
 from cps_envs.rogue.state import Rules, rules_of
 
+MEMORY_S = 3.0  # chosen: of the mean strength
+
 
 class Knobs(NamedTuple):
     """When the monitor suspects somebody."""
@@ -28,10 +30,14 @@ class Knobs(NamedTuple):
     slack_mps2: float
     threshold_mps: float
     ceiling_mps: float  # of the sums; from there a suspect is released after `release_s`
+    strong_mps2: float
 
 
 class Monitor(AnalyticPolicy):
     """All drive by the law `before`; while somebody is suspected, by `apart`, or in danger `evade`: see `Division`.
+
+    A suspect whose acceleration was once, in the mean of some seconds, more than `strong_mps2` beyond that of an intact
+    engine is strong: then `evade_strong` and `near_strong_m` hold.
 
     Each vehicle has a one-sided CUSUM: its acceleration beyond what its law could ask for, were its gap rates
     wrong by up to `margin_mps`, less `slack_mps2`, added up over time. Whoever has the largest sum above
@@ -48,8 +54,11 @@ class Monitor(AnalyticPolicy):
         spec: RoleSpec,
         before: str = "f",
         apart: str = "fffff",
-        evade: str = "ssssl",
+        evade: str = "sslll",
+        evade_strong: str = "ssssl",
         near_m: float = 20.0,
+        near_strong_m: float = 40.0,
+        strong_mps2: float = 0.75,
         horizon_s: float = 1.0,
         margin_mps: float = 1.0,
         slack_mps2: float = 3.0,
@@ -66,23 +75,27 @@ class Monitor(AnalyticPolicy):
                 f"= {release_s} have to be above 0"
             )
         ceiling_mps = max(threshold_mps, slack_mps2 * release_s)
-        self.division = division_of(before, apart, evade, near_m, horizon_s)
-        self._knobs = pack(Knobs(spec.decision_interval_s, margin_mps, slack_mps2, threshold_mps, ceiling_mps))
+        self.divisions = (
+            division_of(before, apart, evade, near_m, horizon_s),
+            division_of(before, apart, evade_strong, near_strong_m, horizon_s),
+        )
+        suspicion = (margin_mps, slack_mps2, threshold_mps, ceiling_mps)
+        self._knobs = pack(Knobs(spec.decision_interval_s, *suspicion, strong_mps2))
         self._rules, self._engine = rules_of(spec.config), pack(engine_of(spec.config))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """The sums (B, n) in m/s and the suspects (B,), nobody at first."""
+        """The sums (B, n) in m/s, the suspects (B,), nobody at first, and their strengths (B,) in m/s2."""
         count = len(generators)
-        return np.zeros((count, self.spec.config.num_orders)), np.full(count, NOBODY)
+        return np.zeros((count, self.spec.config.num_orders)), np.full(count, NOBODY), np.zeros(count)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The controllers (B, 2 n) of all vehicles."""
         assert state is not None  # begun
-        sums, suspects = (part.copy() for part in state)
+        sums, suspects, strengths = (part.copy() for part in state)
         actions = np.zeros((len(seen), 2 * sums.shape[1]), np.int64)
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _watch(*shown, self._knobs, self._rules, self._engine, self.division, sums, suspects, actions)
-        return actions, (sums, suspects)
+        _watch(*shown, self._knobs, self._rules, self._engine, self.divisions, sums, suspects, strengths, actions)
+        return actions, (sums, suspects, strengths)
 
 
 @kernel
@@ -93,12 +106,14 @@ def _watch(
     knobs: Array,
     rules: Array,
     engine: Array,
-    division: Division,
+    divisions: tuple[Division, Division],
     sums: FloatArray,
     suspects: IntArray,
+    strengths: FloatArray,
     actions: IntArray,
 ) -> None:
-    """Bring the sums (B, n) and the suspects (B,) up to date, and fill the actions (B, 2 n)."""
+    """Bring the sums (B, n), the suspects (B,) and their strengths (B,) up to date; fill the actions (B, 2 n)."""
+    weak, strong = divisions
     at, k = offsets[0], unpack(Knobs, knobs, 0)
     r, e, values = unpack(Rules, rules, 0), unpack(Engine, engine, 0), np.empty(observation.shape[1])
     for b in range(suspects.size):
@@ -109,11 +124,28 @@ def _watch(
             excess = disobedience(values, at, i, count, k.margin_mps, r, e) - k.slack_mps2
             sums[b, i] = clip(sums[b, i] + k.period_s * excess, 0.0, k.ceiling_mps)
             loudest = i if sums[b, i] > sums[b, loudest] else loudest
-        if suspects[b] != NOBODY and sums[b, suspects[b]] == 0.0:
+        before = suspects[b]
+        if before != NOBODY and sums[b, before] == 0.0:
             suspects[b] = NOBODY
         if sums[b, loudest] > k.threshold_mps and (suspects[b] == NOBODY or sums[b, loudest] > sums[b, suspects[b]]):
             suspects[b] = loudest
-        divide(division, suspects[b], values, at, count, actions[b])
+        if suspects[b] == NOBODY or suspects[b] != before:
+            strengths[b] = 0.0
+        elif strengths[b] <= k.strong_mps2:  # a strong one stays strong
+            beyond = strength(values[at.speed + before], values[at.acceleration + before], e)
+            strengths[b] += k.period_s / MEMORY_S * (beyond - strengths[b])
+        if strengths[b] > k.strong_mps2:
+            divide(strong, suspects[b], values, at, count, actions[b])
+        else:
+            divide(weak, suspects[b], values, at, count, actions[b])
+
+
+@inlined
+def strength(speed: float, acceleration: float, e: Engine) -> float:
+    """How far (m/s2) an acceleration is beyond that of an intact engine at full effort, on the nearer side."""
+    drag = e.drag_per_s * speed
+    most, least = e.drive_mps2 * e.max_effort - drag, e.drive_mps2 * e.min_effort - drag
+    return float(max(acceleration - most, least - acceleration))
 
 
 @inlined

@@ -22,7 +22,7 @@ AHEAD = ("fff", "sss", "lll", "llf", "ssl", "rrr", "rrf")  # just ahead, far ahe
 CALM = ("fffff", "ssfff", "sslll")  # while the attacker is far away
 NEAR_M = (3.0, 12.0, 25.0)
 BEFORE = ("s", "f")
-MONITOR = {"apart": "fffff", "evade": "ssssl", "near_m": 20.0}  # what `monitor` does
+MONITOR = {"apart": "fffff", "evade": "ssssl", "near_m": 20.0}  # nearly what `monitor` does
 SEARCHED = 60_000_000  # first seed
 SCREENED, JUDGED, FINALISTS = 12, 32, 4
 

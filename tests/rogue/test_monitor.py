@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from baselines.rogue.division import NOBODY
-from baselines.rogue.monitor import Monitor
+from baselines.rogue.monitor import Monitor, strength
+from cps_envs.rogue.actions import Engine
 from cps_envs.rogue.problem import ROGUE
 from tests.rogue.test_contested import config_of, play
 
@@ -48,3 +49,27 @@ def test_the_monitor_forgives_whoever_obeys_again():
     struck = (found[50:100] == seats).any(axis=0)
     assert struck.mean() > 0.8
     assert np.mean(found[400, struck] == NOBODY) > 0.8  # 32 s after the end of the strike
+
+
+@pytest.mark.parametrize(("ratio", "share"), [(1.0, 0.0), (1.3, 1.0)])
+def test_the_monitor_tells_a_strong_engine_from_an_intact_one(ratio, share):
+    """An attacker at full throttle, whose engine the defender is not told."""
+    config, found = config_of(attack_share=1.0, onset_s=5.0, power_ratio=ratio), []
+
+    class Watched(Monitor):
+        def act(self, seen, state):
+            actions, state = super().act(seen, state)
+            found.append(state[2].copy())
+            return actions, state
+
+    watched = Watched(ROGUE.game(config, 1).spec("defender"))
+    play("always?action=1", watched, 40, attack_share=1.0, onset_s=5.0, power_ratio=ratio)
+    strong = found[200] > 0.75  # 15 s after the onset
+    assert np.mean(strong) == pytest.approx(share, abs=0.15)
+
+
+def test_strength_is_what_lies_beyond_full_effort_on_the_nearer_side():
+    engine = Engine(5.0, 0.1, -1.0, 1.0)
+    assert strength(20.0, 4.0, engine) == pytest.approx(1.0)  # full driving reaches 5 - 2
+    assert strength(20.0, -8.5, engine) == pytest.approx(1.5)  # full braking reaches -5 - 2
+    assert strength(20.0, 0.0, engine) == pytest.approx(-3.0)
