@@ -88,7 +88,7 @@ CONTEST = Contest(
             Search("string", "string", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
             Search("feedback", "feedback", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
         ),
-        margin_informed=0.3,
+        margin_informed=0.5,
         margin_neutral=5.0,
         left_out={
             "mpc_tuned": "takes seconds for an episode; `cps-envs benchmark` has it",

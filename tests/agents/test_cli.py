@@ -155,6 +155,22 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [target]
 
 
+def test_search_string_goes_on_from_a_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    module = pytest.importorskip("baselines.disbanding.string_search")
+
+    def fake(search: Any, report: Any, start: Any) -> dict[str, Any]:
+        report(search.trials // 2, {"cost": 2.0})
+        return {"cost": 1.0, "form": search.form, "begun": start and start.detection_mps.tolist()}
+
+    monkeypatch.setattr(module, "search_string", fake)
+    earlier, target = tmp_path / "earlier.json", tmp_path / "new" / "string.json"
+    earlier.write_text(json.dumps({"gains": [[0.0]], "detection_mps": 1.5}))
+    arguments = ("search-string", "--form", "local", "--trials", "4")
+    assert invoke(*arguments, "--start", str(earlier), "--out", str(target)).exit_code == 0
+    assert json.loads(target.read_text()) == {"cost": 1.0, "form": "local", "begun": [1.5]}
+    assert json.loads(invoke(*arguments).stdout)["begun"] is None
+
+
 def test_search_feedback_writes_its_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     module = pytest.importorskip("baselines.disbanding.feedback_search")
 

@@ -50,7 +50,7 @@ def test_a_share_of_the_episodes_is_quiet_and_the_others_open_at_any_time():
     assert abs(quiet.mean() - 0.25) < 4 * np.sqrt(0.25 * 0.75 / 400)
     assert np.array_equal(quiet, game.state.jam_steps == 0)
     assert set(game.budget[~quiet]) == {1, 2, 3}
-    assert set(game.state.jam_steps[~quiet]) == {200, 300, 400, 500}
+    assert set(game.state.jam_steps[~quiet]) == {500, 600, 700, 800, 900, 1000}
     assert set(game.state.opening_s) <= set(range(1, 61))
     assert game.state.opening_s.min() <= 3
     assert game.state.opening_s.max() >= 58

@@ -235,7 +235,7 @@ def test_late_warnings_cost_and_the_search_wins_most_of_it_back():
     attack = "timed?jam=1"
     returns = {name: play(attack, name, UNSEEN)["return"] for name in ("none", "feedback", "string", "informed")}
     means = {name: values.mean() for name, values in returns.items()}
-    assert means["informed"] + 0.3 < means["string"] < means["feedback"] - 5 < means["none"]
+    assert means["informed"] + 0.5 < means["string"] < min(means["feedback"], means["none"]) - 5
     lost = returns["string"] - returns["informed"]
     assert lost.mean() > 2 * lost.std(ddof=1) / np.sqrt(len(lost))
 
