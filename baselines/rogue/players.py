@@ -21,6 +21,7 @@ ATTACKERS = (
 DEFENDERS = (
     *(Entrant(name) for name in ("none", "pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")),
     Entrant("assigned"),
+    Entrant("ssl", "assigned?laws=ssl"),
     Entrant("front", "assigned?laws=f"),
     Entrant("monitor"),
 )

@@ -66,7 +66,7 @@ def test_something_is_left_to_infer_and_something_can_be_done():
     monitor = score("monitor")
     assert np.mean(monitor - score("informed")) > CONTEST.defenders.margin_informed
     assert np.mean(score("none") - monitor) > CONTEST.defenders.margin_neutral
-    for defender in ("sliding", "assigned", "sliding_detection", "pd"):
+    for defender in ("sliding", "assigned", "assigned?laws=ssl", "sliding_detection", "pd"):
         assert np.mean(score(defender) - monitor) > 0
 
 
