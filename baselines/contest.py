@@ -25,7 +25,7 @@ class Side:
 
     policies: tuple[Entrant, ...]  # every registered policy that can play, `none` (the neutral one) included
     constants: tuple[str, ...]  # policies that take one action: all there are, or a grid, such as "always?action=1"
-    informed: tuple[Entrant, ...] = ()  # told what the role has to infer
+    informed: tuple[Entrant, ...] = ()  # told what the role has to infer; others are compared with the first one
     searches: tuple[Search, ...] = ()  # together they share the budget of CPU time
     margin_informed: float = 0.0  # the best informed one has to be better than every other policy by this
     margin_neutral: float = 0.0  # the best policy has to be better than doing nothing by this
@@ -38,8 +38,9 @@ class Column:
 
     metric: str
     title: str
-    over: Literal["mean", "smallest", "share"] = "mean"  # of the episodes; the share of those in which it is above 0
+    over: Literal["mean", "median", "smallest", "share"] = "mean"  # the share of the episodes in which it is above 0
     form: str = "{:.2f}"
+    against: str = ""  # only episodes against this attacker, such as `none`; all if empty
 
 
 @dataclass(frozen=True)
@@ -68,5 +69,4 @@ class Contest:
     search_episodes: int = 16  # of each candidate of a search
     win_tolerance: float = 0.0  # a defender has won who never pays more than this above the best value without attack
     columns: tuple[Column, ...] = ()
-    bound: str = ""  # a metric that certifies, episode by episode, what no attacker can exceed without a defence
     notes: tuple[str, ...] = ()

@@ -18,7 +18,7 @@ from agents.zoo.files import SHIPPED
 from cps_envs import PROBLEMS
 
 SOURCES = ("*.py", "*.json", "*.csv")
-DECLARATION = "contest.py"  # in a problem's folder: what is played, which each piece of work tells itself
+DECLARATION = "contest.py"  # what is played, which each piece of work tells itself
 
 
 class Store:
@@ -66,7 +66,7 @@ def fingerprint(problem: str) -> str:
         found = (file for pattern in SOURCES for file in root.rglob(pattern))
         for file in sorted(file for file in found if not file.is_relative_to(SHIPPED)):
             place = file.relative_to(root)
-            if place.parts[0] in others or (len(place.parts) > 1 and place.name == DECLARATION):
+            if place.parts[0] in others or place.name == DECLARATION:
                 continue
             digest.update(place.as_posix().encode())
             digest.update(file.read_bytes())

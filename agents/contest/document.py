@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from agents.contest.played import Effort, Played
-from agents.contest.rules import NEUTRAL, TOLD, Finding, judge, shortfall
+from agents.contest.rules import BEST_CONSTANT, NEUTRAL, TOLD, Finding, judge, shortfall
 from agents.evaluation.statistics import Estimate, estimate
 from baselines.contest import Column
 from baselines.schedule import Entrant
@@ -74,30 +74,33 @@ def _rows(played: Played, role: Role) -> Iterator[dict[str, Any]]:
             "reference": "",
             "kind": "informed",
             "score": plain(estimate([played.told()[None]])),
-            "columns": {},
         }
 
 
 def _row(played: Played, role: Role, entrant: Entrant, kind: str) -> dict[str, Any]:
-    rivals = played.side(other(role)).policies
+    side, rivals = played.side(role), played.side(other(role)).policies
     values = played.values(role, entrant)
     means = {rival.name: float(row.mean()) for rival, row in zip(rivals, values, strict=True)}
     best = min(means, key=lambda name: SIGN[role] * means[name])  # for the other role
     row: dict[str, Any] = {
-        "name": entrant.reference if kind == "constant" else entrant.name,
+        "name": BEST_CONSTANT if kind == "constant" else entrant.name,
         "reference": entrant.reference,
         "kind": kind,
         "score": plain(estimate([values.mean(axis=0)[None]])),  # what the attacker is paid
         "against": means,
         "without": means.get(NEUTRAL),  # an attack, or a defence
         "worst": {"by": best, "mean": means[best]},
-        "columns": {column.metric: _column(played, role, entrant, column) for column in played.contest.columns},
     }
+    if role == "defender":
+        row["columns"] = [_column(played, entrant, column) for column in played.contest.columns]
     if kind in ("policy", "informed"):
         row["paid"] = dict(_meetings(played, role, entrant))  # against informed references too
     if kind in ("policy", "informed") and played.responses:
         rival, lost = shortfall(played, role, entrant)
         row["shortfall"] = {"against": rival, **plain(estimate([lost[None]]))}
+    if role == "defender" and side.informed:
+        ideal = played.values(role, side.informed[0]).mean(axis=0)
+        row["excess"] = plain(estimate([(values.mean(axis=0) - ideal)[None]]))
     response = played.responses.get(entrant.name) if role == "defender" else None
     if response is not None:
         paid = played.meetings[response.name, entrant.name]["return"]
@@ -111,13 +114,16 @@ def _meetings(played: Played, role: Role, entrant: Entrant) -> Iterator[tuple[st
         yield rival.name, float(played.meetings[pair]["return"].mean())
 
 
-def _column(played: Played, role: Role, entrant: Entrant, column: Column) -> float:
-    """Over all episodes against the other side's policies, and against the response to a defender."""
-    values = [played.values(role, entrant, column.metric)]
-    response = played.responses.get(entrant.name) if role == "defender" else None
+def _column(played: Played, defender: Entrant, column: Column) -> float:
+    """Over the episodes against all attackers and the response, or against one attacker."""
+    attackers = played.contest.attackers.policies
+    rows = dict(zip((each.name for each in attackers), played.values("defender", defender, column.metric), strict=True))
+    response = played.responses.get(defender.name)
     if response is not None:
-        values.append(played.meetings[response.name, entrant.name][column.metric][None])
-    every: FloatArray = np.concatenate(values)
+        rows.setdefault(response.name, played.meetings[response.name, defender.name][column.metric])
+    every: FloatArray = np.array([rows[column.against]] if column.against else list(rows.values()))
+    if column.over == "share":
+        return float((every > 0).mean())
     if column.over == "smallest":
         return float(every.min())
-    return float((every > 0).mean() if column.over == "share" else every.mean())
+    return float(np.median(every) if column.over == "median" else every.mean())

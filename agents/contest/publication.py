@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agents.contest.document import Document
-from agents.contest.tables import draw, markdown
+from agents.contest.tables import as_markdown, draw, markdown, summary
 from agents.errors import CommandError
 from agents.files import write_figure, write_json, write_text
 from cps_envs import PROBLEMS
@@ -32,7 +32,8 @@ def publish(new: Sequence[Document], root: Path) -> list[Path]:
     every.sort(key=lambda found: order.index(found["problem"]) if found["problem"] in order else len(order))
     pictures = [_picture(root, found) for found in new if found["searches"]]
     write_json(data, every)
-    write_text(page, "\n".join([text.partition(END)[0] + END, "", *map(markdown, every)]))
+    first = "\n".join(["## All roles", "", *as_markdown(summary(every))]) + "\n"
+    write_text(page, "\n".join([text.partition(END)[0] + END, "", first, *map(markdown, every)]))
     return [page, data, *pictures]
 
 

@@ -13,6 +13,7 @@ from cps_envs.core.types import ROLES, FloatArray, Role, other
 NEUTRAL = "none"
 TOLD = "told whom it faces"
 NOT_WON = "nobody has won"
+BEST_CONSTANT = "best constant"
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,7 @@ def _of_role(played: Played, role: Role) -> Iterator[Finding]:
     constant = played.constant(role)
     if constant is not None:
         found = played.scores(role, constant)
-        label = constant.reference
-        yield _finding("no constant action is best", role, (best.name, scores[best.name]), (label, found), 0.0)
+        yield _finding("no constant action is best", role, (best.name, scores[best.name]), (BEST_CONSTANT, found), 0.0)
     neutral = (NEUTRAL, scores[NEUTRAL])
     yield _finding("something can be done", role, (best.name, scores[best.name]), neutral, side.margin_neutral)
     informed = _informed(played, role)

@@ -9,13 +9,14 @@ import numpy as np
 
 from agents.console import make_table
 from agents.contest.document import Document
-from agents.contest.rules import NOT_WON
+from agents.contest.rules import NEUTRAL, NOT_WON
 from agents.heatmap import draw_matrix
+from cps_envs.core.types import ROLES, SIGN, Role
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-KINDS = {"policy": "", "informed": " (told)", "constant": " (constant)", "searched": " (searched)"}
+KINDS = {"policy": "", "informed": " (told)", "constant": "", "searched": " (searched)"}
 NONE = "-"
 
 
@@ -41,15 +42,11 @@ def sheets(found: Document) -> Iterator[Sheet]:
         ("attacker", "mean", "no defence", "least, against"),
         [_attacker(row) for row in sorted(found["attackers"], key=lambda row: -row["score"]["mean"])],
     )
-    if found["columns"]:
-        yield Sheet(
-            f"{where}: what means hide, over all attackers and the best response",
-            ("defender", *(_heading(column) for column in found["columns"])),
-            [
-                (_name(row), *(column["form"].format(row["columns"][column["metric"]]) for column in found["columns"]))
-                for row in found["defenders"]
-            ],
-        )
+    yield Sheet(
+        f"{where}: what means hide, over all attackers and the best response",
+        ("defender", f"excess over told, {unit}", *(column["title"] for column in found["columns"])),
+        [_hidden(row, found["columns"]) for row in found["defenders"]],
+    )
     if found["rules"]:
         yield Sheet(
             f"{where}: is it a contest?",
@@ -57,10 +54,6 @@ def sheets(found: Document) -> Iterator[Sheet]:
             [_rule(rule) for rule in found["rules"]],
             left=3,
         )
-
-
-def _heading(column: Mapping[str, Any]) -> str:
-    return str(column["title"])
 
 
 def _name(row: Mapping[str, Any]) -> str:
@@ -76,6 +69,11 @@ def _defender(row: Mapping[str, Any]) -> list[str]:
         f"{_number(row['worst']['mean'])} {row['worst']['by']}",
         f"{interval(response)} {response['by']}" if response else NONE,
     ]
+
+
+def _hidden(row: Mapping[str, Any], columns: Sequence[Mapping[str, Any]]) -> list[str]:
+    texts = [column["form"].format(value) for column, value in zip(columns, row["columns"], strict=True)]
+    return [_name(row), interval(row["excess"]) if "excess" in row else NONE, *texts]
 
 
 def _attacker(row: Mapping[str, Any]) -> list[str]:
@@ -123,6 +121,28 @@ def draw(found: Document) -> Any:
     return draw_matrix(means, texts, names, defenders, title=title, axis="defender", limits=limits)
 
 
+def summary(every: Sequence[Document]) -> Sheet:
+    """One row for each role of the judged variants."""
+    rows = [_role(found, role) for found in every if found["rules"] for role in ROLES]
+    columns = ("problem, role", "nothing", "best constant", "best policy", "told", "least exploited policy")
+    return Sheet("What the attacker is paid, mean over the policies of the other side", columns, rows)
+
+
+def _role(found: Document, role: Role) -> list[str]:
+    rows, sign = found[f"{role}s"], SIGN[role]
+    neutral = next(row for row in rows if row["name"] == NEUTRAL)
+    texts = []
+    for kind in ("constant", "policy", "informed"):
+        group = [row for row in rows if row["kind"] == kind]
+        best = max(group, key=lambda row: sign * row["score"]["mean"], default=None)
+        name = "" if best is None or kind == "constant" else f" {best['name']}"
+        texts.append(NONE if best is None else f"{interval(best['score'])}{name}")
+    responses = [(row["response"], row["name"]) for row in rows if row["kind"] == "policy" and "response" in row]
+    worst = min(responses, key=lambda pair: float(pair[0]["mean"]), default=None)
+    texts.append(NONE if worst is None else f"{interval(worst[0])} {worst[1]}")
+    return [f"{found['problem']}, {role}", interval(neutral["score"]), *texts]
+
+
 def terminal(found: Document) -> Iterator[Table]:
     """For a console."""
     from rich.markup import escape
@@ -144,11 +164,20 @@ def markdown(found: Document) -> str:
     if found["searches"]:
         lines += [f"![Pay of every meeting](images/contest-{found['problem']}.png)", ""]
     for sheet in sheets(found):
-        lines += [f"**{sheet.title}**", "", f"| {' | '.join(sheet.columns)} |", "|---" * len(sheet.columns) + "|"]
-        lines += [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in sheet.rows]
-        lines.append("")
+        lines += [*as_markdown(sheet), ""]
     lines += list(_notes(found))
     return "\n".join(lines).rstrip("\n") + "\n"
+
+
+def as_markdown(sheet: Sheet) -> list[str]:
+    """The lines of a table with its title."""
+    return [
+        f"**{sheet.title}**",
+        "",
+        f"| {' | '.join(sheet.columns)} |",
+        "|---" * len(sheet.columns) + "|",
+        *(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in sheet.rows),
+    ]
 
 
 def _notes(found: Document) -> Iterator[str]:
@@ -157,6 +186,10 @@ def _notes(found: Document) -> Iterator[str]:
     for role, reasons in found["left_out"].items():
         for name, reason in reasons.items():
             yield f"- Left out: {role} `{name}`: {reason}"
+    for role in ROLES:
+        for row in found[f"{role}s"]:
+            if row["kind"] in ("constant", "searched"):
+                yield f"- {row['name']}, {role}: `{row['reference']}`"
     responses = {row["name"]: row["response"] for row in found["defenders"] if row.get("response")}
     for name, response in responses.items():
         yield f"- Best response to {name}: `{response['reference']}`"

@@ -20,7 +20,7 @@ from agents.contest.played import Effort, Played
 from agents.contest.publication import END, publish
 from agents.contest.rules import judge
 from agents.contest.search import run_search, with_options
-from agents.contest.tables import markdown, sheets
+from agents.contest.tables import markdown, sheets, summary
 from agents.errors import CommandError
 from agents.machine import available_cores
 from baselines.contest import Column, Contest, Search, Side, Variant
@@ -30,6 +30,7 @@ from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, FloatArray
 
 TINY = Effort(budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2)
+QUIET = Column("damage", "quiet", "median", "{:.1f}", against="none")
 SHORT = {"duration_s": 6.0, "contact": "solid"}
 
 
@@ -50,7 +51,7 @@ def rogue() -> Contest:
         variants=(Variant("tiny", "six seconds", "paper", SHORT), Variant("other", "five seconds", "paper", SHORT)),
         episodes=3,
         search_episodes=2,
-        columns=(Column("damage", "worst damage", "smallest"), Column("damage", "hit", "share", "{:.0%}")),
+        columns=(Column("damage", "worst damage", "smallest"), Column("damage", "hit", "share", "{:.0%}"), QUIET),
         notes=("A note.",),
     )
 
@@ -136,15 +137,21 @@ def test_variants_that_are_not_judged_are_only_played(tmp_path: Path) -> None:
 def test_the_document_is_plain_and_its_tables_are_complete(played: Played) -> None:
     found = json.loads(json.dumps(document(played, TINY, {"command": "cps-envs contest"}, 1.0)))
     names = [row["name"] for row in found["defenders"]]
-    assert names == ["none", "pd", "sliding", "told", "always?action=0"]
+    assert names == ["none", "pd", "sliding", "told", "best constant"]
     assert found["attackers"][-1]["name"] == "told whom it faces"
     defenders, attackers, hidden, rules = sheets(found)
     assert len(defenders.rows) == 5
     assert len(attackers.rows) == 4
-    assert hidden.columns == ("defender", "worst damage", "hit")
+    assert hidden.columns == ("defender", "excess over told, m/s", "worst damage", "hit", "quiet")
+    assert {row[-1] for row in hidden.rows} == {"0.0"}
     assert {row[0] for row in rules.rows} >= {"nobody has won", "something can be done"}
     text = markdown(found)
     assert "Best response to pd" in text
+    assert "- best constant, defender: `always?action=0`" in text
+    attacker, defender = summary([found]).rows
+    assert (attacker[0], defender[0]) == ("rogue, attacker", "rogue, defender")
+    assert attacker[4].endswith("told whom it faces")
+    assert defender[5].split()[-1] in ("none", "pd", "sliding")
     assert "- A note." in text
 
 
@@ -209,7 +216,7 @@ def test_a_constant_that_is_best_breaks_the_rule() -> None:
     played.constants = {"defender": [Entrant("constant 1", "always?action=3")]}
     broken = next(finding for finding in judge(played) if finding.rule == "no constant action is best")
     assert not broken.holds
-    assert broken.worse == "always?action=3"
+    assert broken.worse == "best constant"
     assert broken.lead.mean == pytest.approx(-2.5)
 
 
