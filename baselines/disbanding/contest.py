@@ -106,7 +106,8 @@ CONTEST = Contest(
     columns=(
         Column("collided_intact", "episodes with a collision of an intact vehicle", over="share", form="{:.0%}"),
         Column("smallest_gap_m", "smallest gap (m)", over="smallest"),
-        Column("false_alarms", "corrected in vain (%)", form="{:.2f}"),
+        Column("return", "cost where nobody attacks", against="none"),
+        Column("false_alarms", "corrected in vain, nobody attacks (%)", form="{:.2f}", against="none"),
     ),
     notes=(
         "Every vehicle acts on its own sensors, its predecessor's and its record; only `informed` is told more.",

@@ -94,7 +94,8 @@ CONTEST = Contest(
     columns=(
         Column("collided_pairs", "episodes with a collision", over="share", form="{:.0%}"),
         Column("detected", "alarm before the collision", over="share", form="{:.0%}"),
-        Column("false_alarm", "false alarm", over="share", form="{:.0%}"),
+        Column("false_alarm", "alarm on an honest reading", over="share", form="{:.0%}"),
+        Column("false_alarm", "the same, nobody attacks", over="share", form="{:.0%}", against="none"),
         Column("smallest_gap_m", "smallest gap (m)", over="smallest"),
     ),
     notes=(

@@ -116,9 +116,9 @@ CONTEST = Contest(
     variants=VARIANTS,
     win_tolerance=2.0,
     columns=(
+        Column("return", "median, C2", over="median"),
         Column("flawed_steps", "steps on a lie", form="{:.0f}"),
         Column("model_steps", "steps without sensors", form="{:.0f}"),
-        Column("num_compromised", "liars"),
         Column("energy_kwh", "kWh", form="{:.1f}"),
     ),
     notes=(

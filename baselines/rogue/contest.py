@@ -80,7 +80,7 @@ CONTEST = Contest(
         Column("damage", "damage, m/s", form="{:.1f}"),
         Column("formation_cost_s", "formation cost, s", form="{:.0f}"),
         Column("collisions", "episodes with a collision", "share"),
-        Column("false_alarms", "false alarms", form="{:.1f}"),
+        Column("false_alarms", "false alarms, nobody attacks", form="{:.1f}", against="none"),
     ),
     notes=(
         "The attacker is paid the damage and 0.2 m/s for each second of formation cost, which counts intact vehicles.",

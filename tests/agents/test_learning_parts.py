@@ -29,6 +29,7 @@ ROGUE = Recipe(
     problem="rogue",
     role="attacker",
     opponent="pd",
+    preset="easy",
     overrides={"duration_s": 3.0},
     num_envs=4,
     total_steps=64,

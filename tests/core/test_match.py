@@ -175,7 +175,7 @@ def test_truth_is_what_the_game_says_of_an_episode() -> None:
     played.truth = lambda b: {"liar": b}  # type: ignore[method-assign]
     Match(played, {"attacker": Told(0, np.int64)}).reset(np.array([False, True, True]), generators())
     assert [known["truth"] for known in begun] == [{"liar": 1}, {"liar": 2}]
-    with pytest.raises(TypeError, match="'toy' hides nothing"):
+    with pytest.raises(TypeError, match="'toy' tells no policy"):
         Match(game(), {"attacker": Told(0, np.int64)}).reset(np.ones(3, np.bool_), generators())
 
 

@@ -95,7 +95,7 @@ class Scenario:
             mean_abs_error_c=game.state.absolute_error / game.config.num_steps,
             onset_step=int(game.state.onset[0]),
             distinct_sets=metrics["distinct_sets"],
-            intact_sets=(game.state.used & ~self._flawed(game)).sum(axis=1),
+            intact_sets=(used_sets(game) & ~self._flawed(game)).sum(axis=1),
             model_steps=metrics["model_steps"],
             rejecting_steps=metrics["rejecting_steps"],
             full_window_steps=game.horizon - game.config.window_steps,
@@ -106,6 +106,12 @@ class Scenario:
         attacked = game.state.compromised & (self.attacker != "none")
         marked: BoolArray = np.any(game.constants.member & attacked[:, np.newaxis], axis=2)
         return marked
+
+
+def used_sets(game: HvacGame) -> BoolArray:
+    """Which sets were chosen at some time, (B, sets): the first choices after the raw readings."""
+    used: BoolArray = game.state.used[:, 1 : 1 + len(game.constants.member)]
+    return used
 
 
 def squared_error(game: HvacGame) -> FloatArray:
