@@ -111,10 +111,10 @@ def _write(found: list[Document], folder: Path) -> list[Path]:
 
 
 def _show(found: Document) -> None:
-    from agents.contest.tables import terminal
+    from agents.contest.tables import terminal, value_line
 
     console = out()
     for table in terminal(found):
         console.print(table)
-    for note in found["notes"]:
+    for note in ([value_line(found)] if found["game"] else []) + found["notes"]:
         console.print(note, markup=False)

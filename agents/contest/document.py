@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, TypeAlias
 
@@ -11,12 +11,14 @@ import numpy as np
 from agents.contest.played import Effort, Played
 from agents.contest.rules import BEST_CONSTANT, NEUTRAL, TOLD, Finding, judge, shortfall
 from agents.evaluation.statistics import Estimate, estimate
+from agents.league.equilibrium import solve, value_interval
 from baselines.contest import Column
 from baselines.schedule import Entrant
 from cps_envs import find_problem
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 Document: TypeAlias = dict[str, Any]
+LEAST_SHARE = 0.005  # of a mixed strategy that is worth telling
 
 
 def document(played: Played, effort: Effort, machine: Mapping[str, Any], wall_s: float) -> Document:
@@ -42,6 +44,7 @@ def document(played: Played, effort: Effort, machine: Mapping[str, Any], wall_s:
         "defenders": list(_rows(played, "defender")),
         "rules": [_rule(finding) for finding in findings],
         "holds": all(finding.holds for finding in findings) if judged else None,
+        "game": _game(played) if judged else None,
         "searches": list(played.searches),
         "left_out": {"attacker": dict(contest.attackers.left_out), "defender": dict(contest.defenders.left_out)},
         "notes": list(contest.notes),
@@ -55,6 +58,27 @@ def _rule(finding: Finding) -> dict[str, Any]:
 def plain(found: Estimate) -> dict[str, float | None]:
     """Mean and interval."""
     return {"mean": found.mean, "low": found.low, "high": found.high}
+
+
+def _game(played: Played) -> dict[str, Any]:
+    """The zero-sum game of all policies and all attacks that were searched, on the validation episodes."""
+    attacks = [*played.contest.attackers.policies, *played.found]
+    defences = list(played.contest.defenders.policies)
+    payoffs = np.array(
+        [[played.validation[attack.name, defence.name]["return"] for defence in defences] for attack in attacks]
+    )
+    found, interval = solve(payoffs.mean(axis=2)), value_interval(payoffs)
+    low, high = interval or (None, None)
+    return {
+        "value": {"mean": found.value, "low": low, "high": high},
+        "attacker": _played(attacks, found.attacker),
+        "defender": _played(defences, found.defender),
+    }
+
+
+def _played(entrants: Sequence[Entrant], probabilities: FloatArray) -> dict[str, float]:
+    shares = {entrant.name: float(share) for entrant, share in zip(entrants, probabilities, strict=True)}
+    return {name: share for name, share in shares.items() if share > LEAST_SHARE}
 
 
 def _rows(played: Played, role: Role) -> Iterator[dict[str, Any]]:

@@ -180,7 +180,19 @@ def as_markdown(sheet: Sheet) -> list[str]:
     ]
 
 
+def value_line(found: Document) -> str:
+    """The value of the game of all policies and searched attacks, and who plays it."""
+    game, sides = found["game"], []
+    for role in ROLES:
+        shares = (f"{name} {share:.0%}" for name, share in found["game"][role].items())
+        sides.append(f"the {role} plays {', '.join(shares)}")
+    value = interval(game["value"])
+    return f"Value of the game of all policies and searched attacks: {value} {found['unit']}; {'; '.join(sides)}."
+
+
 def _notes(found: Document) -> Iterator[str]:
+    if found["game"]:
+        yield f"- {value_line(found)}"
     for note in found["notes"]:
         yield f"- {note}"
     for role, reasons in found["left_out"].items():

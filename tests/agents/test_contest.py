@@ -145,7 +145,12 @@ def test_the_document_is_plain_and_its_tables_are_complete(played: Played) -> No
     assert hidden.columns == ("defender", "excess over told, m/s", "worst damage", "hit", "quiet")
     assert {row[-1] for row in hidden.rows} == {"0.0"}
     assert {row[0] for row in rules.rows} >= {"nobody has won", "something can be done"}
+    assert sum(found["game"]["attacker"].values()) == pytest.approx(1.0, abs=0.02)
+    assert set(found["game"]["defender"]) <= {"none", "pd", "sliding"}
+    low, high = (min(row["score"]["mean"] for row in found["attackers"]), 50.0)
+    assert low <= found["game"]["value"]["mean"] <= high
     text = markdown(found)
+    assert "Value of the game" in text
     assert "Best response to pd" in text
     assert "- best constant, defender: `always?action=0`" in text
     attacker, defender = summary([found]).rows
