@@ -51,8 +51,8 @@ def contest(
     from cps_envs import find_problem
     from cps_envs.core.errors import require
 
-    if publish and (quick or variant):
-        raise CommandError("--publish takes all variants at full length: leave out --variant and --quick")
+    if publish and quick:
+        raise CommandError("--quick is a look, no result: leave out --publish")
     require("cma", extra="baselines", purpose="a contest's searches")
     require("matplotlib", extra="baselines", purpose="a contest's heat map")
     contests = find_contests([find_problem(name).name for name in problem or []])

@@ -6,17 +6,17 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
+from agents.contest.contest import find_contests
 from agents.contest.document import Document
 from agents.contest.tables import as_markdown, draw, markdown, summary
 from agents.errors import CommandError
 from agents.files import write_figure, write_json, write_text
-from cps_envs import PROBLEMS
 
 END = "<!-- the tables below are written by `cps-envs contest --publish` -->"
 
 
 def publish(new: Sequence[Document], root: Path) -> list[Path]:
-    """Renew both files below `root` for the problems of the documents; the others stay. Returns their paths.
+    """Renew both files below `root` for the variants of the documents; other declared ones stay. Returns their paths.
 
     Raises:
         CommandError: no repository of this package.
@@ -26,15 +26,18 @@ def publish(new: Sequence[Document], root: Path) -> list[Path]:
     if END not in text:
         raise CommandError(f"{page} has no line {END}: publish from the repository's folder")
     before: list[Document] = json.loads(data.read_text(encoding="utf-8")) if data.is_file() else []
-    renewed = {found["problem"] for found in new}
-    order = list(PROBLEMS)
-    every = [*(found for found in before if found["problem"] not in renewed), *new]
-    every.sort(key=lambda found: order.index(found["problem"]) if found["problem"] in order else len(order))
+    known = {_key(found): found for found in (*before, *new)}
+    declared = [(each.problem, variant.name) for each in find_contests([]) for variant in each.variants]
+    every = [known[key] for key in declared if key in known]
     pictures = [_picture(root, found) for found in new if found["searches"]]
     write_json(data, every)
     first = "\n".join(["## All roles", "", *as_markdown(summary(every))]) + "\n"
     write_text(page, "\n".join([text.partition(END)[0] + END, "", first, *map(markdown, every)]))
     return [page, data, *pictures]
+
+
+def _key(found: Document) -> tuple[str, str]:
+    return found["problem"], found["variant"]
 
 
 def _picture(root: Path, found: Document) -> Path:

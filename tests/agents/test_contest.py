@@ -25,7 +25,6 @@ from agents.errors import CommandError
 from agents.machine import available_cores
 from baselines.contest import Column, Contest, Search, Side, Variant
 from baselines.schedule import Entrant
-from cps_envs import PROBLEMS
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, FloatArray
 
@@ -253,22 +252,22 @@ def test_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert "leave out" in refused.output
 
 
-def test_publishing_keeps_the_other_problems(tmp_path: Path, played: Played) -> None:
+def test_publishing_keeps_the_other_variants(tmp_path: Path, played: Played) -> None:
     found = document(played, TINY, {"command": "cps-envs contest"}, 1.0)
     with pytest.raises(CommandError, match=r"contest\.md has no line"):
         publish([found], tmp_path)
     (tmp_path / "docs").mkdir()
     page = tmp_path / "docs" / "contest.md"
     page.write_text(f"# Contests\n\n{END}\nfrom before\n")
-    publish([{**found, "problem": next(iter(PROBLEMS))}], tmp_path)
-    publish([found], tmp_path)
+    first, second = find_contests([])[0], find_contests([])[-1]
+    keys = [(each.problem, variant.name) for each in (first, second) for variant in each.variants[:2]]
+    for problem, variant in reversed(keys):
+        publish([{**found, "problem": problem, "variant": variant}], tmp_path)
     text = page.read_text()
     assert text.startswith("# Contests")
     assert "from before" not in text
-    assert [each["problem"] for each in json.loads((tmp_path / "docs" / "contest.json").read_text())] == [
-        next(iter(PROBLEMS)),
-        "rogue",
-    ]
+    published = json.loads((tmp_path / "docs" / "contest.json").read_text())
+    assert [(each["problem"], each["variant"]) for each in published] == keys
 
 
 @pytest.mark.slow
