@@ -57,7 +57,7 @@ def contest(
     require("matplotlib", extra="baselines", purpose="a contest's heat map")
     contests = find_contests([find_problem(name).name for name in problem or []])
     chosen = [(each, one) for each in contests for one in choose_variants(each, variant or [])]
-    effort = Effort(4.0, 8, 1, 8, 2) if quick else Effort(budget, episodes)
+    effort = Effort(4.0, 8, 1, 8, 2, 2, 16) if quick else Effort(budget, episodes)
     store = Store(folder / "cells", fresh=fresh)
     found = []
     for each, one in chosen:

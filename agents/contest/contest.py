@@ -29,6 +29,7 @@ from cps_envs.core.types import ROLES, FloatArray, Role, other
 Report = Callable[[int, int, str], None]  # pieces of work done, pieces in all, the last one
 Metrics: TypeAlias = dict[Pair, Mapping[str, FloatArray]]
 CHUNK = 16  # constants that are screened in one piece of work
+FINAL_SEED = VALIDATION.start + 500_000
 SCREENING_SEED = TRAINING_START + 50_000_000  # far from the seeds of searches
 
 
@@ -81,7 +82,7 @@ def play_contest(
         if judged:
             run.prepare(effort)
             run.meet(played.validation, _choosing_pairs(played), VALIDATION.start, effort.validation_episodes)
-            _choose_responses(played)
+            run.choose_responses(effort)
         run.meet(played.meetings, _pairs(played), 0, episodes)
     return played
 
@@ -155,6 +156,17 @@ class _Run:
             weights=_weights(references),
         )
 
+    def choose_responses(self, effort: Effort) -> None:
+        """The best of each defender's leading attacks, on more episodes: means of few are misleading."""
+        played = self.played
+        finals: dict[Pair, Mapping[str, FloatArray]] = {}
+        leading = {each.name: _leading(played, each, effort.final_responses) for each in played.rated("defender")}
+        pairs = [(attack, each) for each in played.rated("defender") for attack in leading[each.name]]
+        self.meet(finals, pairs, FINAL_SEED, effort.final_episodes)
+        for name, attacks in leading.items():
+            means = [finals[attack.name, name]["return"].mean() for attack in attacks]
+            played.responses[name] = attacks[int(np.argmax(means))]
+
     def meet(
         self,
         into: dict[Pair, Mapping[str, FloatArray]],
@@ -215,10 +227,7 @@ def _pairs(played: Played) -> Iterator[tuple[Entrant, Entrant]]:
     yield from ((attack, by_name[name]) for name, attack in played.responses.items())
 
 
-def _choose_responses(played: Played) -> None:
-    """For each defender the attack that the validation episodes favour, wherever it comes from."""
+def _leading(played: Played, defender: Entrant, count: int) -> list[Entrant]:
+    """The attacks that do best against a defender in the validation episodes, wherever they come from."""
     attacks = [*played.rated("attacker"), *played.found]
-    for defender in played.rated("defender"):
-        played.responses[defender.name] = max(
-            attacks, key=lambda attack: played.validation[attack.name, defender.name]["return"].mean()
-        )
+    return sorted(attacks, key=lambda attack: -played.validation[attack.name, defender.name]["return"].mean())[:count]

@@ -24,6 +24,8 @@ class Effort:
     screening_episodes: int = 8  # of each constant, against each policy of the other side
     validation_episodes: int = 48  # of each meeting that a choice hangs on
     finalists: int = 3  # constants that are left after the screening
+    final_responses: int = 5  # attacks on each defender that are left after the validation
+    final_episodes: int = 150  # of each of them, to choose the best response
 
 
 @dataclass

@@ -28,7 +28,9 @@ from baselines.schedule import Entrant
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, FloatArray
 
-TINY = Effort(budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2)
+TINY = Effort(
+    budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2, final_responses=2, final_episodes=4
+)
 QUIET = Column("damage", "quiet", "median", "{:.1f}", against="none")
 SHORT = {"duration_s": 6.0, "contact": "solid"}
 
