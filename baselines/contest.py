@@ -29,6 +29,7 @@ class Side:
     searches: tuple[Search, ...] = ()  # together they share the budget of CPU time
     margin_informed: float = 0.0  # the best informed one has to be better than every other policy by this
     margin_neutral: float = 0.0  # the best policy has to be better than doing nothing by this
+    known_failures: Mapping[str, str] = field(default_factory=dict)  # rule that does not hold for this role -> why
     left_out: Mapping[str, str] = field(default_factory=dict)  # registered policy -> why it does not play
 
 

@@ -15,7 +15,7 @@ from agents.league.equilibrium import solve, value_interval
 from baselines.contest import Column
 from baselines.schedule import Entrant
 from cps_envs import find_problem
-from cps_envs.core.types import SIGN, FloatArray, Role, other
+from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
 
 Document: TypeAlias = dict[str, Any]
 LEAST_SHARE = 0.005  # of a mixed strategy that is worth telling
@@ -46,6 +46,7 @@ def document(played: Played, effort: Effort, machine: Mapping[str, Any], wall_s:
         "holds": all(finding.holds for finding in findings) if judged else None,
         "game": _game(played) if judged else None,
         "searches": list(played.searches),
+        "known_failures": {role: dict(played.side(role).known_failures) for role in ROLES},
         "left_out": {"attacker": dict(contest.attackers.left_out), "defender": dict(contest.defenders.left_out)},
         "notes": list(contest.notes),
     }

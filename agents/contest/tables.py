@@ -195,6 +195,9 @@ def _notes(found: Document) -> Iterator[str]:
         yield f"- {value_line(found)}"
     for note in found["notes"]:
         yield f"- {note}"
+    for role, reasons in found["known_failures"].items():
+        for rule, reason in reasons.items() if found["rules"] else ():
+            yield f"- Does not hold for the {role}: {rule}. The reason: {reason}."
     for role, reasons in found["left_out"].items():
         for name, reason in reasons.items():
             yield f"- Left out: {role} `{name}`: {reason}"

@@ -68,6 +68,10 @@ ATTACKERS = Side(
         Search("brink-warm", "brink?warmer=true", BRINK),
     ),
     margin_neutral=20.0,
+    known_failures={
+        "something is left to infer": "the attacker sees which estimate the defender chose, so `opportunist` knows "
+        "whom it faces, and being told adds nothing that can be measured"
+    },
     left_out={"zoo:hvac-attack-ppo": UNFIT, "zoo:hvac-attack-mtd1-ppo": UNFIT},
 )
 DEFENDERS = Side(
