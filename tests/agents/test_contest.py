@@ -31,6 +31,7 @@ from cps_envs.core.types import ROLES, FloatArray
 TINY = Effort(
     budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2, final_responses=2, final_episodes=4
 )
+PUBLISHED = Path(__file__).parents[2] / "docs" / "contest.json"
 QUIET = Column("damage", "quiet", "median", "{:.1f}", against="none")
 SHORT = {"duration_s": 6.0, "contact": "solid"}
 
@@ -270,6 +271,21 @@ def test_publishing_keeps_the_other_variants(tmp_path: Path, played: Played) -> 
     assert "from before" not in text
     published = json.loads((tmp_path / "docs" / "contest.json").read_text())
     assert [(each["problem"], each["variant"]) for each in published] == keys
+
+
+@pytest.mark.parametrize("contest", find_contests([]), ids=lambda contest: contest.problem)
+def test_the_published_tables_are_of_the_declared_contest(contest: Contest) -> None:
+    published = {
+        each["variant"]: each for each in json.loads(PUBLISHED.read_text()) if each["problem"] == contest.problem
+    }
+    assert list(published) == [variant.name for variant in contest.variants]
+    for found in published.values():
+        for role in ROLES:
+            side = contest.attackers if role == "attacker" else contest.defenders
+            shown = [row["name"] for row in found[f"{role}s"] if row["kind"] == "policy"]
+            assert shown == [each.name for each in side.policies]
+    assert published[contest.variants[0].name]["effort"]["budget_s"] >= 40
+    assert markdown(found) in PUBLISHED.with_suffix(".md").read_text()
 
 
 @pytest.mark.slow
