@@ -22,6 +22,7 @@ from agents.contest.rules import judge
 from agents.contest.search import run_search, with_options
 from agents.contest.tables import markdown, sheets, summary
 from agents.errors import CommandError
+from agents.learning.seeds import TRAINING_START, VALIDATION
 from agents.machine import available_cores
 from baselines.contest import Column, Contest, Search, Side, Variant
 from baselines.schedule import Entrant
@@ -111,9 +112,19 @@ def test_everybody_meets_everybody(played: Played) -> None:
     assert played.told().mean() >= 0
 
 
-def test_the_same_seeds_are_not_used_twice(played: Played) -> None:
-    first = played.validation["square", "pd"]["damage"]
-    assert first.shape == (2,)
+def test_searches_choices_and_tables_have_seeds_of_their_own(tmp_path: Path) -> None:
+    contest = rogue()
+    play_contest(contest, contest.variants[0], TINY, Store(tmp_path), 1)
+    jobs = [json.loads(path.read_text())["job"] for path in tmp_path.glob("*.json")]
+    cells = {range(job["first_seed"], job["first_seed"] + job["episodes"]) for job in jobs if job["kind"] == "cell"}
+    searches = [job["first_seed"] for job in jobs if job["kind"] != "cell"]
+    evaluation, *choices = sorted(cells, key=lambda seeds: seeds.start)
+    assert (evaluation.start, len(evaluation)) == (0, 3)
+    assert sorted(map(len, choices)) == [2, 4]  # the validation, and the last choice of a response
+    assert not set(choices[0]) & set(choices[1])
+    assert all(seed in VALIDATION for seeds in choices for seed in seeds)
+    assert searches
+    assert min(searches) >= TRAINING_START
 
 
 def test_finished_work_is_not_done_again(tmp_path: Path) -> None:
@@ -149,8 +160,12 @@ def test_the_document_is_plain_and_its_tables_are_complete(played: Played) -> No
     assert {row[0] for row in rules.rows} >= {"nobody has won", "something can be done"}
     assert sum(found["game"]["attacker"].values()) == pytest.approx(1.0, abs=0.02)
     assert set(found["game"]["defender"]) <= {"none", "pd", "sliding"}
-    low, high = (min(row["score"]["mean"] for row in found["attackers"]), 50.0)
-    assert low <= found["game"]["value"]["mean"] <= high
+    attacks = [Entrant("none"), Entrant("square"), *played.found]
+    paid = [
+        [played.validation[each.name, name]["return"].mean() for name in ("none", "pd", "sliding")] for each in attacks
+    ]
+    value = found["game"]["value"]["mean"]
+    assert np.min(paid, axis=1).max() - 1e-6 <= value <= np.max(paid, axis=0).min() + 1e-6  # pure strategies bound it
     text = markdown(found)
     assert "Value of the game" in text
     assert "Best response to pd" in text
