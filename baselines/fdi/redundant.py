@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from baselines.fdi.innovation_tests import DRIFT, GATE, RATE_THRESHOLD, RELEASE_S, THRESHOLD
-from baselines.fdi.suspicion import Sums, Suspicion, gate_of, innovations, of_radars
+from baselines.fdi.innovation_tests import DRIFT, RELEASE_S, Cusum
+from baselines.fdi.suspicion import Sums
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import BoolArray, FloatArray
@@ -13,11 +13,13 @@ from cps_envs.core.types import BoolArray, FloatArray
 PAIR_THRESHOLD = 14.0
 
 
-class RedundantCusum(Suspicion):
+class RedundantCusum(Cusum):
     """`cusum`, and the same sums over the difference of the two sensors that measure the same gap.
 
     No disturbance hides in a difference, so that small lies stand out in it sooner. It does not tell which of the two
     lies: both are doubted. The lead's gap has one sensor; and liars that agree show no difference.
+
+    The other options are those of `Cusum`.
 
     Raises:
         ConfigurationError: options out of range, or no filter.
@@ -27,20 +29,15 @@ class RedundantCusum(Suspicion):
         self,
         spec: RoleSpec,
         *,
-        drift: float = DRIFT,
-        threshold: float = THRESHOLD,
-        rate_threshold: float = RATE_THRESHOLD,
         pair_threshold: float = PAIR_THRESHOLD,
+        drift: float = DRIFT,
         release_s: float = RELEASE_S,
-        gate: float = GATE,
+        **options: float,
     ) -> None:
-        super().__init__(spec)
-        self.largest = gate_of(gate)
+        super().__init__(spec, drift=drift, release_s=release_s, **options)
         n, half = self.config.num_vehicles, self.config.num_readings // 2
-        thresholds = np.repeat([threshold, rate_threshold], half), np.full(2 * (n - 1), pair_threshold)
-        self.sums, self.pair_sums = (
-            Sums(self.config, drift=drift, threshold=values, release_s=release_s) for values in thresholds
-        )
+        thresholds = np.full(2 * (n - 1), pair_threshold)
+        self.pair_sums = Sums(self.config, drift=drift, threshold=thresholds, release_s=release_s)
         self.fronts = np.concatenate([np.arange(n - 1), half + np.arange(n - 1)])
         self.rears = self.fronts + n
         self.deviation: FloatArray = np.sqrt(self.law.noise[self.fronts] + self.law.noise[self.rears])
@@ -51,8 +48,8 @@ class RedundantCusum(Suspicion):
 
     def trusted(self, seen: Seen, memory: FloatArray) -> BoolArray:
         """See the class."""
-        values, readings = innovations(seen), self.config.num_readings
-        trust = ~of_radars(self.sums.renew(memory[:, :readings], values)) & (np.abs(values) <= self.largest)
+        readings = self.config.num_readings
+        trust = super().trusted(seen, memory[:, :readings])
         told = np.concatenate([seen["range_error"], seen["range_rate"]], axis=1)
         differ = self.pair_sums.renew(
             memory[:, readings:], (told[:, self.fronts] - told[:, self.rears]) / self.deviation
