@@ -9,7 +9,7 @@ import numpy as np
 
 from agents.console import make_table
 from agents.contest.document import Document
-from agents.contest.rules import NEUTRAL, NOT_WON
+from agents.contest.rules import NEUTRAL, NOT_WON, TOLD
 from agents.heatmap import draw_matrix
 from cps_envs.core.types import ROLES, SIGN, Role
 
@@ -57,7 +57,8 @@ def sheets(found: Document) -> Iterator[Sheet]:
 
 
 def _name(row: Mapping[str, Any]) -> str:
-    return f"{row['name']}{KINDS[row['kind']]}"
+    name = str(row["name"])
+    return name if name == TOLD else f"{name}{KINDS[row['kind']]}"
 
 
 def _defender(row: Mapping[str, Any]) -> list[str]:
