@@ -14,6 +14,7 @@ from agents.commands.best_response import best_response
 from agents.commands.calibrate_mtd2 import calibrate_mtd2
 from agents.commands.contest import contest
 from agents.commands.dataset import dataset
+from agents.commands.double_oracle import double_oracle
 from agents.commands.evaluate import evaluate
 from agents.commands.league import league
 from agents.commands.list import list_everything
@@ -71,6 +72,13 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+def _agree(wanted: bool) -> None:
+    if wanted:
+        from cps_envs.core.trust import trust
+
+        trust()
+
+
 app = typer.Typer(
     cls=Commands,
     no_args_is_help=True,
@@ -82,6 +90,9 @@ app = typer.Typer(
 @app.callback()
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of every error.")] = False,
+    trusting: Annotated[
+        bool, typer.Option("--trust", callback=_agree, help="Run what module:attribute and sb3:FILE name.")
+    ] = False,
     show_version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
@@ -111,6 +122,7 @@ app.command("search-feedback")(search_feedback)
 app.command("search-string")(search_string)
 app.command("calibrate-mtd2")(calibrate_mtd2)
 app.command("search-switching")(search_switching)
+app.command("double-oracle")(double_oracle)
 
 
 def main() -> None:

@@ -65,8 +65,6 @@ class BatchVecEnv(VecEnv):
         Raises:
             AttributeError: there is none, or action masks are asked for where all actions are legal.
         """
-        if attr_name == "action_masks" and self.env.game.action_mask(self.env.role) is None:
-            raise AttributeError(f"the {self.env.role} of {self.env.game.name!r} has no action masks")
         return [getattr(self.env, attr_name)] * len(self._envs(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:

@@ -6,6 +6,7 @@ anywhere.
 
 from importlib.metadata import PackageNotFoundError, version
 
+from cps_envs.core.trust import trust
 from cps_envs.registration import PROBLEMS, find_problem, register
 
 try:
@@ -15,4 +16,4 @@ except PackageNotFoundError:  # running from a source tree that is not installed
 
 register()
 
-__all__ = ["PROBLEMS", "__version__", "find_problem", "register"]
+__all__ = ["PROBLEMS", "__version__", "find_problem", "register", "trust"]

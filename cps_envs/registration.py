@@ -7,6 +7,7 @@ from importlib import import_module
 from cps_envs.core import registration as core
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.problem import Problem
+from cps_envs.core.trust import require_trust
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.fdi.problem import FDI
 from cps_envs.hvac.problem import HVAC
@@ -20,12 +21,15 @@ def find_problem(name: str) -> Problem:
 
     Raises:
         UnknownNameError: there is none; the message names the near ones.
+        UntrustedCodeError: `module:attribute` without the user's consent, see `cps_envs.trust`.
     """
     module, colon, attribute = name.partition(":")
     if name in PROBLEMS:
         return PROBLEMS[name]
     if not colon:
         raise UnknownNameError(f"there is no problem {name!r}. {near(name, PROBLEMS)}")
+    if not module.startswith("cps_envs."):  # importing our own modules does no harm, and nothing is called
+        require_trust(name)
     try:
         found = getattr(import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:

@@ -4,7 +4,7 @@ A pump holds the level of a leaking tank at a set-point. The attacker biases the
 whether the pump's observer believes that sensor, or trusts its model of the tank, which knows nothing of the leak.
 
     python examples/own_problem.py                             # plays each attacker against each defender
-    PYTHONPATH=examples cps-envs play own_problem:TANK --render tank.gif
+    PYTHONPATH=examples cps-envs --trust play own_problem:TANK --render tank.gif  # --trust: this runs your own code
     gymnasium.make("own_problem:own_problem/TankDefense-v0")   # with examples/ on the path; also TankAttack-v0
 """
 
@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from gymnasium import spaces
 
+import cps_envs
 from cps_envs.core.config import Range, bounds, quantity, validate
 from cps_envs.core.fields import Field, Fields, encode_row
 from cps_envs.core.forms import declare
@@ -261,6 +262,7 @@ register(TANK, __name__)
 
 def main() -> None:
     """Play each attacker against each defender, and print the mean payoff of 32 episodes."""
+    cps_envs.trust()  # the names below are those of code of our own
     attackers, defenders = ("none", "Bias", "Bias?rise_s=60"), ("none", "Doubt", "Doubt?threshold_m=0.02")
     for attacker, defender in product(attackers, defenders):
         names = [name if name == "none" else f"{__name__}:{name}" for name in (attacker, defender)]

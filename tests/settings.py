@@ -59,6 +59,12 @@ HVAC_TESTS = ProblemTests(
             "defender", {"preset": "learning", "opponent": "tests.hvac.players:Constant"}, seed=8, boldness=1.0
         ),
         "hard defence": Golden("defender", {"preset": "hard", "opponent": "tests.hvac.players:Constant"}, seed=9),
+        "limits in the program": Golden(
+            "defender", {"controller": "qp", "num_steps": 300, "opponent": "tests.hvac.players:Constant"}, seed=10
+        ),
+        "from level to level": Golden(
+            "defender", {"controller": "levels", "num_steps": 300, "opponent": "tests.hvac.players:Constant"}, seed=11
+        ),
         "grey box": Golden(
             "attacker",
             {
@@ -121,6 +127,24 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
                 },
                 seed=9,
             ),
+            "one vehicle attack": Golden("attacker", {"preset": "one_vehicle"}, seed=10),
+            "one vehicle defence": Golden(
+                "defender", {"preset": "one_vehicle", "duration_s": 60.0, "opponent": "lead"}, seed=11
+            ),
+            "rules of the text, half the step": Golden(
+                "defender",
+                {
+                    "preset": "paper",
+                    "duration_s": 40.0,
+                    "tau_s": 0.5,
+                    "opponent": "lead",
+                    "dt_s": 0.005,
+                    "standstill_rule": True,
+                    "transitional_controller": True,
+                },
+                seed=12,
+                boldness=0.1,
+            ),
             "S1": Golden("attacker", {"preset": "paper", "interpretation": "S1"}, seed=4),
             "S2": Golden("attacker", {"preset": "paper", "interpretation": "S2"}, seed=5),
             "fewer platoons": Golden("attacker", {"preset": "easy", "num_platoons": [6, 10]}, seed=6),
@@ -140,6 +164,9 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "look-ahead": Golden("attacker", {"attacked": "x3", "target": 4, "mask": "look_ahead"}, seed=3),
             "shares": Golden("attacker", {"preset": "clip", "attack_action": "share"}, seed=4, boldness=1.0),
             "listed tasks": Golden("attacker", {"tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
+            "five vehicles": Golden("attacker", {"preset": "five"}, seed=9, boldness=1.0),
+            "instability attack": Golden("attacker", {"preset": "instability"}, seed=10, boldness=1.0),
+            "instability defence": Golden("defender", {"preset": "instability", "horizon": 300}, seed=11),
             "figure 3.2": Golden("defender", {"preset": "fig32", "horizon": 640}, boldness=0.0),
             "learning attack": Golden("attacker", {"preset": "learning", "opponent": "none"}, seed=7, boldness=1.0),
             "learning defence": Golden("defender", {"preset": "learning", "opponent": "random"}, seed=8),
@@ -164,6 +191,10 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             ),
             "easy attack": Golden("attacker", {"preset": "easy", "opponent": "sliding"}, seed=4),
             "easy defence": Golden("defender", {"preset": "easy", "opponent": SQUARE}, seed=5),
+            "oscillation attack": Golden("attacker", {"preset": "oscillation", "opponent": "pd"}, seed=9),
+            "oscillation defence": Golden("defender", {"preset": "oscillation", "opponent": "gains"}, boldness=0.0),
+            "seats attack": Golden("attacker", {"preset": "seats", "opponent": "pd_detection"}, seed=10),
+            "seats defence": Golden("defender", {"preset": "seats", "opponent": SQUARE}, seed=11),
             "learning attack": Golden("attacker", {"preset": "learning", "opponent": "sliding_detection"}, seed=7),
             "learning defence": Golden("defender", {"preset": "learning", "opponent": SQUARE}, seed=8),
             "long platoon": Golden(

@@ -14,6 +14,7 @@ from cps_envs.core.conformance import CHECKS, Check, Subject, find_subject, run_
 from cps_envs.core.types import ROLES, SIGN, Role
 from tests.settings import tests_of as settings_of
 
+ELSEWHERE = ("check_configurations",)  # tests/test_configurations.py
 ONCE = ("check_live_observations", "check_live_swarm", "check_subprocess")  # do not depend on the preset
 
 
@@ -22,7 +23,7 @@ def cases() -> Iterator[object]:
         for preset in problem.presets:
             for role in ROLES:
                 for check in CHECKS:
-                    if check.__name__ not in ONCE or preset == "paper":
+                    if check.__name__ not in ELSEWHERE and (check.__name__ not in ONCE or preset == "paper"):
                         yield pytest.param(name, preset, role, check, id=f"{name}-{preset}-{role}-{check.__name__}")
 
 

@@ -101,9 +101,7 @@ def problem_of(name: str) -> Problem:
     """A registered problem by its name, or another one by `module:attribute`."""
     from cps_envs import find_problem
 
-    module, colon, attribute = name.partition(":")
-    found: Problem = getattr(import_module(module), attribute) if colon else find_problem(name)
-    return found
+    return find_problem(name)
 
 
 def run_job(job: Job) -> Result:

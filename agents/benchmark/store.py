@@ -12,6 +12,7 @@ import agents.zoo
 import baselines
 import cps_envs
 from agents.benchmark.cell import Job, Result, file_name, plain
+from agents.console import to_json
 from agents.files import write_json
 from agents.machine import versions
 from agents.zoo.files import SHIPPED
@@ -32,25 +33,35 @@ class Store:
                 file.unlink()
 
     def get(self, job: Job) -> Result | None:
-        """The result of a job that was done before, or None."""
+        """The result of a job that was done before, or None; a damaged or edited file counts as not there."""
         try:
             kept = json.loads(self._path(job).read_text(encoding="utf-8"))
-        except (OSError, ValueError):
+        except (OSError, ValueError, RecursionError):
             return None
-        same = all(kept.get(name) == value for name, value in self._surroundings(job).items())
-        return kept["result"] if same else None
+        expected = self._described(job)
+        if not isinstance(kept, dict) or any(kept.get(name) != value for name, value in expected.items()):
+            return None
+        return kept["result"] if kept.get("digest") == _digest(kept.get("result")) else None
 
     def put(self, job: Job, result: Result) -> None:
         """Keep a result."""
-        write_json(
-            self._path(job), {"job": {"kind": job.kind, **plain(job)}, **self._surroundings(job), "result": result}
-        )
+        plain_result = json.loads(to_json(result))
+        write_json(self._path(job), {**self._described(job), "digest": _digest(plain_result), "result": plain_result})
+
+    def _described(self, job: Job) -> dict[str, Any]:
+        """The job, and what its result depends on beside it, as they come back from a file."""
+        return {"job": json.loads(to_json({"kind": job.kind, **plain(job)})), **self._surroundings(job)}
 
     def _surroundings(self, job: Job) -> dict[str, Any]:
         return {"versions": self._versions, "sources": fingerprint(job.problem)}
 
     def _path(self, job: Job) -> Path:
         return self.folder / file_name(job)
+
+
+def _digest(result: Any) -> str:
+    """A hash that tells whether a result is the one that was kept."""
+    return hashlib.sha256(json.dumps(result, sort_keys=True).encode()).hexdigest()
 
 
 @lru_cache

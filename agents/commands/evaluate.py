@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -33,6 +34,9 @@ def evaluate(
     episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each training seed, on seeds 0, 1, ...")] = 50,
     metric: Annotated[str, typer.Option(help=METRIC)] = "return",
     per: Annotated[str, typer.Option(help="Another metric of the episode to divide by, as oracle_value_mps.")] = "",
+    certified: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Share of the certified optimum: FILE of `oracle --episodes`.")
+    ] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
@@ -56,14 +60,35 @@ def evaluate(
     opponents = opponent or [found.opponents[preset][other(known)]]
     arenas = [Arena(problem, known, name, preset, values, episodes) for name in dict.fromkeys(opponents)]
     comparison = Comparison(arenas, policy, baseline or [], metric, per)
+    if certified is not None:
+        comparison = _with_certificates(comparison, certified)
     standings = _compare(comparison, jobs or available_cores())
     if as_json:
         heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values), "episodes": episodes}
-        measured = {"metric": metric, "per": per}
+        measured = {"metric": metric, "per": comparison.per}
         print_json({**describe(), **heading, **measured, "standings": [each.to_json() for each in standings]})
         return
     for arena in arenas:
         _print(comparison, known, [each for each in standings if each.opponent == arena.opponent])
+
+
+def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
+    """The comparison with what a file of `cps-envs oracle --episodes` knows of its episodes.
+
+    Raises:
+        CommandError: there is a defender, whom the certificates do not know, or the file does not fit.
+    """
+    from dataclasses import replace
+
+    from agents.evaluation.certified import certified_metrics
+
+    arena = comparison.arenas[0]
+    if (arena.problem, arena.role, *(each.opponent for each in comparison.arenas)) != ("fdi", "attacker", "none"):
+        raise CommandError("--certified is about attackers of fdi without a defender: name the opponent none")
+    known = certified_metrics(path, arena.config, arena.episodes)
+    found, proved = ((known[name] > 0).sum() for name in ("oracle_value_mps", "optimum_proved"))
+    err().print(f"{arena.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
+    return replace(comparison, per=comparison.per or "oracle_bound_mps", known=known)
 
 
 def _compare(comparison: Comparison, workers: int) -> list[Standing]:

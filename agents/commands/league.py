@@ -12,7 +12,9 @@ from agents.console import assignments, err, out, print_json
 if TYPE_CHECKING:
     from agents.league.league import League, Plan
 
-NAMES = "A policy's name, zoo:NAME, module:attribute, or `all` for the analytic and shipped ones; may be repeated."
+NAMES = (
+    "A policy's name, zoo:NAME, with --trust module:attribute, or `all` of the analytic and shipped; may be repeated."
+)
 MOST = 1_000_000  # evaluation seeds
 
 

@@ -27,7 +27,7 @@ def list_everything(
         for role, policies in problem["policies"].items():
             rows = [(policy["name"], _remark(policy)) for policy in policies]
             console.print(make_table(f"Policies: {role}", ("Name", "What it does"), rows, left=2))
-    console.print("An oracle knows more than it observes. A policy can also be named as module:attribute.")
+    console.print("An oracle knows more than it observes. With --trust a policy can also be named as module:attribute.")
 
 
 def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:

@@ -11,12 +11,12 @@ from agents.console import assignments
 if TYPE_CHECKING:
     from cps_envs.core.types import Role
 
-POLICY = "A name from `cps-envs list`, name?option=value, or module:attribute; the preset's own if left out."
+POLICY = "A name from `cps-envs list`, name?option=value, or with --trust module:attribute; the preset's if left out."
 RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png (one picture)."
 
 
 def play(
-    problem: Annotated[str, typer.Argument(help="The problem, such as disbanding, or module:attribute.")],
+    problem: Annotated[str, typer.Argument(help="The problem, such as disbanding, or with --trust module:attribute.")],
     attacker: Annotated[str | None, typer.Option(help=POLICY)] = None,
     defender: Annotated[str | None, typer.Option(help=POLICY)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",

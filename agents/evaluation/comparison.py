@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from itertools import compress
 from typing import Any
 
 from agents.benchmark.cell import Cell, Result
@@ -53,6 +54,7 @@ class Comparison:
     baselines: Sequence[str]
     metric: str
     per: str = ""  # a metric of the same episode that the other one is divided by
+    known: Mapping[str, FloatArray] = field(default_factory=dict)  # (episodes,) what is known of them besides
 
     def jobs(self) -> dict[tuple[int, str], list[Cell]]:
         """The work for each arena's number and policy."""
@@ -70,7 +72,7 @@ def compare(comparison: Comparison, workers: int, report: Report = lambda done, 
             finished[id(cell)] = result
             report(len(finished), cell.label.removeprefix(f"{cell.problem} "))
     values = {
-        key: scores([finished[id(cell)] for cell in group], comparison.metric, comparison.per)
+        key: scores([_with_known(finished[id(cell)], comparison) for cell in group], comparison.metric, comparison.per)
         for key, group in jobs.items()
     }
     return [
@@ -78,6 +80,15 @@ def compare(comparison: Comparison, workers: int, report: Report = lambda done, 
         for place in range(len(comparison.arenas))
         for name in dict.fromkeys((*comparison.policies, *comparison.baselines))
     ]
+
+
+def _with_known(result: Result, comparison: Comparison) -> Result:
+    """A result with what is known of its episodes; those count for which there is something to divide by."""
+    if not comparison.known:
+        return result
+    metrics = {**result["metrics"], **{name: values.tolist() for name, values in comparison.known.items()}}
+    kept = [not comparison.per or value != 0 for value in metrics[comparison.per or comparison.metric]]
+    return {**result, "metrics": {name: list(compress(values, kept)) for name, values in metrics.items()}}
 
 
 def _standing(comparison: Comparison, place: int, name: str, values: Mapping[tuple[int, str], FloatArray]) -> Standing:

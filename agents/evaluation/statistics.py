@@ -71,6 +71,7 @@ def estimate(
     """
     strata = [np.asarray(values, np.float64) for values in strata]
     _check(strata)
+    strata = _in_order(strata)
     origin = strata[0][0, 0]  # constant data stay exactly constant
     centred = [values - origin for values in strata]
     found = float(statistic([values[np.newaxis] for values in centred])[0])
@@ -114,6 +115,17 @@ def _check(strata: Strata) -> None:
         raise ValueError("every stratum needs the same training seeds")
     if not all(np.isfinite(values).all() for values in strata):
         raise ValueError("scores have to be finite")
+
+
+def _in_order(strata: Strata) -> Strata:
+    """The same data, training seeds and episodes sorted by their scores.
+
+    Neither has an order of its own, so the interval must not depend on the one they come in: resamples of a few seeds
+    take few values, and an end may jump from one to the next.
+    """
+    seeds = sorted(range(len(strata[0])), key=lambda s: [np.sort(values[s]).tolist() for values in strata])
+    columns = [sorted(values.T.tolist(), key=sorted) for values in (values[seeds] for values in strata)]
+    return [np.array(each, np.float64).T for each in columns]
 
 
 def _resampled(strata: Strata, statistic: Statistic, resamples: int, generator: np.random.Generator) -> FloatArray:

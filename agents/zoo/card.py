@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import stat
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
@@ -12,6 +13,18 @@ from cps_envs.core.types import ROLES
 
 FORMAT = 1
 HEADS = ("gaussian", "squashed", "discrete")
+MOST_BYTES = 2**20  # of a card
+MOST_VALUES = 10**6  # of an observation, or choices of an action
+MOST_DECISIONS = 10**6  # that an action is held for
+KINDS: dict[str, type] = {
+    **dict.fromkeys(
+        ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command"), str
+    ),
+    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation"), dict),
+    **dict.fromkeys(("version", "hold", "observation_size", "best"), int),
+    "decentralised": bool,
+}
+SHOWN = {str: "text", dict: "mapping", int: "whole number", bool: "truth value"}
 
 
 @dataclass(frozen=True)
@@ -38,13 +51,22 @@ class Card:
     command: str  # that trained it
     versions: Mapping[str, str]  # of the packages
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
+    weights: str = ""  # SHA-256 of the file with the weights, which ties it to the card; `save` fills it in
     format: int = FORMAT
 
     def __post_init__(self) -> None:
         if self.format != FORMAT:
             raise ValueError(f"it has format {self.format}, this version reads {FORMAT}: update cps-envs")
-        if self.role not in ROLES or self.head not in HEADS or self.hold < 1 or str(self.best) not in self.seeds:
-            raise ValueError("role, head, hold or best seed make no sense")
+        for name, kind in KINDS.items():
+            value = getattr(self, name)
+            if not isinstance(value, kind) or isinstance(value, bool) != (kind is bool):
+                raise ValueError(f"{name} = {str(value)[:40]!r} is no {SHOWN[kind]}")
+        if self.role not in ROLES or self.head not in HEADS or str(self.best) not in self.seeds:
+            raise ValueError("role, head or best seed make no sense")
+        if not (1 <= self.hold <= MOST_DECISIONS and 1 <= self.observation_size <= MOST_VALUES):
+            raise ValueError("hold or observation_size is out of range")
+        if not self.actions or not all(type(each) is int and 1 <= each <= MOST_VALUES for each in self.actions):
+            raise ValueError("actions have to be numbers of choices, each at least 1")
 
     def to_json(self) -> dict[str, Any]:
         """As plain data."""
@@ -59,10 +81,25 @@ def read_card(path: Path) -> Card:
         OSError: it cannot be read.
     """
     try:
+        require_file(path, MOST_BYTES)
         document = json.loads(path.read_text(encoding="utf-8"))
         known = {entry.name for entry in fields(Card)}
         if not isinstance(document, dict) or not set(document) <= known:
             raise ValueError("unknown entries" if isinstance(document, dict) else "no JSON object")
         return Card(**{**document, "actions": tuple(document.get("actions", ()))})
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         raise ValueError(f"{path} is no card of a trained policy ({error}). Train or download it again.") from error
+
+
+def require_file(path: Path, most_bytes: int) -> None:
+    """That a path is a file of at most this size, before anything is read.
+
+    Raises:
+        ValueError: it is a folder, a pipe or too large.
+        OSError: there is none.
+    """
+    status = path.stat()
+    if not stat.S_ISREG(status.st_mode):
+        raise ValueError("it is no file")
+    if status.st_size > most_bytes:
+        raise ValueError(f"it has {status.st_size} bytes, more than {most_bytes}")

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from safetensors import SafetensorError
-from safetensors.numpy import load_file
+from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
 from agents.files import replacing, write_json
-from agents.zoo.card import Card, read_card
-from agents.zoo.network import Network, network_of
+from agents.zoo.card import Card, read_card, require_file
+from agents.zoo.network import Network, check_fit, network_of
 from cps_envs.core.errors import UnknownNameError, near
 
+MOST_BYTES = 256 * 2**20  # of a file of weights
 SHIPPED = Path(__file__).with_name("policies")
 
 
 def shipped_names(folder: Path = SHIPPED) -> list[str]:
     """Names of the policies in a folder, by default those that come with the package."""
-    return sorted(path.stem for path in folder.glob("*.json"))
+    return sorted(path.stem for path in folder.glob("*.json") if not path.name.startswith("."))
 
 
 def find(name: str) -> Path:
@@ -42,14 +45,17 @@ def find(name: str) -> Path:
     )
 
 
-def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> None:
-    """Write weights and card, each whole or not at all; the card comes last, so that it never lacks its weights."""
+def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> Card:
+    """Write weights and card, each whole or not at all; the card comes last. Returns it with their hash."""
     tensors = {
         f"{seed}/{name}": array for seed, network in networks.items() for name, array in network.tensors().items()
     }
+    data = to_bytes(tensors)
     with replacing(card_path.with_suffix(".safetensors")) as draft:
-        draft.write_bytes(to_bytes(tensors))
-    write_json(card_path, card.to_json())
+        draft.write_bytes(data)
+    written = replace(card, weights=hashlib.sha256(data).hexdigest())
+    write_json(card_path, written.to_json())
+    return written
 
 
 def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
@@ -65,9 +71,15 @@ def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
         raise ValueError(f"{card.name} has no training seed {chosen}. Known: {', '.join(card.seeds)}.")
     weights = card_path.with_suffix(".safetensors")
     try:
-        tensors = load_file(weights)
+        require_file(weights, MOST_BYTES)
+        data = weights.read_bytes()
+        if card.weights and hashlib.sha256(data).hexdigest() != card.weights:
+            raise ValueError("these are not the weights that the card was written for")
+        tensors = from_bytes(data)
         prefix = f"{chosen}/"
         mine = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
-        return card, network_of(mine, card.activation)
+        network = network_of(mine, card.activation)
+        check_fit(network, card.observation_size, sum(card.actions))
+        return card, network
     except (SafetensorError, ValueError) as error:
         raise ValueError(f"{weights} is damaged ({error}). Train or download it again.") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ from agents.zoo.files import find, load
 from agents.zoo.policy import TrainedPolicy
 from cps_envs.core.errors import UnknownNameError, require
 from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.trust import require_trust
 
 
 def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool = True) -> TrainedPolicy:
@@ -27,19 +27,18 @@ def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic
 def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO") -> Policy:
     """A stable-baselines3 model of your own; `algorithm` is the class that saved it, such as MaskablePPO.
 
+    The file is read with pickle, which can run any code.
+
     Raises:
         UnknownNameError: there is no such file or algorithm.
+        UntrustedCodeError: the user has not agreed to run what the file holds, see `cps_envs.trust`.
         MissingExtraError: stable-baselines3 is not installed.
         ValueError: the file is damaged, or a model of another algorithm.
     """
     if not Path(path).is_file():
         raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
+    require_trust(f"sb3:{path}")
     found = _algorithm(algorithm)
-    warnings.warn(
-        f"{path} is loaded with pickle, which can run any code: load models only from people you trust",
-        UserWarning,
-        stacklevel=2,
-    )
     try:
         loaded: Policy = found.load(path, device="cpu")
     except Exception as error:  # whatever zipfile, pickle and torch raise

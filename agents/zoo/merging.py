@@ -46,8 +46,7 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
         best=best,
         seeds=dict(sorted(seeds.items(), key=lambda entry: int(entry[0]))),
     )
-    save(target, merged, networks)
-    return merged
+    return save(target, merged, networks)
 
 
 def without_places(command: str) -> str:

@@ -21,6 +21,8 @@ Dense: TypeAlias = tuple[Tensor, Tensor]  # weight (inputs, outputs), bias (outp
 ACTIVATIONS = ("tanh", "relu")
 CLIP = 5.0  # bound of a scaled input
 PART = 512  # environments whose values stay in the second-level cache from layer to layer
+MOST = 1e6  # size of an entry of a file; no network that was trained comes near
+MOST_LOG_DEVIATION = 20.0
 ROWS = 16  # environments that use a few rows of weights in turn, while these lie in the first-level cache
 
 
@@ -126,25 +128,55 @@ def network_of(tensors: Mapping[str, Array], activation: str) -> Network:
     return network
 
 
+def check_fit(network: Network, observation_size: int, outputs: int) -> None:
+    """That a network reads this many observed values and has this many outputs.
+
+    Raises:
+        ValueError: it does not.
+    """
+    low, high = int(network.columns.min()), int(network.columns.max())
+    if low < 0 or high >= observation_size:
+        raise ValueError(f"it reads the columns {low} to {high} of an observation of {observation_size} values")
+    if network.num_outputs != outputs:
+        raise ValueError(f"it has {network.num_outputs} outputs where {outputs} are needed")
+
+
 def _check(network: Network) -> None:
     if not network.layers:
         raise ValueError("there is no layer")
+    for name, array in network.tensors().items():
+        _check_array(name, array)
     width = len(network.columns)
     if not network.mean.shape == network.deviation.shape == (width,):
         raise ValueError("the input scaling does not fit the columns")
-    dense = list(network.layers)
+    if (network.deviation <= 0).any():
+        raise ValueError("a deviation is not above 0")
     if network.memory is not None:
         units = network.memory.units
-        shapes = (network.memory.inward[0].shape, network.memory.recurrent[0].shape)
-        if shapes != ((width, 4 * units), (units, 4 * units)):
+        shapes = tuple(array.shape for dense in (network.memory.inward, network.memory.recurrent) for array in dense)
+        if units == 0 or shapes != ((width, 4 * units), (4 * units,), (units, 4 * units), (4 * units,)):
             raise ValueError(f"a memory of {units} units over {width} inputs has arrays of shapes {shapes}")
         width = units
-    for weight, bias in dense:
-        if weight.ndim != 2 or weight.shape[0] != width or bias.shape != (weight.shape[1],):
+    for weight, bias in network.layers:
+        if weight.ndim != 2 or weight.shape[0] != width or weight.shape[1] == 0 or bias.shape != (weight.shape[1],):
             raise ValueError(f"a layer over {width} values has a weight {weight.shape} and a bias {bias.shape}")
         width = weight.shape[1]
-    if not all(np.isfinite(array).all() for array in network.tensors().values()):
-        raise ValueError("an array has entries that are not finite")
+    spread = network.log_deviation
+    if spread is not None and (spread.shape != (width,) or np.abs(spread).max() > MOST_LOG_DEVIATION):
+        raise ValueError(f"the logarithms of the deviations are no {width} values within {MOST_LOG_DEVIATION:g}")
+
+
+def _check_array(name: str, array: Array) -> None:
+    """Type, rank, and that all entries are finite and of a size with which nothing overflows."""
+    wanted = np.int64 if name == "columns" else np.float32
+    if array.dtype != wanted:
+        raise ValueError(f"the array {name} has type {array.dtype}, not {np.dtype(wanted)}")
+    if array.ndim == 0 or array.size == 0:
+        raise ValueError(f"the array {name} is empty")
+    if not np.isfinite(array).all():
+        raise ValueError(f"the array {name} has entries that are not finite")
+    if name != "columns" and np.abs(array).max() > MOST:
+        raise ValueError(f"the array {name} has entries beyond {MOST:g}")
 
 
 def _dense(values: Tensor, weight: Tensor, bias: Tensor) -> Tensor:

@@ -84,13 +84,18 @@ def validate(config: Any) -> None:
             _check_number(field, value)
 
 
-def _is_list(field: dataclasses.Field[Any]) -> bool:
+def is_list(field: dataclasses.Field[Any]) -> bool:
     """Whether a field takes a tuple of any length."""
     return not field.metadata["ranged"] and str(field.type).endswith(", ...]")
 
 
+def is_whole(field: dataclasses.Field[Any]) -> bool:
+    """Whether a field takes whole numbers only."""
+    return "int" in str(field.type).lower()
+
+
 def _check_choice(field: dataclasses.Field[Any], value: Any) -> None:
-    choices, listed, given = field.metadata["choices"], _is_list(field), f"{field.name} = {value!r}"
+    choices, listed, given = field.metadata["choices"], is_list(field), f"{field.name} = {value!r}"
     if listed and not isinstance(value, tuple):
         raise ConfigurationError(f"{given} must be a tuple of words from {', '.join(choices)}.")
     for word in value if listed else (value,):
@@ -110,8 +115,7 @@ def _check_text(name: str, value: Any) -> None:
 
 
 def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
-    rule, listed = field.metadata, _is_list(field)
-    integral = "int" in str(field.type).lower()
+    rule, listed, integral = field.metadata, is_list(field), is_whole(field)
     pair = rule["ranged"] and isinstance(value, tuple) and len(value) == 2
     parts = value if pair or listed else (value,)
     if (listed and not isinstance(value, tuple)) or not all(_is_number(part, integral) for part in parts):
@@ -130,7 +134,7 @@ def _is_number(part: Any, integral: bool) -> bool:
 
 def _kind(field: dataclasses.Field[Any], integral: bool) -> str:
     whole = "whole " if integral else ""
-    if _is_list(field):
+    if is_list(field):
         return f"a tuple of {whole}numbers"
     return f"a {whole}number" + (f" or a pair (low, high) of {whole}numbers" if field.metadata["ranged"] else "")
 
@@ -142,7 +146,7 @@ def parameter_table(config: Any) -> str:
         rule = field.metadata
         allowed = ", ".join(rule["choices"]) or _interval(rule["low"], rule["high"])
         shown = getattr(config, field.name)
-        if _is_list(field):
+        if is_list(field):
             allowed, shown = (
                 f"{'any of' if rule['choices'] else 'each'} {allowed}",
                 ", ".join(map(str, shown)) or "none",

@@ -19,6 +19,10 @@ class UnknownNameError(LookupError):
         return str(self.args[0])
 
 
+class UntrustedCodeError(UnknownNameError):
+    """A text names code that nobody has agreed to run."""
+
+
 class MissingExtraError(ImportError):
     """An optional package that the requested feature needs is not installed."""
 

@@ -135,6 +135,14 @@ class Game(ABC):
         """
         raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
 
+    def branch(self, parents: IntArray) -> None:
+        """Make each environment b a copy of the environment parents[b] (B,), for planners on the copies of `model`.
+
+        Raises:
+            TypeError: the problem offers no such copy.
+        """
+        raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
+
     def truth(self, b: int) -> Mapping[str, Any]:
         """Privileged: what roles have to infer of one environment, by name, for policies that are told it.
 

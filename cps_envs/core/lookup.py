@@ -13,6 +13,7 @@ from urllib.parse import parse_qsl
 
 from cps_envs.core.errors import MissingExtraError, UnknownNameError, near
 from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Role
 
 GROUP = "cps_envs.policies"
@@ -50,11 +51,13 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
 
     `reference` is an object with `predict` (used as it is), a registered name such as `"heuristic"`, a registered
     source and what it is asked for, such as `"zoo:hvac-attack-ppo"`, called as `source(name, spec, **options)`, or
-    `"module:attribute"`, whose attribute is a policy or is called as `attribute(spec, **options)`. Options can be
-    appended to a string like a query, `"plan?events=[[10,1]]"`; values are read as JSON where they can be.
+    `"module:attribute"`, whose attribute is a policy or is called as `attribute(spec, **options)`. That runs any code,
+    so the user has to agree first, see `cps_envs.trust`. Options can be appended to a string like a query,
+    `"plan?events=[[10,1]]"`; values are read as JSON where they can be.
 
     Raises:
         UnknownNameError: no such name, module or attribute.
+        UntrustedCodeError: `module:attribute` without the user's consent.
         MissingExtraError: the policy needs a package that is not installed.
         TypeError: what was found is no policy, or does not take the options.
     """
@@ -74,8 +77,6 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
 
 def _load(name: str, spec: RoleSpec) -> Any:
     entry = policy_entry(spec.problem, spec.role, name.removeprefix(f"{spec.problem}.{spec.role}."))
-    if entry is None and name.startswith(f"{spec.problem}."):
-        entry = _registered().get(name)  # of the other role
     if entry is not None:
         try:
             return entry.load()
@@ -89,11 +90,20 @@ def _load(name: str, spec: RoleSpec) -> Any:
         return partial(_registered(SOURCES)[module].load(), attribute)
     if not colon:
         known = policy_names(spec.problem, spec.role)
-        raise UnknownNameError(f"{spec.problem} has no {spec.role} policy {name!r}. {near(name, known)}")
+        raise UnknownNameError(f"{spec.problem} has no {spec.role} policy {name!r}. {_owner(name)}{near(name, known)}")
+    require_trust(name)
     try:
         return getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
         raise UnknownNameError(f"no policy can be imported from {name!r}: {error}") from error
+
+
+def _owner(name: str) -> str:
+    """Whose policy a registered name is, as a sentence; empty if it is nobody's."""
+    if name not in _registered():
+        return ""
+    problem, role, short = name.split(".", 2)
+    return f"{short!r} is {'an' if role == 'attacker' else 'a'} {role} of {problem}. "
 
 
 def _value(text: str) -> Any:
@@ -101,6 +111,8 @@ def _value(text: str) -> Any:
         return json.loads(text)
     except json.JSONDecodeError:
         return text
+    except RecursionError as error:
+        raise ValueError(f"an option of a policy is nested too deeply: {text[:20]}...") from error
 
 
 def _checked(policy: Any, name: str, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:

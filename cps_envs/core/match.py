@@ -65,6 +65,14 @@ class Match:
             knowledge = [self._knowledge(role, wanted, b) for b in marked] if wanted else [{}] * len(marked)
             self._states[role] = put(self._states[role], rows, player.begin(own, knowledge), len(envs))
 
+    def branch(self, parents: IntArray) -> None:
+        """Make each environment b a copy of the environment parents[b] (B,), with what its players remember."""
+        self.game.branch(parents)
+        for role in self.players:
+            self._states[role] = take(self._states[role], parents)
+            self._held[role] = self._held[role].take(parents, 0)
+            self._fresh[role] = self._fresh[role].take(parents)
+
     def step(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps; returns the attacker's payoff (B,)."""
         if not self.players:

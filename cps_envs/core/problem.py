@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from cps_envs.core.config import configure, parameter_table
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.policy import Policy
+from cps_envs.core.trust import vouched
 from cps_envs.core.types import Role
 
 if TYPE_CHECKING:  # a declaration has to be cheap to import: what it names brings the compiler of kernels along
@@ -82,8 +84,14 @@ class Problem:
         return Match(game, {role: self.policy(reference, game, role) for role, reference in players.items()})
 
     def policy(self, reference: PolicyReference, game: Game, role: Role) -> Policy:
-        """The policy that a reference names for a role of a game of this problem."""
-        return resolve_policy(reference, game.spec(role))
+        """The policy that a reference names for a role of a game of this problem.
+
+        Raises:
+            UntrustedCodeError: it names code, the user has not agreed to run it, and it is none of `opponents`.
+        """
+        declared = isinstance(reference, str) and any(reference in usual.values() for usual in self.opponents.values())
+        with vouched() if declared else nullcontext():
+            return resolve_policy(reference, game.spec(role))
 
     def env_id(self, role: Role) -> str:
         """Gymnasium's id of a role, such as `cps_envs/HvacAttack-v0`."""

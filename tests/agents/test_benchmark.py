@@ -267,3 +267,45 @@ def test_problems_know_nothing_of_one_another(name: str) -> None:
         assert files
         assert not [file for file in files if foreign.search(file.read_text())]
     assert len({fingerprint(each) for each in (*PROBLEMS, "elsewhere:PROBLEM")}) == len(PROBLEMS) + 1
+
+
+CELL = make_cell("disbanding", TINY.settings[0], Entrant("none"), Entrant("none"), 2)
+KEPT: dict[str, Any] = {"metrics": {"return": [1.0, 2.0]}, "simulations": 0, "cpu_s": 0.1}
+
+
+def edited(file: Path, change: str) -> str:
+    """The text of a kept result after something happened to it."""
+    text = file.read_text(encoding="utf-8")
+    kept = json.loads(text)
+    if change == "deep":
+        return "[" * 100_000
+    if change == "values":
+        kept["result"]["metrics"]["return"] = [1e9, 1e9]
+    elif change == "one value":
+        kept["result"]["metrics"]["return"] = [1.0]
+    elif change == "not a number":
+        return text.replace("2.0", "NaN")
+    elif change == "another job":
+        kept["job"]["attacker"] = "random"
+    elif change == "no digest":
+        del kept["digest"]
+    elif change == "no result":
+        del kept["result"]
+    elif change == "half":
+        return text[: len(text) // 2]
+    else:
+        return change
+    return json.dumps(kept)
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["values", "one value", "not a number", "another job", "no digest", "no result", "half", "deep", "", "[]", "null"],
+)
+def test_a_result_that_was_changed_is_not_believed(tmp_path: Path, change: str) -> None:
+    kept = Store(tmp_path)
+    kept.put(CELL, KEPT)
+    assert kept.get(CELL) == KEPT
+    (file,) = tmp_path.glob("*.json")
+    file.write_text(edited(file, change), encoding="utf-8")
+    assert kept.get(CELL) is None

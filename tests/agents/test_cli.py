@@ -1,9 +1,12 @@
 from __future__ import annotations
 
+import errno
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -14,7 +17,7 @@ from typer.testing import CliRunner
 
 from agents.cli import app
 from agents.console import assignments
-from agents.files import replacing
+from agents.files import replacing, write_text
 
 SHORT = ("--set", "duration_s=5")
 COMMANDS = tuple(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
@@ -103,6 +106,27 @@ def test_wrong_input_gets_one_message_that_names_the_remedy(arguments: Sequence[
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.parametrize("name", ["tests.core.toy_policies:Chase", "sb3:{}"])
+def test_code_runs_only_with_consent(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CPS_ENVS_TRUST", "0")  # put back afterwards
+    model = tmp_path / "model.zip"
+    model.write_bytes(b"no model")
+    command = ("play", "disbanding", *SHORT, "--defender", name.format(model))
+    for arguments in (
+        command,
+        ("evaluate", "disbanding", "defender", "--policy", name.format(model), "--episodes", "1"),
+    ):
+        refused = invoke(*arguments)
+        assert refused.exit_code == 2
+        assert "`cps-envs --trust ...`" in " ".join(refused.stderr.split())
+    if name.startswith("sb3:"):
+        pytest.importorskip("stable_baselines3")
+    agreed = invoke("--trust", *command)
+    assert "--trust" not in agreed.stderr
+    assert agreed.exit_code != 0  # neither plays this problem
+    assert os.environ["CPS_ENVS_TRUST"] == "1"  # for workers
+
+
 def test_debug_shows_where_an_error_comes_from() -> None:
     result = invoke("--debug", "play", "disbandin")
     assert result.exit_code == 1
@@ -155,6 +179,31 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [target]
 
 
+def test_a_file_that_is_being_written_is_seen_by_nobody(tmp_path: Path) -> None:
+    target = tmp_path / "card.json"
+    with replacing(target) as draft:
+        draft.write_text("{")
+        assert draft.suffix == ".json"  # which writers of pictures go by
+        assert list(tmp_path.glob("*.json")) == []
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "folder").write_text("a file where a folder is needed")
+    target = tmp_path / "folder" / "file.txt"
+    with pytest.raises(OSError, match=r"folder/file\.txt"), replacing(target) as draft:
+        draft.write_text("never")
+    full = tmp_path / "full.txt"
+    with pytest.raises(OSError, match=r"cannot be written: No space left on device.*full\.txt"), replacing(full):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert not full.exists()
+
+
+def test_errors_about_other_files_stay_as_they_are(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"other\.txt"), replacing(tmp_path / "file.txt"):
+        (tmp_path / "other.txt").read_text()
+
+
 def test_search_string_goes_on_from_a_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     module = pytest.importorskip("baselines.disbanding.string_search")
 
@@ -187,3 +236,13 @@ def test_search_feedback_writes_its_result(monkeypatch: pytest.MonkeyPatch, tmp_
     assert json.loads(invoke("search-feedback", "--trials", "4").stdout)["cost"] == 1.0
     assert invoke("search-feedback", "--seed", "13", "--out", str(target)).exit_code == 130
     assert json.loads(target.read_text())["cost"] == 2.0  # the best so far is kept
+
+
+def test_writers_in_one_folder_do_not_disturb_one_another(tmp_path: Path) -> None:
+    def write(place: int) -> None:
+        for _ in range(200):
+            write_text(tmp_path / f"{place}.txt", "whole\n")
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(write, range(4)))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.txt", "1.txt", "2.txt", "3.txt"]

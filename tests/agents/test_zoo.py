@@ -107,8 +107,8 @@ def test_says_what_does_not_fit(tmp_path: Path) -> None:
     save_tiny(card, "fdi", "attacker", version=99)
     with pytest.raises(ConfigurationError, match="version 99"):
         problem.policy(f"zoo:{card}", game, "attacker")
-    save_tiny(card, "fdi", "attacker", observation_size=3)
-    with pytest.raises(ValueError, match="observations of 3 entries"):
+    save_tiny(card, "fdi", "attacker", observation_size=99)
+    with pytest.raises(ValueError, match="observations of 99 entries"):
         problem.policy(f"zoo:{card}", game, "attacker").predict(np.zeros((1, 12), np.float32))
 
 

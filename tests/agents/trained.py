@@ -70,5 +70,4 @@ def save_tiny(
             **changes,
         }
     )
-    save(path, card, {seed: tiny_network(size, sum(actions), seed) for seed in range(seeds)})
-    return card
+    return save(path, card, {seed: tiny_network(size, sum(actions), seed) for seed in range(seeds)})

@@ -392,3 +392,29 @@ class ActsBeforeItLooks(ToyAttackEnv):
         except ValueError:
             super().step(0)
             raise
+
+
+@mutant("configurations", part="parallel_class", role="defender")
+class DividesByFee(RolesParallelEnv):
+    """A fee of 0 is within its bounds."""
+
+    def _infos(self) -> Any:
+        fee = np.float64(self.game.config.catch_fee)
+        with np.errstate(all="ignore"):
+            return {agent: {**info, "caught": float(info["fee"] / fee)} for agent, info in super()._infos().items()}
+
+
+@mutant("configurations")
+class ShowsNothingWhenBrisk(ToyGame):
+    def observe(self, role: Role) -> Any:
+        return super().observe(role) * np.float32(1 if self.config.mood == "calm" else np.nan)
+
+
+@mutant("configurations")
+class FailsWhenBothStandStill(ToyGame):
+    """Two fields have to be at their ends together."""
+
+    def __init__(self, config: Any, num_envs: int) -> None:
+        super().__init__(config, num_envs)
+        if config.drift == config.guard_speed == 0:
+            raise ZeroDivisionError

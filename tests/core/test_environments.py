@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gymnasium import error
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
@@ -43,7 +44,7 @@ def test_wrong_arguments(kwargs: dict[str, Any], message: str) -> None:
 
 
 def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
-    with pytest.raises(ConfigurationError, match="num_envs = 0 must be at least 1"):
+    with pytest.raises(ConfigurationError, match="num_envs = 0 must be a whole number, at least 1"):
         ToyAttackVectorEnv(0)
     with pytest.raises(ValueError, match="3 environments, 2 seeds"):
         ToyAttackVectorEnv(3).reset(seed=[1, 2])
@@ -51,6 +52,27 @@ def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
         ToyAttackVectorEnv(1, autoreset_mode="Sometimes")
     with pytest.raises(UnknownNameError, match="toy has no defender policy 'nobody'"):
         ToyAttackEnv(opponent="nobody")
+
+
+@pytest.mark.parametrize("steps", [0, -1e15, float("nan"), float("inf"), 5e-324, True, 1.7, "3"])
+def test_a_limit_of_steps_is_a_whole_number(steps: Any) -> None:
+    with pytest.raises(ConfigurationError, match=r"max_episode_steps = .* must be a whole number, at least 1"):
+        ToyAttackVectorEnv(2, max_episode_steps=steps)
+
+
+def test_a_refused_seed_leaves_nothing_half_started() -> None:
+    envs = ToyAttackVectorEnv(2)
+    with pytest.raises(error.Error, match="Seed must be greater or equal to zero"):
+        envs.reset(seed=[1, -1])
+    with pytest.raises(ResetNeeded):
+        envs.step(np.zeros(2, np.int64))
+    for seed in (1.0, "1", {}, True):
+        with pytest.raises(ValueError, match="must be a whole number, one for each environment, or None"):
+            envs.reset(seed=seed)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="must be a dictionary"):
+        envs.reset(options=[1])  # type: ignore[arg-type]
+    same = ToyAttackVectorEnv(2)
+    np.testing.assert_array_equal(envs.reset(seed=[3, 4])[0], same.reset(seed=3)[0])
 
 
 def test_opponents_by_preset_name_and_object() -> None:
@@ -88,7 +110,8 @@ def test_masks_exist_for_discrete_roles_only() -> None:
     attack, defense = ToyAttackEnv(), ToyDefenseEnv()
     attack.reset(seed=0)
     assert attack.action_masks().dtype == np.bool_
-    with pytest.raises(TypeError, match=r"toys/ToyDefense-v0 has no action masks"):
+    assert not hasattr(defense, "action_masks")
+    with pytest.raises(AttributeError, match="the defender of 'toy' has no action masks"):
         defense.action_masks()
 
 

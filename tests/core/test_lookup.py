@@ -69,6 +69,18 @@ def test_unknown_name_offers_the_near_ones(spec: RoleSpec) -> None:
         resolve_policy("chas", spec)
 
 
+def test_a_policy_of_the_other_role_is_refused_by_name(spec: RoleSpec) -> None:
+    with pytest.raises(
+        UnknownNameError, match=r"no defender policy 'toy.attacker.chase'. 'chase' is an attacker of toy"
+    ):
+        resolve_policy("toy.attacker.chase", spec)
+
+
+def test_options_that_are_nested_too_deeply_are_refused(spec: RoleSpec) -> None:
+    with pytest.raises(ValueError, match=r"nested too deeply: \[\["):
+        resolve_policy(f"guess?level={'[' * 100_000}", spec)
+
+
 @pytest.mark.parametrize("reference", ["no_such_module:x", "tests.core.toy_policies:Nobody", ":x"])
 def test_nothing_to_import(reference: str, spec: RoleSpec) -> None:
     with pytest.raises(UnknownNameError, match="no policy can be imported"):

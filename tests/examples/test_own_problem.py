@@ -48,7 +48,8 @@ def test_it_conforms(side: str, check: Check, tank: Problem) -> None:
         assert check.__name__ in ("check_swarm", "check_live_swarm", "check_action_masks")
 
 
-def test_the_program_prints_every_meeting() -> None:
+def test_the_program_prints_every_meeting(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CPS_ENVS_TRUST")
     program = [sys.executable, str(FOLDER / "own_problem.py")]
     lines = subprocess.run(program, check=True, capture_output=True, text=True).stdout.splitlines()
     payoffs = {tuple(line.split()[:3:2]): float(line.split()[3]) for line in lines}
@@ -58,10 +59,11 @@ def test_the_program_prints_every_meeting() -> None:
     assert payoffs["Bias?rise_s=60", "Doubt"] > payoffs["Bias", "Doubt"]  # a slow bias is not noticed
 
 
-def test_the_command_line_plays_it(tmp_path: Path) -> None:
+def test_the_command_line_plays_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CPS_ENVS_TRUST", "0")  # put back afterwards
     picture = tmp_path / "tank.png"
     pytest.importorskip("pygame")
-    arguments = ["play", "own_problem:TANK", "--set", "duration_s=20", "--json"]
+    arguments = ["--trust", "play", "own_problem:TANK", "--set", "duration_s=20", "--json"]
     result = CliRunner().invoke(app, [*arguments, "--attacker", "own_problem:Bias?rise_s=9", "--render", str(picture)])
     assert result.exit_code == 0, result.output
     assert "error_ms" in json.dumps(json.loads(result.stdout))

@@ -11,6 +11,7 @@ Each `check_*` function in `CHECKS` takes a `Subject` and raises AssertionError 
 from cps_envs.core.conformance.aliasing import check_actions_untouched, check_aliasing
 from cps_envs.core.conformance.autoreset import check_autoreset, check_reset_mask, check_time_limit
 from cps_envs.core.conformance.blocks import check_frame_skip, check_threads
+from cps_envs.core.conformance.configurations import check_configurations
 from cps_envs.core.conformance.determinism import check_determinism, check_global_random_state, check_seeding
 from cps_envs.core.conformance.endings import check_endings, check_horizon, check_reset_needed
 from cps_envs.core.conformance.foreign import check_gymnasium, check_pettingzoo, check_stable_baselines3
@@ -46,6 +47,7 @@ __all__ = [
     "check_autoreset",
     "check_bad_actions",
     "check_batch",
+    "check_configurations",
     "check_determinism",
     "check_endings",
     "check_environment",

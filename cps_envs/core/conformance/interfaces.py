@@ -57,7 +57,7 @@ def check_parallel(subject: Subject) -> None:
     rival = other(subject.role)
     actions, results, due = _play_both(subject, seed=22)
     _compare(subject, 22, Replay([actions[t][AGENTS[rival]] for t in due[rival]]), (actions, results, due))
-    _compare(subject, 26, "cps_envs.core.policy:Idle", _play_both(subject, seed=26, idle=rival))
+    _compare(subject, 26, "none", _play_both(subject, seed=26, idle=rival))
 
 
 def _compare(subject: Subject, seed: int, opponent: Any, played: tuple[Actions, Results, Due]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import gymnasium
@@ -12,7 +13,8 @@ from gymnasium.error import ResetNeeded
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.interfaces.info import episode_info
-from cps_envs.core.interfaces.options import check_frame_skip
+from cps_envs.core.interfaces.masks import masks_of
+from cps_envs.core.interfaces.options import check_count
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
@@ -44,7 +46,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         **overrides: Any,
     ) -> None:
         check_render_mode(render_mode)
-        self.frame_skip = check_frame_skip(frame_skip)
+        self.frame_skip = check_count("frame_skip", frame_skip)
         self.render_mode = render_mode
         self.config = self.problem.config(preset, overrides)
         rival = other(self.role)
@@ -90,17 +92,15 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         observation, reward = game.observe(role)[0], SIGN[role] * payoff.item(0)
         return observation, reward, terminated, truncated, episode_info(game, role)
 
-    def action_masks(self) -> BoolArray:
-        """Legal actions (k,) in the form that sb3-contrib's MaskablePPO asks for.
+    @property
+    def action_masks(self) -> Callable[[], BoolArray]:
+        """A function that returns the legal actions (k,), in the form that sb3-contrib's MaskablePPO asks for.
 
         Raises:
-            TypeError: this role's actions are continuous.
+            AttributeError: this role has no masks. So `hasattr` tells whether it has any.
         """
-        mask = self.game.action_mask(self.role)
-        if mask is None:
-            raise TypeError(f"{self.problem.env_id(self.role)} has no action masks")
-        row: BoolArray = mask[0]
-        return row
+        masks = masks_of(self.game, self.role)
+        return lambda: masks()[0]
 
     def render(self) -> Array | None:
         """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cps_envs.core.errors import ConfigurationError
 
 
-def check_frame_skip(frame_skip: int) -> int:
-    """How many decisions an action is held for.
+def check_count(name: str, value: int) -> int:
+    """A whole number of something, at least 1.
 
     Raises:
-        ConfigurationError: no whole number, or fewer than one.
+        ConfigurationError: it is none.
     """
-    if isinstance(frame_skip, bool) or not isinstance(frame_skip, int) or frame_skip < 1:
-        raise ConfigurationError(f"frame_skip = {frame_skip!r} must be a whole number of decisions, at least 1")
-    return frame_skip
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
+        raise ConfigurationError(f"{name} = {value!r} must be a whole number, at least 1")
+    return int(value)

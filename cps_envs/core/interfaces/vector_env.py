@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,9 +13,9 @@ from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_ends
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.interfaces.info import batch_info
-from cps_envs.core.interfaces.options import check_frame_skip
+from cps_envs.core.interfaces.masks import masks_of
+from cps_envs.core.interfaces.options import check_count
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
@@ -50,10 +50,8 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         **overrides: Any,
     ) -> None:
         check_render_mode(render_mode)
-        self.frame_skip = check_frame_skip(frame_skip)
-        if num_envs < 1:
-            raise ConfigurationError(f"num_envs = {num_envs} must be at least 1")
-        self.num_envs, self.render_mode = num_envs, render_mode
+        self.frame_skip = check_count("frame_skip", frame_skip)
+        self.num_envs, self.render_mode = check_count("num_envs", num_envs), render_mode
         self.autoreset_mode = AutoresetMode(autoreset_mode)
         self.metadata = {
             "render_modes": RENDER_MODES,
@@ -70,7 +68,8 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self._interval = self.game.decision_interval[self.role]
         self._limit = self.game.horizon
         if max_episode_steps is not None:
-            self._limit = min(self._limit, max_episode_steps * self._interval * self.frame_skip)
+            steps = check_count("max_episode_steps", max_episode_steps)
+            self._limit = min(self._limit, steps * self._interval * self.frame_skip)
         self._generators: list[np.random.Generator] = []
         self._everyone = np.ones(num_envs, np.bool_)  # never written to
         self._nobody = np.zeros(num_envs, np.bool_)  # nor is this
@@ -123,16 +122,14 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         info.update(final)
         return game.observe(self.role), SIGN[self.role] * payoff, terminated, truncated, info
 
-    def action_masks(self) -> BoolArray:
-        """Legal actions (B, k).
+    @property
+    def action_masks(self) -> Callable[[], BoolArray]:
+        """A function that returns the legal actions (B, k).
 
         Raises:
-            TypeError: this role's actions are continuous.
+            AttributeError: this role has no masks. So `hasattr` tells whether it has any.
         """
-        mask = self.game.action_mask(self.role)
-        if mask is None:
-            raise TypeError(f"{self.problem.env_id(self.role)} has no action masks")
-        return mask
+        return masks_of(self.game, self.role)
 
     def render(self) -> tuple[Array, ...] | None:
         """One frame per environment in mode `rgb_array`; in mode `human` the first environment is shown."""
@@ -177,6 +174,8 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
         everything = self._everyone
+        if options is not None and not isinstance(options, dict):
+            raise ValueError(f"options = {options!r} must be a dictionary, such as {{'reset_mask': mask}}")
         mask = (options or {}).get("reset_mask")
         if mask is None:
             return everything
@@ -189,14 +188,20 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         return mask
 
     def _seed(self, seed: int | Sequence[int | None] | None, envs: BoolArray) -> None:
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, (int, np.integer)) else seed
-        if seeds is None:
-            seeds = [None] * self.num_envs
-        if len(seeds) != self.num_envs:
-            raise ValueError(f"one seed per environment is needed: {self.num_envs} environments, {len(seeds)} seeds")
+        seeds = self._seeds_of(seed)
         first = not self._generators
-        if first:
-            self._generators = [None] * self.num_envs  # type: ignore[list-item]
-        for b in np.flatnonzero(envs).tolist():
-            if first or seeds[b] is not None:
-                self._generators[b] = spawning(seeding.np_random(seeds[b])[0])
+        wanted = [b for b in np.flatnonzero(envs).tolist() if first or seeds[b] is not None]
+        made = {b: spawning(seeding.np_random(seeds[b])[0]) for b in wanted}  # all of them, or an error and none
+        self._generators = [made.get(b) or self._generators[b] for b in range(self.num_envs)]
+
+    def _seeds_of(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
+        """A seed for each environment, or None."""
+        if seed is None:
+            return [None] * self.num_envs
+        if isinstance(seed, (int, np.integer)) and not isinstance(seed, bool):
+            return [int(seed) + i for i in range(self.num_envs)]
+        if not isinstance(seed, (list, tuple, np.ndarray)):
+            raise ValueError(f"seed = {seed!r} must be a whole number, one for each environment, or None")
+        if len(seed) != self.num_envs:
+            raise ValueError(f"one seed per environment is needed: {self.num_envs} environments, {len(seed)} seeds")
+        return [None if each is None else int(each) for each in seed]

@@ -1,0 +1,198 @@
+"""Cards and weights from strangers: they play, or are refused with a sentence that names the file."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from safetensors.numpy import load_file, save_file
+
+from agents.zoo.card import MOST_BYTES, read_card
+from agents.zoo.files import SHIPPED, load, shipped_names
+from agents.zoo.network import Memory, Network, network_of
+from cps_envs.core.types import Array
+from tests.agents.trained import save_tiny
+
+Tensors: TypeAlias = dict[str, Array]
+UNITS = 4
+
+
+def remembering(tensors: Tensors, inward: int = 4 * UNITS, recurrent: int = 4 * UNITS) -> None:
+    """Turn a network of one layer into one with a memory, whose biases have these lengths."""
+    inputs, outputs = tensors["0/layer.0.weight"].shape
+    tensors["0/memory.inward.weight"] = np.zeros((inputs, 4 * UNITS), np.float32)
+    tensors["0/memory.inward.bias"] = np.zeros(inward, np.float32)
+    tensors["0/memory.recurrent.weight"] = np.zeros((UNITS, 4 * UNITS), np.float32)
+    tensors["0/memory.recurrent.bias"] = np.zeros(recurrent, np.float32)
+    tensors["0/layer.0.weight"] = np.zeros((UNITS, outputs), np.float32)
+
+
+def changed(name: str, change: Callable[[Array], Array]) -> Callable[[Tensors], None]:
+    def apply(tensors: Tensors) -> None:
+        tensors[name] = np.ascontiguousarray(change(tensors[name]))
+
+    return apply
+
+
+def narrowed(tensors: Tensors) -> None:
+    for name in ("0/layer.0.weight", "0/layer.0.bias", "0/log_deviation"):
+        tensors[name] = np.ascontiguousarray(tensors[name][..., :3])
+
+
+def without(tensors: Tensors, part: str) -> None:
+    for name in [name for name in tensors if part in name]:
+        del tensors[name]
+
+
+def entry(value: float) -> Callable[[Array], Array]:
+    def put(array: Array) -> Array:
+        result = array.copy()
+        result.flat[0] = value
+        return result
+
+    return put
+
+
+WEIGHTS: dict[str, Callable[[Tensors], None]] = {
+    "memory bias longer": lambda tensors: remembering(tensors, inward=100_000),
+    "memory bias shorter": lambda tensors: remembering(tensors, inward=3),
+    "recurrent bias longer": lambda tensors: remembering(tensors, recurrent=64),
+    "columns beyond": changed("0/columns", lambda array: array + 1000),
+    "columns negative": changed("0/columns", lambda array: array - 5),
+    "columns of numbers": changed("0/columns", lambda array: array.astype(np.float64)),
+    "columns scalar": changed("0/columns", lambda array: array[0]),
+    "no columns": changed("0/columns", lambda array: array[:0]),
+    "double weights": changed("0/layer.0.weight", lambda array: array.astype(np.float64)),
+    "whole weights": changed("0/layer.0.weight", lambda array: array.astype(np.int8)),
+    "weights of rank 3": changed("0/layer.0.weight", lambda array: array[..., None]),
+    "huge weight": changed("0/layer.0.weight", entry(3e38)),
+    "weight not a number": changed("0/layer.0.weight", entry(np.nan)),
+    "mean infinite": changed("0/mean", entry(np.inf)),
+    "deviation zero": changed("0/deviation", entry(0.0)),
+    "deviation negative": changed("0/deviation", lambda array: -array),
+    "spread of wrong length": changed("0/log_deviation", lambda array: array[:-1]),
+    "spread huge": changed("0/log_deviation", entry(800.0)),
+    "fewer outputs": lambda tensors: narrowed(tensors),
+    "no layers": lambda tensors: without(tensors, "layer"),
+}
+CARDS: dict[str, dict[str, Any]] = {
+    "hold 1.5": {"hold": 1.5},
+    "hold huge": {"hold": 10**30},
+    "hold true": {"hold": True},
+    "hold zero": {"hold": 0},
+    "actions negative": {"actions": [-5]},
+    "actions huge": {"actions": [10**30]},
+    "actions text": {"actions": ["a"]},
+    "no actions": {"actions": []},
+    "best text": {"best": "x"},
+    "size not a number": {"observation_size": float("nan")},
+    "version text": {"version": "0"},
+    "overrides list": {"overrides": [1]},
+    "problem list": {"problem": ["hvac"]},
+    "unknown entry": {"surprise": 1},
+}
+
+
+@pytest.fixture
+def card(tmp_path: Path) -> Path:
+    path = tmp_path / "tiny.json"
+    save_tiny(path, "fdi", "attacker", seeds=1)
+    return path
+
+
+def rewrite(card: Path, tensors: Tensors) -> None:
+    """Other weights, of which the card knows no hash."""
+    save_file(tensors, card.with_suffix(".safetensors"))
+    card.write_text(json.dumps({**json.loads(card.read_text()), "weights": ""}))
+
+
+@pytest.mark.parametrize("name", WEIGHTS)
+def test_weights_that_make_no_sense_are_refused(name: str, card: Path) -> None:
+    tensors = load_file(card.with_suffix(".safetensors"))
+    rewrite(card, tensors)
+    load(card)
+    WEIGHTS[name](tensors)
+    rewrite(card, tensors)
+    with pytest.raises(ValueError, match=r"tiny\.safetensors is damaged .*Train or download it again"):
+        load(card)
+
+
+def test_a_memory_that_fits_is_taken(card: Path) -> None:
+    tensors = load_file(card.with_suffix(".safetensors"))
+    remembering(tensors)
+    rewrite(card, tensors)
+    assert isinstance(load(card)[1].memory, Memory)
+
+
+@pytest.mark.parametrize("name", CARDS)
+def test_cards_that_make_no_sense_are_refused(name: str, card: Path) -> None:
+    card.write_text(json.dumps({**json.loads(card.read_text()), **CARDS[name]}))
+    with pytest.raises(ValueError, match=r"tiny\.json is no card of a trained policy .*Train or download it again"):
+        load(card)
+
+
+def test_weights_of_another_policy_are_refused(card: Path, tmp_path: Path) -> None:
+    save_tiny(tmp_path / "other.json", "fdi", "attacker", seeds=2)
+    card.with_suffix(".safetensors").write_bytes((tmp_path / "other.safetensors").read_bytes())
+    with pytest.raises(ValueError, match="not the weights that the card was written for"):
+        load(card)
+
+
+def odd_files(card: Path) -> Iterator[Callable[[], object]]:
+    weights = card.with_suffix(".safetensors")
+    header = json.dumps({"0/columns": {"dtype": "I64", "shape": [2**40], "data_offsets": [0, 2**43]}}).encode()
+    yield lambda: card.write_text('{"a":' * 100_000)
+    yield lambda: card.write_text(f'{{"name": "{"a" * MOST_BYTES}"}}')
+    yield lambda: weights.write_bytes(struct.pack("<Q", 2**63) + weights.read_bytes()[8:])
+    yield lambda: weights.write_bytes(struct.pack("<Q", len(header)) + header + bytes(64))
+    yield lambda: (weights.unlink(), weights.mkdir())
+    yield lambda: (card.unlink(), os.mkfifo(card))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+@pytest.mark.parametrize("place", range(6))
+def test_files_that_are_none_or_claim_too_much_are_refused(place: int, card: Path) -> None:
+    document = {**json.loads(card.read_text()), "weights": ""}
+    card.write_text(json.dumps(document))
+    list(odd_files(card))[place]()
+    with pytest.raises((ValueError, OSError), match="tiny"):
+        load(card)
+
+
+def test_hidden_files_are_no_policies(tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", "fdi", "attacker")
+    (tmp_path / ".tiny.4242.json").write_text("{")
+    assert shipped_names(tmp_path) == ["tiny"]
+
+
+def test_shipped_cards_tell_their_weights() -> None:
+    assert all(len(read_card(SHIPPED / f"{name}.json").weights) == 64 for name in shipped_names())
+
+
+@given(st.data())
+def test_what_is_accepted_plays_finite_numbers(data: st.DataObject) -> None:
+    """Any network that passes the checks gives finite outputs for any observation in [-1, 1]."""
+    tensors = {
+        "columns": np.arange(3),
+        "mean": data.draw(numbers(3)),
+        "deviation": np.abs(data.draw(numbers(3))) + np.float32(1e-6),
+        "layer.0.weight": data.draw(numbers(3 * 2)).reshape(3, 2),
+        "layer.0.bias": data.draw(numbers(2)),
+    }
+    network: Network = network_of(tensors, "tanh")
+    state = np.zeros((1, 0), np.float32)
+    outputs, *_ = network.forward(np.array([[-1.0, 0.3, 1.0]], np.float32), state, state)
+    assert np.isfinite(outputs).all()
+
+
+def numbers(count: int) -> st.SearchStrategy[Array]:
+    entries = st.floats(-1e6, 1e6, width=32)
+    return st.lists(entries, min_size=count, max_size=count).map(lambda row: np.array(row, np.float32))
