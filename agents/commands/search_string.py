@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from agents.console import err, print_json
+from agents.console import assignments, err, print_json
 
 
 def search_string(
@@ -18,6 +18,9 @@ def search_string(
     seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
     spread: Annotated[float, typer.Option(help="First deviation, in units of the search.")] = 0.4,
     start: Annotated[Path | None, typer.Option(help="Start from this result, not by hand.")] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Override a field; may be repeated.")
+    ] = None,
     to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
 ) -> None:
     """Search the numbers of the disbanding defender `string`; the result is JSON.
@@ -28,7 +31,8 @@ def search_string(
     from agents.progress import Progress
     from baselines.disbanding.string_search import StringSearch, found_before, search_string
 
-    search = StringSearch(form=form, trials=trials, population=population, seed=seed, spread=spread)
+    overrides = assignments(settings or [])
+    search = StringSearch(form, trials=trials, population=population, seed=seed, spread=spread, overrides=overrides)
     begun = None if start is None else found_before(json.loads(start.read_text(encoding="utf-8")))
     with Progress("trials", trials) as progress:
 

@@ -10,10 +10,10 @@ from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any
 
-import cma
 import numpy as np
 
 from baselines.disbanding.feedback import SHAPE, LinearFeedback
+from baselines.evolution import make_strategy
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, Role
@@ -47,14 +47,7 @@ def search_feedback(search: FeedbackSearch, report: Report | None = None) -> dic
 
     A candidate's cost is its mean E_v (all, percent) over the episodes, plus the cost of collisions.
     """
-    generator = np.random.default_rng(search.seed)
-    options = {
-        "popsize": search.population,
-        "seed": np.nan,  # numpy's global generator stays untouched
-        "randn": lambda *shape: generator.standard_normal(shape),
-        "verbose": -9,
-    }
-    strategy = cma.CMAEvolutionStrategy(np.zeros(np.prod(SHAPE)), search.spread, options)
+    strategy = make_strategy(np.zeros(np.prod(SHAPE)), search.spread, population=search.population, seed=search.seed)
     best, cost, trials = np.zeros(SHAPE), np.inf, 0
     found: dict[str, Any] = {}
     while trials < search.trials:

@@ -7,13 +7,13 @@ and the start that it was found from.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, NamedTuple
 
-import cma
 import numpy as np
 
 from baselines.disbanding.string_controller import SHAPE, SIZE, Gains, StringController
+from baselines.evolution import make_strategy
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, Role
@@ -90,6 +90,7 @@ class StringSearch:
     spread: float = 0.4  # initial standard deviation, in units of STEP
     seed: int = 0
     least_gap_m: float = 1.5  # a smallest gap below this costs a point per metre
+    overrides: Mapping[str, Any] = field(default_factory=dict)  # of the preset, beside what the form sets
 
 
 class Candidates(NamedTuple):
@@ -118,15 +119,8 @@ def search_string(
     `start` replaces `START`. The result is the mean of the search distribution, which the chance of a generation's
     draws moves less than it does its best candidate.
     """
-    generator = np.random.default_rng(search.seed)
-    options = {
-        "popsize": search.population,
-        "seed": np.nan,  # numpy's global generator stays untouched
-        "randn": lambda *shape: generator.standard_normal(shape),
-        "verbose": -9,
-    }
     start = start or Candidates(np.tile(np.array(START), (1, 2, 1)), np.array([THRESHOLD_MPS]))
-    strategy = cma.CMAEvolutionStrategy(np.zeros(2 * SIZE + 1), search.spread, options)
+    strategy = make_strategy(np.zeros(2 * SIZE + 1), search.spread, population=search.population, seed=search.seed)
     trials, found = 0, {}
     while trials < search.trials:
         points = strategy.ask()
@@ -149,7 +143,7 @@ def search_string(
 
 def candidate_costs(candidates: Candidates, search: StringSearch, first_seed: int) -> FloatArray:
     """Costs (P,): mean return of the attackers, plus what small gaps cost."""
-    config = DISBANDING.config(search.preset, SETTINGS[search.form])
+    config = DISBANDING.config(search.preset, {**SETTINGS[search.form], **search.overrides})
     game = DISBANDING.game(config, 1)
     spec = game.spec("defender")
     gains, thresholds = (np.repeat(part, search.draws, axis=0) for part in candidates)

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 from cps_envs.core.config import IntRange, Range, bounds, is_multiple, quantity, validate
 from cps_envs.core.errors import ConfigurationError
 
 TABLE = "Table 2.1"
+SHORTEST_STEP_S = 5e-4
 
 
 @dataclass(frozen=True)
 class Interpretation:
     """What a simulation of chapter 2 must assume although the paper does not print it.
 
-    The step is part of the model, not an accuracy setting: crash flags of Table 2.2 flip between 0.01 s and 0.02 s.
-    The flags have the names and meanings of the fields of `state.Constants`.
+    The step is part of the model: crash flags of Table 2.2 flip between 0.01 s and 0.02 s. A configuration may set
+    another step, and add the transitional controller and the standstill rule. The flags have the names and meanings of
+    the fields of `state.Constants`.
     """
 
     dt_s: float  # integration step; inferred, only 0.01 to 0.02 s fits the paper's numbers
@@ -24,6 +27,7 @@ class Interpretation:
     one_sided_avoidance: bool = False  # (2.6) with max(0, v^2 - v_p^2)
     transitional_controller: bool = False  # leaders that close in brake before they reach h v
     inelastic_contact: bool = False  # vehicles that touch stay behind one another instead of passing as ghosts
+    standstill_rule: bool = False  # who is nearer than r_0 to the vehicle ahead cannot move
 
 
 INTERPRETATIONS = {
@@ -36,6 +40,18 @@ INTERPRETATIONS = {
         dt_s=0.05, exact_integration=True, saturate_command=True, one_sided_avoidance=True, inelastic_contact=True
     ),
 }
+
+
+@cache
+def interpreted(name: str, dt_s: float, transitional_controller: bool, standstill_rule: bool) -> Interpretation:
+    """An interpretation with a step of its own (0: none) and the rules that a configuration adds to it."""
+    base = INTERPRETATIONS[name]
+    return replace(
+        base,
+        dt_s=dt_s or base.dt_s,
+        transitional_controller=transitional_controller or base.transitional_controller,
+        standstill_rule=standstill_rule or base.standstill_rule,
+    )
 
 
 @dataclass(frozen=True)
@@ -62,6 +78,9 @@ class DisbandingConfig:
     max_acceleration_mps2: float = quantity(1.0, unit="m/s2", low=0.1, high=20, source=f"{TABLE}: u_max")
     standstill_gap_m: float = quantity(1.0, unit="m", low=0, high=20, source=f"{TABLE}: r_0")
     interpretation: str = quantity("S0", choices=tuple(INTERPRETATIONS), source="inferred; the paper prints none")
+    dt_s: float = quantity(0.0, unit="s", low=0, high=0.1, source="chosen: integration step; 0: the interpretation's")
+    transitional_controller: bool = quantity(False, source="2.2.1: leaders brake early; S1 has it in any case")
+    standstill_rule: bool = quantity(False, source="after (2.5): nobody moves whose gap is below r_0")
     control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
     attack_budget: IntRange = quantity(2, low=1, high=50, source="Table 2.3 disbands two platoons", ranged=True)
     gap_spread: float = quantity(0.0, low=0, high=0.5, source="chosen: initial gaps +- this share")
@@ -87,11 +106,17 @@ class DisbandingConfig:
     braking_mps2: Range = quantity(5.0, unit="m/s2", low=0, high=20, source="2.1: maximum deceleration", ranged=True)
     braking_s: Range = quantity(1.0, unit="s", low=0, high=10, source="chosen: per driver", ranged=True)
     correction_noise_mps2: float = quantity(0.0, unit="m/s2", low=0, high=5, source="chosen: s.d., from actuators")
-    report: str = quantity("chapter", choices=("chapter", "safety"), source="chosen: metrics of chapter 2, or more")
+    report: str = quantity(
+        "chapter", choices=("chapter", "safety", "full"), source="chosen: metrics of chapter 2, or more"
+    )
 
     def __post_init__(self) -> None:
         validate(self)
         dt_s = self.dynamics.dt_s
+        if dt_s < SHORTEST_STEP_S:
+            raise ConfigurationError(
+                f"dt_s = {self.dt_s} is shorter than {SHORTEST_STEP_S} s. Choose 0 for the interpretation's own step."
+            )
         for name, whole, part in (
             ("control_period_s", self.control_period_s, dt_s),
             ("control_period_s", 1.0, self.control_period_s),
@@ -110,7 +135,14 @@ class DisbandingConfig:
         if dt_s > bounds(self.tau_s)[0] and not self.dynamics.exact_integration:
             raise ConfigurationError(
                 f"tau_s = {self.tau_s} is shorter than the integration step {dt_s} s of {self.interpretation}, which "
-                'explicit Euler cannot follow. Choose a longer tau_s, or interpretation="S2", which integrates exactly.'
+                "explicit Euler cannot follow. Choose a longer tau_s, a shorter dt_s, or "
+                'interpretation="S2", which integrates exactly.'
+            )
+        closest_m = bounds(self.desired_gap_m)[0] * (1.0 - self.gap_spread)
+        if self.standstill_rule and closest_m <= self.standstill_gap_m:
+            raise ConfigurationError(
+                f"standstill_rule = True: nobody could move at the start, where gaps are {closest_m:g} m and "
+                f"standstill_gap_m = {self.standstill_gap_m}. Choose a larger desired_gap_m or a smaller gap_spread."
             )
         if bounds(self.attacked_member)[1] > self.vehicles_per_platoon:
             raise ConfigurationError(
@@ -125,7 +157,7 @@ class DisbandingConfig:
     @property
     def dynamics(self) -> Interpretation:
         """Integration step and the rules that the paper leaves open."""
-        return INTERPRETATIONS[self.interpretation]
+        return interpreted(self.interpretation, self.dt_s, self.transitional_controller, self.standstill_rule)
 
     @property
     def max_platoons(self) -> int:
@@ -201,4 +233,13 @@ LEARNING = replace(
     correction_noise_mps2=0.5,
     report="safety",
 )
-PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING}
+ONE_VEHICLE = replace(
+    PAPER,
+    member_delay_s=0.1,
+    attacked_member=(1, 10),
+    braking_share=0.3,
+    braking_mps2=(2.0, 5.0),
+    braking_s=(0.5, 1.5),
+    report="full",
+)
+PRESETS = {"paper": PAPER, "one_vehicle": ONE_VEHICLE, "easy": EASY, "learning": LEARNING}

@@ -131,6 +131,15 @@ def keep_order(episode: State, c: Constants) -> None:
 
 
 @inlined
+def stand_still(episode: State, c: Constants) -> None:
+    """The rule after (2.5): who is nearer than r_0 to the vehicle ahead cannot move, and stands from one step on."""
+    x = episode.position
+    for q in range(1, c.num_vehicles):
+        if x[q - 1] - x[q] < c.standstill_gap_m:
+            episode.speed[q] = episode.acceleration[q] = 0.0
+
+
+@inlined
 def integrate(episode: State, c: Constants) -> None:
     """Move every vehicle by one step under its final command, and mark who touches whom."""
     if c.exact_integration:
@@ -140,6 +149,8 @@ def integrate(episode: State, c: Constants) -> None:
     mark_collisions(episode, c)
     if c.inelastic_contact:
         keep_order(episode, c)
+    if c.standstill_rule:
+        stand_still(episode, c)
 
 
 @inlined

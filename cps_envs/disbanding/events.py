@@ -1,4 +1,4 @@
-"""What happens between the integration steps: the noise of actuators, the radio, and what is noted of safety."""
+"""What happens between the integration steps: noise of actuators, radio, and what is noted of safety and ride."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.dynamics import advance_episode, has_ended
 from cps_envs.disbanding.radio import pass_on, wear_jam
+from cps_envs.disbanding.ride import note_ride
 from cps_envs.disbanding.safety import note_false_alarms, note_gaps
 from cps_envs.disbanding.state import Constants, State
 
 
 def is_eventful(config: DisbandingConfig) -> bool:
     """Whether anything happens between the integration steps under a configuration."""
-    return config.is_relayed or config.can_jam or config.correction_noise_mps2 > 0 or config.report == "safety"
+    return config.is_relayed or config.can_jam or config.correction_noise_mps2 > 0 or config.report != "chapter"
 
 
 @inlined
@@ -31,6 +32,8 @@ def advance_eventfully(
         if step % c.period_steps == 0:
             note_gaps(episode, c)
             note_false_alarms(episode, c, correction)
+        if c.ride_steps > 0 and step % c.ride_steps == 0:
+            note_ride(episode, c)
         advance_episode(episode, c, correction, closing, 1)
         if c.relayed and episode.step[0] % c.hop_steps == 0:
             pass_on(episode, c)

@@ -18,7 +18,7 @@ from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.events import is_eventful
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
-from cps_envs.disbanding.payoff import SAFETY, Metrics, Rules
+from cps_envs.disbanding.payoff import MEASURED, Metrics, Rules
 from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
 from cps_envs.disbanding.state import Constants, State, allocate
@@ -66,8 +66,7 @@ class DisbandingGame(Game):
             steps_per_decision=config.periods_per_second * config.steps_per_period,
             eventful=is_eventful(config),
         )
-        left_out = () if config.report == "safety" else SAFETY
-        self._measures = tuple(name for name in Metrics._fields if name not in left_out)
+        self._measures = Metrics._fields[: MEASURED[config.report]]
         self._rules, self._spread = pack(rules), spread(config)
         self._allocate()
 
@@ -184,6 +183,7 @@ class DisbandingGame(Game):
             speed=state.speed[b, present].copy(),
             max_speed_mps=self.config.max_speed_mps,
             disbanding_s=state.disbanding_s[b, : present.stop // self.config.vehicles_per_platoon].copy(),
+            takeover_delay_s=state.takeover_delay_s[b, present].copy(),
             collided=state.collided[b, present].copy(),
             metrics=self.episode_metrics(b),
             warned=np.isfinite(state.record_s[b, present]) if self.config.is_relayed else None,

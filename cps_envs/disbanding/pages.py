@@ -33,8 +33,9 @@ Steady state at 31 m/s: gaps x_d inside platoons and h v_d = 46.5 m between them
 Truncated after 180 s. Terminated only with `on_collision="end"`, at the first collision of an intact vehicle.
 
 ## Arguments
-`preset` ("paper", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`,
-`frame_skip` (decisions that an action is held for), and any field of `cps_envs.disbanding.config.DisbandingConfig`:
+`preset` ("paper", "one_vehicle", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy),
+`render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.disbanding.config.DisbandingConfig`:
 
 {parameter_table}
 
@@ -78,8 +79,9 @@ Truncated after 180 s. Terminated only with `on_collision="end"`, at the first c
 rest of the episode is then charged at 100 %.
 
 ## Arguments
-`preset` ("paper", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or policy), `render_mode`,
-`frame_skip` (decisions that an action is held for), and any field of `cps_envs.disbanding.config.DisbandingConfig`:
+`preset` ("paper", "one_vehicle", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or policy),
+`render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.disbanding.config.DisbandingConfig`:
 
 {parameter_table}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -24,11 +25,21 @@ class Metrics(NamedTuple):
     collision_penalty: float  # points of E_v, for intact vehicles involved in collisions, scaled by 100 / M
     end_charge: float  # points of E_v, the rest of an episode ended by a collision at 100 %
     disbanded_platoons: float  # how many; not paid
-    smallest_gap_m: float  # m, ahead of an intact vehicle so far, at the control periods; with report="safety"
-    false_alarms: float  # percent of vehicles and time corrected with no disbanded platoon ahead; with report="safety"
+    # With report="safety":
+    smallest_gap_m: float  # m, ahead of an intact vehicle so far, at the control periods
+    false_alarms: float  # percent of vehicles and time corrected with no disbanded platoon ahead
+    # With report="full", of the vehicles intact at each moment:
+    acceleration_mps2: float  # m/s2, root mean square
+    jerk_mps3: float  # m/s3, root mean square of the changes of acceleration within 0.1 s
+    energy_kj_per_km: float  # kJ/km, traction by the model of `ride`
+    recovery_s: float  # s from the first attack until all keep within 10 % of v_d; so far, while they do not
 
 
-SAFETY = ("smallest_gap_m", "false_alarms")
+MEASURED = {  # how many of them each `report` has
+    "chapter": Metrics._fields.index("smallest_gap_m"),
+    "safety": Metrics._fields.index("acceleration_mps2"),
+    "full": len(Metrics._fields),
+}
 
 
 class Rules(NamedTuple):
@@ -57,7 +68,7 @@ def measure_all(state: State, constants: Array, horizon_steps: int, table: Array
 
 @inlined
 def measure(episode: State, c: Constants, horizon_steps: int, metrics: Record) -> None:
-    """Fill the metrics of an episode up to `stopped_share`.
+    """Fill the metrics of an episode, but for the charges.
 
     Velocity errors are divided by the steps of the whole episode, `horizon_steps`: they grow to the final value.
     Shares over an empty set of vehicles are 0.
@@ -83,7 +94,18 @@ def measure(episode: State, c: Constants, horizon_steps: int, metrics: Record) -
     metrics.first_collision_s = episode.first_collision_s[0]
     metrics.stopped_share = 100.0 * stopped / max(intact, 1)
     metrics.smallest_gap_m = episode.smallest_gap[0]
+    measure_ride(episode, metrics)
     metrics.false_alarms = 100.0 * episode.false_alarms[0] * c.period_steps / horizon_steps
+
+
+@inlined
+def measure_ride(episode: State, metrics: Record) -> None:
+    """Fill what `ride` has noted; 0 where it has not."""
+    noted, driven_km, first_s = max(episode.noted[0], 1), episode.driven_km[0], episode.disbanding_s.min()
+    metrics.acceleration_mps2 = math.sqrt(episode.acceleration_squares[0] / noted)
+    metrics.jerk_mps3 = math.sqrt(episode.jerk_squares[0] / noted)
+    metrics.energy_kj_per_km = episode.work_kj[0] / driven_km if driven_km > 0.0 else 0.0
+    metrics.recovery_s = max(0.0, episode.disturbed_s[0] - first_s)
 
 
 @inlined

@@ -25,6 +25,7 @@ DISBANDING = Problem(
     },
     opponents={
         "paper": {"attacker": "lead", "defender": "none"},
+        "one_vehicle": {"attacker": "lead", "defender": "none"},
         "easy": {"attacker": "random", "defender": "none"},
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string"},
     },

@@ -15,6 +15,7 @@ from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.state import Constants, State
 
 MIN_SPEED_MPS = 0.0  # Table 2.1: v_min
+RIDE_S = 0.1  # between two notes of the ride; chosen: passengers hardly feel what is faster
 
 
 class Perturbation(NamedTuple):
@@ -53,6 +54,7 @@ def nominal_constants(config: DisbandingConfig) -> Constants:
     known["noise_width_mps2"] = math.sqrt(3.0) * config.correction_noise_mps2  # uniform, of that deviation
     known["noise_steps"] = config.periods_per_second * config.steps_per_period  # 1 s, chosen
     known["period_steps"] = config.steps_per_period
+    known["ride_steps"] = whole_steps(RIDE_S, config.dynamics.dt_s) if config.report == "full" else 0
     return Constants(**{name: known[name] for name in Constants._fields})
 
 
@@ -166,8 +168,12 @@ def clear_elements(episode: State) -> None:
     episode.opening_s[0] = episode.false_alarms[0] = 0.0
     episode.jam_place[0], episode.jam_steps[0] = -1, 0
     episode.smallest_gap[0] = np.inf
+    episode.noted[0] = 0
+    episode.acceleration_squares[0] = episode.jerk_squares[0] = 0.0
+    episode.work_kj[0] = episode.driven_km[0] = episode.disturbed_s[0] = 0.0
     for q in range(episode.record_s.size):
         episode.braking_s[q] = episode.braking_mps2[q] = episode.noise_mps2[q] = 0.0
+        episode.noted_acceleration[q] = 0.0
         episode.record_s[q] = np.inf
         episode.record_position[q] = episode.record_speed[q] = 0.0
         episode.record_acceleration[q] = episode.record_command[q] = 0.0

@@ -46,6 +46,13 @@ class State(NamedTuple):
     jam_steps: IntArray  # (B,) integration steps of jamming left
     smallest_gap: FloatArray  # (B,) m, ahead of an intact vehicle so far, seen at the control periods
     false_alarms: FloatArray  # (B,) sum over the control periods of the share of vehicles corrected without a reason
+    noted_acceleration: FloatArray  # (B, M) m/s2, when the ride was noted last, see `ride`
+    noted: IntArray  # (B,) how often it was noted, summed over the vehicles
+    acceleration_squares: FloatArray  # (B,) m2/s4, their sum
+    jerk_squares: FloatArray  # (B,) m2/s6, their sum
+    work_kj: FloatArray  # (B,) kJ, traction of all vehicles noted
+    driven_km: FloatArray  # (B,) km, their distance
+    disturbed_s: FloatArray  # (B,) s, when an intact vehicle was last seen off the desired speed after an attack
     chance: Array  # (B, 4) uint64, the stream of what is drawn on the way, see `core.streams`
 
 
@@ -69,8 +76,9 @@ class Constants(NamedTuple):
     exact_integration: bool  # zero-order hold of (2.1) instead of explicit Euler
     saturate_command: bool  # clip the commands of intact and human vehicles to [u_min, u_max]
     one_sided_avoidance: bool  # (2.6) with max(0, v^2 - v_p^2)
-    transitional_controller: bool  # leaders brake early when they close in (interpretation S1)
+    transitional_controller: bool  # leaders brake early when they close in
     inelastic_contact: bool  # vehicles that touch stay behind one another instead of passing as ghosts
+    standstill_rule: bool  # who is nearer than r_0 to the vehicle ahead cannot move
     stop_at_collision: bool  # the episode stands still from the first collision of an intact vehicle on
     attack_pause_s: float  # between two attacks, at least
     corrects_all: bool  # corrections act on every intact vehicle, not only upstream of a disbanded platoon
@@ -80,6 +88,7 @@ class Constants(NamedTuple):
     noise_width_mps2: float  # what an actuator adds to a correction lies within +- this
     noise_steps: int  # integration steps for which an actuator's noise holds
     period_steps: int  # integration steps in a control period
+    ride_steps: int  # integration steps between two notes of the ride; 0 where it is not noted
 
 
 def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> State:
@@ -116,5 +125,12 @@ def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> Sta
         jam_steps=np.zeros(envs, np.int64),
         smallest_gap=np.full(envs, np.inf),
         false_alarms=np.zeros(envs),
+        noted_acceleration=np.zeros((envs, vehicles)),
+        noted=np.zeros(envs, np.int64),
+        acceleration_squares=np.zeros(envs),
+        jerk_squares=np.zeros(envs),
+        work_kj=np.zeros(envs),
+        driven_km=np.zeros(envs),
+        disturbed_s=np.zeros(envs),
         chance=np.zeros((envs, 4), np.uint64),
     )

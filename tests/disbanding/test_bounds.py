@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from baselines.disbanding.bounds import least_errors
+from baselines.disbanding.bounds_of_two import TwoAttackSearch, least_error_of_two
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
 
@@ -37,3 +38,39 @@ def test_nobody_beats_the_bound_at_its_own_smallest_gap(defender):
         assert np.all(outcome[name] >= least - 1e-6), name
     assert (bound["velocity_error_all"] == 0).any()
     assert (bound["velocity_error_all"] > 5).any()
+
+
+# Independent estimates for platoons 10 and 9 at 2 s and 100 s, at gaps of x_d, on a coarse grid of states.
+@pytest.mark.parametrize(("tau_s", "estimate"), [(0.1, 25.66), (0.5, 27.74)])
+def test_the_reference_of_two_attacks(tau_s, estimate):
+    found = least_error_of_two(DISBANDING.config("paper", {"tau_s": tau_s}), 5.0)[0]
+    assert estimate - 1.0 < found < estimate + 0.1  # a finer search finds lower sums, never higher ones
+    alone = least_errors(DISBANDING.config("paper", {"tau_s": tau_s}), 5.0, time_s=2.0)["velocity_error_all"][0]
+    assert found > alone
+
+
+def test_a_longer_search_lowers_the_reference_and_smaller_gaps_do():
+    config = DISBANDING.config("paper", {})
+    short, long = (least_error_of_two(config, 3.0, search=TwoAttackSearch(generations=count))[0] for count in (10, 40))
+    assert long <= short
+    assert least_error_of_two(config, 1.0, search=TwoAttackSearch(generations=40))[0] < long
+
+
+def test_episodes_without_these_two_attacks_have_no_reference():
+    config = DISBANDING.config("paper", {"attack_budget": 2})
+    apart = "plan?events=[[10,2],[8,60]]"
+    assert np.isnan(least_error_of_two(config, 3.0, attacker=apart)[0])
+    assert np.isnan(least_error_of_two(config, 3.0, attacker="lead")[0])
+
+
+@pytest.mark.parametrize("defender", ["mpc", "copy", "feedback", "string", "local", "informed", "joint"])
+def test_nobody_without_a_collision_beats_the_reference_of_two(defender):
+    checked = 0
+    for tau_s in (0.1, 0.5):
+        config = DISBANDING.config("paper", {"tau_s": tau_s, "report": "safety"})
+        outcome = play_episodes(DISBANDING, config, {"attacker": "table_2_3", "defender": defender}, (0,))
+        if not outcome["collided"][0]:
+            bound = least_error_of_two(config, outcome["smallest_gap_m"], search=TwoAttackSearch(generations=30))
+            assert outcome["velocity_error_all"][0] >= bound[0]
+            checked += 1
+    assert checked

@@ -15,7 +15,8 @@ from cps_envs.disbanding.config import EASY, PAPER, DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
 
 FIELDS = {field.name: field for field in dataclasses.fields(DisbandingConfig)}
-NUMBERS = [name for name, field in FIELDS.items() if not field.metadata["choices"]]
+SWITCHES = [name for name, field in FIELDS.items() if isinstance(field.default, bool)]
+NUMBERS = [name for name, field in FIELDS.items() if not field.metadata["choices"] and name not in SWITCHES]
 CHOICES = [name for name, field in FIELDS.items() if field.metadata["choices"]]
 junk = st.one_of(
     st.sampled_from([None, "fast", math.nan, math.inf, -math.inf, True, (1, 2, 3), (2.0, 1.0), {}, [math.nan, 1.0]]),
@@ -49,6 +50,15 @@ def test_junk_is_refused_by_name(name, value):
         make(**{name: value})
 
 
+@given(name=st.sampled_from(SWITCHES), value=junk | st.integers(0, 1))
+def test_a_switch_is_on_or_off(name, value):
+    if isinstance(value, bool):
+        assert getattr(make(**{name: value}), name) is value
+    else:
+        with pytest.raises(ConfigurationError, match=f"{name}.*must be True or False"):
+            make(**{name: value})
+
+
 @given(name=st.sampled_from(CHOICES), value=st.text(max_size=8))
 def test_unknown_choices_are_refused_with_the_known_ones(name, value):
     choices = FIELDS[name].metadata["choices"]
@@ -76,6 +86,11 @@ def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
         ({"duration_s": 10.5}, "duration"),
         ({"attack_budget": 11}, "num_platoons"),
         ({"desired_speed_mps": 40.0}, "max_speed_mps"),
+        ({"dt_s": 0.0001}, "Choose 0"),
+        ({"dt_s": 0.03}, "integration step 0.03"),
+        ({"dt_s": 0.05, "tau_s": 0.02, "control_period_s": 0.1}, "a shorter dt_s"),
+        ({"standstill_rule": True, "desired_gap_m": 1.0}, "larger desired_gap_m"),
+        ({"standstill_rule": True, "desired_gap_m": 1.5, "gap_spread": 0.4}, "smaller gap_spread"),
     ],
 )
 def test_combinations_that_cannot_be_right(overrides, remedy):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -201,6 +203,14 @@ def test_the_search_is_seeded_and_says_where_it_began():
     further = search_string(small, start=found_before(first))
     assert further["start"] == {"gains": first["gains"], "detection_mps": first["detection_mps"]}
     assert further["gains"] != first["gains"]
+
+
+def test_the_search_can_be_for_another_radio():
+    small = StringSearch(trials=4, population=4, draws=2, attackers=("lead",))
+    silent = replace(small, overrides={"hop_delay_s": 1.0, "quiet_share": 0.0})
+    found = search_string(silent)
+    assert found["search"]["overrides"] == {"hop_delay_s": 1.0, "quiet_share": 0.0}
+    assert found["cost"] != search_string(small)["cost"]
 
 
 def test_shipped_numbers_of_every_form_are_there():

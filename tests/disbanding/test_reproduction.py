@@ -16,6 +16,7 @@ from baselines.disbanding.reproduction.chapter import Reproduction, reproduce_ch
 from baselines.disbanding.reproduction.claims import CLAIMS
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.experiments import Experiments
+from baselines.disbanding.reproduction.played import READINGS
 from baselines.disbanding.reproduction.recording import Recorded
 from baselines.disbanding.reproduction.rules import of_points
 from baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
@@ -26,6 +27,7 @@ from baselines.reproduction.evidence import compute
 from baselines.reproduction.recovery import deviation, of_recovery, of_recovery_time, recovery_s
 from baselines.reproduction.verdicts import NEAR, NEAR_SHARE, NOT, PARTLY, REPRODUCED, UNKNOWN
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.disbanding.config import PAPER
 
 FAST = ("2.2", "2.3", "2.1fig", "2.3fig", "claims")
 LEFT_OUT = ("P14", "P15", "P16", "P23", "P24", "P37", "P38")
@@ -243,9 +245,56 @@ def test_processes_give_the_same_results() -> None:
 
 def test_parts_are_ordered_and_checked() -> None:
     assert chosen([]) == tuple(PARTS)
+    assert chosen([], quick=True) == (*FAST[:4], "ga", "claims")
+    assert chosen(["text"], quick=True) == ("text",)
     assert chosen(["claims", "2.2", "2.2"]) == ("2.2", "claims")
     with pytest.raises(ConfigurationError, match=r"no part '2\.4'.*Known"):
         chosen(["2.4"])
+
+
+def test_what_is_played_is_what_is_simulated() -> None:
+    """Without a defence the environment and the scenario of Figs. 2.3c and d are one simulation."""
+    for count, tau_s in ((2, 0.3), (4, 0.5)):
+        played = Experiments().defended(count, tau_s, "none").run()
+        outcome = Experiments().single(count, tau_s).run()
+        assert played["velocity_error_intact"] == outcome.velocity_error_intact
+        assert played["collided"] == outcome.collided.sum()
+
+
+def test_every_reading_differs_from_the_paper_s_and_is_played_as_it_says() -> None:
+    experiments = Experiments("S1")
+    configs = [experiments.reading(each, 0.3, "none").config for each in READINGS]
+    assert len({repr(config) for config in configs}) == len(READINGS) == len({each.name for each in READINGS})
+    assert {config.interpretation for config in configs} == {"S1"}
+    assert {config.report for config in configs} == {"full"}
+    assert configs[0] == replace(PAPER, tau_s=0.3, interpretation="S1", report="full")
+
+
+def test_the_rear_vehicle_s_sensor_is_the_milder_attack() -> None:
+    """Its alert runs from the rear to the front, the leader's the other way; in `paper` all take over at once."""
+    names = ("preset paper", "leader's sensor, 0.5 s per link", "rear vehicle's sensor, 0.5 s per link")
+    readings = {each.name: each for each in READINGS}
+    found = [Experiments().reading(readings[name], 0.3, "none").run()["velocity_error_intact"] for name in names]
+    assert found[2] + 5.0 < found[0] < found[1]
+
+
+def test_what_is_played_fills_its_tables() -> None:
+    """With made-up metrics, so that every number stands where it belongs."""
+    todo = needed(("platoons", "text"), "S0", quick=False, all_interpretations=False)
+    metrics = ("velocity_error_intact", "collided_intact", "acceleration_mps2", "jerk_mps3", "energy_kj_per_km")
+    results = {each: dict.fromkeys((*metrics, "recovery_s"), float(k)) for k, each in enumerate(todo)}
+    made = Reproduction(("platoons", "text"), Evidence(results))
+    blocks = made.blocks()
+    for block in blocks:
+        assert {len(row) for row in block.rows} == {len(block.columns)}, block.title
+    where = list(results).index(Experiments().defended(7, 0.3, "mpc"))
+    assert blocks[1].rows[5][0] == "7"
+    assert blocks[1].rows[5][3] == f"{where:.2f} ({where})"
+    where = list(results).index(Experiments().reading(READINGS[2], 0.5, "copy"))
+    assert blocks[6].rows[2] == ("standstill rule (r_0)", *blocks[6].rows[2][1:3], f"{where:.2f} ({where})")
+    document = json.loads(to_json(made.document()))["parts"]
+    assert len(document["platoons"]) + len(document["text"]) == len(results)
+    assert made.closing() == []
 
 
 @pytest.fixture(scope="module")

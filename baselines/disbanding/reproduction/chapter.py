@@ -7,19 +7,21 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from baselines.disbanding.reproduction import blocks, document, plot_2_1, plot_2_3
+from baselines.disbanding.reproduction import blocks, document, played_blocks, plot_2_1, plot_2_3
 from baselines.disbanding.reproduction.cells import Cell, table_cells
 from baselines.disbanding.reproduction.evaluation import evaluate
 from baselines.disbanding.reproduction.evidence import Evidence
 from baselines.disbanding.reproduction.optimal import optima
+from baselines.disbanding.reproduction.recheck import CONDITIONS
 from baselines.disbanding.reproduction.reference import Check, check
 from baselines.disbanding.reproduction.rules import RULES
 from baselines.disbanding.reproduction.selection import needed
 from baselines.disbanding.reproduction.summary import closing
 from baselines.reproduction.block import Block
-from baselines.reproduction.claims import Claim, Finding
 from baselines.reproduction.evidence import Report, compute
-from baselines.reproduction.findings import findings_block, findings_document
+from baselines.reproduction.findings import Findings, findings_block, findings_document
+from baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
+from baselines.reproduction.tally import CELLS, EFFECTS, Tally, tally, tally_claims
 from cps_envs.disbanding.config import INTERPRETATIONS
 
 
@@ -31,6 +33,7 @@ class Reproduction:
     evidence: Evidence
     quick: bool = False
     all_interpretations: bool = False
+    conditions: Sequence[Condition] = ()  # under which the claims are judged again
 
     @cached_property
     def cells(self) -> list[Cell]:
@@ -38,9 +41,16 @@ class Reproduction:
         return [cell for table in ("2.2", "2.3") if table in self.parts for cell in table_cells(self.evidence, table)]
 
     @cached_property
-    def findings(self) -> list[tuple[Claim, Finding]]:
-        """All claims, if asked for."""
-        return evaluate(self.evidence) if "claims" in self.parts else []
+    def findings(self) -> Findings:
+        """All claims, if asked for; where a verdict changes when judged again, it says so."""
+        return with_again(evaluate(self.evidence), self.again) if "claims" in self.parts else []
+
+    @cached_property
+    def again(self) -> list[Again]:
+        """The verdicts under other conditions."""
+        name = self.evidence.experiments.interpretation
+        results = self.evidence.results
+        return judge_again(results, self.conditions, lambda varied: evaluate(Evidence(varied, name)))
 
     @cached_property
     def checks(self) -> list[Check]:
@@ -57,6 +67,17 @@ class Reproduction:
         """Whether every cell is within its tolerance of the reference; misses against the paper do not count."""
         return all(each.passed for each in self.checks)
 
+    def tallies(self) -> list[Tally]:
+        """How many claims, cells of the tables and effects of mitigations are reproduced."""
+        reading = f"interpretation {self.evidence.experiments.interpretation}"
+        named = [(f"{cell.table} {cell.name}", cell) for cell in self.cells]
+        effects = ((name, cell.effect.verdict) for name, cell in named if cell.effect is not None)
+        return [
+            tally_claims(reading, self.findings),
+            tally(reading, CELLS, ((name, cell.verdict) for name, cell in named)),
+            tally(reading, EFFECTS, effects),
+        ]
+
     def blocks(self) -> list[Block]:
         """Tables for readers."""
         makers: dict[str, Callable[[], list[Block]]] = {
@@ -64,6 +85,8 @@ class Reproduction:
             "2.3": lambda: blocks.cell_blocks(self.evidence, "2.3"),
             "2.1fig": lambda: blocks.figure_2_1_blocks(self.evidence),
             "2.3fig": lambda: blocks.figure_2_3_blocks(self.evidence),
+            "platoons": lambda: played_blocks.platoons_blocks(self.evidence),
+            "text": lambda: played_blocks.text_blocks(self.evidence),
             "ga": lambda: blocks.search_blocks(self.evidence),
             "claims": lambda: [findings_block(self.findings, RULES)],
         }
@@ -72,7 +95,8 @@ class Reproduction:
 
     def closing(self) -> list[str]:
         """Paragraphs that say what is not reproduced, and why."""
-        return closing(self.cells, self.findings, self.checks, quick=self.quick)
+        words = closing(self.cells, self.findings, self.checks, quick=self.quick)
+        return words + again_summary(self.findings, self.again)
 
     def document(self) -> dict[str, Any]:
         """Plain data for JSON."""
@@ -82,6 +106,8 @@ class Reproduction:
             "2.3": lambda: document.table_document(table_cells(evidence, "2.3")),
             "2.1fig": lambda: document.figure_2_1_document(evidence),
             "2.3fig": lambda: document.figure_2_3_document(evidence),
+            "platoons": lambda: document.platoons_document(evidence),
+            "text": lambda: document.text_document(evidence),
             "ga": lambda: document.search_document(optima(evidence)),
             "claims": lambda: findings_document(self.findings),
         }
@@ -91,6 +117,7 @@ class Reproduction:
             "quick": self.quick,
             "parts": {part: makers[part]() for part in self.parts},
             "interpretations": self._interpretations() if self.all_interpretations else {},
+            "again": again_document(self.again),
             "regression": document.checks_document(self.checks),
             "closing": self.closing(),
         }
@@ -125,13 +152,17 @@ def reproduce_chapter(
     jobs: int = 1,
     quick: bool = False,
     all_interpretations: bool = False,
+    recheck: bool = False,
     report: Report | None = None,
 ) -> Reproduction:
-    """Simulate what the parts (keys of `selection.PARTS`) need.
+    """Simulate what the parts (keys of `selection.PARTS`) need; `recheck` judges the claims under `CONDITIONS` as well.
 
     `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
     of the work done.
     """
+    conditions = CONDITIONS if recheck and "claims" in parts else ()
     todo = needed(parts, interpretation, quick=quick, all_interpretations=all_interpretations)
+    for condition in conditions:
+        todo += condition.experiments(needed(("claims",), interpretation, quick=quick, all_interpretations=False))
     evidence = Evidence(compute(todo, jobs, report), interpretation)
-    return Reproduction(tuple(parts), evidence, quick, all_interpretations)
+    return Reproduction(tuple(parts), evidence, quick, all_interpretations, conditions)

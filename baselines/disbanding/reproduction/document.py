@@ -8,8 +8,9 @@ from typing import Any
 
 from baselines.disbanding.reproduction.cells import AVERAGED, Cell, mean_distance
 from baselines.disbanding.reproduction.evidence import Evidence
-from baselines.disbanding.reproduction.experiments import FIGURE_TAUS_S, PLATOONS
+from baselines.disbanding.reproduction.experiments import FIGURE_TAUS_S, PLATOONS, TAUS_S
 from baselines.disbanding.reproduction.optimal import Optimum
+from baselines.disbanding.reproduction.played import DEFENDERS, READINGS
 from baselines.disbanding.reproduction.reference import Check
 from baselines.disbanding.reproduction.strings import courses
 
@@ -68,6 +69,37 @@ def figure_2_3_document(evidence: Evidence) -> list[dict[str, Any]]:
                 }
             )
     return points
+
+
+def platoons_document(evidence: Evidence) -> list[dict[str, Any]]:
+    """Every defender for every N: all metrics of the episode."""
+    return [
+        {
+            "defender": name,
+            "tau_s": tau_s,
+            "num_platoons": count,
+            **evidence[evidence.experiments.defended(count, tau_s, name)],
+        }
+        for name in DEFENDERS
+        for tau_s in TAUS_S
+        for count in PLATOONS
+    ]
+
+
+def text_document(evidence: Evidence) -> list[dict[str, Any]]:
+    """Every defender under every reading of the text: the means of all metrics."""
+    return [
+        {
+            "reading": each.name,
+            "defender": name,
+            "tau_s": tau_s,
+            "episodes": each.episodes,
+            **evidence[evidence.experiments.reading(each, tau_s, name)],
+        }
+        for each in READINGS
+        for name in DEFENDERS
+        for tau_s in TAUS_S
+    ]
 
 
 def search_document(rows: Sequence[Optimum]) -> list[dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from baselines.disbanding.reproduction.played import DEFENDERS, READINGS, Played, Reading
 from baselines.disbanding.reproduction.recording import Recorded
 from baselines.disbanding.reproduction.scenario import CONTROLLERS, Attack, Scenario
 from baselines.disbanding.reproduction.searching import Search
@@ -66,6 +67,14 @@ class Experiments:
         """The genetic algorithm."""
         return Search(budget, tau_s, self.interpretation)
 
+    def defended(self, num_platoons: int, tau_s: float, defender: str) -> Played:
+        """The lead platoon of N disbanded at 1 s, against a defender."""
+        return Played(defender, tau_s, (("num_platoons", num_platoons), ("interpretation", self.interpretation)))
+
+    def reading(self, reading: Reading, tau_s: float, defender: str) -> Played:
+        """What the text describes, against a defender."""
+        return reading.played(defender, tau_s, self.interpretation)
+
     def table(self, table: str, controllers: tuple[str, ...] = CONTROLLERS) -> list[Experiment[Any]]:
         """All cells of a table."""
         return [self.cell(table, controller, *cell) for controller in controllers for cell in CELLS]
@@ -79,6 +88,14 @@ class Experiments:
         """Everything behind Fig. 2.3."""
         courses = [self.rear_speeds(attack) for attack in (((10, ATTACK_S),), ATTACKS["2.3"])]
         return [*courses, *(self.single(count, tau_s) for tau_s in FIGURE_TAUS_S for count in PLATOONS)]
+
+    def platoons(self) -> list[Experiment[Any]]:
+        """Every defender for every N."""
+        return [self.defended(n, tau_s, name) for name in DEFENDERS for tau_s in TAUS_S for n in PLATOONS]
+
+    def readings(self) -> list[Experiment[Any]]:
+        """Every defender under every reading of the text."""
+        return [self.reading(each, tau_s, name) for each in READINGS for tau_s in TAUS_S for name in DEFENDERS]
 
     def one_platoon(self) -> list[Experiment[Any]]:
         """Attacks that might be better than the lead platoon at 1 s: any other platoon, or the lead one later."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from cps_envs.disbanding.start import nominal_constants, place, undisturbed
 from cps_envs.disbanding.state import State, allocate
 
 Attack = tuple[tuple[int, float], ...]  # (paper platoon, 1 = rear; time in s)
+Overrides = tuple[tuple[str, Any], ...]  # fields of the configuration
 Advance = Callable[[int], None]  # by so many integration steps
 CONTROLLERS = ("baseline", "heuristic", "mpc")
 MPC_COST, HEURISTIC_COST = 6.0, 2.5  # relative to the plain law
@@ -59,6 +61,7 @@ class Scenario:
     interpretation: str = "S0"
     num_platoons: int = 10
     duration_s: float = 180.0
+    overrides: Overrides = ()  # of parameters that are not named above
 
     @property
     def config(self) -> DisbandingConfig:
@@ -69,6 +72,7 @@ class Scenario:
             tau_s=self.tau_s,
             desired_gap_m=self.desired_gap_m,
             interpretation=self.interpretation,
+            **dict(self.overrides),
         )
 
     @property

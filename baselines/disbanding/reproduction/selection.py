@@ -15,13 +15,16 @@ PARTS = {
     "2.3": "Table 2.3: two platoons disbanded",
     "2.1fig": "Fig. 2.1: strings of 20, 50 and 80 platoons",
     "2.3fig": "Fig. 2.3: optimal attacks",
+    "platoons": "every defender against N = 2 to 10 platoons",
+    "text": "what the text describes and the tables leave out, with comfort, energy and recovery",
     "ga": "the genetic algorithm that solves (2.9)",
     "claims": "everything that the text claims, one by one",
 }
+PLAYED = ("platoons", "text")  # left out by --quick
 
 
-def chosen(parts: Iterable[str]) -> tuple[str, ...]:
-    """The parts asked for in their usual order; all of them if none is named.
+def chosen(parts: Iterable[str], *, quick: bool = False) -> tuple[str, ...]:
+    """The parts asked for in their usual order; if none is named all of them, with `quick` without the played ones.
 
     Raises:
         ConfigurationError: a part that does not exist.
@@ -30,7 +33,8 @@ def chosen(parts: Iterable[str]) -> tuple[str, ...]:
     for part in wanted:
         if part not in PARTS:
             raise ConfigurationError(f"chapter 2 has no part {part!r}. {near(part, PARTS)} Known: {', '.join(PARTS)}.")
-    return tuple(part for part in PARTS if part in wanted or not wanted)
+    usual = [part for part in PARTS if not (quick and part in PLAYED)]
+    return tuple(part for part in PARTS if part in (wanted or usual))
 
 
 def needed(
@@ -49,6 +53,10 @@ def needed(
             todo += experiments.figure_2_1(quick=quick)
         if part == "2.3fig":
             todo += experiments.figure_2_3()
+        if part == "platoons":
+            todo += experiments.platoons()
+        if part == "text":
+            todo += experiments.readings()
         if part == "ga":
             todo += experiments.searches(quick=quick)
             todo += experiments.paper_plans()

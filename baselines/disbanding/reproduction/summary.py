@@ -22,8 +22,9 @@ WHY = (
     "and 0.02 s. Nothing here is tuned per cell."
 )
 NOTHING_DRAWN = (
-    "Nothing in these cells and claims is drawn, so other seeds change no verdict. The integration step belongs to "
-    "the interpretation; --all-interpretations has the baseline under the others. Only the genetic search has a seed."
+    "Nothing in these cells and claims is drawn, so other seeds change no verdict. --all-interpretations has the "
+    "baseline under the other interpretations, --recheck the claims at half the step. Only the genetic search has a "
+    "seed."
 )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from cps_envs.core.config import bounds
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.controllers import TIME_TOLERANCE
 from cps_envs.disbanding.picture.palette import speed_level
 from cps_envs.disbanding.picture.scene import Scene
 
@@ -25,7 +26,7 @@ class Convoy:
     scene: Scene
     behind_m: FloatArray  # (M,) from the end of the road back to the front bumper
     level: Array  # (M,) index into the speed scale
-    human: BoolArray  # (M,) the platoon has been disbanded
+    human: BoolArray  # (M,) the driver has taken over
     end_m: float  # road position of the end of the road; grows with the travelled distance
     rows: int
     row_m: float  # length of a row
@@ -62,7 +63,7 @@ def lay_out(scene: Scene, config: DisbandingConfig) -> Convoy:
         scene=scene,
         behind_m=behind,
         level=speed_level(scene.speed, scene.max_speed_mps),
-        human=np.repeat(scene.disbanding_s <= scene.time_s, size),
+        human=np.repeat(scene.disbanding_s, size) + scene.takeover_delay_s <= scene.time_s + TIME_TOLERANCE,
         end_m=end_m,
         rows=rows,
         row_m=max(steady_m, (float(behind.max()) + VEHICLE_M + BEYOND_M) / rows),

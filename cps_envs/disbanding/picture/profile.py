@@ -98,7 +98,7 @@ def draw_beliefs(canvas: Canvas, convoy: Convoy, x: FloatArray, box: Box) -> Non
     """What intact vehicles know, over what is true of them: in the lower half of the strip, and a blocked link."""
     scene, top, height = convoy.scene, box[1], box[3]
     if scene.warned is not None:
-        for q in np.flatnonzero(~convoy.human).tolist():
+        for q in np.flatnonzero(~np.repeat(convoy.disbanded(), scene.vehicles_per_platoon)).tolist():
             color = WARNED if scene.warned[q] else UNWARNED
             canvas.box((float(x[q]) - 3, top + height / 2, 3, height / 2 - 3), color)
     if 0 <= scene.jammed_after < len(x) - 1:

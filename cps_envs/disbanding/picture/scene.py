@@ -18,6 +18,7 @@ class Scene:
     speed: FloatArray  # (M,) m/s
     max_speed_mps: float
     disbanding_s: FloatArray  # (N,) s, +inf while intact
+    takeover_delay_s: FloatArray  # (M,) s, between disbanding and the driver's taking over
     collided: BoolArray  # (M,)
     metrics: dict[str, float]
     warned: BoolArray | None = None  # (M,) whom the warning has reached; None where a broadcast tells everybody
