@@ -5,13 +5,16 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from baselines.fdi.annealing import anneal
 from baselines.fdi.columns import columns_of
+from baselines.fdi.enumeration import FASTER_MPS, exhaust
 from baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
-from baselines.fdi.highs import OPTIMAL, Limits, Program, solve
-from baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack, through
+from baselines.fdi.highs import OPTIMAL, UNSOLVED, Limits, Program, solve
+from baselines.fdi.lifted import NEGLIGIBLE, STRICT_GAP_M, end_rows, legal_rows, lift, stack, through
 from baselines.fdi.polish import polish
 from baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.types import FloatArray, IntArray
@@ -21,6 +24,13 @@ from cps_envs.fdi.task import Task
 
 POLISH_SHARE = 0.5  # of the time limit
 PROVED_MPS = 1e-4  # a value this near its bound is the optimum
+
+
+class Extra(NamedTuple):
+    """What an optimum is searched with besides the integer program."""
+
+    plans: int = 0  # tried by annealing before it
+    exhaustive_s: float = 0.0  # of an exhaustive search after it, where it stays open
 
 
 def crossing_program(config: FdiConfig, task: Task, *, strict: bool = False) -> Program:
@@ -47,17 +57,24 @@ def relaxation_mps(config: FdiConfig, task: Task) -> float | None:
 
 
 def cross(
-    config: FdiConfig, task: Task, time_limit_s: float = 20.0, gap: float = 0.0, start: IntArray | None = None
+    config: FdiConfig,
+    task: Task,
+    time_limit_s: float = 20.0,
+    gap: float = 0.0,
+    start: IntArray | None = None,
+    extra: Extra | None = None,
 ) -> Record:
     """The optimum of a task at the horizon of the configuration, or a value and a bound when time is up.
 
     Args:
         config: the platoon, its limits and the horizon.
         task: attacked sensors and target.
-        time_limit_s: of the integer program, s; half as much again is spent on better attacks where it stays open. In
-            the rare case that its solution touches a collision before the end, a second one of this length follows.
+        time_limit_s: of the integer program, s; 0: none. Half as much again is spent on better attacks where it stays
+            open. In the rare case that its solution touches a collision before the end, a second one of this length
+            follows.
         gap: the part of the value by which it may miss the bound when the search stops; 0: prove the optimum.
         start: levels (m, q) of a known attack to begin with; without effect where it does not replay.
+        extra: what is done besides the integer program; nothing if left out.
 
     Raises:
         RuntimeError: a value above its bound, which would be a mistake in this program or in the solver.
@@ -67,10 +84,13 @@ def cross(
     lp_mps = relaxation_mps(config, task)
     if lp_mps is None:
         return Record(task, None, None, 0.0, INFEASIBLE, time.perf_counter() - started)
+    extra = extra or Extra()
+    if extra.plans:
+        start = anneal(config, task, start, extra.plans)
     limits, columns = Limits(time_limit_s, relative_gap=gap), columns_of(config, task.sensors)
     point = None if start is None else columns.inverse @ start.reshape(-1).astype(np.float64)
     program = crossing_program(config, task)
-    found = solve(program, limits, point)
+    found = solve(program, limits, point) if time_limit_s > 0 else UNSOLVED
     bound_mps, points = min(lp_mps, _speed(found.bound)), [point, found.columns]
     if found.columns is not None and _replayed(config, task, [found.columns])[0] is None:
         program = crossing_program(config, task, strict=True)
@@ -81,9 +101,30 @@ def cross(
         polished = polish(program, config.horizon, best, POLISH_SHARE * time_limit_s)
         value_mps, injections = _replayed(config, task, [best, polished])
     bound_mps = _checked(bound_mps, value_mps, task)
-    wall_s = time.perf_counter() - started
-    record = Record(task, lp_mps, value_mps, bound_mps, TIME_LIMIT, wall_s, injections)
-    return replace(record, status=_status(record, found.status))
+    record = Record(task, lp_mps, value_mps, bound_mps, TIME_LIMIT, 0.0, injections)
+    record = replace(record, status=_status(record, found.status))
+    if extra.exhaustive_s > 0 and not record.closed:
+        record = _exhausted(config, record, extra.exhaustive_s)
+    return replace(record, wall_s=time.perf_counter() - started)
+
+
+def _exhausted(config: FdiConfig, record: Record, time_limit_s: float) -> Record:
+    """A record after an exhaustive search for something better; see `enumeration`."""
+    task, program, columns = record.task, crossing_program(config, record.task), columns_of(config, record.task.sensors)
+    moving = np.abs(lift(config, task.sensors).errors[1:].reshape(-1, len(program.cost)) @ columns.transform)
+    passive = moving.max(axis=0) < NEGLIGIBLE
+    best_mps = -1.0 if record.value_mps is None else record.value_mps
+    found = exhaust(program, passive, best_mps, lambda point: _replayed(config, task, [point])[0], time_limit_s)
+    if found.best is not None:
+        value_mps, injections = _replayed(config, task, [found.best])
+        record = replace(record, value_mps=value_mps, injections=injections)
+    if not found.finished:
+        return record
+    if record.value_mps is None and found.bound_mps <= FASTER_MPS:
+        return replace(record, bound_mps=0.0, status=INFEASIBLE)
+    bound_mps = _checked(min(record.bound_mps, found.bound_mps), record.value_mps, task)
+    record = replace(record, bound_mps=bound_mps)
+    return replace(record, status=_status(record, ""))
 
 
 def merged(first: Record, second: Record) -> Record:

@@ -46,6 +46,9 @@ class Solution(NamedTuple):
     bound: float  # no feasible point has a lower objective; -inf where the solver has none
 
 
+UNSOLVED = Solution(TIME_LIMIT, None, np.inf, -np.inf)  # after no time at all
+
+
 def highspy() -> ModuleType:
     """The solver's package.
 

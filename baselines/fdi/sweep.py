@@ -11,7 +11,7 @@ import joblib
 import numpy as np
 from joblib.parallel import get_active_backend
 
-from baselines.fdi.cross import cross, merged
+from baselines.fdi.cross import Extra, cross, merged
 from baselines.optional import optional
 from cps_envs.core.types import IntArray
 from cps_envs.fdi.config import FdiConfig
@@ -40,6 +40,7 @@ def sweep(
     *,
     time_limit_s: float = 20.0,
     gap: float = 0.0,
+    extra: Extra | None = None,
     jobs: int = 1,
     backend: str = BACKEND,
 ) -> Iterator[Record]:
@@ -54,6 +55,7 @@ def sweep(
         known: earlier records.
         time_limit_s: of each integer program, s.
         gap: see `cross`.
+        extra: the same.
         jobs: how many at a time.
         backend: of joblib: loky, threading, multiprocessing, dask (at DASK_SCHEDULER_ADDRESS, else on this machine),
             ray, or any that was registered.
@@ -64,7 +66,7 @@ def sweep(
     """
     found = dict(known)
     cell = joblib.delayed(cross)
-    work = (cell(config, task, time_limit_s, gap, best_start(task, list(found.values()))) for task in tasks)
+    work = (cell(config, task, time_limit_s, gap, best_start(task, list(found.values())), extra) for task in tasks)
     with ready(backend), joblib.parallel_config(backend=backend, n_jobs=jobs):
         for record in as_done(work, jobs):
             if record.task in known:

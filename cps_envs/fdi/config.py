@@ -37,13 +37,13 @@ class FdiConfig:
     derivative_gain: float = quantity(3.0, unit="1/s", low=0, high=100, source=f"k_d; {FREE}")
     min_acceleration_mps2: float = quantity(-5.0, unit="m/s2", low=-20, high=-0.1, source=f"u_min; {FREE}")
     max_acceleration_mps2: float = quantity(5.0, unit="m/s2", low=0.1, high=20, source=f"u_max; {FREE}")
-    limit_commands: bool = quantity(True, source="(3.49); no limits in Fig. 3.2")
-    limit_readings: bool = quantity(True, source="(3.50): a spoofed range is at least 0; no limits in Fig. 3.2")
+    limit_commands: bool = quantity(True, source="(3.49); not in Algorithm 2, so not in preset fig32")
+    limit_readings: bool = quantity(True, source="(3.50): a spoofed range is at least 0; not in preset fig32, chosen")
     dt_s: float = quantity(0.2, unit="s", low=0.005, high=1, source=FREE)
     discretisation: str = quantity("zoh", choices=DISCRETISATIONS, source=FREE)
     limits: str = quantity("hard", choices=("hard", "clip"), source="chosen: illegal moves end the episode, or clip")
     range_resolution_m: float = quantity(0.5, unit="m", low=0.001, high=50, source="section 3.5")
-    rate_resolution_mps: float = quantity(0.25, unit="m/s", low=0.001, high=50, source="section 3.5")
+    rate_resolution_mps: float = quantity(0.25, unit="m/s", low=0.001, high=50, source="section 3.5, which prints m/s2")
     max_range_injection_m: float = quantity(50.0, unit="m", low=0.001, high=1000, source=FREE)
     max_rate_injection_mps: float = quantity(10.0, unit="m/s", low=0.001, high=1000, source=FREE)
     attack_action: str = quantity(
@@ -53,6 +53,11 @@ class FdiConfig:
     mask: str = quantity("one_step", choices=("one_step", "look_ahead"), source="chosen: what counts as legal")
     shield: bool = quantity(False, source="chosen: an illegal injection is replaced by the nearest legal one")
     paid_pair: str = quantity("target", choices=("target", "any"), source="chosen: whose impact speed is paid")
+    goal: str = quantity(
+        "collision",
+        choices=("collision", "instability"),
+        source="sections 3.4 and 3.3: paid is the impact speed, or what the errors (3.20) of `paid_pair` have grown",
+    )
     max_correction_mps2: float = quantity(2.0, unit="m/s2", low=0.1, high=20, source="chosen: c_max of the defender")
     correction_levels: int = quantity(4, low=1, high=100, source="chosen: steps between 0 and c_max")
     share_rear_range: bool = quantity(True, source="chosen: the defender sees the rear range sensors too")
@@ -74,7 +79,7 @@ class FdiConfig:
     rate_noise_mps: float = quantity(
         0.0, unit="m/s", low=0, high=5, source="chosen: deviation of every range-rate reading"
     )
-    quantised: bool = quantity(False, source="section 3.5: honest readings are multiples of the resolution too")
+    quantised: bool = quantity(False, source="chosen: honest readings are whole multiples of the resolution too")
     attack_share: float = quantity(1.0, low=0, high=1, source="chosen: part of the episodes in which injections work")
     onset_s: Range = quantity(
         0.0, unit="s", low=0, high=1000, ranged=True, source="chosen: injections work from then on"
@@ -87,6 +92,7 @@ class FdiConfig:
         validate(self)
         self._check_task()
         self._check_duel()
+        self._check_levels()
         if self.limits == "clip" and self.discretisation != "zohu":
             raise ConfigurationError(
                 'limits = "clip" holds clipped commands over the step: it needs discretisation = "zohu", and a dt_s at '
@@ -129,6 +135,20 @@ class FdiConfig:
             raise ConfigurationError(
                 f"disturbance_hold_s = {self.disturbance_hold_s} must be a multiple of dt_s = {self.dt_s}, or 0."
             )
+
+    def _check_levels(self) -> None:
+        attacked = [task.sensors for task in self.listed_tasks or (self.fixed_task,)]
+        ranges = any(sensors.range or sensors.rear_range for sensors in attacked)
+        rates = any(sensors.range_rate or sensors.rear_rate for sensors in attacked)
+        for possible, levels, bound, resolution in (
+            (ranges, self.range_levels, "max_range_injection_m", "range_resolution_m"),
+            (rates, self.rate_levels, "max_rate_injection_mps", "rate_resolution_mps"),
+        ):
+            if levels < 1 and (possible or self.tasks in TASK_GROUPS):
+                raise ConfigurationError(
+                    f"{bound} = {getattr(self, bound)} is below {resolution} = {getattr(self, resolution)}, so that no "
+                    f"injection but 0 is possible. Raise {bound}, lower {resolution}, or attack other sensors."
+                )
 
     @property
     def num_readings(self) -> int:
@@ -228,11 +248,23 @@ DRAWN = replace(
     speed_spread_mps=0.2,
     gain_spread=0.2,
 )
+INSTABILITY = replace(
+    FIG_3_2,
+    goal="instability",
+    attacked="xv10",
+    horizon=800,
+    limit_commands=True,
+    limit_readings=True,
+    paid_pair="target",
+)
+FIVE = replace(A, num_vehicles=5, attacked="v1,4", target=1, tasks="feasible")
 PRESETS = {
     "paper": A,
     "B": B,
     "C": C,
     "fig32": FIG_3_2,
+    "five": FIVE,
+    "instability": INSTABILITY,
     "clip": CLIP,
     "easy": replace(A, tasks="feasible"),
     "learning": LEARNING,

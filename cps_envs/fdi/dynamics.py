@@ -180,8 +180,9 @@ def begin(batch: Batch, openings: Array, numbers: IntArray, envs: BoolArray) -> 
                 for values in (episode.reading, episode.prediction, episode.used):
                     copy(episode.error, values)
             copy(episode.error[: episode.rear.size], episode.rear)
-            open_metrics(episode, c, batch.metrics[b : b + 1])
-            sensors = batch.tasks[episode.task[0], : batch.tasks.shape[1] - 1]
+            task = batch.tasks[episode.task[0]]
+            sensors, target = task[: task.size - 1], task[task.size - 1]
+            open_metrics(episode, c, target, batch.metrics[b : b + 1])
             place(sensors, s.slot)
             legal_levels(episode.error, c, batch.matrices, sensors, 0, episode.legal, s)
             close_before(episode, episode.legal)

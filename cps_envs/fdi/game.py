@@ -26,7 +26,7 @@ from cps_envs.fdi.observation import (
     observe_attacker,
     observe_defender,
 )
-from cps_envs.fdi.payoff import OF_DUELS, PAID, Metrics
+from cps_envs.fdi.payoff import OF_DUELS, OF_INSTABILITY, PAID, PAID_FOR_INSTABILITY, Metrics
 from cps_envs.fdi.picture.scene import Scene
 from cps_envs.fdi.selection import certificates, chosen_tasks
 from cps_envs.fdi.state import Batch, Layout, State, allocate, constants_of, matrices_of
@@ -44,18 +44,19 @@ class FdiGame(Game):
     With a filter (`estimator="kalman"`) there are readings of the rears too, (5n - 2,), and the defender decides on
     those that are used now. What the attacker injects is added to the readings of the next step.
 
-    Payoff: impact speed at the end (m/s), plus what the defender is charged for replaced readings and corrections.
+    Payoff: impact speed at the end (m/s), or with goal "instability" what the errors grow in each step (m), plus what
+    the defender is charged for replaced readings and corrections.
     """
 
     name = "fdi"
-    payoff_parts = PAID
     threaded = True
 
     def __init__(self, config: FdiConfig, num_envs: int) -> None:
         super().__init__(num_envs)
         self.config: FdiConfig = config
         self.horizon, self.step_s = config.horizon, config.dt_s
-        self._filters = config.estimator == "kalman"
+        self._filters, unstable = config.estimator == "kalman", config.goal == "instability"
+        self.payoff_parts = PAID_FOR_INSTABILITY if unstable else PAID
         self.decision_interval = {"attacker": 1, "defender": 1}
         self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
         self.tasks = chosen_tasks(config)
@@ -69,7 +70,8 @@ class FdiGame(Game):
         self._constants: Array = constants_of(config)
         if self._drawing.own_constants:
             self._constants = np.repeat(self._constants, num_envs)
-        self._measured = [name for name in Metrics._fields if self._filters or name not in OF_DUELS]
+        left_out = (() if self._filters else OF_DUELS) + (() if unstable else OF_INSTABILITY)
+        self._measured = [name for name in Metrics._fields if name not in left_out]
         shared = (self._tasks, self._constants, matrices_of(config))
         layouts = [Layout(self.fields[role].offsets, self.fields[role].scale) for role in ROLES]
         self._batch = hold(Batch(self.state, self._metrics, self.terminated, *shared, *layouts))
@@ -149,7 +151,8 @@ class FdiGame(Game):
 
     def episode_metrics(self, b: int) -> dict[str, float]:
         """`metrics` of one episode as Python numbers."""
-        return dict(zip(self._measured, self._metrics.item(b), strict=False))
+        values = dict(zip(Metrics._fields, self._metrics.item(b), strict=True))
+        return {name: values[name] for name in self._measured}
 
     def task(self, b: int) -> str:
         """The task of an episode, such as "x4>4"."""

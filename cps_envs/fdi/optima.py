@@ -150,8 +150,11 @@ def _row(record: Record) -> dict[str, Any]:
 
 
 def _rounded(value: float | None, direction: Any) -> float | None:
-    """To seven digits after the point, bounds upwards and values downwards, so that what is written stays true."""
-    return None if value is None else direction(value * 1e7) / 1e7
+    """To seven digits after the point, bounds upwards and values downwards, so that what is written stays true.
+
+    What has been written before stays as it is: digits beyond the tenth are rounding errors.
+    """
+    return None if value is None else direction(round(value * 1e7, 3)) / 1e7
 
 
 def _record(row: Mapping[str, Any], num_vehicles: int) -> Record:

@@ -33,8 +33,11 @@ deviations that it expects, `wait` (steps before an injection works) and which r
 
 ## Rewards
 Zero until the end; then the closing speed in m/s of the target pair if it collides (`paid_pair="any"`: of the
-fastest colliding pair). An active defender's charges for replaced readings and corrections are the attacker's gain.
-The undiscounted return equals `info["impact_speed_mps"] + info["alarm_cost_mps"] + info["correction_cost_mps"]`.
+fastest colliding pair). With `goal="instability"` every step pays what the errors of the target pair (`"any"`: of all
+pairs) have grown in it, in m: the root of e_x^2 + e_v^2, which is (3.20) with P = 1. An active defender's charges for
+replaced readings and corrections are the attacker's gain.
+The undiscounted return equals `info["impact_speed_mps"] + info["alarm_cost_mps"] + info["correction_cost_mps"]`, or
+with `info["error_growth_m"]` in place of the first.
 `info["oracle_bound_mps"]` is a certified upper bound of it while `info["bound_valid"]` is 1, and
 `info["oracle_value_mps"]` what a known plan attains.
 
@@ -48,8 +51,9 @@ Terminated at the first sample where any gap has closed, and at an illegal injec
 `limits="clip"` injections and commands are clipped instead). Truncated after `horizon` steps.
 
 ## Arguments
-`preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "easy": feasible tasks drawn, "defense",
-"drawn": starts and gains drawn too, "learning": the duel), `opponent` (a defender: name, "module:attribute" or
+`preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "easy": feasible tasks drawn, "five": the
+same with five vehicles, "instability": the goal of section 3.3, "defense", "drawn": starts and gains drawn too,
+"learning": the duel), `opponent` (a defender: name, "module:attribute" or
 policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
 `cps_envs.fdi.config.FdiConfig`:
 
@@ -89,7 +93,8 @@ the decision is about the readings of now.
 {observation_table}
 
 ## Rewards
-Minus the attacker's: minus the impact speed at the end (preset `defense`: of any pair), minus 0.01 m/s per second
+Minus the attacker's: minus the impact speed at the end (preset `defense`: of any pair; preset `instability`: minus
+what the errors of the target pair have grown), minus 0.01 m/s per second
 and replaced reading, minus 0.01 times the corrections' mean size over time.
 
 ## Starting State
@@ -101,9 +106,9 @@ Terminated at the first sample where any gap has closed, or when the attacker's 
 `limits="hard"`. Truncated after `horizon` steps.
 
 ## Arguments
-`preset` ("paper", "B", "C", "fig32", "clip", "easy", "defense", "drawn", "learning"), `opponent` (an attacker: name,
-"module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
-`cps_envs.fdi.config.FdiConfig`:
+`preset` ("paper", "B", "C", "fig32", "clip", "easy", "five", "instability", "defense", "drawn", "learning"),
+`opponent` (an attacker: name, "module:attribute" or policy), `render_mode`, `frame_skip` (decisions that an action is
+held for), and any field of `cps_envs.fdi.config.FdiConfig`:
 
 {parameter_table}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from cps_envs.core.kernels import inlined
@@ -27,6 +28,8 @@ class Metrics(NamedTuple):
     bound_valid: float  # 1 while `oracle_bound_mps` bounds what any attacker can be paid in this episode
     oracle_bound_mps: float  # certified upper bound of the task; 0, and not valid, where none is known
     oracle_value_mps: float  # speed that a known legal plan attains; 0 where none is known
+    error_growth_m: float  # what the attacker is paid for with goal = "instability": `error_size_m` since the start
+    error_size_m: float  # (e_x^2 + e_v^2)^(1/2) of the target pair or of all pairs, (3.20) with P = 1 and 1 s2
     attacked: float  # 1 where injections work at some time
     smallest_gap_m: float  # of any pair so far
     detected: float  # 1 when an attacked reading, while injections work, had been replaced long enough for an alarm
@@ -34,6 +37,8 @@ class Metrics(NamedTuple):
 
 
 PAID = Metrics._fields[:3]
+OF_INSTABILITY = ("error_growth_m", "error_size_m")  # measured with that goal only
+PAID_FOR_INSTABILITY = ("error_growth_m", *PAID[1:])
 OF_DUELS = Metrics._fields[-4:]  # measured with a filter only
 
 
@@ -46,11 +51,33 @@ def settle(episode: State, c: Constants, target: int, correction: FloatArray, ta
     """
     row = table[0]
     row.time_s = episode.step[0] * c.dt_s
-    paid = row.impact_speed_mps + row.alarm_cost_mps + row.correction_cost_mps
+    paid = paid_so_far(c, table)
     charge(episode, c, correction, table)
     collided = collide(episode.error, c, target, table)
-    payoff[0] += row.impact_speed_mps + row.alarm_cost_mps + row.correction_cost_mps - paid
+    if c.pays_growth:
+        size_m = size_of(episode.error, c, target)
+        row.error_growth_m += size_m - row.error_size_m
+        row.error_size_m = size_m
+    payoff[0] += paid_so_far(c, table) - paid
     return collided
+
+
+@inlined
+def paid_so_far(c: Constants, table: Array) -> float:
+    """What the attacker has been paid in an episode, whose `Metrics` are `table` (1,)."""
+    row = table[0]
+    reached = row.error_growth_m if c.pays_growth else row.impact_speed_mps
+    return float(reached + row.alarm_cost_mps + row.correction_cost_mps)
+
+
+@inlined
+def size_of(error: FloatArray, c: Constants, target: int) -> float:
+    """The root of the Lyapunov function (3.20) with P = 1 and 1 s2, in m, of the target pair or of all pairs."""
+    n, total = error.size // 2, 0.0
+    for i in range(n):
+        if c.pays_any or i == target:
+            total += error[i] * error[i] + error[n + i] * error[n + i]
+    return math.sqrt(total)
 
 
 @inlined
@@ -76,9 +103,10 @@ def charge(episode: State, c: Constants, correction: FloatArray, table: Array) -
 
 
 @inlined
-def open_metrics(episode: State, c: Constants, table: Array) -> None:
+def open_metrics(episode: State, c: Constants, target: int, table: Array) -> None:
     """Book how an episode begins."""
     row = table[0]
+    row.error_size_m = size_of(episode.error, c, target)
     row.attacked = 1.0 if episode.onset[0] < c.horizon else 0.0
     row.smallest_gap_m = c.desired_gap_m + episode.error[: episode.command.size].min()
 

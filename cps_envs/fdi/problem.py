@@ -13,6 +13,7 @@ def vehicle_steps(config: FdiConfig) -> float:
 
 ATTACKERS = {  # where it is not the plain optimum
     "fig32": "bnb",
+    "instability": "bnb",
     "defense": 'mixture?policies=["none","oracle?start=random"]',
     "drawn": "bang_bang",
     "learning": 'mixture?policies=["none","swing","bang_bang","blind_tracker","tracker"]&weights=[1,1,1,2,3]',

@@ -47,11 +47,12 @@ def certificates(config: FdiConfig, tasks: Sequence[Task]) -> Certificates:
     """The shipped certificates of the tasks.
 
     A bound holds in episodes that start in steady state with hard limits, without disturbance, and pay for the
-    target pair; a defender who acts makes it a mere reference.
+    collision of the target pair; a defender who acts makes it a mere reference.
     """
     records, references = known(config), known_within(config)
     drawn = config.gap_spread_m > 0 or config.speed_spread_mps > 0 or config.gain_spread > 0
-    exact = config.limits == "hard" and config.paid_pair == "target" and not drawn and not config.disturbed
+    paid = config.goal == "collision" and config.paid_pair == "target"
+    exact = config.limits == "hard" and paid and not drawn and not config.disturbed
     bounds = [records[task].bound_mps if task in records else 0.0 for task in tasks]
     values = [references[task].value_mps or 0.0 if task in references else 0.0 for task in tasks]
     valid = [float(exact and task in records) for task in tasks]

@@ -116,6 +116,7 @@ class Constants(NamedTuple):
     looks_ahead: bool  # mask = "look_ahead"
     by_share: bool  # attack_action = "share"
     pays_any: bool  # paid_pair = "any"
+    pays_growth: bool  # goal = "instability"
     draws: bool  # resets draw the task
     draws_gains: bool
     nominal_proportional_gain: float
@@ -132,6 +133,7 @@ def constants_of(config: FdiConfig) -> Array:
         "looks_ahead": config.mask == "look_ahead",
         "by_share": config.attack_action == "share",
         "pays_any": config.paid_pair == "any",
+        "pays_growth": config.goal == "instability",
         "draws": bool(config.tasks),
         "draws_gains": config.gain_spread > 0,
         "nominal_proportional_gain": config.proportional_gain,

@@ -176,7 +176,7 @@ def test_kick_start_follows_the_sign_of_the_numerator() -> None:
     assert h_2[0] == np.inf
     assert np.isnan(h_2[1])
     assert h_2[2] == -np.inf
-    search = make_search(replace(BROAD, max_range_injection_m=0.4), 4, "x")  # 0 is the only candidate
+    search = make_search(replace(BROAD, attacked="v4", max_range_injection_m=0.4), 4, "x")  # 0 is the only candidate
     assert not find_injections(search, REST).found[0]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from baselines.fdi.replay import replay
 from baselines.fdi.sweep import paper_tasks
-from cps_envs.fdi.config import CLIP, PRESETS, A, FdiConfig
+from cps_envs.fdi.config import CLIP, FIVE, PRESETS, A, B, C, FdiConfig
 from cps_envs.fdi.optima import CONSTANTS, INFEASIBLE, PROVED, TIME_LIMIT, Record, from_text, known, to_text
 from cps_envs.fdi.task import parse_task
 
@@ -22,7 +22,7 @@ PROVED_ANCHORS = {
     "v1>1": 3.4022,
     "v4>4": 5.8555,
 }
-SHIPPED = {"paper": A, "clip": CLIP}
+SHIPPED = {"paper": A, "clip": CLIP, "B": B, "C": C, "five": FIVE}
 
 
 def test_every_constant_is_a_field() -> None:
@@ -45,7 +45,7 @@ def test_the_file_holds_its_preset(name: str) -> None:
 @pytest.mark.parametrize("config", SHIPPED.values(), ids=SHIPPED)
 def test_shipped_records_are_consistent(config: FdiConfig) -> None:
     records = known(config)
-    assert set(records) == set(paper_tasks(4))
+    assert set(records) == set(paper_tasks(config.num_vehicles))
     for record in records.values():
         if record.lp_mps is None:
             assert (record.value_mps, record.bound_mps, record.status) == (None, 0.0, INFEASIBLE)
@@ -121,6 +121,13 @@ def test_what_is_written_stays_true() -> None:
     found = from_text(to_text({}, A, [record]))[1][task]
     assert found.value_mps == 1.0
     assert (found.bound_mps, found.lp_mps) == (2.0000001, 3.0000001)
+
+
+def test_what_is_written_again_stays_the_same() -> None:
+    task = parse_task("x4>4", 4)
+    record = Record(task, 5.0970377, 5.0484822, 5.084312, TIME_LIMIT, 0.0, np.zeros((20, 1), np.int64))
+    assert 5.0484822 * 1e7 < 50484822  # why a plain rounding down would lose a digit each time
+    assert from_text(to_text({}, A, [record]))[1][task] == record
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"constants": {"num_vehicles": 4}, "rows": [{}]}'])

@@ -59,7 +59,7 @@ def test_what_is_left_to_do() -> None:
 def test_searches_go_on_from_what_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[Any] = []
 
-    def search(config: Any, task: Task, time_limit_s: float, gap: float, start: Any) -> Record:
+    def search(config: Any, task: Task, time_limit_s: float, gap: float, start: Any, extra: Any) -> Record:
         given.append(start)
         return Record(task, 5.0, 4.2, 4.6, TIME_LIMIT, 2.0)
 

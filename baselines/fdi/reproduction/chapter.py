@@ -10,7 +10,7 @@ from typing import Any
 from baselines.fdi.reproduction import blocks, document
 from baselines.fdi.reproduction.audit import Comparison, beyond_relaxation, comparisons
 from baselines.fdi.reproduction.cells import Cell, table_cells
-from baselines.fdi.reproduction.continuous import Continuous, compared
+from baselines.fdi.reproduction.continuous import Continuous, compared, verdict
 from baselines.fdi.reproduction.controls import TableControls, control_tables
 from baselines.fdi.reproduction.counts import GOALS, TableCounts, count_tables
 from baselines.fdi.reproduction.experiments import RelaxedSpeeds, four_vehicle_cells
@@ -21,6 +21,7 @@ from baselines.fdi.reproduction.summary import closing
 from baselines.paper.collisions import CollisionCell
 from baselines.reproduction.block import Block
 from baselines.reproduction.evidence import Evidence, Report, compute
+from baselines.reproduction.tally import CELLS, CLAIMS, Tally, tally
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,18 @@ class Reproduction:
     def passed(self) -> bool:
         """Whether no count is more than the allowance below its goal; single cells that differ do not count."""
         return all(each.passed for each in self.counts)
+
+    def tallies(self) -> list[Tally]:
+        """How many cells of the tables are reproduced, and what else the chapter states."""
+        reading = f"set {self.settings.parameters}"
+        cells = [
+            (f"{table} {cell.paper.task.sensors}>{cell.paper.task.target}", cell.verdict)
+            for table, each in self.cells.items()
+            for cell in each
+        ]
+        figure = [(f"Fig. 3.2, {row.paper.sensors}", row.verdict) for row in main_rows(self.rows)]
+        continuous = [("continuous injections are stronger", verdict(self.continuous))] if self.cells else []
+        return [tally(reading, CLAIMS, [*figure, *continuous]), tally(reading, CELLS, cells)]
 
     def blocks(self) -> list[Block]:
         """Tables for readers."""

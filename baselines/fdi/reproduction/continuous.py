@@ -11,7 +11,7 @@ from baselines.reproduction.verdicts import NOT, PARTLY, SAME_SHARE
 from cps_envs.fdi.config import CLIP, A
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, Record, known
 
-CONFIGS = {"paper": A, "clip": CLIP}  # those with shipped optima, by preset
+CONFIGS = {"paper": A, "clip": CLIP}  # by preset: those whose optima were searched longest
 
 
 @dataclass(frozen=True)

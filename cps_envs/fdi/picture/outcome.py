@@ -23,7 +23,10 @@ def task_of(scene: Scene) -> str:
         if marks.any()
     ]
     ahead = "its reference" if scene.target == n else str(scene.target + 1)
-    return f"{n} vehicles, falsified {' and '.join(named)}; {scene.target} is to hit {ahead}"
+    wanted = f"{scene.target} is to hit {ahead}"
+    if "error_growth_m" in scene.metrics:
+        wanted = f"the errors of {scene.target} are to grow"
+    return f"{n} vehicles, falsified {' and '.join(named)}; {wanted}"
 
 
 def certificate_of(scene: Scene) -> str:

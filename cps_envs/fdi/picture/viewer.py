@@ -123,8 +123,11 @@ def draw_metrics(canvas: Canvas, scene: Scene, box: Box) -> None:
 
 
 def draw_gauge(canvas: Canvas, scene: Scene, box: Box) -> None:
-    """The target's closing speed, then the impact speed, beside what is certified."""
+    """The target's closing speed, then the impact speed, beside what is certified; or how far the errors have grown."""
     left, top, width, _ = box
+    if "error_growth_m" in scene.metrics:
+        draw_growth(canvas, float(scene.metrics["error_growth_m"]), (left, top, width, 9))
+        return
     metrics, closing = scene.metrics, float(scene.closing_speed[scene.target - 1])
     bound, impact, valid = metrics["oracle_bound_mps"], metrics["impact_speed_mps"], bool(metrics["bound_valid"])
     full = rounded_up(max(10.0, impact, closing, bound if math.isfinite(bound) else 0.0))
@@ -140,6 +143,17 @@ def draw_gauge(canvas: Canvas, scene: Scene, box: Box) -> None:
     if is_certified(scene):
         canvas.box((left + width * bound / full - 1, bar[1] - 3, 2, bar[3] + 6), color)
     canvas.text(certificate_of(scene), (left, top + 31), color, 16)
+
+
+def draw_growth(canvas: Canvas, growth_m: float, box: Box) -> None:
+    """What the errors have grown, for an attacker who is after instability."""
+    left, top, width, height = box
+    canvas.text("Errors have grown by (m)", (left, top + 5), MUTED, 16)
+    canvas.text(f"{growth_m:.2f}", (left + width, top + 5), DAMAGE if growth_m > 0 else MUTED, 18, align=1)
+    canvas.box((left, top + 13, width, height), BORDER, radius=2)
+    if growth_m > 0:
+        canvas.box((left, top + 13, width * growth_m / rounded_up(max(10.0, growth_m)), height), DAMAGE, radius=2)
+    canvas.text("nothing certified for this goal", (left, top + 31), MUTED, 16)
 
 
 def draw_caption(canvas: Canvas, scene: Scene, config: FdiConfig) -> None:

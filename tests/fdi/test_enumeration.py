@@ -1,0 +1,63 @@
+"""Exhaustive searches, against brute force and against the integer programs."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import sparse
+
+from baselines.fdi.cross import Extra, cross
+from baselines.fdi.enumeration import FASTER_MPS, exhaust
+from baselines.fdi.highs import Program
+from baselines.fdi.lifted import Rows
+from cps_envs.fdi.config import A
+from cps_envs.fdi.optima import INFEASIBLE, PROVED, known
+from cps_envs.fdi.task import parse_task
+
+whole = st.integers(-4, 4)
+
+
+def judge(program: Program):  # type: ignore[no-untyped-def]
+    return lambda point: -float(program.cost @ point)
+
+
+@given(
+    st.lists(whole, min_size=3, max_size=3), st.lists(st.lists(whole, min_size=3, max_size=3), min_size=2, max_size=4)
+)
+@settings(max_examples=40, deadline=None)
+def test_small_programs_by_brute_force(cost: list[int], matrix: list[list[int]]) -> None:
+    limits = 2.0 + np.arange(len(matrix))
+    rows = Rows(sparse.csr_matrix(np.array(matrix, float)), -limits, limits, np.zeros((len(matrix), 2)))
+    program = Program(np.array(cost, float), rows, np.full(3, -3.0), np.full(3, 3.0), np.ones(3, np.bool_))
+    points = np.array(list(product(range(-3, 4), repeat=3)))
+    legal = points[(np.abs(points @ np.array(matrix).T) <= limits).all(axis=1)]
+    best = float((-legal @ np.array(cost)).max())  # at least 0: all variables 0 are legal
+    found = exhaust(program, np.zeros(3, np.bool_), -1.0, judge(program), 60.0)
+    assert found.finished
+    assert found.best is not None
+    assert -float(program.cost @ found.best) == pytest.approx(best)
+    assert best <= found.bound_mps <= best + 2 * FASTER_MPS
+    none = exhaust(program, np.zeros(3, np.bool_), best, judge(program), 60.0)
+    assert (none.finished, none.best) == (True, None)
+
+
+@pytest.mark.parametrize("name", ["x1>1", "v2>2", "v3>3", "v1>2"])
+def test_it_proves_what_the_integer_program_proved(name: str) -> None:
+    task = parse_task(name, 4)
+    expected = known(A)[task]
+    record = cross(A, task, 0.0, start=expected.injections, extra=Extra(exhaustive_s=60.0))
+    assert record.status == expected.status
+    assert record.status in (PROVED, INFEASIBLE)
+    assert record.value_mps == pytest.approx(expected.value_mps, abs=2e-6)
+    assert record.bound_mps == pytest.approx(expected.bound_mps, abs=1e-4)
+
+
+def test_without_time_nothing_is_claimed() -> None:
+    task = parse_task("xv1,2>4", 4)
+    record = cross(A, task, 0.0, start=known(A)[task].injections, extra=Extra(exhaustive_s=0.01))
+    assert not record.closed
+    assert record.bound_mps == record.lp_mps
