@@ -9,7 +9,7 @@ from baselines.schedule import Entrant
 
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
 SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
-    **{name: name for name in ("ramp", "root_ramp", "mimic", "brink", "opportunist", "tracker")},
+    **{name: name for name in ("ramp", "root_ramp", "mimic", "brink", "tracker", "listener")},
     **{f"noisy_{name}": f"{name}?keep_noise=true" for name in ("ramp", "mimic", "shaped")},
     "noisy_root": NOISY_ROOT,
 }
@@ -68,11 +68,11 @@ ATTACKERS = Side(
         Search("brink-warm", "brink?warmer=true", BRINK),
     ),
     margin_neutral=20.0,
-    known_failures={
-        "something is left to infer": "the attacker sees which estimate the defender chose, so `opportunist` knows "
-        "whom it faces, and being told adds nothing that can be measured"
+    left_out={
+        "opportunist": "judges a defender by its choices, which `learning` hides from the attacker",
+        "zoo:hvac-attack-ppo": UNFIT,
+        "zoo:hvac-attack-mtd1-ppo": UNFIT,
     },
-    left_out={"zoo:hvac-attack-ppo": UNFIT, "zoo:hvac-attack-mtd1-ppo": UNFIT},
 )
 DEFENDERS = Side(
     policies=tuple(Entrant(name) for name in ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),

@@ -21,7 +21,7 @@ class FilterChoices:
     def __init__(self, config: HvacConfig) -> None:
         sets = filter_sets(config)
         if not sets:
-            raise ConfigurationError("this defender chooses among Kalman filters: set kalman_filters=true")
+            raise ConfigurationError("no Kalman filters are offered here: set kalman_filters=true")
         self.member: BoolArray = membership(config, sets)  # (F, S)
         self.size: IntArray = self.member.sum(axis=1)
         self._model = len(sensor_sets(config)) + 1
@@ -38,7 +38,9 @@ class FilterChoices:
         return chosen
 
     def of_last_choice(self, seen: Seen, otherwise: int) -> IntArray:
-        """The filter (B,) that the defender followed last; `otherwise` where it followed none."""
+        """The filter (B,) that the defender followed last; `otherwise` where it followed none, or this is hidden."""
+        if seen["last_choice"].shape[1] == 0:
+            return np.full(len(seen), otherwise)
         last = seen["last_choice"].argmax(axis=1) - self._model - 1
         index: IntArray = np.where(last >= 0, last, otherwise)
         return index

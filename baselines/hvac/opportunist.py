@@ -9,6 +9,7 @@ import numpy as np
 
 from baselines.hvac.brink import Brink
 from baselines.hvac.tracker import Tracker
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray
@@ -28,12 +29,18 @@ class Opportunist(AnalyticPolicy):
     will follow a bold lie.
 
     Raises:
-        ConfigurationError: a reading outside the sensor range, besides what `brink` refuses.
+        ConfigurationError: an attacker that does not see the defender's choice, or a reading outside the sensor range,
+            besides what `brink` refuses.
     """
 
     def __init__(self, spec: RoleSpec, *, reading_c: float = 10.0, warmer: bool = False) -> None:
         super().__init__(spec)
         self.config: HvacConfig = spec.config
+        if not self.config.attacker_sees_choice:
+            raise ConfigurationError(
+                "opportunist judges a defender by its choices, which attacker_sees_choice=false hides: set it to true, "
+                "or choose listener"
+            )
         self._careful = Brink(spec, warmer=warmer)
         self._tracker = Tracker(spec, warmer=warmer) if self.config.kalman_filters else None
         self._bold = absolute_action(self.config, np.array([[reading_c]]))

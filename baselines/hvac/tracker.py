@@ -24,7 +24,7 @@ class Tracker(AnalyticPolicy):
 
     A forged reading is the truth, minus a bias, plus noise that the attacker draws itself: `noise` times that of a
     sensor. So it looks honest, and the attacker still knows the innovation without noise, r. It watches the filter that
-    the defender followed last, or that of all sensors where the defender follows none, and grows the bias by
+    the defender followed last, or that of all sensors where the defender follows none or hides it, and grows it by
     b(k + 1) = b(k) + gain (level - r) sigma, towards colder readings or `warmer` ones, up to `cap_c`. The filter takes
     what is left for drifting heat. A CUSUM with a slack above `level` does not sum it up.
 

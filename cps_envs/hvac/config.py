@@ -174,6 +174,7 @@ LEARNING = replace(
     forecast_bias_c=(1.0, 1.5),
     forecast_drift_c=(1.0, 1.5),
     kalman_filters=True,
+    attacker_sees_choice=False,
 )
 HARD = replace(LEARNING, heat_drift_w=150.0, filter_heat_w=150.0)
 PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING, "hard": HARD}

@@ -1,4 +1,4 @@
-"""The building and its controller: heating by the gains of (4.18), and one step of (4.5)."""
+"""The building and its controller: heating by the gains of (4.18) or by a plan (4.17), and one step of (4.5)."""
 
 from __future__ import annotations
 
@@ -7,15 +7,32 @@ import numpy as np
 from cps_envs.core.kernels import clip, copy, inlined
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.model import Model, Rules
+from cps_envs.hvac.planning import Desk, plan
 from cps_envs.hvac.state import Scratch, State
 
 
 @inlined
-def heat(model: Model, rules: Rules, episode: State, change: FloatArray) -> None:
+def heat(model: Model, rules: Rules, episode: State, change: FloatArray, desk: Desk) -> None:
     """Set the heating of this step from xh(k), which the controller was fed, and dxh(k), both (n,) C.
 
-    The integrator u_c is continuous and clamped to [0, E]; only what is applied is rounded to a level (4.18).
+    The integrator u_c is continuous and within [0, E]; only what is applied is rounded to a level (4.18). On levels
+    the next step goes on from what was applied.
     """
+    if rules.plans:
+        plan(model, rules, episode, change, desk)
+        copy(episode.plan[0], episode.integrator)
+    else:
+        add_gains(model, rules, episode, change)
+    for i in range(len(change)):
+        level = np.rint(episode.integrator[i] / rules.level_w)
+        episode.heating[i] = min(rules.level_w * level, rules.max_heating_w)
+    if rules.on_levels:
+        copy(episode.heating, episode.integrator)
+
+
+@inlined
+def add_gains(model: Model, rules: Rules, episode: State, change: FloatArray) -> None:
+    """The integrator u_c by the gains of the program without limits, and clamped to [0, E]."""
     ahead = model.feedforward[episode.step[0]]
     for i in range(len(ahead)):
         du = -ahead[i]
@@ -23,8 +40,6 @@ def heat(model: Model, rules: Rules, episode: State, change: FloatArray) -> None
             du += model.error_gain[i, j] * (rules.reference_c - episode.fed[j])
             du -= model.difference_gain[i, j] * change[j]
         episode.integrator[i] = clip(episode.integrator[i] + du, 0.0, rules.max_heating_w)
-        level = np.rint(episode.integrator[i] / rules.level_w)
-        episode.heating[i] = min(rules.level_w * level, rules.max_heating_w)
 
 
 @inlined

@@ -20,12 +20,14 @@ from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
 from cps_envs.hvac.model import Model, Rules, build_model, rules_of
 from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
-from cps_envs.hvac.payoff import attacked_states, count_choice, count_errors, measure
+from cps_envs.hvac.payoff import count_choice, count_errors, measure, paid_at_start
 from cps_envs.hvac.picture.scene import Scene, scene_of
+from cps_envs.hvac.planning import make_desk
 from cps_envs.hvac.start import Draws, start
 from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
 
 READINGS = 0  # the choice of the raw readings
+PAID = {"impact": "a_impact", "discomfort": "discomfort_h", "energy": "attack_kwh"}  # metric that is paid
 
 
 class Views(NamedTuple):
@@ -55,7 +57,8 @@ class HvacGame(Game):
     the configuration offers any (`sensors.filter_sets`). Before the window of N_e samples is full only 0 and sets + 1
     are legal, and all but 0 mean the recursive least squares of all sensors.
 
-    Payoff: |x(k + 1) - x_r|^2 / T_a from the onset on, so that the return is A_impact (4.19).
+    Payoff: |x(k + 1) - x_r|^2 / T_a from the onset on, so that the return is A_impact (4.19). With another `payoff` it
+    is the hours that zones are out of comfort, or the heating in kWh, from the onset on.
     """
 
     name = "hvac"
@@ -76,7 +79,7 @@ class HvacGame(Game):
             "defender": spaces.Discrete(choices),
         }
         self.neutral_action = {"attacker": np.zeros(entries), "defender": np.array(READINGS)}
-        self.payoff_parts = ("a_impact",)
+        self.payoff_parts = (PAID[config.payoff],)
         heat, *forecast = (bounds(size)[1] > 0 for size in disturbances(config))
         self.state: State = allocate(num_envs, self.constants, drifting=heat, misforecast=any(forecast))
         self._views = Views(
@@ -182,16 +185,16 @@ def step(
     those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
     """
     model, views, rules = lend(batch.model), lend(batch.views), unpack(Rules, batch.rules, 0)
-    room = make_scratch(model)
+    room, table = make_scratch(model), make_desk(model)
     for b in range(len(envs)):
         if envs[b]:
-            episode, scratch = view(batch.state, b), lend(room)
+            episode, scratch, desk = view(batch.state, b), lend(room), lend(table)
             if episode.step[0] == 0:
-                payoff[b] = episode.squared_error[0] / attacked_states(model, episode)
+                payoff[b] = paid_at_start(model, rules, episode)
             for _ in range(num_steps):
                 choose(model, rules, episode, choices[b], scratch.change)
                 count_choice(model, rules, episode)
-                heat(model, rules, episode, scratch.change)
+                heat(model, rules, episode, scratch.change, desk)
                 move(model, rules, episode, scratch)
                 payoff[b] += count_errors(model, rules, episode)
                 sense(model, rules, episode, forging[b])

@@ -29,6 +29,9 @@ class Rules(NamedTuple):
     initial_c: float
     max_heating_w: float
     level_w: float
+    move_weight: float  # R
+    plans: bool  # the controller solves (4.17) with its limits
+    on_levels: bool  # and goes on from the level that was applied
     noise_std_c: float
     sensor_low_c: float
     sensor_high_c: float
@@ -37,8 +40,12 @@ class Rules(NamedTuple):
     unmeasured_heat_w: float
     filter_memory: float  # phi of `kalman`
     innovation_share: float  # of the newest innovation in their mean
+    comfort_c: float
+    pays_discomfort: bool
+    pays_energy: bool
     any_base: bool  # the attacker's action ends with what its readings are based on
-    white_box: bool  # the attacker sees everything
+    white_box: bool  # the attacker sees the temperatures and the control loop
+    sees_choice: bool  # and what the defender chose
 
 
 class Model(NamedTuple):
@@ -49,6 +56,7 @@ class Model(NamedTuple):
     G: FloatArray  # (n,)
     rate: FloatArray  # (n, n) dt A_c
     weather: FloatArray  # (K, n) C, as forecast
+    coming: FloatArray  # (K + N, n) C, the same with what a controller that plans sees beyond; (0, n) for others
     outside: BoolArray  # (n,) the wall faces the outside, not the ground
     outdoor: FloatArray  # (K + 6 h,) C, as forecast
     error_gain: FloatArray  # (n, n) W/C, K_e
@@ -83,6 +91,7 @@ def build_model(config: HvacConfig) -> Model:
         *building,
         rate=rates(config),
         weather=w[: config.num_steps].copy(),
+        coming=w if config.controller != "clip" else w[:0],
         outside=~np.isin(np.arange(config.num_zones) + 1, config.ground_zones),
         outdoor=outdoor(config, config.num_steps + int(ahead[-1])),
         error_gain=control.K_e,
@@ -112,9 +121,14 @@ def rules_of(config: HvacConfig) -> Rules:
     """The numbers of a configuration that kernels use."""
     derived: dict[str, Any] = {
         "level_w": config.max_heating_w / config.num_levels,
+        "plans": config.controller != "clip",
+        "on_levels": config.controller == "levels",
         "filter_memory": memory(config),
         "innovation_share": min(1.0, config.step_s / (3600.0 * MEAN_H)),
+        "pays_discomfort": config.payoff == "discomfort",
+        "pays_energy": config.payoff == "energy",
         "any_base": config.attack_action == "any",
         "white_box": config.attacker_view == "white",
+        "sees_choice": config.attacker_sees_choice,
     }
     return Rules(**derived, **{name: getattr(config, name) for name in Rules._fields if name not in derived})

@@ -36,8 +36,11 @@ def _readings(config: HvacConfig, name: str, meaning: str) -> Field:
     return Field(name, "C", config.sensor_low_c, config.sensor_high_c, (config.num_sensors,), meaning)
 
 
+BY_CHOICE = ("last_choice", "last_estimate", "heating")  # fields that show what the defender chose, in a row
+
+
 def _loop(config: HvacConfig) -> tuple[Field, ...]:
-    """What the control loop does, and what the residuals say; the kernels copy these fields in one piece."""
+    """What the control loop does, and what the residuals say; the kernels copy these fields in few pieces."""
     zones, sets, filters = config.num_zones, len(sensor_sets(config)), len(filter_sets(config))
     compared = (filters, config.num_sensors) if filters else (0,)
     return (
@@ -53,7 +56,11 @@ def _loop(config: HvacConfig) -> tuple[Field, ...]:
 
 
 def attacker_fields(config: HvacConfig) -> Fields:
-    """The own sensors and the clock; in the white-box view also the true temperatures and the whole control loop."""
+    """The own sensors and the clock; in the white-box view also the true temperatures and the control loop.
+
+    Without `attacker_sees_choice` the loop leaves out what gives the defender's choice away: the choice itself, the
+    estimate that it fed to the controller, and the heating that followed.
+    """
     own = (
         _readings(config, "measured", "compromised sensors before forging; the middle of the range for others"),
         Field("compromised", "-", 0, 1, (config.num_sensors,), "the attacker controls the sensor"),
@@ -63,8 +70,14 @@ def attacker_fields(config: HvacConfig) -> Fields:
     )
     seen = (_temperature(config, "temperature", (config.num_zones,), "true, of each zone now"), *_loop(config))
     if config.attacker_view == "grey":
-        seen = tuple(replace(field, shape=(0,)) for field in seen)
+        seen = tuple(_hidden(field) for field in seen)
+    elif not config.attacker_sees_choice:
+        seen = tuple(_hidden(field) if field.name in BY_CHOICE else field for field in seen)
     return Fields(*own, *seen)
+
+
+def _hidden(field: Field) -> Field:
+    return replace(field, shape=(0,))
 
 
 def defender_fields(config: HvacConfig) -> Fields:
@@ -133,7 +146,10 @@ def observe_attacker(
     row[at.time_of_day + 1] = defended[defence.time_of_day + 1]
     if rules.white_box:
         put(episode.temperature, row, at.temperature)
-        put(defended[defence.reading : defence.estimate], row, at.reading)
+        put(defended[defence.reading : defence.last_choice], row, at.reading)
+        if rules.sees_choice:
+            put(defended[defence.last_choice : defence.innovation], row, at.last_choice)
+        put(defended[defence.innovation : defence.estimate], row, at.innovation)
 
 
 @inlined

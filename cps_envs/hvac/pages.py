@@ -25,7 +25,8 @@ k forges the readings of k + 1, the defender's answers those of k. The readings 
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["attacker"].decode(observation)` gives units back.
-With `attacker_view="grey"` it ends with `time_of_day`.
+With `attacker_view="grey"` it ends with `time_of_day`. With `attacker_sees_choice=False`, as in presets `learning` and
+`hard`, it has no `last_choice`, `last_estimate` and `heating`.
 
 {observation_table}
 
@@ -33,6 +34,9 @@ With `attacker_view="grey"` it ends with `time_of_day`.
 |x(k + 1) - x_r|^2 / T_a, summed over zones, in C2, for the states from the onset t_0 to the end, of which there are
 T_a; before the onset 0. If t_0 = 0, the first reward has the term of x(0) too. The undiscounted return is A_impact
 (4.19), `info["a_impact"]`, exactly. It grows from 1 to thousands: scale it for training.
+
+`payoff="discomfort"` pays the hours that zones are further than `comfort_c` from x_r since the onset, summed over
+zones (`info["discomfort_h"]`); `payoff="energy"` pays the heating since the onset (`info["attack_kwh"]`).
 
 ## Starting State
 All zones at 24 C at midnight, heating off. Preset `easy` draws the onset, number and identity of the compromised
@@ -94,7 +98,8 @@ temperatures, onset and compromised sensors are not observed; `info` has the met
 {observation_table}
 
 ## Rewards
-Minus the attacker's: -|x(k + 1) - x_r|^2 / T_a from the onset on. The return is minus A_impact (4.19), exactly.
+Minus the attacker's: -|x(k + 1) - x_r|^2 / T_a from the onset on. The return is minus A_impact (4.19), exactly. With
+another `payoff` it is minus the hours of zones out of comfort, or minus the heating in kWh.
 
 ## Starting State
 All zones at 24 C at midnight, heating off; see `HvacAttack` for what the presets draw. With an exact model and exact

@@ -37,9 +37,16 @@ class Parameters:
     reference_c: float = quantity(25.0, unit="C", low=-40, high=60, source="paper: x_r")
     initial_c: float = quantity(24.0, unit="C", low=-40, high=60, source=f"{CALIBRATED}; x(0) of every zone")
     max_heating_w: float = quantity(1000.0, unit="W", low=1, high=1e9, source="paper: E; Fig. 4.3 also 500, 100")
-    num_levels: int = quantity(100, low=1, high=1_000_000, source="paper: heating in steps of 0.01 E")
+    num_levels: int = quantity(
+        100, low=1, high=1_000_000, source="chosen: the paper has levels in % of E, not which; Fig. 4.3 shows 1 %"
+    )
     prediction_steps: int = quantity(80, low=1, high=200, source=f"{CALIBRATED}; N")
     move_weight: float = quantity(0.25, unit="C2/W2", low=1e-9, high=1e9, source=f"{CALIBRATED}; R = 0.25 I, Q = I")
+    controller: str = quantity(
+        "clip",
+        choices=("clip", "qp", "levels"),
+        source="chosen: (4.17) without limits, then clipped; with 0 <= u <= E; the same, from level to level",
+    )
     num_sensors: int = quantity(4, low=1, high=MAX_SENSORS, source="paper: 4 or 8; one or two per zone")
     noise_std_c: float = quantity(sqrt(0.2), unit="C", low=0, high=10, source=f"{CALIBRATED}; sigma")
     sensor_low_c: float = quantity(10.0, unit="C", low=-60, high=100, source="chosen: range of forged readings")
@@ -95,8 +102,25 @@ class Parameters:
     filter_memory_h: float = quantity(
         4.0, unit="h", low=0.01, high=1e4, source="chosen: memory of the heat that these filters expect"
     )
+    payoff: str = quantity(
+        "impact",
+        choices=("impact", "discomfort", "energy"),
+        source="chosen: what the attacker is paid, A_impact (4.19), hours of zones out of comfort, or heating",
+    )
+    comfort_c: float = quantity(
+        1.0,
+        unit="C",
+        low=0,
+        high=40,
+        source="chosen: out of comfort is further from x_r; 4.3.1 keeps errors around 1 C",
+    )
     attack_action: str = quantity("any", choices=("any", "bias"), source="chosen: forge anything, or a bias only")
     attacker_view: str = quantity("white", choices=("white", "grey"), source="chosen: sees all, or own sensors only")
+    attacker_sees_choice: bool = quantity(
+        True,
+        source="chosen: a white-box attacker sees the last choice, estimate fed and heating; False as in 4.3, where "
+        "the choice makes its knowledge of the control system uncertain",
+    )
 
     @property
     def num_zones(self) -> int:

@@ -1,4 +1,4 @@
-"""What is measured: A_impact (4.19), and what tells how it came about."""
+"""What is measured and paid: A_impact (4.19), discomfort or heating, and what tells how it came about."""
 
 from __future__ import annotations
 
@@ -36,16 +36,35 @@ def count_choice(model: Model, rules: Rules, episode: State) -> None:
 
 @inlined
 def count_errors(model: Model, rules: Rules, episode: State) -> float:
-    """Add the errors of x(k) to the sums; returns the attacker's payoff for them."""
-    square = 0.0
+    """Add the errors of x(k), and the heating since k - 1, to the sums; returns the attacker's payoff for them."""
+    square, outside = 0.0, 0
     for i in range(len(episode.temperature)):
         error = episode.temperature[i] - rules.reference_c
         square += error * error
+        outside += abs(error) > rules.comfort_c
         episode.absolute_error[i] += abs(error)
     if episode.step[0] < episode.onset[0]:
         return 0.0
+    metrics, hours, kwh = episode.metrics[0], outside * rules.step_s / 3600.0, 0.0
+    for i in range(len(episode.temperature)):
+        error = episode.temperature[i] - rules.reference_c
+        episode.squared_by_zone[i] += error * error
+        if episode.step[0] > episode.onset[0]:
+            kwh += episode.heating[i] * rules.step_s / 3.6e6
     episode.squared_error[0] += square
-    return square / attacked_states(model, episode)
+    metrics.discomfort_h += hours
+    metrics.attack_kwh += kwh
+    if rules.pays_discomfort:
+        return hours
+    return kwh if rules.pays_energy else square / attacked_states(model, episode)
+
+
+@inlined
+def paid_at_start(model: Model, rules: Rules, episode: State) -> float:
+    """The attacker's payoff for x(0), which an attack from there on counts."""
+    if rules.pays_discomfort:
+        return float(episode.metrics[0].discomfort_h)
+    return 0.0 if rules.pays_energy else float(episode.squared_error[0] / attacked_states(model, episode))
 
 
 @inlined
@@ -61,5 +80,9 @@ def measure(model: Model, episode: State) -> None:
     for i in range(n):
         absolute += episode.absolute_error[i]
     metrics.a_impact = episode.squared_error[0] / attacked_states(model, episode)
+    metrics.worst_zone_impact = 0.0
+    for i in range(n):
+        share = episode.squared_by_zone[i] / attacked_states(model, episode)
+        metrics.worst_zone_impact = max(metrics.worst_zone_impact, share)
     metrics.mean_abs_error_c = absolute / (n * (episode.step[0] + 1))
     metrics.energy_kwh = episode.energy_j[0] / 3.6e6

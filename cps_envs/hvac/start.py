@@ -76,12 +76,15 @@ def start(model: Model, rules: Rules, episode: State) -> None:
     for vector in (episode.residual, episode.residual_sum, episode.mean_residual, episode.absolute_error):
         fill(vector, 0.0)
     fill(episode.used, False)
+    fill(episode.squared_by_zone, 0.0)
     fill(episode.estimate.reshape(-1), 0.0)
+    fill(episode.plan.reshape(-1), 0.0)
     start_filters(rules, episode)
     episode.step[0], episode.choice[0] = 0, 0
     episode.squared_error[0], episode.energy_j[0] = 0.0, 0.0
     metrics = episode.metrics[0]
     metrics.distinct_sets, metrics.flawed_steps, metrics.model_steps, metrics.rejecting_steps = 0.0, 0.0, 0.0, 0.0
+    metrics.discomfort_h, metrics.attack_kwh = 0.0, 0.0
     metrics.onset_step, metrics.num_compromised = episode.onset[0], 0.0
     for s in range(sensors):
         metrics.num_compromised += episode.compromised[s]

@@ -23,6 +23,9 @@ class Metrics(NamedTuple):
     rejecting_steps: float  # steps with a full window in which no set had a mean residual below the threshold
     onset_step: float  # t_0
     num_compromised: float  # sensors
+    discomfort_h: float  # hours since the onset that zones were further than `comfort_c` from x_r, their sum
+    attack_kwh: float  # heating since the onset
+    worst_zone_impact: float  # C2, the largest share of a zone in A_impact
 
 
 class State(NamedTuple):
@@ -47,6 +50,7 @@ class State(NamedTuple):
     forced: FloatArray  # (B, n) C, F(k)
     integrator: FloatArray  # (B, n) W, u_c(k - 1)
     heating: FloatArray  # (B, n) W, u(k - 1)
+    plan: FloatArray  # (B, N or 0, n) W, of a controller that plans: u_c(k - 1) and what was to follow
     measured: FloatArray  # (B, S) C, before forging
     reading: FloatArray  # (B, S) C, after forging
     recursive: FloatArray  # (B, n) C, z of the recursive least squares before the window is full
@@ -63,6 +67,7 @@ class State(NamedTuple):
     choice: IntArray  # (B,) at k - 1
     used: BoolArray  # (B, C) chosen at some time
     squared_error: FloatArray  # (B,) C2, sum of |x - x_r|^2 since the onset
+    squared_by_zone: FloatArray  # (B, n) C2, the same zone by zone
     absolute_error: FloatArray  # (B, n) C, sum of |x - x_r| since k = 0
     energy_j: FloatArray  # (B,) heating since k = 0
     metrics: Array  # (B,) records of Metrics
@@ -85,6 +90,7 @@ def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast
     envs, steps = num_envs, len(model.weather)
     sets, sensors = model.member.shape
     n, filters = len(model.B), len(model.filter_member)
+    ahead = max(len(model.coming) - steps, 0)
     choices = sets + 2 + filters
 
     def zeros(*shape: int) -> FloatArray:
@@ -103,6 +109,7 @@ def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast
         forced=zeros(n),
         integrator=zeros(n),
         heating=zeros(n),
+        plan=zeros(ahead, n),
         measured=zeros(sensors),
         reading=zeros(sensors),
         recursive=zeros(n),
@@ -119,6 +126,7 @@ def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast
         choice=np.zeros(envs, np.int64),
         used=np.zeros((envs, choices), np.bool_),
         squared_error=zeros(),
+        squared_by_zone=zeros(n),
         absolute_error=zeros(n),
         energy_j=zeros(),
         metrics=records(Metrics, envs),

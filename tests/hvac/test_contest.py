@@ -103,3 +103,17 @@ def test_more_liars_cost_more():
         days = {"compromised_weights": (), "num_compromised": liars}
         found.append((paid("tracker", "largest", **days) - paid("tracker", "informed", **days)).mean())
     assert found[1] > 2.0 * found[0]
+
+
+@pytest.mark.slow
+def test_listening_pays_and_being_told_pays_more():
+    """The attackers' side of the contest: bold lies earn most on the mean, and inferring whom one faces earns more."""
+    defenders = [entrant.reference for entrant in CONTEST.defenders.policies]
+    bold, listening, creeping, tracking = (
+        np.array([paid(attacker, defender) for defender in defenders])
+        for attacker in ("constant?reading_c=10", "listener", "brink", "tracker")
+    )
+    told = np.array([max((bold, creeping, tracking), key=lambda pay: pay[place].mean())[place] for place in range(7)])
+    for better, worse in ((listening, bold), (told, listening)):
+        lead = (better - worse).mean(axis=0)
+        assert lead.mean() - 2.0 * lead.std() / np.sqrt(len(lead)) > 0.0

@@ -10,8 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import view
 from cps_envs.core.play import play_episodes
 from cps_envs.hvac.attack import absolute_action, bias_action
+from cps_envs.hvac.config import PRESETS
+from cps_envs.hvac.observation import BY_CHOICE, observe_attacker, observe_defender
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 from tests.hvac.games import QUIET, SHORT, go, seen, started
@@ -334,3 +337,43 @@ def test_scene_is_a_copy_of_the_environment():
     kept = scene.temperature.copy()
     go(game)
     assert (scene.temperature == kept).all()
+
+
+def told(game, role="attacker", **changed):
+    """What a role would observe if arrays of the state held other values."""
+    state = game.state._replace(**{name: np.full_like(getattr(game.state, name), to) for name, to in changed.items()})
+    at = {each: fields.offsets.view(np.recarray)[0] for each, fields in game.fields.items()}
+    rows = {each: np.zeros((game.num_envs, fields.size)) for each, fields in game.fields.items()}
+    for b, (mine, theirs) in enumerate(zip(rows["attacker"], rows["defender"], strict=True)):
+        observe_defender(game.constants, game.rules, view(state, b), at["defender"], theirs)
+        observe_attacker(game.rules, view(state, b), at["attacker"], mine, at["defender"], theirs)
+    return game.fields[role].encode(rows[role])
+
+
+@pytest.mark.parametrize("sees", [True, False])
+def test_the_attacker_sees_the_choice_only_where_it_may(sees):
+    """Nothing that it observes of a state depends on what the defender chose, or on what follows from the choice."""
+    game = started((0, 1), "learning", compromised_weights=(0, 0, 1), attacker_sees_choice=sees)
+    go(game, 3, np.full(5, 0.2), num_steps=260)
+    now = told(game)
+    assert (now == game.observe("attacker")).all()
+    for name, other in {"choice": 5, "fed": 22.0, "heating": 770.0}.items():
+        differs = told(game, **{name: other}) != now
+        assert differs.any() == sees, name
+        assert (told(game, "defender", **{name: other}) != told(game, "defender")).any(), name
+    shown = seen(game, "attacker")
+    assert {name for name, values in shown.items() if not values.size} == (set() if sees else set(BY_CHOICE))
+    open_game = started((0, 1), "learning", compromised_weights=(0, 0, 1), attacker_sees_choice=True)
+    go(open_game, 3, np.full(5, 0.2), num_steps=260)
+    for name, values in seen(open_game, "attacker").items():
+        if shown[name].size:
+            assert (shown[name] == values).all(), name
+
+
+def test_presets_hide_the_choice_where_heat_drifts():
+    assert {name: config.attacker_sees_choice for name, config in PRESETS.items()} == {
+        "paper": True,
+        "easy": True,
+        "learning": False,
+        "hard": False,
+    }

@@ -17,7 +17,7 @@ from tests.hvac.games import SHORT, play
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 MODEL = 15  # the last choice with four sensors
-CHOOSE_FILTERS = {"cusum", "largest", "informed", "tracker"}  # those who need a configuration that offers some
+CHOOSE_FILTERS = {"cusum", "largest", "informed", "tracker", "listener"}  # who need a configuration that offers some
 
 
 def spec_of(role, preset="paper", **overrides):

@@ -11,10 +11,11 @@ import numpy as np
 import pytest
 
 from agents.console import to_json
-from baselines.hvac.reproduction import experiments, figures, impacts, reference, rules
+from baselines.hvac.reproduction import experiments, figures, impacts, reference, rules, weighing
 from baselines.hvac.reproduction.cells import agreement
 from baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
 from baselines.hvac.reproduction.claims import CLAIMS
+from baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, controller_named
 from baselines.hvac.reproduction.evaluation import evaluate
 from baselines.hvac.reproduction.measures import Measure, measures
 from baselines.hvac.reproduction.recording import Recorded
@@ -390,3 +391,35 @@ def test_whole_output(whole: Reproduction) -> None:
     assert list(json.loads(to_json(whole.document()))["parts"]) == list(PARTS)
     assert "169 of 176 numbers" in " ".join(whole.closing())
     assert len({(each.group, each.case) for each in measures(whole.evidence)}) == len(measures(whole.evidence))
+
+
+def test_a_controller_stands_in_for_the_other_in_every_experiment():
+    qp = controller_named("qp")
+    for experiment in needed(PARTS, quick=False):
+        assert CLIP.under(experiment) == experiment
+        other = qp.under(experiment)
+        one, two = (getattr(each, "scenario", each) for each in (experiment, other))
+        assert dict(two.settings) == {**dict(qp.settings), **dict(one.settings)}
+        assert two.config.controller == "qp"
+        assert (two.attacker, two.defender, two.days) == (one.attacker, one.defender, one.days)
+    with pytest.raises(ConfigurationError, match="Known: clip, qp, levels"):
+        controller_named("pid")
+
+
+def test_the_chapter_can_be_computed_with_each_controller():
+    largest = {}
+    for name, controller in CONTROLLERS.items():
+        chapter = reproduce_chapter(("4.2fig",), controller=controller)
+        document = chapter.document()
+        assert document["controller"] == name
+        assert bool(document["regression"]["checks"]) == (name == "clip")
+        assert chapter.passed
+        assert any(words.startswith(f"Controller: {name}") for words in document["closing"])
+        largest[name] = [zone["morning_error_c"] for zone in document["parts"]["4.2fig"]]
+    assert len({tuple(errors) for errors in largest.values()}) == 3
+
+
+def test_the_weight_of_a_controller_gives_the_printed_impact():
+    qp = controller_named("qp")
+    assert weighing.impact_c2(dict(qp.settings)) == pytest.approx(weighing.PRINTED_C2, rel=0.02)
+    assert weighing.printed_errors_c() == pytest.approx([0.456, 1.633, 2.798, 3.830], abs=2e-3)

@@ -7,15 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from baselines.hvac.listener import Listener
 from baselines.hvac.stealthy import loss_response
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen
 from cps_envs.hvac.config import LEARNING
+from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.problem import HVAC
 from tests.hvac.games import play, spec_of, watched
 
 FIRST = 16  # the choice that names the first filter
 SIGNED = ("ramp", "root_ramp", "mimic", "brink", "shaped", "opportunist")
+SEES = {"attacker_sees_choice": True}  # what the opportunist lives on
 
 
 @pytest.mark.parametrize("name", SIGNED)
@@ -29,7 +33,7 @@ def test_both_signs_are_mirrored(name):
             true = game.state.temperature[:, game.constants.zone]
             kept.append(np.where(game.state.compromised, game.state.reading - true, 0.0))
 
-        config = {"compromised_weights": (0, 0, 1), "onset_step": 210, "num_steps": 260, "noise_std_c": 1e-9}
+        config = {"compromised_weights": (0, 0, 1), "onset_step": 210, "num_steps": 260, "noise_std_c": 1e-9, **SEES}
         watched(name + sign, "model_only", [3], note, **config)
         found[sign] = np.array(differences)
     assert np.abs(found[""][-1]).max() > 0.1
@@ -79,7 +83,7 @@ def test_shapes_that_cannot_be_are_refused(options):
 
 
 def test_the_opportunist_lies_boldly_to_whom_it_has_caught():
-    config = {"compromised_weights": (0, 1), "onset_step": 215, "num_steps": 400}
+    config = {"compromised_weights": (0, 1), "onset_step": 215, "num_steps": 400, **SEES}
     for defender in ("none", "fixed", "mtd1"):
         bold = play("opportunist", defender, range(20), "learning", **config)["return"]
         constant = play("constant?reading_c=10", defender, range(20), "learning", **config)["return"]
@@ -88,17 +92,75 @@ def test_the_opportunist_lies_boldly_to_whom_it_has_caught():
 
 @pytest.mark.parametrize("defender", ["mtd2", "model_only"])
 def test_the_opportunist_creeps_past_whom_it_has_not(defender):
-    config = {"num_steps": 500}
+    config = {"num_steps": 500, **SEES}
     careful, brink = (play(name, defender, range(12), "learning", **config) for name in ("opportunist", "brink"))
     np.testing.assert_array_equal(careful["return"], brink["return"])
 
 
 @pytest.mark.parametrize("sign", ["", "?warmer=true"])
 def test_the_opportunist_tracks_whoever_follows_filters(sign):
-    config = {"num_steps": 400, "onset_step": (210, 250)}
+    config = {"num_steps": 400, "onset_step": (210, 250), **SEES}
     one, other = (play(f"{name}{sign}", "largest", range(12), "learning", **config) for name in
                   ("opportunist", "tracker"))  # fmt: skip
     np.testing.assert_array_equal(one["return"], other["return"])
+
+
+def test_the_opportunist_says_what_it_needs():
+    with pytest.raises(ConfigurationError, match="attacker_sees_choice=false hides"):
+        resolve_policy("opportunist", spec_of("attacker"))
+    resolve_policy("opportunist", spec_of("attacker", **SEES))
+
+
+def test_the_tracker_watches_all_sensors_where_the_choice_is_hidden():
+    """So against who follows the filter of all sensors, hiding it changes nothing; against others it does."""
+    days = {"num_steps": 400, "onset_step": (210, 250), "compromised_weights": (0, 0, 1)}
+
+    def paid(choice, **sees):
+        return play("tracker", f"always?action={choice}", range(6), "learning", **days, **sees)["return"]
+
+    np.testing.assert_array_equal(paid(FIRST + 14), paid(FIRST + 14, **SEES))
+    assert (paid(FIRST) != paid(FIRST, **SEES)).any()
+
+
+LATE = {"onset_step": (440, 470), "compromised_weights": (0, 1, 1)}
+BOLD = "constant?reading_c=10"
+
+
+def test_the_listener_hears_who_follows_filters():
+    """Then it pays what the tracker pays, and the bold lie otherwise."""
+    paid = {
+        name: play(name, "largest", range(24), "learning", **LATE)["return"] for name in ("listener", "tracker", BOLD)
+    }
+    heard = paid["listener"] == paid["tracker"]
+    np.testing.assert_array_equal(paid["listener"][~heard], paid[BOLD][~heard])
+    assert heard.mean() > 0.6
+
+
+@pytest.mark.parametrize("defender", ["none", "fixed", "mtd1", "mtd2", "model_only"])
+def test_the_listener_hears_nothing_from_the_others(defender):
+    listener, bold = (play(name, defender, range(24), "learning", **LATE)["return"] for name in ("listener", BOLD))
+    np.testing.assert_array_equal(listener, bold)
+
+
+def test_the_listener_works_the_heating_out_from_the_temperatures():
+    exact = dict.fromkeys(
+        ("heat_drift_w", "forecast_bias_c", "forecast_drift_c", "model_error", "unmeasured_heat_w"), 0.0
+    )
+    game = HvacGame(HVAC.config("learning", {**exact, "num_steps": 260, "onset_step": 255}), 2)
+    listener, envs = Listener(game.spec("attacker")), np.ones(2, bool)
+    game.reset(envs, [np.random.default_rng(seed) for seed in (0, 1)])
+    state = listener.begin([np.random.default_rng(seed) for seed in (2, 3)], [{}, {}])
+    for k in range(250):
+        _, state = listener.act(Seen(game.fields["attacker"], game.observe("attacker")), state)
+        if k > 0:
+            np.testing.assert_allclose(state[1], game.state.heating, atol=0.1)
+        game.advance({"defender": np.full(2, FIRST + k % 16 if k >= 200 else 0)}, envs, 1)
+    assert game.state.heating.std() > 10.0
+
+
+def test_a_listener_that_believes_anything_is_refused():
+    with pytest.raises(ConfigurationError, match="positive"):
+        resolve_policy("listener?evidence=0", spec_of("attacker"))
 
 
 def test_the_tracker_holds_its_innovations_below_its_level():

@@ -9,6 +9,7 @@ from typing import Any
 
 from baselines.hvac.reproduction import blocks, document, figures
 from baselines.hvac.reproduction.cells import Row, table_rows
+from baselines.hvac.reproduction.controllers import CLIP, Controller
 from baselines.hvac.reproduction.evaluation import evaluate
 from baselines.hvac.reproduction.measures import measures
 from baselines.hvac.reproduction.recheck import CONDITIONS
@@ -19,7 +20,16 @@ from baselines.hvac.reproduction.summary import closing
 from baselines.reproduction.block import Block
 from baselines.reproduction.evidence import Evidence, Report, compute
 from baselines.reproduction.findings import Findings, findings_block, findings_document
-from baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
+from baselines.reproduction.recheck import (
+    Again,
+    Condition,
+    Varied,
+    again_document,
+    again_summary,
+    judge_again,
+    with_again,
+)
+from baselines.reproduction.tally import CELLS, Tally, tally, tally_claims
 
 
 @dataclass(frozen=True)
@@ -30,6 +40,7 @@ class Reproduction:
     evidence: Evidence
     quick: bool = False
     conditions: Sequence[Condition] = ()  # under which the claims are judged again
+    controller: Controller = CLIP  # the reading of (4.17)
 
     @cached_property
     def tables(self) -> dict[str, list[Row]]:
@@ -48,13 +59,24 @@ class Reproduction:
 
     @cached_property
     def checks(self) -> list[Check]:
-        """The numbers of this run that have a reference."""
-        return check(measures(self.evidence))
+        """The numbers of this run that have a reference: it has the controller that clips."""
+        return check(measures(self.evidence)) if self.controller == CLIP else []
 
     @property
     def passed(self) -> bool:
         """Whether our numbers are those of the reference, or where they never were, what they were."""
         return all(each.passed for each in self.checks)
+
+    def tallies(self) -> list[Tally]:
+        """How many claims and cells of the tables are reproduced."""
+        cells = [
+            (f"{table} {cell.paper.percent} % {cell.paper.sensors_used} zone {cell.paper.zone}", cell.verdict)
+            for table, rows in self.tables.items()
+            for row in rows
+            for cell in row.cells
+        ]
+        reading = self.controller.reading
+        return [tally_claims(reading, self.findings), tally(reading, CELLS, cells)]
 
     def blocks(self) -> list[Block]:
         """Tables for readers."""
@@ -76,13 +98,17 @@ class Reproduction:
 
     def closing(self) -> list[str]:
         """Paragraphs that say what is not reproduced, and why."""
-        words = closing(self.parts, self.tables, self.findings, self.checks, quick=self.quick)
+        words = closing(
+            self.parts, self.tables, self.findings, self.checks, quick=self.quick, controller=self.controller
+        )
         return words + again_summary(self.findings, self.again)
 
     def document(self) -> dict[str, Any]:
         """Plain data for JSON."""
         return {
             "chapter": 4,
+            "controller": self.controller.name,
+            "settings": dict(self.controller.settings),
             "quick": self.quick,
             "parts": {part: self._part_document(part) for part in self.parts},
             "again": again_document(self.again),
@@ -114,6 +140,7 @@ def reproduce_chapter(
     jobs: int = 1,
     quick: bool = False,
     recheck: bool = False,
+    controller: Controller = CLIP,
     report: Report | None = None,
 ) -> Reproduction:
     """Simulate what the parts (of `selection.PARTS`) need; `recheck` judges the claims under `CONDITIONS` as well.
@@ -125,4 +152,5 @@ def reproduce_chapter(
     todo = needed(parts, quick=quick)
     for condition in conditions:
         todo += condition.experiments(needed((CLAIMS,), quick=quick))
-    return Reproduction(tuple(parts), Evidence(compute(todo, jobs, report)), quick, conditions)
+    results = compute([controller.under(each) for each in todo], jobs, report)
+    return Reproduction(tuple(parts), Evidence(Varied(results, controller.under)), quick, conditions, controller)

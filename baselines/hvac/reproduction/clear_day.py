@@ -23,7 +23,7 @@ class ZoneDay:
     afternoon_error_c: float  # largest after AFTERNOON_H
     morning_heating_w: float  # mean from START_H to noon
     heated_hours: tuple[int, ...]  # hours of that time in which it was heated at all
-    below_share: float  # of all heated steps: measured below the reference
+    below_share: float  # of all heated steps: measured below the reference; 0 without any
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def energy_days(evidence: Evidence) -> list[EnergyDay]:
         level = course.level_percent[:, 0, 0]
         levels, counts = np.unique(level[level > 0].round(6), return_counts=True)
         largest = course.tracking_error_c[course.between(START_H, 24.0), 0, 0].max()
-        usual = float(levels[counts.argmax()])
+        usual = float(levels[counts.argmax()]) if len(levels) else 0.0
         days.append(EnergyDay(energy_w, usual, float(np.mean(level > 0)), float(largest)))
     return days
 
@@ -66,5 +66,5 @@ def _zone_day(course: Course, zone: int) -> ZoneDay:
         afternoon_error_c=float(error[course.between(AFTERNOON_H, 24.0)].max()),
         morning_heating_w=float(heating[morning].mean()),
         heated_hours=tuple(hours),
-        below_share=float(np.mean(readings < course.config.reference_c)),
+        below_share=float(np.mean(readings < course.config.reference_c)) if len(readings) else 0.0,
     )

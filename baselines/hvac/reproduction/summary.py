@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from baselines.hvac.reproduction.cells import CLOSE, MATCH, MISS, Row
+from baselines.hvac.reproduction.controllers import Controller
 from baselines.hvac.reproduction.reference import Check
 from baselines.reproduction.findings import Findings, findings_summary
 from baselines.reproduction.regression import NO_SUPPORT
@@ -72,13 +73,23 @@ def closing(
     checks: Sequence[Check],
     *,
     quick: bool,
+    controller: Controller,
 ) -> list[str]:
     """Paragraphs on the parts that were computed."""
     paragraphs = [_on_table(table, rows) for table, rows in tables.items()]
     paragraphs += [findings_summary(findings)] if findings else []
     paragraphs += _reasons(parts, findings)
-    paragraphs += [CONSTANTS, *_on_checks(checks)]
+    paragraphs += [CONSTANTS, _on_controller(controller), *_on_checks(checks)]
     return [*paragraphs, *([QUICK] if quick else [])]
+
+
+def _on_controller(controller: Controller) -> str:
+    config = controller.config
+    return (
+        f"Controller: {controller.name}, {controller.reading}, with N = {config.prediction_steps} and "
+        f"R = {config.move_weight:g}. The paper does not print how (4.17) keeps the heating between 0 and E; "
+        "--controller clip, qp or levels computes the chapter with each reading."
+    )
 
 
 def _reasons(parts: Sequence[str], findings: Findings) -> list[str]:
