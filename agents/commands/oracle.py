@@ -32,7 +32,11 @@ def oracle(
         int | None, typer.Option(min=1, help="Certify the first evaluation episodes, as in preset 'drawn'.")
     ] = None,
     time_limit: Annotated[
-        float, typer.Option(min=0.0, metavar="SECONDS", help="For each integer program, or each episode.")
+        float, typer.Option(min=0.0, metavar="SECONDS", help="For each integer program, or each episode; 0: none.")
+    ] = 20.0,
+    anneal: Annotated[int, typer.Option(min=0, help="Attacks that a local search tries for each task.")] = 100_000,
+    exhaust: Annotated[
+        float, typer.Option(min=0.0, metavar="CPU SECONDS", help="Exhaustive search for each open task.")
     ] = 20.0,
     gap: Annotated[float, typer.Option(min=0.0, max=1.0, help="Relative gap to stop at; 0 proves the optimum.")] = 0.0,
     jobs: Annotated[int | None, typer.Option(min=1, help="Tasks at a time; as many as cores if left out.")] = None,
@@ -52,6 +56,7 @@ def oracle(
     from agents.files import write_text
     from agents.machine import available_cores
     from agents.progress import Progress
+    from baselines.fdi.cross import Extra
     from baselines.fdi.sweep import open_tasks, paper_tasks, sweep
     from cps_envs.fdi.optima import to_text
     from cps_envs.fdi.problem import FDI
@@ -72,8 +77,17 @@ def oracle(
     left = open_tasks(tasks, known, improve=improve)
     header = _header(commands)
     with Progress("tasks", len(left)) as progress:
-        limits = {"time_limit_s": time_limit, "gap": gap, "jobs": jobs or available_cores(), "backend": backend}
-        for done, record in enumerate(sweep(config, left, dict(known), **limits), 1):  # type: ignore[arg-type]
+        solved = sweep(
+            config,
+            left,
+            dict(known),
+            time_limit_s=time_limit,
+            gap=gap,
+            extra=Extra(anneal, exhaust),
+            jobs=jobs or available_cores(),
+            backend=backend,
+        )
+        for done, record in enumerate(solved, 1):
             known[record.task] = record
             write_text(path, to_text(header, config, known.values()))
             progress.update(done, f"{record.task}: {record.status}")

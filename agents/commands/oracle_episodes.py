@@ -18,17 +18,18 @@ def certify_episodes(
     config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, jobs: int, backend: str, as_json: bool
 ) -> None:
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
+    from agents.evaluation.certified import plain_values, stored_episodes
     from agents.files import write_text
     from agents.progress import Progress
     from baselines.fdi.instances import certify_all
 
-    rows = _earlier(path, config)
+    rows = stored_episodes(path, config)
     left = [seed for seed in range(episodes) if str(seed) not in rows]
     with Progress("episodes", len(left)) as progress:
         found = certify_all(config, left, time_limit_s=time_limit_s, jobs=jobs, backend=backend)
         for done, certificate in enumerate(found, 1):
             rows[str(certificate.instance.seed)] = _row(certificate)
-            write_text(path, json.dumps({"config": _values(config), "episodes": rows}, indent=1) + "\n")
+            write_text(path, json.dumps({"config": plain_values(config), "episodes": rows}, indent=1) + "\n")
             progress.update(done, f"seed {certificate.instance.seed}: {certificate.record.status}")
     shown = {str(seed): rows[str(seed)] for seed in range(episodes)}
     if as_json:
@@ -36,34 +37,7 @@ def certify_episodes(
     else:
         _show(config, shown.items())
     err().print(f"{len(left)} episodes solved, {episodes - len(left)} known before: {path}", soft_wrap=True)
-
-
-def _earlier(path: Path, config: FdiConfig) -> dict[str, Any]:
-    """The episodes of a file, by seed.
-
-    Raises:
-        CommandError: it holds something else, or another configuration.
-    """
-    from agents.errors import CommandError
-
-    if not path.exists():
-        return {}
-    try:
-        stored = json.loads(path.read_text(encoding="utf-8"))
-        same, rows = stored["config"] == _values(config), dict(stored["episodes"])
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise CommandError(f"{path} holds no certified episodes. Name another file with --out.") from error
-    if not same:
-        raise CommandError(
-            f"{path} holds episodes of another configuration. Name another file with --out, or delete it."
-        )
-    return rows
-
-
-def _values(config: FdiConfig) -> Any:
-    from dataclasses import asdict
-
-    return json.loads(json.dumps(asdict(config)))
+    err().print(f"`cps-envs evaluate fdi attacker --certified {path} ...` measures policies by them.", soft_wrap=True)
 
 
 def _row(certificate: Certificate) -> dict[str, Any]:

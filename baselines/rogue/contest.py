@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from itertools import product
 
-from baselines.contest import Column, Contest, Search, Side, Variant
+from baselines.contest import Column, Constraint, Contest, Search, Side, Variant
 from baselines.rogue.players import ATTACKERS, DEFENDERS
 from baselines.schedule import Entrant
 from cps_envs.rogue.config import LEARNING
@@ -50,17 +50,18 @@ CONTEST = Contest(
     problem="rogue",
     unit="m/s",
     attackers=Side(
-        policies=ATTACKERS,
+        policies=(*ATTACKERS, Entrant("gains")),
         constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),
         searches=(SWITCHING, RAMMING, BRAKING),
         margin_neutral=5.0,
         left_out={
             "tuned": "a family for searches; what was found with it is `contested`",
+            "beam": "plans every episode anew for seconds, on copies of the world; see docs/rogue.md",
             "zoo:rogue-attack-ppo": OTHER_SPACES,
         },
     ),
     defenders=Side(
-        policies=DEFENDERS,
+        policies=(*DEFENDERS, Entrant("pd_detection")),
         constants=(
             *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
             *(constant((law,) * 3, 1) for law in range(2, len(CONTROLLERS)) if CONTROLLERS[law] != "human"),
@@ -69,7 +70,9 @@ CONTEST = Contest(
         searches=(MONITOR,),
         margin_informed=1.0,
         margin_neutral=5.0,
-        left_out={"zoo:rogue-defense-ppo": OTHER_SPACES},
+        left_out={
+            "zoo:rogue-defense-ppo": OTHER_SPACES,
+        },
     ),
     variants=(
         Variant("learning", "Platoons of 4 to 8, ratio 1 to 1.3"),
@@ -82,10 +85,15 @@ CONTEST = Contest(
         Column("collisions", "episodes with a collision", "share"),
         Column("false_alarms", "false alarms, nobody attacks", form="{:.1f}", against="none"),
     ),
+    constraint=Constraint(
+        harm=Column("damage", "damage, m/s"),
+        cost=Column("formation_cost_s", "formation cost, s"),
+        reference="sliding",
+    ),
     notes=(
         "The attacker is paid the damage and 0.2 m/s for each second of formation cost, which counts intact vehicles.",
         "Read with a constraint: of the defenders whose formation cost is at most that of `sliding`, the one with the "
-        "least damage.",
+        "least damage. Means over all attackers; `open` where the interval of the paired difference contains zero.",
         "`informed` is told the seat, the onset and the attacker; its laws against each were searched.",
         "False alarms are those of the vehicles' own detectors that blame an intact neighbour.",
     ),

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.rogue.evolution import evolve
+from baselines.evolution import evolve
 from baselines.rogue.identify import trace_of
 from baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_envs.core.game import Game

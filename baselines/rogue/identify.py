@@ -42,12 +42,14 @@ def known() -> Known:
 class Identify(AnalyticPolicy):
     """Switches by a probe, compares what it sees after `probe_s` with known defenders, and responds to the nearest.
 
-    The known defenders, their mean traces and the responses to them are in `contested.json`.
+    The known defenders, their mean traces and the responses to them are in `contested.json`; `knowledge` are others.
+    With `answers` (B,) it takes these rows instead of comparing, as searches do.
     """
 
-    def __init__(self, spec: RoleSpec) -> None:
+    def __init__(self, spec: RoleSpec, knowledge: Known | None = None, answers: Array | None = None) -> None:
         super().__init__(spec)
-        self.known = known()
+        self.known = knowledge or known()
+        self.answers = answers
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1), each -1 or 1; the state holds signs, onsets in s and the rows in use (B,), -1 first."""
@@ -57,7 +59,8 @@ class Identify(AnalyticPolicy):
         sign, onset_s, row = parts
         probed = now_s > onset_s + self.known.probe_s - self.spec.decision_interval_s / 2
         due = (row < 0) & probed
-        row = np.where(due, nearest_traces(trace_of(seen), self.known.traces), row)
+        answers = nearest_traces(trace_of(seen), self.known.traces) if self.answers is None else self.answers
+        row = np.where(due, answers, row)
         sets = np.concatenate([self.known.weights, self.known.probe[np.newaxis]])[row]  # the last row is the probe
         sign = switch(seen, self.spec.config.separation_m, sets, sign)
         return sign[:, np.newaxis], (sign, onset_s, row)

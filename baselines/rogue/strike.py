@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from baselines.rogue.reading import read
+from baselines.rogue.reading import linear_effort, read, since_onset
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import clip, kernel, pack, unpack
+from cps_envs.core.kernels import kernel, pack, unpack
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Observation
@@ -53,12 +53,10 @@ class Strike(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
-        now_s = self.spec.config.duration_s - seen["time_left_s"]
-        first_s = now_s + seen["until_onset_s"]
-        onset_s = first_s if state is None else np.where(seen.start, first_s, state[0])
+        since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
         actions = np.empty((len(seen), 1))
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _strike(*shown, now_s - onset_s, self._pattern, self._engine, actions)
+        _strike(*shown, since_s, self._pattern, self._engine, actions)
         return actions, (onset_s,)
 
 
@@ -76,10 +74,7 @@ def _strike(
     at, p, e = offsets[0], unpack(Pattern, pattern, 0), unpack(Engine, engine, 0)
     for b in range(since_s.size):
         speed, ratio = read(observation, scale, b, at.speed), read(observation, scale, b, at.power_ratio)
-        error = read(observation, scale, b, at.front_gap_error) - read(observation, scale, b, at.rear_gap_error)
-        rate = read(observation, scale, b, at.front_gap_rate) - read(observation, scale, b, at.rear_gap_rate)
-        wanted = p.proportional_per_s2 * error + p.derivative_per_s * rate + e.drag_per_s * speed
-        effort = clip(wanted / (ratio * e.drive_mps2), e.min_effort, e.max_effort)
+        effort = linear_effort(observation, scale, b, at, (p.proportional_per_s2, p.derivative_per_s), e)
         if (since_s[b] + 0.5 * p.hold_s) % p.period_s < p.strike_s:
             effort = p.effort
         actions[b, 0] = action_for(effort, speed, ratio, e)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from baselines.rogue.evolution import evolve
+from baselines.evolution import evolve
 from baselines.rogue.switching import SIZE, Switching
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes

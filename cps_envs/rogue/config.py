@@ -9,8 +9,10 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.rogue.stability import longest_stable_step_s
 
 TABLE = "Table 5.1"
+RATIO = f"{TABLE}: alpha_att / alpha is at least 1"
 GAINS = "chosen within 0 < n_3 < n_2 < n_1 < 1"
 DRIVER = "Table 2.1, for (2.5)"
+CONTACT = "chosen: (5.8) does not say what follows a collision; solid is physical"
 NOISE = "chosen: standard deviation of what is observed"
 ORDERS = "chosen: with 'all' the seized vehicle is not marked; it obeys until the onset"
 COST = "chosen: saturating mean errors, or log(1 + mean distance from the reference places / sigma)"
@@ -28,7 +30,7 @@ class RogueConfig:
 
     num_vehicles: IntRange = quantity(5, low=3, high=100, source="paper: n", ranged=True)
     attacker_index: IntRange = quantity(3, low=1, high=99, source="paper: 3; 1 = rear", ranged=True)
-    power_ratio: Range = quantity(1.0, low=1, high=3, source="paper: alpha_att / alpha; maps 1 to 1.4", ranged=True)
+    power_ratio: Range = quantity(1.0, low=1, high=3, source=RATIO, ranged=True)
     drive_mps2: Range = quantity(5.0, unit="m/s2", low=1, high=20, source=f"{TABLE}: alpha", ranged=True)
     drag_per_s: Range = quantity(0.1, unit="1/s", low=0.01, high=1, source=f"{TABLE}: beta", ranged=True)
     min_effort: float = quantity(-1.0, low=-5, high=0, source="reconstructed: F-, missing in Table 5.1")
@@ -55,7 +57,7 @@ class RogueConfig:
     driver_headway_s: float = quantity(1.5, unit="s", low=0.1, high=10, source=DRIVER)
     driver_gap_m: float = quantity(1.0, unit="m", low=0, high=20, source=f"{DRIVER}: r_0")
     human_returns: bool = quantity(False, source="chosen: a human leader drives back to the reference")
-    contact: str = quantity("pass", choices=("pass", "solid"), source="paper (5.8): vehicles pass; solid is physical")
+    contact: str = quantity("pass", choices=("pass", "solid"), source=CONTACT)
     duration_s: float = quantity(100.0, unit="s", low=1, high=3600, source="chosen: T")
     dt_s: float = quantity(0.001, unit="s", low=1e-5, high=0.1, source="chosen: integration step")
     control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
@@ -200,4 +202,17 @@ LEARNING = replace(
     formation_cost="log_place",
     formation_weight_mps2=0.2,
 )
-PRESETS = {"paper": PAPER, "easy": EASY, "learning": LEARNING}
+OSCILLATION = replace(  # Fig. 5.2: ten vehicles with the attacker at the rear; the rest as in `paper`
+    PAPER,
+    num_vehicles=10,
+    attacker_index=1,
+    contact="solid",
+    dt_s=0.0005,  # ten vehicles are stable below 0.85 ms
+)
+SEATS = replace(  # section 5.2.3: "at an arbitrary position"; the rest as in `paper`
+    PAPER,
+    num_vehicles=(5, 10),
+    attacker_index=(1, 9),
+    dt_s=0.0005,
+)
+PRESETS = {"paper": PAPER, "oscillation": OSCILLATION, "seats": SEATS, "easy": EASY, "learning": LEARNING}

@@ -111,6 +111,11 @@ class RogueGame(Game):
         copy.elapsed[:] = self.elapsed[b]
         return copy
 
+    def branch(self, parents: IntArray) -> None:
+        """Make each environment b a copy of the environment parents[b] (B,)."""
+        for array in (*self.state, self.drawn, self._scores, self.elapsed):
+            array[:] = array.take(parents, 0)
+
     def truth(self, b: int) -> dict[str, Any]:
         """Privileged: `seat` (0 = rear), `onset_s` (inf without an attack) and `power_ratio` of an episode."""
         c = unpack(Drawn, self.drawn, b)

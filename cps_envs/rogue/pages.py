@@ -34,11 +34,12 @@ draws the number of vehicles, the seat, the power ratio, drive, drag, reference 
 begins.
 
 ## Episode End
-Truncated after 100 s (`paper`) or 60 s. Nothing terminates an episode.
+Truncated after 100 s (`paper`, `oscillation`, `seats`) or 60 s. Nothing terminates an episode.
 
 ## Arguments
-`preset` ("paper", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy), `render_mode`,
-`frame_skip` (decisions that an action is held for), and any field of `cps_envs.rogue.config.RogueConfig`:
+`preset` ("paper", "oscillation", "seats", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or
+policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.rogue.config.RogueConfig`:
 
 {parameter_table}
 
@@ -100,11 +101,12 @@ draws the number of vehicles, the seat, the power ratio, drive, drag, reference 
 begins, and adds sensor noise to what is observed (not to what the vehicles' own controllers and detectors see).
 
 ## Episode End
-Truncated after 100 s (`paper`) or 60 s. Nothing terminates an episode.
+Truncated after 100 s (`paper`, `oscillation`, `seats`) or 60 s. Nothing terminates an episode.
 
 ## Arguments
-`preset` ("paper", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or policy), `render_mode`,
-`frame_skip` (decisions that an action is held for), and any field of `cps_envs.rogue.config.RogueConfig`:
+`preset` ("paper", "oscillation", "seats", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or
+policy), `render_mode`, `frame_skip` (decisions that an action is held for), and any field of
+`cps_envs.rogue.config.RogueConfig`:
 
 {parameter_table}
 

@@ -33,6 +33,8 @@ ROGUE = Problem(
     },
     opponents={
         "paper": {"attacker": "square", "defender": "none"},
+        "oscillation": {"attacker": "gains", "defender": "none"},
+        "seats": {"attacker": "square", "defender": "none"},
         "easy": {"attacker": EASY_ATTACKERS, "defender": EASY_DEFENDERS},
         "learning": {"attacker": ATTACKERS, "defender": "monitor"},
     },

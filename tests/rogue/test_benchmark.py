@@ -14,9 +14,9 @@ from baselines.rogue.contest import CONTEST
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES
 
-BEYOND = {  # the dissertation, and made for preset `learning`
-    "attacker": {"contested", "identify", "strike", "tuned"},
-    "defender": {"assigned", "informed", "monitor"},
+BEYOND = {  # what the maps of the dissertation show
+    "attacker": {"beam", "contested", "gains", "identify", "strike", "tuned"},
+    "defender": {"assigned", "informed", "monitor", "pd_detection"},
 }
 
 

@@ -20,7 +20,7 @@ from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.problem import ROGUE
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
-NEW = ("contested", "identify", "strike", "tuned")  # for preset `learning`, in test_contested.py
+NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere
 ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in (*NEED_OPTIONS, *NEW)]
 
 

@@ -11,18 +11,37 @@ from scipy.integrate import solve_ivp
 from baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
 from baselines.rogue.reproduction import evaluation, parts, reference, summary
 from baselines.rogue.reproduction.chapter import Reproduction, reproduce_chapter
+from baselines.rogue.reproduction.circles import affected, followers, radii_m, shares_of_rings
 from baselines.rogue.reproduction.claims import CLAIMS
 from baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
 from baselines.rogue.reproduction.course import Course
-from baselines.rogue.reproduction.evidence import Evidence, calm_ride, map_rows, square_ride
+from baselines.rogue.reproduction.evidence import (
+    Evidence,
+    calm_ride,
+    map_rows,
+    seat_overrides,
+    square_ride,
+    swaying_ride,
+)
 from baselines.rogue.reproduction.experiments import FULL_THROTTLE, Ride, Waves, square_waves
 from baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, orderings
 from baselines.rogue.reproduction.headroom import head_room_experiments
 from baselines.rogue.reproduction.heat_map import HeatMap
 from baselines.rogue.reproduction.plot_maps import edges_of
-from baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ, FREQUENCIES_HZ, MAPS, RATIOS
+from baselines.rogue.reproduction.settings import (
+    COURSE_FREQUENCIES_HZ,
+    FREQUENCIES_HZ,
+    MAPS,
+    RATIOS,
+    SEAT_RATIOS,
+    SEATS,
+    SWAYS,
+)
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
 from cps_envs.rogue.config import PAPER
+from cps_envs.rogue.controllers import FRONT, LINEAR, REAR
+from cps_envs.rogue.problem import ROGUE
 
 LINE = {  # specification 2, by gap in m
     4.5: (0.110, 0.158, 0.196, 0.227, 0.280, 0.325, 0.364),
@@ -129,6 +148,7 @@ def make_course(damage, human_from=None):
         speed_mps=np.zeros((count, 5)),
         acceleration_mps2=np.zeros((count, 5)),
         reference_m=36.0 + 25.0 * np.arange(count),
+        growth_m=np.zeros((count, 5)),
         alarm=np.zeros((count, 5), int),
         human=humans,
         pair_damage=pairs,
@@ -276,3 +296,97 @@ def test_the_configuration_is_as_selected_as_the_specification_says():
     assert highest["n_3 = 0.25"]["disband_7"] == pytest.approx(2449, rel=0.02)
     assert highest["ratios to 2"]["disband_4"] == pytest.approx(3080, rel=0.02)
     assert highest["ratios to 2"]["sliding_detection"] == pytest.approx(3087, rel=0.02)
+
+
+def test_other_seats_are_other_maps_and_the_paper_s_seat_is_the_paper_s_map():
+    assert seat_overrides(5, 3) == ()
+    for num_vehicles, seats in SEATS.items():
+        for seat in seats:
+            (row, *_) = map_rows("pd", "solid", SEAT_RATIOS, seat_overrides(num_vehicles, seat))
+            config = ROGUE.config("paper", dict(row.overrides))  # does not raise: the step is stable
+            assert (config.num_vehicles, config.attacker_index) == (num_vehicles, seat)
+    assert set(map_rows("pd", "pass", SEAT_RATIOS, seat_overrides(5, 3))) <= set(map_rows("pd", "pass"))
+    assert all(seat < num_vehicles for num_vehicles, seats in SEATS.items() for seat in seats)
+    assert set(SEATS[5]) == {1, 2, 3, 4}  # every seat but the leader's
+
+
+def test_the_swaying_ride_is_the_preset():
+    assert swaying_ride("gains").config == ROGUE.config("oscillation", {})
+
+
+def test_reversing_the_sign_of_k_d_makes_the_platoon_sway_until_it_crashes():
+    """(5.15) damps the kick of one second; with k_d of -3 the last vehicle swings wider, and there is a contact."""
+    obedient, swaying = (swaying_ride(attacker).run() for attacker in SWAYS)
+    gaps = [course.separation_m[:, 0] for course in (obedient, swaying)]
+    early, late = (
+        gap[course.at(10.0) : course.at(50.0)] for gap, course in zip(gaps, (obedient, swaying), strict=True)
+    )
+    assert obedient.final_damage == 0.0 < swaying.final_damage
+    assert np.ptp(late) > 5 * np.ptp(early)
+    speeds = swaying.speed_mps[:, 1] - swaying.speed_mps.mean()
+    assert np.sum(np.diff(np.sign(speeds)) != 0) >= 6  # at least three periods: oscillation, not one push
+    assert np.allclose(obedient.speed_mps[-1], 25.0, atol=1.0)
+
+
+def test_the_attacker_drives_by_its_gains():
+    """After the kick the effort is that of (5.15) with the given gains, from the sensors of a vehicle in the middle."""
+    config = ROGUE.config("paper", {"duration_s": 6.0})
+    seen: list[tuple[float, float]] = []
+
+    def look(game):
+        x, v = game.state.position[0], game.state.speed[0]
+        e = (x[3] - x[2] - 9.0) + (x[1] - x[2] + 9.0)
+        wanted = 2.0 * e - 0.5 * ((v[3] - v[2]) + (v[1] - v[2]))
+        seen.append((float(np.clip((wanted + 0.1 * v[2]) / 5.0, -1.0, 1.0)), float(game.state.held_effort[0])))
+
+    attacker = "gains?proportional=2&derivative=-0.5&kick_s=1"
+    play_episodes(ROGUE, config, {"attacker": attacker, "defender": "pd"}, [0], on_step=look)
+    efforts = [held for _, held in seen[1:]]
+    assert efforts[:10] == pytest.approx([1.0] * 10)  # the kick
+    asked = [wanted for wanted, _ in seen[10:-1]]
+    assert efforts[10:] == pytest.approx(asked, abs=1e-4)  # decided from what was there before the step
+    with pytest.raises(ConfigurationError, match="kick_s = -1"):
+        ROGUE.match(config, 1, {"attacker": "gains?kick_s=-1"})
+
+
+def test_linear_detection_is_linear_until_the_alarm_and_then_follows_its_side():
+    config = ROGUE.config("paper", {"duration_s": 30.0, "contact": "solid", "power_ratio": 1.3})
+    laws, alarms = [], []
+
+    def look(game):
+        laws.append(game.state.controller[0].copy())
+        alarms.append(game.state.alarm[0].copy())
+
+    play_episodes(ROGUE, config, {"attacker": "square", "defender": "pd_detection"}, [0], on_step=look)
+    intact = [0, 1, 3, 4]
+    assert np.any(alarms[-1][intact] != 0)
+    for law, alarm in zip(laws[1:], alarms[:-1], strict=True):  # the alarm that was there at the decision
+        expected = np.select([alarm > 0, alarm < 0], [FRONT, REAR], LINEAR)
+        assert law[intact].tolist() == expected[intact].tolist()
+
+
+def circling(position_m, speed_mps):
+    """A vehicle ahead of the attacker with these errors on its rear side, which it blames from the second moment on."""
+    course = make_course([0] * len(position_m))
+    places, speeds = course.position_m.copy(), course.speed_mps.copy()
+    places[:, 3] = places[:, 2] + 9.0 + 1.0 - np.array(position_m)
+    speeds[:, 3] = speeds[:, 2] - np.array(speed_mps)
+    alarm, growth = course.alarm.copy(), course.growth_m.copy()
+    alarm[1:, 3], growth[:, 3] = -1, 1.0
+    return replace(course, position_m=places, speed_mps=speeds, alarm=alarm, growth_m=growth)
+
+
+def test_errors_are_those_of_followers_to_their_grown_separation():
+    course = circling([0.0, 0.5, 4.0, 6.0, 7.0, 20.0], [0.0, 0.0, 1.0, 0.0, 1.0, 0.0])
+    (errors,) = followers(course)
+    assert errors.vehicle == 3
+    assert errors.position_m == pytest.approx([0.5, 4.0, 6.0, 7.0, 20.0])
+    assert errors.speed_mps == pytest.approx([0.0, 1.0, 0.0, 1.0, 0.0])
+    assert radii_m(PAPER) == pytest.approx([0.9, 4.5, 6.75, 9.0])
+    assert shares_of_rings(errors, PAPER) == pytest.approx([0.2] * 5)
+
+
+def test_the_authority_matters_only_where_the_actuator_can_tell():
+    on_surface, near, far = (0.0, 0.0), (0.0, 0.003), (0.0, 1.0)
+    (errors,) = followers(circling([0.0, *(e for e, _ in (on_surface, near, far))], [0.0, 0.0, 0.003, 1.0]))
+    assert affected(errors, PAPER).tolist() == [False, True, False]  # s = 0 asks for nothing; s = 1 saturates all

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import product
+
+import numpy as np
 
 from baselines.reproduction.block import Block
+from baselines.rogue.reproduction.circles import affected, followers, radii_m, shares_of_rings
 from baselines.rogue.reproduction.claims import RULES
 from baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
 from baselines.rogue.reproduction.evaluation import FindingsByContact
-from baselines.rogue.reproduction.evidence import Evidence
+from baselines.rogue.reproduction.evidence import Evidence, seat_overrides, swaying_ride
 from baselines.rogue.reproduction.fit import ORDERINGS, Maps, Variant
 from baselines.rogue.reproduction.headroom import DUTIES, DUTY_HZ, HeadRoom
+from baselines.rogue.reproduction.parts import CIRCLED
 from baselines.rogue.reproduction.settings import (
     CONTACTS,
     COURSE_FREQUENCIES_HZ,
     FREQUENCIES_HZ,
     MAPS,
     RATIOS,
+    SEAT_RATIOS,
+    SEATED,
+    SEATS,
     STEADY_HZ,
+    SWAYS,
     TITLES,
 )
 from cps_envs.rogue.config import PAPER
@@ -67,6 +76,72 @@ def maps_block(evidence: Evidence) -> Block:
     )
     notes = ("The paper prints colours without a scale and no number, so what it says is checked claim by claim.", axes)
     return Block("Figs. 5.6 to 5.11: total damage", columns, rows, 2, notes)
+
+
+def sway_block(evidence: Evidence) -> Block:
+    """Fig. 5.2 in numbers."""
+    columns = ("attacker", "first contact, s", "its closing speed, m/s", "fastest then, m/s", "D, m/s", "least gap, m")
+    rows = []
+    for attacker in SWAYS:
+        course = evidence[swaying_ride(attacker)]
+        hits = np.flatnonzero(course.damage > 0)
+        first = int(hits[0]) if len(hits) else None
+        gap_m = float(course.separation_m.min()) - course.config.vehicle_length_m
+        rows.append(
+            (
+                f"`{attacker}`",
+                DASH if first is None else f"{course.time_s[first]:.1f}",
+                DASH if first is None else f"{course.damage[first]:.1f}",
+                DASH if first is None else f"{course.speed_mps[first - 1].max():.1f}",
+                f"{course.final_damage:.1f}",
+                f"{gap_m:.1f}",
+            )
+        )
+    notes = (
+        "Preset oscillation: ten vehicles by the linear law (5.15), the attacker at the rear, solid bodies. After one "
+        "second at full effort it drives by (5.15) too: with the platoon's gains, or with the sign of k_d reversed.",
+        "The paper names neither the gains nor the platoon of this figure, which is from an earlier study.",
+    )
+    return Block("Fig. 5.2: an attacker that changes its gains", columns, rows, 1, notes)
+
+
+def circles_block(evidence: Evidence) -> Block:
+    """Fig. 5.4 in numbers."""
+    radii = radii_m(PAPER)
+    rings = (f"below {radii[0]:g} m", *(f"to {radius:g} m" for radius in radii[1:]), "beyond")
+    columns = ("vehicle", "f, Hz", *rings, "a_m matters")
+    rows = []
+    for frequency_hz in COURSE_FREQUENCIES_HZ:
+        course = evidence.course(CIRCLED, frequency_hz)
+        for errors in followers(course):
+            shares = shares_of_rings(errors, course.config)
+            matters = float(affected(errors, course.config).mean())
+            cells = (f"{errors.vehicle + 1}", f"{frequency_hz:g}", *(f"{share:.0%}" for share in shares))
+            rows.append((*cells, f"{matters:.1%}"))
+    notes = (
+        f"{TITLES[CIRCLED]}, contact pass, equal power: the vehicles next to the attacker, from their alarm until "
+        "human drivers take over; 1 m/s counts as 1 m. Errors to the separation that has grown.",
+        "a_m matters: share of the time in which n_3 a_max and a_max lead to different efforts.",
+    )
+    return Block("Fig. 5.4: how long the errors are in which circle", columns, rows, 2, notes)
+
+
+def seats_block(evidence: Evidence) -> Block:
+    """The maps of other seats and platoons in numbers."""
+    columns = ("vehicles", "seat", "", "pass: maximum", "mean, m", "solid: maximum", "mean, m/s")
+    rows = []
+    for num_vehicles, seats in SEATS.items():
+        for seat, name in product(seats, SEATED):
+            overrides = seat_overrides(num_vehicles, seat)
+            maps = [evidence.under(contact).map(name, SEAT_RATIOS, overrides) for contact in CONTACTS]
+            numbers = [text for each in maps for text in (f"{each.highest:.1f}", f"{each.mean:.1f}")]
+            rows.append((str(num_vehicles), str(seat), TITLES[name], *numbers))
+    breaks = [k for k in range(len(rows) - 1) if rows[k][:2] != rows[k + 1][:2]]
+    notes = (
+        f"Seat 1 is the rear. {len(FREQUENCIES_HZ)} frequencies, power ratios "
+        f"{', '.join(f'{ratio:g}' for ratio in SEAT_RATIOS)}; the paper's attacker has seat 3 of 5.",
+    )
+    return Block("The attacker in other seats", columns, rows, 3, notes, breaks)
 
 
 def line_block() -> Block:

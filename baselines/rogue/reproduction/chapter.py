@@ -10,7 +10,8 @@ from typing import Any
 from baselines.reproduction.block import Block
 from baselines.reproduction.evidence import Report, compute
 from baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
-from baselines.rogue.reproduction import blocks, document, plot_courses, plot_maps
+from baselines.reproduction.tally import Tally, tally_claims
+from baselines.rogue.reproduction import blocks, document, plot_courses, plot_errors, plot_maps
 from baselines.rogue.reproduction.evaluation import FindingsByContact, evaluate, judging
 from baselines.rogue.reproduction.evidence import Evidence
 from baselines.rogue.reproduction.fit import FURTHER, OWN, Maps, Variant, fits
@@ -63,9 +64,16 @@ class Reproduction:
         """Whether our damages are those of the reference; claims that do not hold do not count."""
         return all(each.passed for each in self.checks)
 
+    def tallies(self) -> list[Tally]:
+        """How many claims are reproduced, with each contact."""
+        return [tally_claims(f"contact {contact}", found) for contact, found in self.findings.items()]
+
     def blocks(self) -> list[Block]:
         """Tables for readers."""
         makers: dict[str, Callable[[], list[Block]]] = {
+            "5.2": lambda: [blocks.sway_block(self.evidence)],
+            "5.4": lambda: [blocks.circles_block(self.evidence)],
+            "seats": lambda: [blocks.seats_block(self.evidence)],
             **{
                 number: lambda number=number: [blocks.courses_block(self.evidence, number, COURSES[number])]  # type: ignore[misc]
                 for number in COURSES
@@ -91,6 +99,9 @@ class Reproduction:
     def document(self) -> dict[str, Any]:
         """Plain data for JSON."""
         makers: dict[str, Callable[[], Any]] = {
+            "5.2": lambda: document.sways_document(self.evidence),
+            "5.4": lambda: document.circles_document(self.evidence),
+            "seats": lambda: document.seats_document(self.evidence),
             **{
                 number: lambda number=number: document.courses_document(self.evidence, COURSES[number])  # type: ignore[misc]
                 for number in COURSES
@@ -115,6 +126,10 @@ class Reproduction:
         Raises:
             MissingExtraError: matplotlib is not installed.
         """
+        if "5.2" in self.parts:
+            yield "figure_5_2", plot_errors.draw_sways(self.evidence)
+        if "5.4" in self.parts:
+            yield "figure_5_4", plot_errors.draw_circles(self.evidence)
         for number, defenders in COURSES.items():
             if number in self.parts:
                 yield f"figure_{number.replace('.', '_')}", plot_courses.draw(self.evidence, number, defenders)

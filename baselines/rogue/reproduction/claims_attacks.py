@@ -19,7 +19,8 @@ HARMLESS_SHARE = 0.05  # of the damage, that may come after the disbanding
 @CLAIMS.judges("R01")
 def earlier_work(evidence: Evidence, claim: Claim) -> Finding:
     """Fig. 5.2 is from earlier work with another platoon."""
-    return Finding(None, "cannot be checked: the model and the gains of the earlier work are not in the text", UNKNOWN)
+    shown = "cannot be checked: the gains of the earlier work are not in the text; part 5.2 takes gains of our choice"
+    return Finding(None, shown, UNKNOWN)
 
 
 @CLAIMS.judges("R17")

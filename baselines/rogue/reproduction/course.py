@@ -23,6 +23,7 @@ class Course:
     speed_mps: FloatArray  # (T, n)
     acceleration_mps2: FloatArray  # (T, n)
     reference_m: FloatArray  # (T,) where the leader ought to be
+    growth_m: FloatArray  # (T, n) separation set-points minus sigma
     alarm: IntArray  # (T, n)
     human: BoolArray  # (T, n)
     pair_damage: FloatArray  # (T, n - 1)
@@ -80,6 +81,7 @@ def course_of(config: RogueConfig, scenes: Sequence[Scene]) -> Course:
         speed_mps=np.stack([scene.speed for scene in scenes]),
         acceleration_mps2=np.stack([scene.acceleration for scene in scenes]),
         reference_m=np.array([scene.reference_m for scene in scenes]),
+        growth_m=np.stack([scene.growth for scene in scenes]),
         alarm=np.stack([scene.alarm for scene in scenes]),
         human=np.array([[law == "human" for law in scene.law] for scene in scenes]),
         pair_damage=np.stack([scene.damage for scene in scenes]),

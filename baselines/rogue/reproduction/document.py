@@ -7,13 +7,25 @@ from dataclasses import asdict
 from typing import Any
 
 from baselines.reproduction.findings import findings_document
+from baselines.rogue.reproduction.circles import affected, followers, shares_of_rings
 from baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
 from baselines.rogue.reproduction.evaluation import FindingsByContact
-from baselines.rogue.reproduction.evidence import Evidence
+from baselines.rogue.reproduction.evidence import Evidence, seat_overrides, swaying_ride
 from baselines.rogue.reproduction.fit import ORDERINGS, Maps, Variant
 from baselines.rogue.reproduction.headroom import HeadRoom
+from baselines.rogue.reproduction.parts import CIRCLED
 from baselines.rogue.reproduction.reference import Check
-from baselines.rogue.reproduction.settings import CONTACTS, COURSE_FREQUENCIES_HZ, MAPS, RATIOS
+from baselines.rogue.reproduction.settings import (
+    CONTACTS,
+    COURSE_FREQUENCIES_HZ,
+    FREQUENCIES_HZ,
+    MAPS,
+    RATIOS,
+    SEAT_RATIOS,
+    SEATED,
+    SEATS,
+    SWAYS,
+)
 from cps_envs.rogue.config import PAPER
 
 
@@ -34,6 +46,52 @@ def courses_document(evidence: Evidence, defenders: Sequence[str]) -> list[dict[
                 }
             )
     return rows
+
+
+def sways_document(evidence: Evidence) -> list[dict[str, Any]]:
+    """The courses of Fig. 5.2: places relative to those on the reference, and the damage, decision by decision."""
+    rides = [(attacker, evidence[swaying_ride(attacker)]) for attacker in SWAYS]
+    return [
+        {"attacker": attacker, "ahead_m": (-course.behind_m).tolist(), "damage": course.damage.tolist()}
+        for attacker, course in rides
+    ]
+
+
+def circles_document(evidence: Evidence) -> list[dict[str, Any]]:
+    """Shares of the time in the circles of Fig. 5.4, and in which a_m matters."""
+    courses = [(each, evidence.course(CIRCLED, each)) for each in COURSE_FREQUENCIES_HZ]
+    return [
+        {
+            "frequency_hz": frequency_hz,
+            "vehicle": errors.vehicle + 1,
+            "shares": shares_of_rings(errors, course.config).tolist(),
+            "affected": float(affected(errors, course.config).mean()),
+        }
+        for frequency_hz, course in courses
+        for errors in followers(course)
+    ]
+
+
+def seats_document(evidence: Evidence) -> list[dict[str, Any]]:
+    """Every cell of the maps of other seats."""
+    return [
+        {
+            "num_vehicles": num_vehicles,
+            "seat": seat,
+            "defender": name,
+            "contact": contact,
+            "unit": unit,
+            "ratios": list(SEAT_RATIOS),
+            "frequencies_hz": list(FREQUENCIES_HZ),
+            "damage": evidence.under(contact)
+            .map(name, SEAT_RATIOS, seat_overrides(num_vehicles, seat))
+            .damage.tolist(),
+        }
+        for num_vehicles, seats in SEATS.items()
+        for seat in seats
+        for name in SEATED
+        for contact, unit in CONTACTS.items()
+    ]
 
 
 def maps_document(evidence: Evidence) -> dict[str, Any]:

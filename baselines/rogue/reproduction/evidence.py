@@ -12,7 +12,8 @@ from baselines.reproduction.evidence import Experiment
 from baselines.rogue.reproduction.course import Course
 from baselines.rogue.reproduction.experiments import FULL_THROTTLE, Overrides, Ride, Waves, square_waves
 from baselines.rogue.reproduction.heat_map import HeatMap
-from baselines.rogue.reproduction.settings import FREQUENCIES_HZ, LEARNING_S, PASS, RATIOS, STEADY_HZ
+from baselines.rogue.reproduction.settings import FINE_S, FREQUENCIES_HZ, LEARNING_S, PASS, RATIOS, STEADY_HZ
+from cps_envs.rogue.config import OSCILLATION, PAPER
 
 
 class Evidence(shared.Evidence):
@@ -63,6 +64,19 @@ def square_ride(
 def calm_ride(defender: str, contact: str) -> Ride:
     """The same platoon without an attack, with its course."""
     return Ride("none", defender, contact=contact)
+
+
+def seat_overrides(num_vehicles: int, seat: int) -> Overrides:
+    """Another platoon than that of the maps, or another seat; none for theirs. Longer rows need a finer step."""
+    if (num_vehicles, seat) == (PAPER.num_vehicles, PAPER.attacker_index):
+        return ()
+    return ("num_vehicles", num_vehicles), ("attacker_index", seat), ("dt_s", FINE_S)
+
+
+def swaying_ride(attacker: str) -> Ride:
+    """An attacker that drives by (5.15) with some gains, in preset `oscillation`, against the linear law."""
+    overrides = tuple((name, getattr(OSCILLATION, name)) for name in ("num_vehicles", "attacker_index", "dt_s"))
+    return Ride(attacker, "pd", contact=OSCILLATION.contact, duration_s=OSCILLATION.duration_s, overrides=overrides)
 
 
 def steady_waves(defender: str, contact: str, power_ratio: float = 1.0) -> Waves:

@@ -65,6 +65,7 @@ FURTHER = (
     Variant("F- = -0.5", overrides=(("min_effort", -0.5),)),
     Variant("F- = 0", overrides=(("min_effort", 0.0),)),
     Variant("n_3 = 0.25", overrides=SHARE),
+    Variant("l_2 = 600 as the threshold", overrides=(("alarm_threshold", 600.0),)),
     Variant("ratios to 2", ratios=WIDE_RATIOS),
     Variant("n_3 = 0.25, ratios to 2", ratios=WIDE_RATIOS, overrides=SHARE),
 )

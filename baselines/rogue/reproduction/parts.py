@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from itertools import product
 from typing import Any
 
 from baselines.reproduction.evidence import Experiment
 from baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
-from baselines.rogue.reproduction.evidence import calm_ride, map_rows, searched_ride, square_ride, steady_waves
+from baselines.rogue.reproduction.evidence import (
+    calm_ride,
+    map_rows,
+    searched_ride,
+    seat_overrides,
+    square_ride,
+    steady_waves,
+    swaying_ride,
+)
 from baselines.rogue.reproduction.fit import FURTHER
 from baselines.rogue.reproduction.headroom import head_room_experiments
 from baselines.rogue.reproduction.reference import references
@@ -18,18 +27,26 @@ from baselines.rogue.reproduction.settings import (
     FREQUENCIES_HZ,
     MAPS,
     PASS,
+    SEAT_RATIOS,
+    SEATED,
+    SEATS,
+    SWAYS,
 )
 from cps_envs.core.errors import ConfigurationError, near
 
 PARTS = {
+    "5.2": "Fig. 5.2: an attacker at the rear of ten vehicles that changes the gains of its controller",
     "5.3": "Fig. 5.3: the sliding mode without and with detection, at equal power",
+    "5.4": "Fig. 5.4: the circles of the modified sliding mode, and where the errors are",
     "5.5": "Fig. 5.5: disbanding at +2 m, at equal power",
     "maps": "Figs. 5.6 to 5.11: damage over frequency and power",
+    "seats": "such maps for every seat of the attacker and platoons of ten; beside them detection over the linear law",
     "claims": "everything that the text claims, one by one",
     "fit": "how selected the configuration is",
     "headroom": "what square waves and searched attackers can do in the learning problem",
 }
-LONG = ("fit", "headroom")  # left out by --quick
+LONG = ("seats", "fit", "headroom")  # left out by --quick
+CIRCLED = "disband_7"  # whose errors Fig. 5.4 shows
 COURSES = {"5.3": ("sliding", "sliding_detection"), "5.5": ("disband_2",)}
 
 
@@ -53,6 +70,12 @@ def needed(parts: Sequence[str]) -> list[Experiment[Any]]:
     for part, defenders in COURSES.items():
         if part in parts:
             todo += [square_ride(name, each, PASS) for name in defenders for each in COURSE_FREQUENCIES_HZ]
+    if "5.2" in parts:
+        todo += [swaying_ride(attacker) for attacker in SWAYS]
+    if "5.4" in parts:
+        todo += [square_ride(CIRCLED, each, PASS) for each in COURSE_FREQUENCIES_HZ]
+    if "seats" in parts:
+        todo += _seats()
     if {"maps", "fit"} & set(parts):
         todo += _maps()
     if "claims" in parts:
@@ -71,6 +94,15 @@ def behind_claims() -> list[Experiment[Any]]:
 
 def _maps() -> list[Experiment[Any]]:
     return [row for contact in CONTACTS for name in MAPS.values() for row in map_rows(name, contact)]
+
+
+def _seats() -> list[Experiment[Any]]:
+    return [
+        row
+        for num_vehicles, seats in SEATS.items()
+        for contact, seat, name in product(CONTACTS, seats, SEATED)
+        for row in map_rows(name, contact, SEAT_RATIOS, seat_overrides(num_vehicles, seat))
+    ]
 
 
 def _claimed(contact: str) -> list[Experiment[Any]]:

@@ -1,0 +1,125 @@
+"""`cps-envs double-oracle`: the value of the rogue game between fixed laws and searched attackers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from agents.console import err, make_table, out, print_json
+
+if TYPE_CHECKING:
+    from agents.league.double_oracle import Round, Row
+    from baselines.rogue.fixed_game import FixedGame
+
+LEAST_SHARE = 0.05  # of a defender that the table names
+
+
+def double_oracle(
+    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. 1 and 1.3.")] = None,
+    weight: Annotated[float, typer.Option(min=0, help="Of the formation cost beside the damage, m/s2.")] = 0.5,
+    rounds: Annotated[int, typer.Option(min=1, help="In all; a file that has fewer goes on.")] = 8,
+    seed: Annotated[int, typer.Option(min=0, help="Of the searches.")] = 0,
+    to: Annotated[Path, typer.Option("--out", help="File with every attack; a later call goes on.")] = Path(
+        "double-oracle.json"
+    ),
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Solve the rogue game between all fixed laws and switching attackers.
+
+    The defender mixes 504 fixed choices: a law for each of the four intact
+    vehicles, or detection. Each round solves the matrix game, searches a
+    switching attack on the defender's mixture, and adds it. The value is a
+    lower bound: the last response says how far it may still rise.
+    """
+    from agents.files import write_json
+    from agents.league.double_oracle import play_rounds
+    from agents.progress import Progress
+    from baselines.rogue.fixed_game import FixedGame
+    from cps_envs.core.errors import require
+
+    require("cma", extra="baselines", purpose="searching attacks")
+    games = [FixedGame(each, weight, seed=seed) for each in ratio or (1.0, 1.3)]
+    kept = {_key(game): rows for game, rows in _read(to)}
+    found: list[dict[str, Any]] = []
+    with Progress("rounds", rounds * len(games)) as progress:
+        for game in games:
+            rows, done = kept.setdefault(_key(game), []), list["Round"]()
+            for each in play_rounds(game, rows, rounds):
+                done.append(each)
+                progress.update(len(found) * rounds + len(done), f"ratio {game.power_ratio:g}: {each.value:.1f} m/s")
+                write_json(to, {"games": [_stored(key, rows) for key, rows in kept.items()]})
+            found.append(_document(game, done))
+    if as_json:
+        print_json(found)
+    else:
+        for game, solved in zip(games, found, strict=True):
+            _show(game, solved)
+    err().print(f"Written: {to}", soft_wrap=True)
+
+
+def _key(game: FixedGame) -> str:
+    return json.dumps(asdict(game), sort_keys=True)
+
+
+def _stored(key: str, rows: Sequence[Row]) -> dict[str, Any]:
+    plain = [{"attack": row.attack.tolist(), "paid": [round(float(each), 3) for each in row.paid]} for row in rows]
+    return {"game": json.loads(key), "rows": plain}
+
+
+def _read(path: Path) -> list[tuple[FixedGame, list[Row]]]:
+    """What an earlier call has found.
+
+    Raises:
+        CommandError: the file is something else.
+    """
+    import numpy as np
+
+    from agents.errors import CommandError
+    from agents.league.double_oracle import Row
+    from baselines.rogue.fixed_game import DEFENDERS, FixedGame
+
+    if not path.is_file():
+        return []
+    try:
+        games = json.loads(path.read_text(encoding="utf-8"))["games"]
+        found = [
+            (FixedGame(**each["game"]), [Row(np.array(row["attack"]), np.array(row["paid"])) for row in each["rows"]])
+            for each in games
+        ]
+    except (ValueError, KeyError, TypeError) as error:
+        raise CommandError(f"{path} holds no double oracle: choose another --out, or delete it") from error
+    if any(len(row.paid) != len(DEFENDERS) for _, rows in found for row in rows):
+        raise CommandError(f"{path} is of other defenders: choose another --out, or delete it")
+    return found
+
+
+def _document(game: FixedGame, rounds: Sequence[Round]) -> dict[str, Any]:
+    from baselines.rogue.fixed_game import DEFENDERS
+
+    last = rounds[-1]
+    return {
+        "game": asdict(game),
+        "value": last.value,
+        "response": last.response,
+        "least": last.least,
+        "defender": {
+            name: float(share) for name, share in zip(DEFENDERS, last.defender, strict=True) if share > LEAST_SHARE
+        },
+        "rounds": [{"value": each.value, "response": each.response, "least": each.least} for each in rounds],
+    }
+
+
+def _show(game: FixedGame, found: dict[str, Any]) -> None:
+    title = f"Power ratio {game.power_ratio:g}, {game.weight_mps2:g} m/s2 of formation cost, m/s"
+    rows = [
+        [str(number), *(f"{each[name]:.1f}" for name in ("value", "response", "least"))]
+        for number, each in enumerate(found["rounds"], 1)
+    ]
+    out().print(make_table(title, ("round", "value", "next response", "best single defender"), rows))
+    shares = ", ".join(f"{name} {share:.0%}" for name, share in found["defender"].items())
+    out().print(f"The defender plays {shares}", markup=False, soft_wrap=True)
