@@ -70,7 +70,8 @@ def test_golden(name: str, case: str, request: pytest.FixtureRequest) -> None:
     assert {key: found[key] for key in exact} == {key: expected[key] for key in exact}
     np.testing.assert_allclose(found["paid"], expected["paid"], rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(found["observations"], expected["observations"], rtol=0, atol=2e-5)
-    assert found["metrics"] == pytest.approx(expected["metrics"], rel=1e-6, abs=1e-6)
+    known = {name: found["metrics"][name] for name in expected["metrics"]}  # a version may tell more than it did
+    assert known == pytest.approx(expected["metrics"], rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

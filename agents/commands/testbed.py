@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cps_envs.core.types import Role
 
 DEFENDER = (
-    "Any defender of the disbanding problem: a name from `cps-envs list`, name?option=value, or module:attribute."
+    "Any defender of the disbanding problem: a name from `cps-envs list`, name?option=value; also module:attribute."
 )
 PERIOD = "The paper's mitigation with this t_s in s, in place of --defender; the paper has 0.5 and 1."
 ATTACKER = "Any attacker of the disbanding problem; the leading platoon at 20 s if left out."

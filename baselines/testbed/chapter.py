@@ -14,6 +14,7 @@ from baselines.reproduction.claims import Claim, Finding
 from baselines.reproduction.evidence import Report, compute
 from baselines.reproduction.findings import findings_document, findings_summary
 from baselines.reproduction.regression import NO_SUPPORT
+from baselines.reproduction.tally import Tally, tally_claims
 from baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE
 from baselines.testbed.blocks import cases_block, claims_block, printed_errors, seeds_block
 from baselines.testbed.cases import BASE, CASES, LONG_S, Case
@@ -50,6 +51,10 @@ class Reproduction:
     def passed(self) -> bool:
         """Whether the three E_v lie within the reference's spread, and in its order in enough seeds."""
         return all(each.passed for each in self.checks) and self.results.in_order
+
+    def tallies(self) -> list[Tally]:
+        """How many claims are reproduced."""
+        return [tally_claims("simulated robots", self.findings)]
 
     def blocks(self) -> list[Block]:
         """Tables for readers."""

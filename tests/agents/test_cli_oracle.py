@@ -127,3 +127,44 @@ def test_episodes_with_drawn_starts_are_kept_and_not_done_again(tmp_path: Path) 
     result = invoke(*short, "--set", "gap_spread_m=0.1", "--episodes", "1", "--out", str(path))
     assert result.exit_code != 0
     assert "another configuration" in result.stderr
+
+
+def evaluate(*arguments: str) -> Any:
+    return CliRunner().invoke(app, ["evaluate", "fdi", "attacker", *arguments, "--jobs", "1"])
+
+
+def test_policies_are_measured_by_the_optimum_of_each_episode(tmp_path: Path) -> None:
+    path = tmp_path / "episodes.json"
+    short = ("--preset", "drawn", "--set", "horizon=22", "--set", "tasks=v4>4", "--episodes", "4")
+    invoke(*short, "--time-limit", "1", "--jobs", "1", "--out", str(path))
+    rows = json.loads(path.read_text())["episodes"]
+    rows["2"].update(value_mps=None, bound_mps=0.0, status="infeasible")  # nothing to have a share of
+    path.write_text(json.dumps({**json.loads(path.read_text()), "episodes": rows}))
+    policies = ("--policy", "bang_bang", "--baseline", "none", "--json")
+    paid, share, of_value = (
+        json.loads(evaluate(*short, *policies, *more).stdout)["standings"][0]["values"][0]
+        for more in ((), ("--certified", str(path)), ("--certified", str(path), "--per", "oracle_value_mps"))
+    )
+    kept = (0, 1, 3)
+    assert any(paid[seed] > 0 for seed in kept)
+    assert share == pytest.approx([paid[seed] / rows[str(seed)]["bound_mps"] for seed in kept])
+    assert of_value == pytest.approx([paid[seed] / rows[str(seed)]["value_mps"] for seed in kept])
+    assert max(share) <= 1 + 1e-5
+    result = evaluate(*short, "--policy", "bang_bang", "--certified", str(path))
+    proved = sum(row["status"] == "proved" for row in rows.values())
+    assert f"4 episodes, 3 with a known attack, of which {proved} are proved" in " ".join(result.stderr.split())
+
+
+def test_certificates_that_do_not_fit_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "episodes.json"
+    short = ("--preset", "drawn", "--set", "horizon=20", "--set", "tasks=v4>4", "--policy", "bang_bang")
+    certified = ("--certified", str(path))
+    invoke(*short[:6], "--episodes", "1", "--time-limit", "1", "--jobs", "1", "--out", str(path))
+    for arguments, remedy in (
+        ((*short, "--episodes", "3"), "lacks 2 of 3 episodes"),
+        ((*short, "--episodes", "1", "--set", "gap_spread_m=0.1"), "another configuration"),
+        ((*short, "--episodes", "1", "--opponent", "model"), "without a defender"),
+    ):
+        result = evaluate(*arguments, *certified)
+        assert result.exit_code == 2
+        assert remedy in " ".join(result.stderr.split())

@@ -58,6 +58,7 @@ def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch
     [
         (("--table", "2.4"), "2.1fig"),
         (("--table", "2.2", "--interpretation", "S9"), "S0, S1, S2"),
+        (("--table", "2.2", "--recheck"), "add --table claims"),
         (("--jobs", "0"), "greater than or equal to 1"),
     ],
 )

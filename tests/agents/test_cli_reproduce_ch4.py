@@ -59,6 +59,7 @@ def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch
         (("--table", "4.9"), "4.8fig"),
         (("--table", "4.1", "--recheck"), "add --table claims"),
         (("--table", "4.7"), "4.7fig"),
+        (("--controller", "pq"), "Known: clip, qp, levels"),
         (("--jobs", "0"), "greater than or equal to 1"),
     ],
 )

@@ -8,6 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from baselines.disbanding.reproduction.chapter import reproduce_chapter as reproduce_chapter_2
+from baselines.disbanding.reproduction.recheck import CONDITIONS as OTHER_RULES
+from baselines.disbanding.reproduction.recording import Recorded as Course
+from baselines.disbanding.reproduction.scenario import Scenario as Driven
+from baselines.disbanding.reproduction.searching import Search
+from baselines.disbanding.reproduction.selection import needed as behind_chapter_2
 from baselines.hvac.reproduction.experiments import noise_free, undefended
 from baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
 from baselines.hvac.reproduction.recording import Recorded
@@ -96,6 +102,46 @@ def test_what_was_not_computed_is_not_taken_from_the_usual_results() -> None:
     with pytest.raises(NotRunError):
         evidence[Number(1.0)]
     assert Evidence(Varied(compute([Number(1.0)]), same))[Number(1.0)] == 1.0
+
+
+def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() -> None:
+    half, standing, transitional = OTHER_RULES
+    usual = Driven(((3, 1.0),), tau_s=0.5, num_platoons=3, duration_s=20.0)
+    coarse = replace(usual, interpretation="S1")
+    for scenario, step_s in ((usual, 0.005), (coarse, 0.01)):
+        (fine,) = half.experiments([scenario])
+        assert fine == replace(scenario, overrides=(("dt_s", step_s),))
+        assert fine.cost == 2.0 * scenario.cost
+    errors = {
+        name: condition.experiments([usual])[0].run().velocity_error_intact
+        for name, condition in (("half", half), ("standing", standing), ("transitional", transitional))
+    }
+    errors["usual"] = usual.run().velocity_error_intact
+    assert len(set(errors.values())) == 4
+    assert errors["half"] == pytest.approx(errors["usual"], abs=0.5)
+    assert not standing.experiments([usual])[0].run().crash
+    (course,) = half.experiments([Course(usual, 1.0)])
+    assert course == Course(replace(usual, overrides=(("dt_s", 0.005),)), 1.0)
+    assert course.run().outcome.velocity_error_intact == errors["half"]
+    every = behind_chapter_2(("claims",), "S0", quick=False, all_interpretations=False)
+    for condition in OTHER_RULES:
+        assert not set(condition.experiments(every)) & set(every)
+    with pytest.raises(TypeError, match="no claim needs"):
+        half.experiments([Search(1, 0.1)])
+
+
+@pytest.mark.slow
+def test_chapter_2_says_which_verdicts_change() -> None:
+    found = reproduce_chapter_2(("claims",), quick=True, recheck=True)
+    changed = {name for name, verdict in _verdicts(found) if found.again[1].differs(name, verdict)}
+    assert {"P27", "P29", "P39"} <= changed  # nobody collides under the standstill rule
+    assert "P21" not in changed
+    assert len([line for line in found.closing() if line.startswith("Judged again")]) == len(OTHER_RULES)
+    assert set(found.document()["again"]) == {condition.name for condition in OTHER_RULES}
+
+
+def _verdicts(found: Any) -> list[tuple[str, str]]:
+    return [(claim.id, finding.verdict) for claim, finding in found.findings]
 
 
 def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:

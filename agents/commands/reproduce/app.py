@@ -8,6 +8,7 @@ from agents.commands.reproduce.chapter_2 import chapter_2
 from agents.commands.reproduce.chapter_3 import chapter_3
 from agents.commands.reproduce.chapter_4 import chapter_4
 from agents.commands.reproduce.chapter_5 import chapter_5
+from agents.commands.reproduce.everything import everything
 from agents.commands.reproduce.testbed import section_2_5
 
 app = typer.Typer(no_args_is_help=True)
@@ -23,3 +24,4 @@ app.command("ch3")(chapter_3)
 app.command("ch4")(chapter_4)
 app.command("ch5")(chapter_5)
 app.command("testbed")(section_2_5)
+app.command("all")(everything)

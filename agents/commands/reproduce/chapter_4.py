@@ -10,6 +10,7 @@ from agents.commands.reproduce.showing import AsJson, Folder, Jobs, show
 
 PART = "Only this part: 4.1, 4.2, 4.2fig to 4.8fig, early or claims; may be repeated."
 RECHECK = "Judge the claims again over days of other seeds; takes twice as long."
+CONTROLLER = "How (4.17) keeps its limits: clip, qp or levels."
 QUICK = "Leave out Table 4.2 and eight sensors (Fig. 4.8), both with their claims, and attacks before step 200."
 
 
@@ -17,6 +18,7 @@ def chapter_4(
     table: Annotated[list[str] | None, typer.Option(metavar="PART", help=PART)] = None,
     quick: Annotated[bool, typer.Option("--quick", help=QUICK)] = False,
     recheck: Annotated[bool, typer.Option("--recheck", help=RECHECK)] = False,
+    controller: Annotated[str, typer.Option(help=CONTROLLER)] = "clip",
     jobs: Jobs = None,
     plot: Folder = None,
     as_json: AsJson = False,
@@ -27,15 +29,16 @@ def chapter_4(
     left the reference values of the specification, which means that the simulation has changed.
     """
     from baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
+    from baselines.hvac.reproduction.controllers import controller_named
     from baselines.hvac.reproduction.selection import chosen
     from baselines.reproduction.evidence import Report
     from baselines.reproduction.recheck import require_claims
 
-    parts = chosen(table or [], quick=quick)
+    parts, reading = chosen(table or [], quick=quick), controller_named(controller)
     if recheck:
         require_claims(parts, "claims", "--table")
 
     def compute(jobs: int, report: Report) -> Reproduction:
-        return reproduce_chapter(parts, jobs=jobs, quick=quick, recheck=recheck, report=report)
+        return reproduce_chapter(parts, jobs=jobs, quick=quick, recheck=recheck, controller=reading, report=report)
 
     show("chapter 4", compute, jobs=jobs, plot=plot, as_json=as_json)

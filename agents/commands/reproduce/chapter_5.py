@@ -8,9 +8,9 @@ import typer
 
 from agents.commands.reproduce.showing import AsJson, Folder, Jobs, show
 
-PART = "Only this part: 5.3, 5.5, maps, claims, fit or headroom; may be repeated."
+PART = "5.2, 5.3, 5.4, 5.5, maps, seats, claims, fit or headroom; may be repeated."
 RECHECK = "Judge the claims again at half the step and in 20 worlds: 23 times the work."
-QUICK = "Leave out fit and headroom, unless they are named."
+QUICK = "Leave out seats, fit and headroom, unless they are named."
 
 
 def chapter_5(
@@ -21,7 +21,7 @@ def chapter_5(
     plot: Folder = None,
     as_json: AsJson = False,
 ) -> None:
-    """A rogue vehicle in a platoon: Figs. 5.3 and 5.5 to 5.11, and every claim of the text, with both contacts.
+    """A rogue vehicle in a platoon: Figs. 5.2 to 5.11, and every claim of the text, with both contacts.
 
     The paper prints no damage. Its orderings come out of a selected configuration only, and the last lines say how
     selected it is. The exit code is 1 when our own damages left the reference values of the specification, which means

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+
+import gymnasium
+import pytest
+from typer.main import get_command
+
+from agents.cli import app
+from baselines.paper.items import Item, Place, items
+from cps_envs import find_problem
+from cps_envs.core.lookup import policy_names
+from cps_envs.testbed.problem import TESTBED
+
+ROOT = Path(__file__).parents[2]
+NUMBERED = {  # what the dissertation numbers in chapters 2 to 5, counted in its text
+    "Figure": [
+        *(f"2.{n}" for n in range(1, 6)),
+        "3.1",
+        "3.2",
+        *(f"4.{n}" for n in range(1, 9)),
+        *(f"5.{n}" for n in range(1, 12)),
+    ],
+    "Table": ["2.1", "2.2", "2.3", *(f"3.{n}" for n in range(1, 8)), "4.1", "4.2", "5.1"],
+    "Algorithm": ["1", "2", "3", "4"],
+}
+PARTS = {
+    "ch2": ("baselines.disbanding.reproduction.selection", "PARTS"),
+    "ch3": ("baselines.fdi.reproduction.selection", "PARTS"),
+    "ch4": ("baselines.hvac.reproduction.selection", "PARTS"),
+    "ch5": ("baselines.rogue.reproduction.parts", "PARTS"),
+}
+
+
+def problem_of(name: str) -> object:
+    return TESTBED if name == "testbed" else find_problem(name)
+
+
+def exists(place: Place) -> bool:
+    first, _, rest = place.name.partition(".")
+    if place.kind == "missing":
+        return len(place.name) > 10  # a reason
+    if place.kind == "file":
+        return (ROOT / place.name).is_file()
+    if place.kind == "command":
+        return place.name in get_command(app).commands  # type: ignore[attr-defined]
+    if place.kind == "env":
+        return f"cps_envs/{place.name}" in gymnasium.registry
+    if place.kind == "policy":
+        role, _, name = rest.partition(".")
+        return name in policy_names(first, role)  # type: ignore[arg-type]
+    if place.kind == "preset":
+        return rest in problem_of(first).presets  # type: ignore[attr-defined]
+    if place.kind == "option":
+        config = problem_of(first).presets["paper"]  # type: ignore[attr-defined]
+        return rest in {field.name for field in dataclasses.fields(config)}
+    chapter, _, part = place.name.partition(" ")
+    if chapter == "testbed":
+        return not part
+    module, name = PARTS[chapter]
+    return part in getattr(import_module(module), name)
+
+
+def numbers(item: Item) -> Iterator[tuple[str, str]]:
+    """The numbered things that an item stands for."""
+    kind = item.name.split()[0].removesuffix("s")
+    ends = re.findall(r"\d+(?:\.\d+)?", item.name)
+    known = NUMBERED.get(kind, [])
+    if known:
+        first, last = known.index(ends[0]), known.index(ends[-1])
+        yield from ((kind, number) for number in known[first : last + 1])
+
+
+@pytest.mark.parametrize("item", items(), ids=lambda item: item.name)
+def test_every_place_exists(item: Item) -> None:
+    assert [place for place in item.places if not exists(place)] == []
+
+
+def test_no_numbered_item_is_left_out_or_stands_twice() -> None:
+    listed = [each for item in items() for each in numbers(item)]
+    assert sorted(listed) == sorted((kind, number) for kind, known in NUMBERED.items() for number in known)
+
+
+def test_a_place_that_is_not_there_is_noticed() -> None:
+    for kind, name in (
+        ("file", "cps_envs/no.py"),
+        ("command", "nothing"),
+        ("env", "Nothing-v0"),
+        ("policy", "fdi.attacker.nobody"),
+        ("preset", "fdi.nothing"),
+        ("option", "fdi.nothing"),
+        ("reproduce", "ch2 9.9"),
+    ):
+        assert not exists(Place(kind, name))
