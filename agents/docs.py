@@ -1,4 +1,4 @@
-"""The generated page docs/environments.md: `python -m agents.docs` writes it, `--check` tells whether it is current."""
+"""The generated pages of docs/: `python -m agents.docs` writes them, `--check` tells whether they are current."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from typing import Any
 import gymnasium
 from gymnasium.envs.registration import load_env_creator
 
+from agents import chapters
 from agents.catalogue import PolicyEntry, pettingzoo_ids, policies
 from agents.files import write_text
 from cps_envs import PROBLEMS
@@ -21,15 +22,20 @@ from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
 from cps_envs.core.types import ROLES, Role
 
-PAGE = Path(__file__).parent.parent / "docs" / "environments.md"
+FOLDER = Path(__file__).parent.parent / "docs"
 HEAD = """# Environments
 
 <!-- Written by `make docs` from the docstrings of the environments and the policies; do not edit. -->
 """
 
 
-def render() -> str:
-    """The page."""
+def pages() -> dict[str, str]:
+    """The text of each page by its file name."""
+    return {"environments.md": environments(), "chapters.md": chapters.render()}
+
+
+def environments() -> str:
+    """The page of all environments."""
     parts = [part for problem in PROBLEMS.values() for part in chapter(problem)]
     return "\n".join([HEAD, *_contents(), *parts]).rstrip() + "\n"
 
@@ -116,21 +122,27 @@ def _policies(entries: list[PolicyEntry]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the page, or compare it; returns the exit code."""
+    """Write the pages, or compare them; returns the exit code."""
     parser = argparse.ArgumentParser(prog="python -m agents.docs", description=__doc__)
-    parser.add_argument("--check", action="store_true", help="change nothing; exit code 1 if the page is out of date")
+    parser.add_argument("--check", action="store_true", help="change nothing; exit code 1 if a page is out of date")
     options: Any = parser.parse_args(arguments)
-    page = render()
-    if not options.check:
-        write_text(PAGE, page)
-        return 0
-    written = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    if options.check:
+        old = [name for name, page in pages().items() if _is_old(FOLDER / name, page)]
+        return int(bool(old))
+    for name, page in pages().items():
+        write_text(FOLDER / name, page)
+    return 0
+
+
+def _is_old(path: Path, page: str) -> bool:
+    """Whether a file is another one than this page, and a few lines on stderr that say in what."""
+    written = path.read_text(encoding="utf-8") if path.exists() else ""
     if page == written:
-        return 0
+        return False
     difference = difflib.unified_diff(written.splitlines(), page.splitlines(), "written", "current", n=0)
     print("\n".join(list(difference)[:20]), file=sys.stderr)
-    print("docs/environments.md is out of date: run `make docs`.", file=sys.stderr)
-    return 1
+    print(f"docs/{path.name} is out of date: run `make docs`.", file=sys.stderr)
+    return True
 
 
 if __name__ == "__main__":

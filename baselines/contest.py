@@ -29,7 +29,6 @@ class Side:
     searches: tuple[Search, ...] = ()  # together they share the budget of CPU time
     margin_informed: float = 0.0  # the best informed one has to be better than every other policy by this
     margin_neutral: float = 0.0  # the best policy has to be better than doing nothing by this
-    known_failures: Mapping[str, str] = field(default_factory=dict)  # rule that does not hold for this role -> why
     left_out: Mapping[str, str] = field(default_factory=dict)  # registered policy -> why it does not play
 
 
@@ -42,6 +41,15 @@ class Column:
     over: Literal["mean", "median", "smallest", "share"] = "mean"  # the share of the episodes in which it is above 0
     form: str = "{:.2f}"
     against: str = ""  # only episodes against this attacker, such as `none`; all if empty
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Defenders without a weight: how much harm each lets through, and whether it costs no more than a reference."""
+
+    harm: Column  # a mean, over all attackers
+    cost: Column  # a mean, over all attackers
+    reference: str  # a defender; the others' costs are compared with its, episode by episode
 
 
 @dataclass(frozen=True)
@@ -70,4 +78,5 @@ class Contest:
     search_episodes: int = 16  # of each candidate of a search
     win_tolerance: float = 0.0  # a defender has won who never pays more than this above the best value without attack
     columns: tuple[Column, ...] = ()
+    constraint: Constraint | None = None
     notes: tuple[str, ...] = ()

@@ -12,10 +12,10 @@ from agents.contest.played import Effort, Played
 from agents.contest.rules import BEST_CONSTANT, NEUTRAL, TOLD, Finding, judge, shortfall
 from agents.evaluation.statistics import Estimate, estimate
 from agents.league.equilibrium import solve, value_interval
-from baselines.contest import Column
+from baselines.contest import Column, Contest
 from baselines.schedule import Entrant
 from cps_envs import find_problem
-from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
+from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 Document: TypeAlias = dict[str, Any]
 LEAST_SHARE = 0.005  # of a mixed strategy that is worth telling
@@ -42,12 +42,20 @@ def document(played: Played, effort: Effort, machine: Mapping[str, Any], wall_s:
         "columns": [asdict(column) for column in contest.columns],
         "attackers": list(_rows(played, "attacker")),
         "defenders": list(_rows(played, "defender")),
+        "constraint": _constraint(played),
         "rules": [_rule(finding) for finding in findings],
         "holds": all(finding.holds for finding in findings) if judged else None,
         "game": _game(played) if judged else None,
         "searches": list(played.searches),
-        "known_failures": {role: dict(played.side(role).known_failures) for role in ROLES},
-        "left_out": {"attacker": dict(contest.attackers.left_out), "defender": dict(contest.defenders.left_out)},
+        **remarks(contest),
+    }
+
+
+def remarks(contest: Contest) -> dict[str, Any]:
+    """What a contest says in words, whatever comes out."""
+    sides = {"attacker": contest.attackers, "defender": contest.defenders}
+    return {
+        "left_out": {role: dict(side.left_out) for role, side in sides.items()},
         "notes": list(contest.notes),
     }
 
@@ -131,6 +139,29 @@ def _row(played: Played, role: Role, entrant: Entrant, kind: str) -> dict[str, A
         paid = played.meetings[response.name, entrant.name]["return"]
         row["response"] = {"by": response.name, "reference": response.reference, **plain(estimate([paid[None]]))}
     return row
+
+
+def _constraint(played: Played) -> dict[str, Any] | None:
+    """Every defender's harm and cost over all attackers, and both beyond those of the reference, paired."""
+    rule = played.contest.constraint
+    if rule is None:
+        return None
+    entrants = [*played.rated("defender"), *played.searched]
+    sides = {"harm": rule.harm.metric, "cost": rule.cost.metric}
+    values = {
+        each.name: {side: played.values("defender", each, metric).mean(axis=0) for side, metric in sides.items()}
+        for each in entrants
+    }
+    usual = values[rule.reference]
+    rows = [
+        {
+            "name": name,
+            **{side: plain(estimate([mine[side][None]])) for side in sides},
+            **{f"{side}_beyond": plain(estimate([(mine[side] - usual[side])[None]])) for side in sides},
+        }
+        for name, mine in values.items()
+    ]
+    return {**asdict(rule), "rows": rows}
 
 
 def _meetings(played: Played, role: Role, entrant: Entrant) -> Iterator[tuple[str, float]]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from agents.contest.contest import find_contests
-from agents.contest.document import Document
+from agents.contest.document import Document, remarks
 from agents.contest.tables import as_markdown, draw, markdown, summary
 from agents.errors import CommandError
 from agents.files import write_figure, write_json, write_text
@@ -27,8 +27,9 @@ def publish(new: Sequence[Document], root: Path) -> list[Path]:
         raise CommandError(f"{page} has no line {END}: publish from the repository's folder")
     before: list[Document] = json.loads(data.read_text(encoding="utf-8")) if data.is_file() else []
     known = {_key(found): found for found in (*before, *new)}
-    declared = [(each.problem, variant.name) for each in find_contests([]) for variant in each.variants]
-    every = [known[key] for key in declared if key in known]
+    contests = find_contests([])
+    declared = [((each.problem, variant.name), each) for each in contests for variant in each.variants]
+    every = [known[key] | remarks(contest) for key, contest in declared if key in known]
     pictures = [_picture(root, found) for found in new if found["searches"]]
     write_json(data, every)
     first = "\n".join(["## All roles", "", *as_markdown(summary(every))]) + "\n"

@@ -47,6 +47,8 @@ def sheets(found: Document) -> Iterator[Sheet]:
         ("defender", f"excess over told, {unit}", *(column["title"] for column in found["columns"])),
         [_hidden(row, found["columns"]) for row in found["defenders"]],
     )
+    if found.get("constraint"):
+        yield _constrained(where, found["constraint"])
     if found["rules"]:
         yield Sheet(
             f"{where}: is it a contest?",
@@ -75,6 +77,23 @@ def _defender(row: Mapping[str, Any]) -> list[str]:
 def _hidden(row: Mapping[str, Any], columns: Sequence[Mapping[str, Any]]) -> list[str]:
     texts = [column["form"].format(value) for column, value in zip(columns, row["columns"], strict=True)]
     return [_name(row), interval(row["excess"]) if "excess" in row else NONE, *texts]
+
+
+def _constrained(where: str, rule: Mapping[str, Any]) -> Sheet:
+    """The defenders whose cost is surely not above the reference's first, each group from the least harm on."""
+    order = ("yes", "open", "no")
+    rows = sorted(rule["rows"], key=lambda row: (order.index(_within(row["cost_beyond"])), row["harm"]["mean"]))
+    beyond = f"beyond `{rule['reference']}`"
+    columns = ("defender", rule["harm"]["title"], beyond, rule["cost"]["title"], beyond, "within")
+    shown = ("harm", "harm_beyond", "cost", "cost_beyond")
+    texts = [[row["name"], *(interval(row[name]) for name in shown), _within(row["cost_beyond"])] for row in rows]
+    return Sheet(f"{where}: at no more cost than `{rule['reference']}`", columns, texts)
+
+
+def _within(beyond: Mapping[str, Any]) -> str:
+    """Whether a cost is at most that of the reference: open where the interval of the difference contains zero."""
+    low, high = (beyond["mean"] if beyond[end] is None else beyond[end] for end in ("low", "high"))
+    return "yes" if high <= 0 else "no" if low > 0 else "open"
 
 
 def _attacker(row: Mapping[str, Any]) -> list[str]:
@@ -192,13 +211,12 @@ def value_line(found: Document) -> str:
 
 
 def _notes(found: Document) -> Iterator[str]:
-    if found["game"]:
-        yield f"- {value_line(found)}"
+    """What a reader of the tables has to know; a problem's other variants share the notes of the judged one."""
+    if not found["rules"]:
+        return
+    yield f"- {value_line(found)}"
     for note in found["notes"]:
         yield f"- {note}"
-    for role, reasons in found["known_failures"].items():
-        for rule, reason in reasons.items() if found["rules"] else ():
-            yield f"- Does not hold for the {role}: {rule}. The reason: {reason}."
     for role, reasons in found["left_out"].items():
         for name, reason in reasons.items():
             yield f"- Left out: {role} `{name}`: {reason}"

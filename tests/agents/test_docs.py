@@ -14,7 +14,7 @@ def test_the_generated_page_is_current(capsys: pytest.CaptureFixture[str]) -> No
 def test_an_old_page_is_found_and_written_anew(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(docs, "PAGE", tmp_path / "environments.md")
+    monkeypatch.setattr(docs, "FOLDER", tmp_path)
     assert docs.main(["--check"]) == 1
     assert "make docs" in capsys.readouterr().err
     assert docs.main([]) == 0
@@ -22,7 +22,7 @@ def test_an_old_page_is_found_and_written_anew(
 
 
 def test_the_page_has_the_tables_of_every_role() -> None:
-    page = docs.render()
+    page = docs.environments()
     for heading in ("## DisbandingAttack", "## DisbandingDefense", "### Observation Space", "policies of the defender"):
         assert heading in page
     assert "| 0-9 | `mean_speed` |" in page

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,10 @@ from agents.results.terminal import tables
 from agents.zoo.card import read_card
 from agents.zoo.references import weights_of
 from cps_envs import PROBLEMS
+from cps_envs.core import lookup
+from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
+from cps_envs.testbed.problem import TESTBED
 from tests.agents.trained import save_tiny
 
 ROOT = Path(__file__).parents[2]
@@ -341,3 +345,15 @@ def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypat
     assert "tiny" in result.stdout
     for wrong in (["--block", "tine"], ["--publish", "--quick"], ["--publish", "--block", "tiny"]):
         assert CliRunner().invoke(app, [*command, *wrong]).exit_code == 2
+
+
+def test_what_the_blocks_name_needs_no_consent(monkeypatch: pytest.MonkeyPatch) -> None:
+    entry = EntryPoint("agents.results.robots", "agents.results.robots:find", lookup.SOURCES)
+    found = {lookup.GROUP: lookup._registered(lookup.GROUP), lookup.SOURCES: {entry.name: entry}}
+    monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: found[group])
+    monkeypatch.delenv("CPS_ENVS_TRUST")
+    spec = TESTBED.game(TESTBED.config("mitigated", {}), 1).spec("defender")
+    assert lookup.resolve_policy("agents.results.robots:mitigation?period_s=0.5", spec)
+    with pytest.raises(UnknownNameError, match="no policy of robots 'find'"):
+        lookup.resolve_policy("agents.results.robots:find", spec)
+    assert find_problem("cps_envs.testbed.problem:TESTBED") is TESTBED
