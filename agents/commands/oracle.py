@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -53,9 +53,9 @@ def oracle(
     attack found, and a bound that no attack exceeds. Each finished task is kept at once: an interrupted run goes on
     where it stopped.
     """
+    from agents.commands.oracle_episodes import certify_episodes
     from agents.files import write_text
     from agents.machine import available_cores
-    from agents.progress import Progress
     from baselines.fdi.cross import Extra
     from baselines.fdi.sweep import open_tasks, paper_tasks, sweep
     from cps_envs.fdi.optima import to_text
@@ -63,11 +63,10 @@ def oracle(
     from cps_envs.fdi.task import parse_task
 
     config = FDI.config(preset, assignments(settings or []))
+    jobs = jobs or available_cores()
     if episodes is not None:
-        from agents.commands.oracle_episodes import certify_episodes
-
         path = to or Path("results") / "oracle" / f"{preset}-episodes.json"
-        limits = {"time_limit_s": time_limit, "jobs": jobs or available_cores(), "backend": backend}
+        limits = {"time_limit_s": time_limit, "jobs": jobs, "backend": backend}
         certify_episodes(config, episodes, path, **limits, as_json=as_json)  # type: ignore[arg-type]
         return
     named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
@@ -76,27 +75,38 @@ def oracle(
     known, commands = _earlier(path, config)
     left = open_tasks(tasks, known, improve=improve)
     header = _header(commands)
-    with Progress("tasks", len(left)) as progress:
-        solved = sweep(
-            config,
-            left,
-            dict(known),
-            time_limit_s=time_limit,
-            gap=gap,
-            extra=Extra(anneal, exhaust),
-            jobs=jobs or available_cores(),
-            backend=backend,
-        )
-        for done, record in enumerate(solved, 1):
-            known[record.task] = record
-            write_text(path, to_text(header, config, known.values()))
-            progress.update(done, f"{record.task}: {record.status}")
+    solved = sweep(
+        config,
+        left,
+        dict(known),
+        time_limit_s=time_limit,
+        gap=gap,
+        extra=Extra(anneal, exhaust),
+        jobs=jobs,
+        backend=backend,
+    )
+    known = _kept(solved, len(left), known, lambda records: write_text(path, to_text(header, config, records)))
     chosen = [known[wanted] for wanted in tasks]
     if as_json:
         print_json(_document(header, config, chosen))
     else:
         _show(config, chosen)
     err().print(f"{len(left)} tasks solved, {len(chosen) - len(left)} known before: {path}", soft_wrap=True)
+
+
+def _kept(
+    solved: Iterable[Record], count: int, earlier: Records, write: Callable[[Collection[Record]], None]
+) -> Records:
+    """Every finished task, each written at once beside the earlier ones, with a line of progress."""
+    from agents.progress import Progress
+
+    records = dict(earlier)
+    with Progress("tasks", count) as progress:
+        for done, record in enumerate(solved, 1):
+            records[record.task] = record
+            write(records.values())
+            progress.update(done, f"{record.task}: {record.status}")
+    return records
 
 
 def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
