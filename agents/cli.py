@@ -29,6 +29,7 @@ from agents.commands.self_play import self_play
 from agents.commands.string_stability import string_stability
 from agents.commands.testbed import drive_robots
 from agents.commands.train import train
+from agents.commands.tune import tune
 from agents.commands.warm import warm
 from agents.commands.zoo import app as zoo
 from agents.console import err
@@ -106,6 +107,7 @@ app.add_typer(reproduce, name="reproduce")
 app.command("string-stability")(string_stability)
 app.command("testbed")(drive_robots)
 app.command("train")(train)
+app.command("tune")(tune)
 app.add_typer(zoo, name="zoo")
 app.command("dataset")(dataset)
 app.command("evaluate")(evaluate)

@@ -21,7 +21,7 @@ class Progress:
         self.title, self.total = title, total
         self._console = err()
         self._bar: Bar | None = None
-        self._done = 0
+        self._shown = (0, "")  # what the last line, or the start, said
         self._started = self._last_line = time.monotonic()
 
     def __enter__(self) -> Progress:
@@ -41,11 +41,11 @@ class Progress:
             self._bar.update(self._bar.task_ids[0], total=self.total, completed=done, note=note)
             return
         now = time.monotonic()
-        if done == self._done:
+        if (done, note) == self._shown:
             return
-        self._done = done
-        if done >= self.total or now - self._last_line >= LINE_EVERY_S:
-            self._last_line = now
+        finished = done >= self.total and done != self._shown[0]
+        if finished or now - self._last_line >= LINE_EVERY_S:
+            self._last_line, self._shown = now, (done, note)
             self._console.print(f"{self.title}: {done}/{self.total} after {now - self._started:.0f} s  {note}".rstrip())
 
     def say(self, line: str) -> None:

@@ -12,7 +12,7 @@ from agents.console import err, make_table, out, print_json
 if TYPE_CHECKING:
     from agents.zoo.card import Card
 
-app = typer.Typer(no_args_is_help=True, help="Trained policies, shipped and your own: list, show, add.")
+app = typer.Typer(no_args_is_help=True, help="Trained policies, shipped and your own: list, show, card, add.")
 JSON = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 
 
@@ -49,6 +49,25 @@ def show(
         print_json(card.to_json())
         return
     _print(card)
+
+
+@app.command("card")
+def print_card(
+    name: Annotated[str, typer.Argument(help="A shipped policy, a card's path, or the folder of a training run.")],
+    to: Annotated[Path | None, typer.Option("--out", metavar="FILE.md", help="Standard output if left out.")] = None,
+) -> None:
+    """A policy's card as Markdown, with the header that model hubs read."""
+    from agents.files import write_text
+    from agents.zoo.card import read_card
+    from agents.zoo.files import find
+    from agents.zoo.markdown import to_markdown
+
+    text = to_markdown(read_card(find(name)))
+    if to is None:
+        typer.echo(text, nl=False)
+        return
+    write_text(to, text)
+    err().print(f"Written: {to}", soft_wrap=True)
 
 
 @app.command()

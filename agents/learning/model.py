@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import warnings
 from typing import Any
 
 import numpy as np
@@ -49,9 +49,7 @@ def check_fit(recipe: Recipe, envs: TrainingEnvs) -> None:
         raise CommandError(f"{recipe.algorithm} cannot start from a teacher: use {' or '.join(TEACHABLE)}")
 
 
-def make_model(
-    recipe: Recipe, envs: TrainingEnvs, scaling: dict[str, Array], seed: int, device: str, log: Path
-) -> BaseAlgorithm:
+def make_model(recipe: Recipe, envs: TrainingEnvs, scaling: dict[str, Array], seed: int, device: str) -> BaseAlgorithm:
     """An untrained model, whose inputs are scaled by `scaling` (columns, mean, deviation)."""
     common: dict[str, Any] = {
         "learning_rate": Falling(recipe.learning_rate, recipe.final_learning_rate),
@@ -59,7 +57,6 @@ def make_model(
         "batch_size": recipe.batch_size,
         "seed": seed,
         "device": device,
-        "tensorboard_log": str(log),
         "policy_kwargs": {
             "features_extractor_class": FixedScaling,
             "features_extractor_kwargs": scaling,
@@ -85,19 +82,23 @@ def _on_policy(recipe: Recipe, envs: TrainingEnvs, common: dict[str, Any]) -> Ba
         kwargs["lstm_hidden_size"] = recipe.memory_units
     policy = "MlpLstmPolicy" if recipe.algorithm == "recurrent-ppo" else "MlpPolicy"
     algorithm: Any = CLASSES[recipe.algorithm]
-    made: BaseAlgorithm = algorithm(
-        policy,
-        envs,
-        n_steps=recipe.steps_per_update,
-        n_epochs=recipe.epochs,
-        gae_lambda=recipe.gae_lambda,
-        clip_range=recipe.clip_range,
-        ent_coef=recipe.entropy_bonus,
-        vf_coef=recipe.value_weight,
-        target_kl=recipe.target_kl or None,
-        max_grad_norm=recipe.max_grad_norm,
-        **common,
-    )
+    with warnings.catch_warnings():
+        warnings.filterwarnings(
+            "ignore", "You have specified a mini-batch size", UserWarning
+        )  # the last one is smaller
+        made: BaseAlgorithm = algorithm(
+            policy,
+            envs,
+            n_steps=recipe.steps_per_update,
+            n_epochs=recipe.epochs,
+            gae_lambda=recipe.gae_lambda,
+            clip_range=recipe.clip_range,
+            ent_coef=recipe.entropy_bonus,
+            vf_coef=recipe.value_weight,
+            target_kl=recipe.target_kl or None,
+            max_grad_norm=recipe.max_grad_norm,
+            **common,
+        )
     return made
 
 

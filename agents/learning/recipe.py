@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from cps_envs.core.game import Game
 
 ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn")
+ACTIVATIONS = ("tanh", "relu")
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,8 @@ class Recipe:
                 raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")
         if not 0 < self.discount <= 1 or self.learning_rate <= 0 or self.reward_scale <= 0:
             raise CommandError("discount has to lie in (0, 1], learning_rate and reward_scale above 0")
+        if self.activation not in ACTIVATIONS:
+            raise CommandError(f"there is no activation {self.activation!r}. {near(self.activation, ACTIVATIONS)}")
         if self.swarm and self.role != "defender":
             raise CommandError("only defenders have a swarm form")
 

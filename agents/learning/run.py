@@ -22,7 +22,7 @@ class Run:
     """Where things lie.
 
     `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `checkpoint.zip` to go on from, `policy.json`
-    and `policy.safetensors` (the best so far by validation), TensorBoard's logs.
+    and `policy.safetensors` (the best so far by validation), and what a tracker writes, such as `tensorboard/`.
     """
 
     folder: Path
@@ -39,11 +39,6 @@ class Run:
     def card(self) -> Path:
         """The best policy's card."""
         return self.folder / "policy.json"
-
-    @property
-    def log(self) -> Path:
-        """For TensorBoard."""
-        return self.folder / "tensorboard"
 
     def read(self) -> dict[str, Any]:
         """What `write` has written; empty if nothing.
@@ -62,7 +57,8 @@ class Run:
 
     def write(self, **progress: Any) -> None:
         """Update `run.json`: recipe, seed and command with what is given, the rest as it was."""
-        fixed = {"recipe": knobs_of(self.recipe), "seed": self.seed, "command": self.command}
+        base = type(self.recipe)().name  # the shipped recipe that the knobs belong to; "" if there is none
+        fixed = {"base": base, "recipe": knobs_of(self.recipe), "seed": self.seed, "command": self.command}
         write_json(self.folder / "run.json", {**self.read(), **fixed, **progress})
 
     def append_evaluation(self, row: dict[str, Any]) -> None:

@@ -62,4 +62,6 @@ def _state(jobs: Sequence[Job]) -> tuple[int, list[str]]:
         steps += min(int(found.get("steps", 0)), job.recipe.total_steps)
         if found.get("best_score") is not None:
             notes.append(f"seed {job.seed}: best {found['best_score']:.3g}")
+        elif found.get("phase"):
+            notes.append(f"seed {job.seed}: {found['phase']}")
     return steps, notes

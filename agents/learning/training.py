@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
 
 from agents.errors import CommandError
 from agents.learning.best_episodes import BestEpisodes, SelfImitation
@@ -20,6 +21,7 @@ from agents.learning.callback import Report, TrainingCallback
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
+from agents.learning.knobs import knobs_of
 from agents.learning.model import CLASSES, check_fit, make_model
 from agents.learning.plan_search import search_plans
 from agents.learning.presentation import make_card, policy_of
@@ -27,8 +29,10 @@ from agents.learning.recipe import Recipe
 from agents.learning.run import FINISHED, INTERRUPTED, RUNNING, Run
 from agents.learning.scaling import focus, seen_columns, spread, wander
 from agents.learning.seeds import training_seed
+from agents.learning.tracking import Subject, make_tracker
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.learning.values import ValueWarmUp
+from agents.learning.writer import TrackerWriter
 from agents.machine import versions
 
 
@@ -42,11 +46,17 @@ class Job:
     command: str
     resume: bool = False
     device: str = "cpu"
+    tracker: str = "tensorboard"
 
     @property
     def run(self) -> Run:
         """The run's folder."""
         return Run(self.folder, self.recipe, self.seed, self.command)
+
+    @property
+    def subject(self) -> Subject:
+        """What a tracker is told of it."""
+        return Subject(f"{self.recipe.name}-seed-{self.seed}", self.recipe.name, self.folder, knobs_of(self.recipe))
 
 
 def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]:
@@ -66,11 +76,20 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
     resumption = int(before.get("resumptions", -1)) + 1
     envs = make_envs(job.recipe, training_seed(job.seed, resumption))
     check_fit(job.recipe, envs)
+    tracker = make_tracker(job.tracker, job.subject)
     run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=before.get("started", time.time()))
+
+    def note(steps: int, text: str) -> None:
+        run.write(phase=text)
+        report(steps, text)
+
     callback = TrainingCallback(run, envs, report)
     best = BestEpisodes()
-    model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, report)
+    model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, note)
+    model.set_logger(Logger(folder=None, output_formats=[TrackerWriter(tracker)]))
+    run.write(phase="learning")
     _learn(model, run, callback, best)
+    tracker.close()
     envs.close()
     return run.read()
 
@@ -86,7 +105,7 @@ def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> 
     mean, deviation = spread(shown.observations if shown else wander(envs, seed), columns)
     mean, deviation = focus(envs, recipe, columns, mean, deviation)
     scaling = {"columns": columns, "mean": mean, "deviation": deviation}
-    model = make_model(recipe, envs, scaling, job.seed, job.device, job.run.log)
+    model = make_model(recipe, envs, scaling, job.seed, job.device)
     if shown is not None and recipe.search_steps:
         loss = imitate(model.policy, shown, recipe, np.random.default_rng(seed))
         report(0, f"imitation of the best plans: loss {loss:.3g}")
@@ -129,7 +148,7 @@ def _learn(model: BaseAlgorithm, run: Run, callback: TrainingCallback, best: Bes
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         if left > 0:
-            model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0, tb_log_name="run")
+            model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0)
     except KeyboardInterrupt:
         if getattr(callback, "model", None) is not None:
             callback.save_unfinished()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -124,12 +123,12 @@ def test_unseen_fields_are_not_seen() -> None:
         seen_columns(envs, replace(ROGUE, unseen=("nonsense",)))
 
 
-def build(recipe: Recipe, folder: Path) -> tuple[Any, TrainingEnvs]:
+def build(recipe: Recipe) -> tuple[Any, TrainingEnvs]:
     envs = make_envs(recipe, 0)
     columns = seen_columns(envs, recipe)
     mean, deviation = spread(wander(envs, 0), columns)
     scaling = {"columns": columns, "mean": mean, "deviation": deviation}
-    return make_model(recipe, envs, scaling, 0, "cpu", folder), envs
+    return make_model(recipe, envs, scaling, 0, "cpu"), envs
 
 
 CASES = {
@@ -150,9 +149,9 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_exported_networks_act_like_the_model(case: str, tmp_path: Path) -> None:
+def test_exported_networks_act_like_the_model(case: str) -> None:
     recipe = CASES[case]
-    model, envs = build(recipe, tmp_path)
+    model, envs = build(recipe)
     network = network_of_model(model, recipe.activation)
     observation = wander(envs, 1)[-50:]
     state = np.zeros((len(observation), network.units), np.float32)
@@ -189,11 +188,11 @@ def test_every_algorithm_has_a_class() -> None:
     assert set(CLASSES) == {"ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn"}
 
 
-def test_imitation_learns_what_the_teacher_does(tmp_path: Path) -> None:
+def test_imitation_learns_what_the_teacher_does() -> None:
     recipe = replace(SWARM, teacher="feedback", teacher_epochs=200, batch_size=64, hidden=(32,))
     shown = demonstrate(recipe, range(4))
     assert shown.observations.shape == (4 * 6 * 9, 22)
-    model, _ = build(recipe, tmp_path)
+    model, _ = build(recipe)
     generator = np.random.default_rng(0)
     assert imitate(model.policy, shown, recipe, generator) < 0.1 * shown.actions.var()
 

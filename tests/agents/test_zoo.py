@@ -9,9 +9,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
-from agents.cli import main
+from agents.cli import app, main
 from agents.errors import CommandError
+from agents.zoo.card import read_card
 from agents.zoo.files import find, load, shipped_names
 from agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
@@ -196,3 +198,16 @@ def test_shipped_policies_load(name: str) -> None:
     game = problem.game(problem.config(card.preset, card.overrides), 1)
     role: Any = card.role
     problem.policy(f"zoo:{name}", game, role)
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_cards_are_readable(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "card.md"
+    result = CliRunner().invoke(app, ["zoo", "card", name, "--out", str(path)])
+    assert result.exit_code == 0, result.output
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("---\nlibrary_name: cps-envs\n")
+    assert f"zoo:{name}" in text
+    assert read_card(find(name)).weights in text
+    tables = [line for line in text.splitlines() if line.startswith("|")]
+    assert {line.replace("\\|", "").count("|") for line in tables} <= {5, 7}

@@ -1,0 +1,105 @@
+"""Where the curves of a run go, and runs that are repeated from what they left."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+pytest.importorskip("stable_baselines3")
+
+from agents.cli import app
+from agents.errors import CommandError
+from agents.learning.earlier import read_earlier
+from agents.learning.tracking import Subject, make_tracker
+from agents.learning.training import Job, train
+from agents.zoo.files import load
+from cps_envs.core.errors import MissingExtraError
+from tests.agents.test_learning_parts import ROGUE
+
+RECIPE = replace(ROGUE, total_steps=128, evaluations=1, evaluation_episodes=2)
+
+
+def subject(folder: Path) -> Subject:
+    return Subject("rogue-seed-0", "rogue", folder, {"learning_rate": 1e-3})
+
+
+def test_tensorboard_reads_what_was_logged(tmp_path: Path) -> None:
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    tracker = make_tracker("tensorboard", subject(tmp_path))
+    tracker.log({"validation/score": 2.0}, 10)
+    tracker.log({"validation/score": 3.0}, 20)
+    tracker.close()
+    events = EventAccumulator(str(tmp_path / "tensorboard"), size_guidance={"tensors": 0})
+    events.Reload()
+    assert [event.step for event in events.Tensors("validation/score")] == [10, 20]
+
+
+def test_a_run_of_weights_and_biases_goes_on_under_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    logged: list[dict[str, float]] = []
+    given: dict[str, Any] = {}
+
+    def init(**options: Any) -> Any:
+        given.update(options)
+        return SimpleNamespace(log=logged.append, finish=lambda: logged.append({"end": 1.0}))
+
+    monkeypatch.setitem(sys.modules, "wandb", SimpleNamespace(init=init))
+    tracker = make_tracker("wandb", subject(tmp_path))
+    tracker.log({"loss": 0.5}, 7)
+    tracker.close()
+    assert logged == [{"loss": 0.5, "steps": 7}, {"end": 1.0}]
+    assert (given["id"], given["resume"], given["config"]) == ("rogue-seed-0", "allow", {"learning_rate": 1e-3})
+
+
+def test_mlflow_keeps_one_run_over_an_interruption(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    mlflow = pytest.importorskip("mlflow.tracking")
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", f"file:{tmp_path}")
+    monkeypatch.setenv("MLFLOW_ALLOW_FILE_STORE", "true")
+    for steps in (1, 2):
+        tracker = make_tracker("mlflow", subject(tmp_path))
+        tracker.log({"loss": 0.5 * steps}, steps)
+        tracker.close()
+    client = mlflow.MlflowClient()
+    runs = client.search_runs([client.get_experiment_by_name("rogue").experiment_id])
+    assert [run.data.params for run in runs] == [{"learning_rate": "0.001"}]
+    assert [metric.value for metric in client.get_metric_history(runs[0].info.run_id, "loss")] == [0.5, 1.0]
+
+
+def test_an_unknown_or_missing_tracker_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(CommandError, match="tensorboard"):
+        make_tracker("tensorbord", subject(tmp_path))
+    monkeypatch.setitem(sys.modules, "wandb", None)
+    with pytest.raises(MissingExtraError, match=r"cps-envs\[wandb\]"):
+        make_tracker("wandb", subject(tmp_path))
+
+
+def test_a_run_is_repeated_from_its_file(tmp_path: Path) -> None:
+    train(Job(RECIPE, 3, tmp_path / "first", "cps-envs train", tracker="none"))
+    earlier = read_earlier(tmp_path / "first" / "run.json")
+    assert (earlier.seed, earlier.recipe) == (3, RECIPE)
+    command = ["train", "--config", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path), "--tracker", "none"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    again = tmp_path / RECIPE.name / "seed-3" / "policy.json"
+    first, second = (load(path)[1].tensors() for path in (tmp_path / "first" / "policy.json", again))
+    for name, array in first.items():
+        np.testing.assert_array_equal(array, second[name])
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"recipe": {"nonsense": 1}, "seed": 0, "base": ""}', "[" * 100_000])
+def test_a_file_that_is_no_run_is_named(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "run.json"
+    path.write_text(text)
+    with pytest.raises(CommandError, match=r"run\.json|no knob"):
+        read_earlier(path)
+    path.write_text(json.dumps({"recipe": {}, "seed": 0, "base": "gone"}))
+    with pytest.raises(CommandError, match="'gone'"):
+        read_earlier(path)
