@@ -70,7 +70,6 @@ class Contest:
     """
 
     problem: str
-    unit: str  # of the score
     attackers: Side
     defenders: Side
     variants: tuple[Variant, ...]

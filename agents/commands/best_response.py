@@ -34,7 +34,7 @@ def best_response(
     knobs: Annotated[
         list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed; the recipe's own if left out.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, searches included.")] = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
     known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
     league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
@@ -52,7 +52,7 @@ def best_response(
     """
     from agents.files import write_json
     from agents.league.exploitability import Contest, gain_over, league_value
-    from agents.league.response import Budget, venue_of
+    from agents.league.response import Budget, differing_presets, limited, venue_of
     from agents.league.strategy import mix
     from agents.machine import available_cores, describe
     from cps_envs.core.types import ROLES
@@ -61,10 +61,17 @@ def best_response(
     if chosen is None:
         raise CommandError(f"{role!r} is no role: write attacker or defender")
     strategy = mix(against, _weights(weights))
-    values = {"preset": preset, "total_steps": steps, "overrides": dict(assignments(overrides or []))}
+    values = {"preset": preset, "overrides": dict(assignments(overrides or []))}
     given = {name: value for name, value in values.items() if value is not None}
     given |= assignments(knobs or [], "--knob", "learning_rate=0.001")
-    trained_by = _recipe(problem, chosen, recipe, strategy, given)
+    trained_by = limited(_recipe(problem, chosen, recipe, strategy, given), steps)
+    for name in differing_presets(trained_by, strategy):
+        err().print(
+            f"Note: this trains in preset {trained_by.preset}, but the opponent learned in another: {name}. "
+            "--preset chooses.",
+            markup=False,
+            soft_wrap=True,
+        )
     contest = Contest(venue_of(trained_by), chosen, strategy, known or ["all"], episodes)
     budget = Budget(seeds, jobs or available_cores(), describe()["command"], resume=resume, device=device)
     value = None if league is None else league_value(league, contest.venue)
@@ -138,12 +145,14 @@ def _document(
 
 def _show(contest: Contest, trained: Trained, judgement: Judgement, over_value: Estimate | None) -> None:
     from agents.league.report import stacked
+    from cps_envs import find_problem
 
     console = out()
     rows = [(f"response, seed {trained.seed}", stacked(judgement.response))]
     rows += [(f"response, all {len(trained.references)} seeds", stacked(judgement.all_seeds))]
     rows += [(name, stacked(found)) for name, found in judgement.known.items()]
-    title = f"{contest.venue.problem}: return of {contest.role}s against {contest.opponent.reference}"
+    unit = find_problem(contest.venue.problem).unit or "return"
+    title = f"{contest.venue.problem}: what the attacker is paid ({unit}); opponent: {contest.opponent.reference}"
     console.print(make_table(title, (contest.role, "return"), rows))
     console.print(_verdict(f"the best policy known before, {judgement.best_known},", judgement.gain), markup=False)
     if over_value is not None:

@@ -35,7 +35,7 @@ def self_play(
     knobs: Annotated[
         list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of both recipes; may be repeated.")
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Of each run; the recipes' own if left out.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Of each run, rounded up to whole updates.")] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Training seeds of each response.")] = 1,
     episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Of each pair.")] = 50,
     folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("self-play"),
@@ -49,7 +49,7 @@ def self_play(
     Starts from the analytic policies and the shipped ones. Every finished pair, run and iteration is kept at once:
     --resume goes on after an interruption at any point.
     """
-    from agents.league.response import Budget
+    from agents.league.response import Budget, limited
     from agents.league.self_play import claim
     from agents.machine import available_cores, describe
     from cps_envs import find_problem
@@ -61,9 +61,8 @@ def self_play(
     names: dict[Role, str | None] = {"attacker": attacker_recipe, "defender": defender_recipe}
     values = assignments(overrides or [])
     given: dict[str, Any] = {**assignments(knobs or [], "--knob", "learning_rate=0.001")}
-    if steps is not None:
-        given["total_steps"] = steps
     venue, recipes = _settings(find_problem(problem).name, names, preset, values, given)
+    recipes = {role: limited(recipe, steps) for role, recipe in recipes.items()}
     budget = Budget(seeds, jobs or available_cores(), describe()["command"], device=device)
     chosen: dict[Role, list[str]] = {"attacker": attackers or ["all"], "defender": defenders or ["all"]}
     game = _game(venue, chosen, recipes, episodes, budget, folder)

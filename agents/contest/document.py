@@ -36,7 +36,7 @@ def document(played: Played, effort: Effort, machine: Mapping[str, Any], wall_s:
         "title": variant.title,
         "preset": variant.preset,
         "overrides": dict(variant.overrides),
-        "unit": contest.unit,
+        "unit": find_problem(contest.problem).unit,
         "effort": asdict(effort),
         "episodes": effort.episodes or contest.episodes,
         "columns": [asdict(column) for column in contest.columns],

@@ -11,7 +11,7 @@ from agents.errors import CommandError
 from agents.league.meetings import RETURN
 from agents.league.players import Venue
 from agents.league.strategy import Strategy
-from agents.zoo.references import PREFIX, form_of
+from agents.zoo.references import PREFIX, card_of, form_of
 from cps_envs import find_problem
 from cps_envs.core.errors import require
 from cps_envs.core.problem import Problem
@@ -69,6 +69,22 @@ def recipe_of(problem: Problem, role: Role, name: str | None = None) -> Recipe:
     if (recipe.problem, recipe.role) != (problem.name, role):
         raise CommandError(f"the recipe {name!r} trains the {recipe.role} of {recipe.problem}, not the {role}")
     return recipe
+
+
+def limited(recipe: Recipe, steps: int | None) -> Recipe:
+    """The recipe with so many decisions per seed in all: of its search for plans and of its learning, in proportion."""
+    from agents.learning.recipe import changed
+
+    if steps is None:
+        return recipe
+    searched = round(steps * recipe.search_steps / (recipe.search_steps + recipe.total_steps))
+    return changed(recipe, {"search_steps": searched, "total_steps": max(steps - searched, 1)})
+
+
+def differing_presets(recipe: Recipe, strategy: Strategy) -> list[str]:
+    """The opponent's trained policies that learned in another preset than the recipe's."""
+    cards = {name: card_of(name) for name in strategy.policies}
+    return [f"{name} ({card.preset})" for name, card in cards.items() if card and card.preset != recipe.preset]
 
 
 def against(recipe: Recipe, strategy: Strategy, **knobs: Any) -> Recipe:

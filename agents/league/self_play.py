@@ -92,7 +92,7 @@ def iterate(
     pool = starting_pool(game)
     done: list[Iteration] = []
     for number in range(iterations):
-        home = folder / f"iteration-{number}"
+        home = folder / f"iteration-{number + 1}"
         known = _load(home, number)
         iteration = known or _iterate(game, pool, number, folder, home, budget)
         done.append(iteration)

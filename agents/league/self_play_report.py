@@ -15,6 +15,7 @@ from agents.league.report import stacked
 from agents.league.self_play import Profile
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES
+from cps_envs.registration import find_problem
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -58,7 +59,10 @@ def table(outcome: Outcome) -> Table:
         for name, found in zip(names, [*outcome.bounds, outcome.final_bounds], strict=True)
     ]
     columns = ("profile", "secured", "value", "conceded", "gap", "best replies")
-    return make_table(f"{outcome.game.venue.problem}: profiles against all policies found", columns, rows)
+    venue = outcome.game.venue
+    unit = find_problem(venue.problem).unit or "return"
+    title = f"{venue.problem}: what profiles pay the attacker ({unit}), against all policies found"
+    return make_table(title, columns, rows)
 
 
 def draw(outcome: Outcome) -> Any:

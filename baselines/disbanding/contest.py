@@ -68,7 +68,6 @@ def constant_corrections() -> Iterator[str]:
 
 CONTEST = Contest(
     problem="disbanding",
-    unit="points of E_v and of the penalty for collisions",
     attackers=Side(
         policies=ATTACKERS,
         constants=tuple(f"always?action={action}" for action in range(ATTACKS)),

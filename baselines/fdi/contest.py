@@ -56,7 +56,6 @@ CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 
 
 CONTEST = Contest(
     problem="fdi",
-    unit="m/s",
     attackers=Side(
         policies=tuple(map(Entrant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker"))),
         constants=tuple(constant_attacks()),

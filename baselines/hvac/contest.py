@@ -114,7 +114,6 @@ VARIANTS = (
 
 CONTEST = Contest(
     problem="hvac",
-    unit="A_impact, C2",
     attackers=ATTACKERS,
     defenders=DEFENDERS,
     variants=VARIANTS,

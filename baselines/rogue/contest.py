@@ -48,7 +48,6 @@ MONITOR = Search(
 
 CONTEST = Contest(
     problem="rogue",
-    unit="m/s",
     attackers=Side(
         policies=(*ATTACKERS, Entrant("gains")),
         constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),

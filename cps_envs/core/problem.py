@@ -64,6 +64,7 @@ class Problem:
     viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
     swarm: Role | None = None  # the role that also has a decentralised form, one agent for each member of its team
     namespace: str = "cps_envs"  # of the ids; a package of your own takes its own
+    unit: str = ""  # of what the attacker is paid, such as "m/s"
     work: Work | None = None  # what `cps-envs bench` counts beside steps
 
     def config(self, preset: str, overrides: Mapping[str, Any]) -> Any:

@@ -31,5 +31,6 @@ DISBANDING = Problem(
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
     swarm="defender",
+    unit="points of E_v and of the penalty for collisions",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

@@ -35,5 +35,6 @@ FDI = Problem(
         for preset in PRESETS
     },
     viewer="cps_envs.fdi.picture.viewer:Viewer",
+    unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

@@ -44,5 +44,6 @@ HVAC = Problem(
         "hard": {"attacker": LEARNING_ATTACKERS, "defender": "largest"},
     },
     viewer="cps_envs.hvac.picture.viewer:Viewer",
+    unit="A_impact, C2",
     work=Work(unit="sensor-steps", per_game_step=sensor_steps),
 )

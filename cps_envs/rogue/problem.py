@@ -40,5 +40,6 @@ ROGUE = Problem(
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
     swarm="defender",
+    unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

@@ -40,7 +40,6 @@ SHORT = {"duration_s": 6.0, "contact": "solid"}
 def rogue() -> Contest:
     return Contest(
         problem="rogue",
-        unit="m/s",
         attackers=Side(
             policies=(Entrant("none"), Entrant("square")),
             constants=("always?action=0", "always?action=2"),

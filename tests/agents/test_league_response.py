@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +22,10 @@ from agents.league.exploitability import Contest, LeagueValue, gain_over, judge,
 from agents.league.league import Plan, play_league
 from agents.league.players import Venue
 from agents.league.report import document
-from agents.league.response import Trained, against, merged, recipe_of, venue_of
+from agents.league.response import Trained, against, differing_presets, limited, merged, recipe_of, venue_of
 from agents.league.strategy import mix, strategy_of
 from agents.learning.recipe import Recipe
+from agents.recipes.finding import find_recipe
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Role
@@ -164,3 +166,17 @@ def test_mistakes_are_told_before_training(tmp_path: Path, run: Run, monkeypatch
     assert code == 2
     assert 'pip install "cps-envs[agents]"' in told.replace("\n", " ")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_budget_bounds_search_and_learning_together() -> None:
+    recipe = replace(find_recipe("fdi-attack-ppo"), search_steps=3_000, total_steps=1_000)
+    found = limited(recipe, 200)
+    assert (found.search_steps, found.total_steps) == (150, 50)
+    assert limited(recipe, None) == recipe
+    assert limited(replace(recipe, search_steps=0), 7).total_steps == 7
+
+
+def test_another_preset_of_the_opponent_is_noticed() -> None:
+    recipe = find_recipe("fdi-attack-ppo")
+    strategy = mix(["zoo:fdi-defense-ppo", "model"])
+    assert differing_presets(recipe, strategy) == ["zoo:fdi-defense-ppo (defense)"]

@@ -151,7 +151,7 @@ def test_another_game_and_damage_are_told(tmp_path: Path, oracle: Respond) -> No
         claim(tmp_path, GAME, resume=False)
     with pytest.raises(CommandError, match=r"another game \(other: episodes, venue\)"):
         claim(tmp_path, replace(GAME, episodes=7, venue=replace(VENUE, preset="paper")), resume=True)
-    (tmp_path / "iteration-0" / "result.json").write_text("{")
+    (tmp_path / "iteration-1" / "result.json").write_text("{")
     with pytest.raises(CommandError, match=r"result\.json is damaged"):
         run(tmp_path, 1)
 
@@ -161,8 +161,8 @@ def test_a_plan_stays_once_it_is_made(tmp_path: Path, oracle: Respond) -> None:
         "attacker": {"policies": ["none", "square"], "probabilities": [0.5, 0.5]},
         "defender": {"policies": ["pd"], "probabilities": [1.0]},
     }
-    (tmp_path / "iteration-0").mkdir()
-    (tmp_path / "iteration-0" / "plan.json").write_text(json.dumps(plan))
+    (tmp_path / "iteration-1").mkdir()
+    (tmp_path / "iteration-1" / "plan.json").write_text(json.dumps(plan))
     known = replace(GAME, start={"attacker": ["none", "square"], "defender": ["pd"]})
     outcome = run(tmp_path, 1, known)
     assert outcome.iterations[0].profile["attacker"] == mix(["none", "square"])
@@ -221,7 +221,7 @@ def test_the_command_trains_is_interrupted_and_goes_on(
     base = ("rogue", "--preset", "easy", *FEW, *TINY, "--out", str(tmp_path))
     code, _, told = command(monkeypatch, capsys, *base, "--iterations", "2")
     assert (code, "Interrupted" in told) == (130, True)
-    first = tmp_path / "iteration-0"
+    first = tmp_path / "iteration-1"
     assert json.loads((first / "attacker" / "seed-0" / "run.json").read_text())["status"] == "finished"
     assert json.loads((first / "defender" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
     assert not (first / "result.json").exists()
@@ -236,10 +236,10 @@ def test_the_command_trains_is_interrupted_and_goes_on(
     assert seeds == [["0"], ["1"]]  # every iteration trains with seeds of its own
     assert (tmp_path / "self-play.png").stat().st_size > 1000
     assert [job.folder.relative_to(tmp_path.resolve()).as_posix() for job in jobs[2:]] == [
-        "iteration-0/attacker/seed-0",
-        "iteration-0/defender/seed-0",
-        "iteration-1/attacker/seed-1",
-        "iteration-1/defender/seed-1",
+        "iteration-1/attacker/seed-0",
+        "iteration-1/defender/seed-0",
+        "iteration-2/attacker/seed-1",
+        "iteration-2/defender/seed-1",
     ]
 
 
