@@ -103,25 +103,25 @@ def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
     """The records that a file holds already and the commands that found them; nothing where there is none.
 
     Raises:
-        CommandError: it holds something else.
+        DamagedFileError: it holds something else.
+        CommandError: it holds optima of another configuration.
     """
     from agents.errors import CommandError
-    from cps_envs.fdi.optima import constants, from_text
+    from cps_envs.core.documents import read_entry
+    from cps_envs.fdi.optima import KIND, REMEDY, constants, from_entry
 
     if not path.exists():
         return {}, []
-    text = path.read_text(encoding="utf-8")
-    try:
-        values, records = from_text(text)
-    except ValueError as error:
-        raise CommandError(f"{path}: {error} Name another file with --out.") from error
+    document = read_entry(path, KIND, REMEDY)
+    values, records = from_entry(document)
     differing = [name for name, value in constants(config).items() if values.get(name) != value]
     if differing:
         raise CommandError(
             f"{path} holds optima of another configuration ({', '.join(differing)}). Name another file with --out, or "
             "delete it."
         )
-    return records, json.loads(text).get("commands", [])
+    commands = document.get("commands")
+    return records, [] if commands is None else [command.text() for command in commands.rows()]
 
 
 def _header(earlier: list[str]) -> dict[str, Any]:

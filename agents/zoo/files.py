@@ -12,8 +12,9 @@ from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
 from agents.files import replacing, write_json
-from agents.zoo.card import Card, read_card, require_file
+from agents.zoo.card import Card, read_card
 from agents.zoo.network import Network, check_fit, network_of
+from cps_envs.core.documents import read_bytes
 from cps_envs.core.errors import UnknownNameError, near
 
 MOST_BYTES = 256 * 2**20  # of a file of weights
@@ -71,8 +72,7 @@ def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
         raise ValueError(f"{card.name} has no training seed {chosen}. Known: {', '.join(card.seeds)}.")
     weights = card_path.with_suffix(".safetensors")
     try:
-        require_file(weights, MOST_BYTES)
-        data = weights.read_bytes()
+        data = read_bytes(weights, MOST_BYTES)
         if card.weights and hashlib.sha256(data).hexdigest() != card.weights:
             raise ValueError("these are not the weights that the card was written for")
         tensors = from_bytes(data)

@@ -68,6 +68,13 @@ class Entry:
             raise self.error("a list")
         return [Entry(value, self.source, f"{self.place}[{row}]") for row, value in enumerate(self.value)]
 
+    def numbers(self, count: int) -> list[float]:
+        """A list of so many finite numbers."""
+        found = self.rows()
+        if len(found) != count:
+            raise self.source.error(f"{self.place or 'it'} has {len(found)} values, but should have {count}")
+        return [each.number() for each in found]
+
     def number(self, low: float = -math.inf, high: float = math.inf) -> float:
         """A finite number in [low, high]."""
         value = self.value
@@ -175,7 +182,7 @@ def parse(text: str) -> Any:
     else:
         too_deep = _is_deep(found)
     if too_deep:
-        raise ValueError(f"it is nested too deeply, in more than {MOST_DEPTH} lists and objects")
+        raise ValueError("it is nested too deeply")
     return found
 
 

@@ -19,6 +19,7 @@ from agents.errors import CommandError
 from agents.learning.runs import train_all
 from agents.learning.training import Job, train
 from agents.zoo.files import load
+from cps_envs.core.documents import DamagedFileError
 from tests.agents.test_learning_parts import CASES, ROGUE, SWARM
 
 RECIPE = replace(ROGUE, total_steps=128, evaluations=2, evaluation_episodes=2)
@@ -113,7 +114,7 @@ def test_damaged_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match=r"checkpoint\.zip is damaged"):
         train(job(tmp_path, resume=True))
     (tmp_path / "run.json").write_text("{")
-    with pytest.raises(CommandError, match=r"run\.json is damaged"):
+    with pytest.raises(DamagedFileError, match=r"run\.json is no record of a training run .*train again"):
         train(job(tmp_path, resume=True))
 
 
