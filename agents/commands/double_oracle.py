@@ -39,15 +39,16 @@ def double_oracle(
     """
     from agents.files import write_json
     from agents.league.double_oracle import play_rounds
+    from agents.locking import alone_at
     from agents.progress import Progress
     from baselines.rogue.fixed_game import FixedGame
     from cps_envs.core.errors import require
 
     require("cma", extra="baselines", purpose="searching attacks")
     games = [FixedGame(each, weight, seed=seed) for each in ratio or (1.0, 1.3)]
-    kept = {_key(game): rows for game, rows in _read(to)}
     found: list[dict[str, Any]] = []
-    with Progress("rounds", rounds * len(games)) as progress:
+    with alone_at(to), Progress("rounds", rounds * len(games)) as progress:
+        kept = {_key(game): rows for game, rows in _read(to)}
         for game in games:
             rows, done = kept.setdefault(_key(game), []), list["Round"]()
             for each in play_rounds(game, rows, rounds):

@@ -54,6 +54,7 @@ def oracle(
     where it stopped.
     """
     from agents.files import write_text
+    from agents.locking import alone_at
     from agents.machine import available_cores
     from agents.progress import Progress
     from baselines.fdi.cross import Extra
@@ -73,10 +74,10 @@ def oracle(
     named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
     tasks = list(dict.fromkeys(named)) or paper_tasks(config.num_vehicles)
     path = to or Path("results") / "oracle" / f"{preset}.json"
-    known, commands = _earlier(path, config)
-    left = open_tasks(tasks, known, improve=improve)
-    header = _header(commands)
-    with Progress("tasks", len(left)) as progress:
+    with alone_at(path), Progress("tasks", len(tasks)) as progress:
+        known, commands = _earlier(path, config)
+        left = open_tasks(tasks, known, improve=improve)
+        header, progress.total = _header(commands), len(left)
         solved = sweep(
             config,
             left,
