@@ -34,26 +34,41 @@ from agents.commands.warm import warm
 from agents.commands.zoo import app as zoo
 from agents.console import err
 from agents.errors import explain
+from baselines.interruption import ending, exit_code
 
-WRONG_INPUT, INTERRUPTED = 2, 130
+WRONG_INPUT = 2
+GOING_ON = ("oracle", "double-oracle")  # from their file, beside the commands that have --resume or --fresh
 
 
 class Commands(TyperGroup):
-    """Turns errors that the user can put right into one message and exit code 2, and Ctrl-C into exit code 130."""
+    """Turns errors that the user can put right into one message and exit code 2, and signals into a sentence.
+
+    Ctrl-C gives exit code 130, SIGTERM 143.
+    """
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
         try:
-            return super().invoke(ctx)
-        except KeyboardInterrupt:
-            err().print("Interrupted.")
-            raise typer.Exit(INTERRUPTED) from None
+            with ending():
+                return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            err().print(f"Interrupted. {self._advice(ctx)}".strip(), soft_wrap=True)
+            raise typer.Exit(exit_code(error)) from None
         except Exception as error:
-            message = None if ctx.params.get("debug") or _is_control_flow(error) else explain(error)
+            message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
             if message is None:
                 raise
             err().print(f"[bold red]Error:[/] {_escaped(message)}", soft_wrap=True)
             raise typer.Exit(WRONG_INPUT) from error
+
+    def _advice(self, ctx: Any) -> str:
+        """How to go on with the command that was interrupted; empty where there is nothing to go on from."""
+        name = ctx.invoked_subcommand
+        command = self.get_command(ctx, name) if name else None
+        options = {parameter.name for parameter in command.params} if command is not None else set()
+        if "resume" in options:
+            return "What was finished is kept: the same command with --resume goes on."
+        return "What was finished is kept: the same command goes on." if "fresh" in options or name in GOING_ON else ""
 
 
 def _is_control_flow(error: Exception) -> bool:
@@ -103,12 +118,12 @@ def options(
 
 app.command("list")(list_everything)
 app.command("play")(play)
-app.add_typer(reproduce, name="reproduce")
+app.add_typer(reproduce, name="reproduce", cls=Commands)
 app.command("string-stability")(string_stability)
 app.command("testbed")(drive_robots)
 app.command("train")(train)
 app.command("tune")(tune)
-app.add_typer(zoo, name="zoo")
+app.add_typer(zoo, name="zoo", cls=Commands)
 app.command("dataset")(dataset)
 app.command("evaluate")(evaluate)
 app.command("results")(results)

@@ -9,6 +9,7 @@ from agents.bench import interfaces, opponents, sizes, threads
 from agents.bench.row import Item, Row, Yardsticks
 from agents.bench.yardsticks import measure_yardsticks
 from agents.errors import explain
+from baselines.interruption import exit_code
 from cps_envs.core.problem import Problem
 
 Report = Callable[[int, int, str], None]  # items done, items in all, what comes next
@@ -22,7 +23,7 @@ class Findings:
 
     rows: list[Row] = field(default_factory=list)
     yardsticks: list[Yardsticks] = field(default_factory=list)  # one for each part, in the order of measuring
-    interrupted: bool = False
+    interrupted: int = 0  # the exit code that a signal asks for; 0 if everything was measured
 
 
 def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
@@ -53,8 +54,8 @@ def measure(items: Sequence[Item], seconds: float, report: Report) -> Findings:
                 found.yardsticks.append(measure_yardsticks(seconds))
             found.rows.append(_measured(item, seconds, found.yardsticks[-1]))
         report(len(items), len(items), "")
-    except KeyboardInterrupt:
-        found.interrupted = True
+    except KeyboardInterrupt as error:
+        found.interrupted = exit_code(error)
     return found
 
 

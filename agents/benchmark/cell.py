@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Protocol, cast
 
 from agents.zoo.references import form_of, weights_of
 from baselines.schedule import Entrant, Setting
+from cps_envs.core.documents import Entry
 from cps_envs.core.problem import Problem
 
 Result = dict[str, Any]
@@ -52,6 +53,12 @@ class Cell:
         metrics = {name: values.tolist() for name, values in outcome.items()}
         return {"metrics": metrics, "simulations": getattr(attacker, "simulations", 0)}
 
+    def check(self, result: Entry) -> None:
+        """A finite value of each metric for each episode."""
+        for values in result["metrics"].entries().values():
+            values.numbers(self.episodes)
+        result["simulations"].number(0)
+
 
 @dataclass(frozen=True)
 class Preparation:
@@ -79,6 +86,11 @@ class Preparation:
         known = (config, self.quick, self.opponent) if self.opponent else (config, self.quick)
         return asdict(getattr(import_module(module), attribute)(*known))
 
+    def check(self, result: Entry) -> None:
+        """A reference and a note."""
+        result["policy"].text()
+        result["note"].text()
+
 
 class Job(Protocol):
     """A piece of work that any process can do; a frozen dataclass of plain data."""
@@ -95,6 +107,13 @@ class Job(Protocol):
 
     def run(self) -> Result:
         """Do the work."""
+
+    def check(self, result: Entry) -> None:
+        """Refuse a kept result that this work cannot have.
+
+        Raises:
+            DamagedFileError: it has other entries, or numbers that are not finite.
+        """
 
 
 def problem_of(name: str) -> Problem:

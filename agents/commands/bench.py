@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from agents.bench.suite import Findings
 
 QUICK_S, USUAL_S = 0.06, 1.0
-INTERRUPTED = 130
 PART = "Measure this part: sizes, threads, interfaces, added, opponents or training."
 
 
@@ -53,7 +52,7 @@ def bench(
         console.print(_yardsticks(found, machine))
     if found.interrupted:
         err().print(f"Interrupted: {len(found.rows)} of {len(items)} rows were measured.")
-        raise typer.Exit(INTERRUPTED)
+        raise typer.Exit(found.interrupted)
 
 
 def _parts(chosen: Sequence[str], training: bool) -> list[str]:
@@ -80,7 +79,7 @@ def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) 
         "yardsticks": [asdict(each) for each in found.yardsticks],
         "rows": [asdict(row) for row in found.rows],
         "targets": [asdict(target) | {"met": target.met} for target in targets],
-        "interrupted": found.interrupted,
+        "interrupted": bool(found.interrupted),
     }
 
 

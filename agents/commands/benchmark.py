@@ -36,6 +36,7 @@ def benchmark(
 
     from agents.benchmark.report import document
     from agents.benchmark.runner import find_benchmarks, select
+    from agents.locking import alone_in
     from agents.machine import available_cores, describe
     from cps_envs import find_problem
 
@@ -43,10 +44,11 @@ def benchmark(
     wanted = {"setting": setting or [], "attacker": attacker or [], "defender": defender or []}
     chosen = [select(found, wanted, quick) for found in find_benchmarks(names)]
     started = time.monotonic()
-    outcomes = _play(chosen, folder, jobs or available_cores(), quick, fresh)
-    wall_s = time.monotonic() - started
-    found = document(outcomes, describe(), wall_s)
-    files = _write(outcomes, found, folder)
+    with alone_in(folder):
+        outcomes = _play(chosen, folder, jobs or available_cores(), quick, fresh)
+        wall_s = time.monotonic() - started
+        found = document(outcomes, describe(), wall_s)
+        files = _write(outcomes, found, folder)
     if as_json:
         print_json(found)
     else:

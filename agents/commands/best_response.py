@@ -54,6 +54,7 @@ def best_response(
     from agents.league.exploitability import Contest, gain_over, league_value
     from agents.league.response import Budget, differing_presets, limited, venue_of
     from agents.league.strategy import mix
+    from agents.locking import alone_in
     from agents.machine import available_cores, describe
     from cps_envs.core.types import ROLES
 
@@ -75,10 +76,11 @@ def best_response(
     contest = Contest(venue_of(trained_by), chosen, strategy, known or ["all"], episodes)
     budget = Budget(seeds, jobs or available_cores(), describe()["command"], resume=resume, device=device)
     value = None if league is None else league_value(league, contest.venue)
-    trained, judgement = _run(contest, trained_by, budget, folder)
-    over_value = None if value is None else gain_over(value, judgement.response, chosen)
-    content = _document(contest, trained_by, trained, judgement, over_value) | describe()
-    write_json(folder / "best-response.json", content)
+    with alone_in(folder):
+        trained, judgement = _run(contest, trained_by, budget, folder)
+        over_value = None if value is None else gain_over(value, judgement.response, chosen)
+        content = _document(contest, trained_by, trained, judgement, over_value) | describe()
+        write_json(folder / "best-response.json", content)
     if as_json:
         print_json(content)
     else:

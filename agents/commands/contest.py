@@ -48,6 +48,7 @@ def contest(
     from agents.contest.played import Effort
     from agents.contest.publication import publish as put
     from agents.errors import CommandError
+    from agents.locking import alone_in
     from cps_envs import find_problem
     from cps_envs.core.errors import require
 
@@ -58,13 +59,14 @@ def contest(
     contests = find_contests([find_problem(name).name for name in problem or []])
     chosen = [(each, one) for each in contests for one in choose_variants(each, variant or [])]
     effort = Effort(4.0, 8, 1, 8, 2, 2, 16) if quick else Effort(budget, episodes)
-    store = Store(folder / "cells", fresh=fresh)
     found = []
-    for each, one in chosen:
-        found.append(_play(each, one, effort, store, jobs))
-        if not as_json:
-            _show(found[-1])
-    files = [*_write(found, folder), *(put(found, Path()) if publish else [])]
+    with alone_in(folder):
+        store = Store(folder / "cells", fresh=fresh)
+        for each, one in chosen:
+            found.append(_play(each, one, effort, store, jobs))
+            if not as_json:
+                _show(found[-1])
+        files = [*_write(found, folder), *(put(found, Path()) if publish else [])]
     if as_json:
         print_json(found)
     if quick:

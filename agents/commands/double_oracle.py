@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from baselines.rogue.fixed_game import FixedGame
 
 LEAST_SHARE = 0.05  # of a defender that the table names
+MOST = 10**9  # of the whole numbers in a file
 
 
 def double_oracle(
@@ -38,15 +39,16 @@ def double_oracle(
     """
     from agents.files import write_json
     from agents.league.double_oracle import play_rounds
+    from agents.locking import alone_at
     from agents.progress import Progress
     from baselines.rogue.fixed_game import FixedGame
     from cps_envs.core.errors import require
 
     require("cma", extra="baselines", purpose="searching attacks")
     games = [FixedGame(each, weight, seed=seed) for each in ratio or (1.0, 1.3)]
-    kept = {_key(game): rows for game, rows in _read(to)}
     found: list[dict[str, Any]] = []
-    with Progress("rounds", rounds * len(games)) as progress:
+    with alone_at(to), Progress("rounds", rounds * len(games)) as progress:
+        kept = {_key(game): rows for game, rows in _read(to)}
         for game in games:
             rows, done = kept.setdefault(_key(game), []), list["Round"]()
             for each in play_rounds(game, rows, rounds):
@@ -75,26 +77,28 @@ def _read(path: Path) -> list[tuple[FixedGame, list[Row]]]:
     """What an earlier call has found.
 
     Raises:
-        CommandError: the file is something else.
+        DamagedFileError: the file is something else, or of other defenders.
     """
     import numpy as np
 
-    from agents.errors import CommandError
     from agents.league.double_oracle import Row
     from baselines.rogue.fixed_game import DEFENDERS, FixedGame
+    from baselines.rogue.switching import SIZE
+    from cps_envs.core.documents import read_entry
 
     if not path.is_file():
         return []
-    try:
-        games = json.loads(path.read_text(encoding="utf-8"))["games"]
-        found = [
-            (FixedGame(**each["game"]), [Row(np.array(row["attack"]), np.array(row["paid"])) for row in each["rows"]])
-            for each in games
+    document = read_entry(path, "file of a double oracle", "Choose another --out, or delete it.")
+    found = []
+    for each in document["games"].rows():
+        game = each["game"]
+        ratio, weight = game["power_ratio"].number(0), game["weight_mps2"].number(0)
+        whole = (game[name].whole(0, MOST) for name in ("worlds", "population", "generations", "seed"))
+        rows = [
+            Row(np.array(row["attack"].numbers(SIZE)), np.array(row["paid"].numbers(len(DEFENDERS))))
+            for row in each["rows"].rows()
         ]
-    except (ValueError, KeyError, TypeError) as error:
-        raise CommandError(f"{path} holds no double oracle: choose another --out, or delete it") from error
-    if any(len(row.paid) != len(DEFENDERS) for _, rows in found for row in rows):
-        raise CommandError(f"{path} is of other defenders: choose another --out, or delete it")
+        found.append((FixedGame(ratio, weight, *whole), rows))
     return found
 
 

@@ -46,6 +46,7 @@ def league(
     from agents.league.league import Plan
     from agents.league.players import Venue
     from agents.league.report import document
+    from agents.locking import alone_in
     from agents.machine import available_cores, describe
     from cps_envs import find_problem
     from cps_envs.core.errors import require
@@ -55,9 +56,10 @@ def league(
     venue = Venue(find_problem(problem).name, preset, assignments(overrides or []))
     plan = Plan(venue, {"attacker": attackers or [], "defender": defenders or []}, episodes, metric, oracles)
     started = time.monotonic()
-    found = _play(plan, folder, jobs or available_cores(), fresh)
-    wall_s = time.monotonic() - started
-    files = _write(found, document(found, describe(), wall_s), folder)
+    with alone_in(folder):
+        found = _play(plan, folder, jobs or available_cores(), fresh)
+        wall_s = time.monotonic() - started
+        files = _write(found, document(found, describe(), wall_s), folder)
     if as_json:
         print_json(document(found, describe(), wall_s))
     else:

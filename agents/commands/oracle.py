@@ -55,6 +55,7 @@ def oracle(
     """
     from agents.commands.oracle_episodes import certify_episodes
     from agents.files import write_text
+    from agents.locking import alone_at
     from agents.machine import available_cores
     from baselines.fdi.cross import Extra
     from baselines.fdi.sweep import open_tasks, paper_tasks, sweep
@@ -72,20 +73,21 @@ def oracle(
     named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
     tasks = list(dict.fromkeys(named)) or paper_tasks(config.num_vehicles)
     path = to or Path("results") / "oracle" / f"{preset}.json"
-    known, commands = _earlier(path, config)
-    left = open_tasks(tasks, known, improve=improve)
-    header = _header(commands)
-    solved = sweep(
-        config,
-        left,
-        dict(known),
-        time_limit_s=time_limit,
-        gap=gap,
-        extra=Extra(anneal, exhaust),
-        jobs=jobs,
-        backend=backend,
-    )
-    known = _kept(solved, len(left), known, lambda records: write_text(path, to_text(header, config, records)))
+    with alone_at(path):
+        known, commands = _earlier(path, config)
+        left = open_tasks(tasks, known, improve=improve)
+        header = _header(commands)
+        solved = sweep(
+            config,
+            left,
+            dict(known),
+            time_limit_s=time_limit,
+            gap=gap,
+            extra=Extra(anneal, exhaust),
+            jobs=jobs,
+            backend=backend,
+        )
+        known = _kept(solved, len(left), known, lambda records: write_text(path, to_text(header, config, records)))
     chosen = [known[wanted] for wanted in tasks]
     if as_json:
         print_json(_document(header, config, chosen))
@@ -113,25 +115,25 @@ def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
     """The records that a file holds already and the commands that found them; nothing where there is none.
 
     Raises:
-        CommandError: it holds something else.
+        DamagedFileError: it holds something else.
+        CommandError: it holds optima of another configuration.
     """
     from agents.errors import CommandError
-    from cps_envs.fdi.optima import constants, from_text
+    from cps_envs.core.documents import read_entry
+    from cps_envs.fdi.optima import KIND, REMEDY, constants, from_entry
 
     if not path.exists():
         return {}, []
-    text = path.read_text(encoding="utf-8")
-    try:
-        values, records = from_text(text)
-    except ValueError as error:
-        raise CommandError(f"{path}: {error} Name another file with --out.") from error
+    document = read_entry(path, KIND, REMEDY)
+    values, records = from_entry(document)
     differing = [name for name, value in constants(config).items() if values.get(name) != value]
     if differing:
         raise CommandError(
             f"{path} holds optima of another configuration ({', '.join(differing)}). Name another file with --out, or "
             "delete it."
         )
-    return records, json.loads(text).get("commands", [])
+    commands = document.get("commands")
+    return records, [] if commands is None else [command.text() for command in commands.rows()]
 
 
 def _header(earlier: list[str]) -> dict[str, Any]:

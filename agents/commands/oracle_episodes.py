@@ -20,12 +20,14 @@ def certify_episodes(
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
     from agents.evaluation.certified import plain_values, stored_episodes
     from agents.files import write_text
+    from agents.locking import alone_at
     from agents.progress import Progress
     from baselines.fdi.instances import certify_all
 
-    rows = stored_episodes(path, config)
-    left = [seed for seed in range(episodes) if str(seed) not in rows]
-    with Progress("episodes", len(left)) as progress:
+    with alone_at(path), Progress("episodes", episodes) as progress:
+        rows = stored_episodes(path, config)
+        left = [seed for seed in range(episodes) if str(seed) not in rows]
+        progress.total = len(left)
         found = certify_all(config, left, time_limit_s=time_limit_s, jobs=jobs, backend=backend)
         for done, certificate in enumerate(found, 1):
             rows[str(certificate.instance.seed)] = _row(certificate)

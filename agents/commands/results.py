@@ -33,6 +33,7 @@ def results(
     listed as missing. --publish with --block would leave the other blocks out and is refused.
     """
     from agents.errors import CommandError
+    from agents.locking import alone_in
     from agents.machine import available_cores
     from agents.results.examination import find_blocks
     from agents.results.publication import publish as put
@@ -45,8 +46,9 @@ def results(
         return
     if publish and (block or quick):
         raise CommandError("--publish takes all blocks of a problem at full length: leave out --block and --quick")
-    found = _examine(blocks, folder, jobs or available_cores(), quick, fresh)
-    files = [*_write(found, folder), *(put(found, Path()) if publish else [])]
+    with alone_in(folder):
+        found = _examine(blocks, folder, jobs or available_cores(), quick, fresh)
+        files = [*_write(found, folder), *(put(found, Path()) if publish else [])]
     if as_json:
         print_json(found)
     else:

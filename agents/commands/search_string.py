@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -30,10 +29,12 @@ def search_string(
     from agents.files import write_json
     from agents.progress import Progress
     from baselines.disbanding.string_search import StringSearch, found_before, search_string
+    from cps_envs.core.documents import read_entry
 
     overrides = assignments(settings or [])
     search = StringSearch(form, trials=trials, population=population, seed=seed, spread=spread, overrides=overrides)
-    begun = None if start is None else found_before(json.loads(start.read_text(encoding="utf-8")))
+    kind, remedy = "result of `cps-envs search-string`", "Name another one, or leave out --start."
+    begun = None if start is None else found_before(read_entry(start, kind, remedy))
     with Progress("trials", trials) as progress:
 
         def report(done: int, found: dict[str, Any]) -> None:

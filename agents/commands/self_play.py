@@ -51,6 +51,7 @@ def self_play(
     """
     from agents.league.response import Budget, limited
     from agents.league.self_play import claim
+    from agents.locking import alone_in
     from agents.machine import available_cores, describe
     from cps_envs import find_problem
     from cps_envs.core.errors import require
@@ -65,9 +66,10 @@ def self_play(
     recipes = {role: limited(recipe, steps) for role, recipe in recipes.items()}
     budget = Budget(seeds, jobs or available_cores(), describe()["command"], device=device)
     chosen: dict[Role, list[str]] = {"attacker": attackers or ["all"], "defender": defenders or ["all"]}
-    game = _game(venue, chosen, recipes, episodes, budget, folder)
-    claim(folder, game, resume)
-    outcome = _play(game, folder, iterations, budget)
+    with alone_in(folder):
+        game = _game(venue, chosen, recipes, episodes, budget, folder)
+        claim(folder, game, resume)
+        outcome = _play(game, folder, iterations, budget)
     if as_json:
         print_json(_document(outcome))
     else:

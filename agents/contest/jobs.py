@@ -13,6 +13,7 @@ from agents.contest.search import Judge, run_search
 from agents.zoo.references import form_of
 from baselines.contest import Search
 from cps_envs.core.config import configure
+from cps_envs.core.documents import Entry
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 
@@ -73,6 +74,10 @@ class Screening:
         seeds = range(self.first_seed, self.first_seed + self.episodes)
         return {"scores": [float(judge(policy, seeds).mean()) for policy in self.policies]}
 
+    def check(self, result: Entry) -> None:
+        """A finite score for each policy."""
+        result["scores"].numbers(len(self.policies))
+
 
 @dataclass(frozen=True)
 class Response:
@@ -105,3 +110,11 @@ class Response:
         share_s = self.budget_s / len(self.searches)
         found = [run_search(search, judge, share_s, self.episodes, self.first_seed) for search in self.searches]
         return {"found": [asdict(each) for each in found]}
+
+    def check(self, result: Entry) -> None:
+        """What each search found."""
+        if len(found := result["found"].rows()) != len(self.searches):
+            raise result["found"].error(f"a list of {len(self.searches)} findings")
+        for each in found:
+            each["policy"].text()
+            each["score"].number()

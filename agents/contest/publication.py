@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from agents.contest.document import Document, remarks
 from agents.contest.tables import as_markdown, draw, markdown, summary
 from agents.errors import CommandError
 from agents.files import write_figure, write_json, write_text
+from cps_envs.core.documents import read_entry, read_text
 
 END = "<!-- the tables below are written by `cps-envs contest --publish` -->"
 
@@ -20,12 +20,13 @@ def publish(new: Sequence[Document], root: Path) -> list[Path]:
 
     Raises:
         CommandError: no repository of this package.
+        DamagedFileError: the kept documents are damaged.
     """
     page, data = root / "docs" / "contest.md", root / "docs" / "contest.json"
-    text = page.read_text(encoding="utf-8") if page.is_file() else ""
+    text = read_text(page) if page.is_file() else ""
     if END not in text:
         raise CommandError(f"{page} has no line {END}: publish from the repository's folder")
-    before: list[Document] = json.loads(data.read_text(encoding="utf-8")) if data.is_file() else []
+    before = _published(data) if data.is_file() else []
     known = {_key(found): found for found in (*before, *new)}
     contests = find_contests([])
     declared = [((each.problem, variant.name), each) for each in contests for variant in each.variants]
@@ -35,6 +36,14 @@ def publish(new: Sequence[Document], root: Path) -> list[Path]:
     first = "\n".join(["## All roles", "", *as_markdown(summary(every))]) + "\n"
     write_text(page, "\n".join([text.partition(END)[0] + END, "", first, *map(markdown, every)]))
     return [page, data, *pictures]
+
+
+def _published(path: Path) -> list[Document]:
+    """What a file of contests holds, by problem and variant."""
+    rows = read_entry(path, "file of contests", "Take it from the repository again.").rows()
+    for row in rows:
+        row["problem"].text(), row["variant"].text()
+    return [row.plain() for row in rows]
 
 
 def _key(found: Document) -> tuple[str, str]:

@@ -11,27 +11,29 @@ from typing import Any
 import numpy as np
 
 from agents.errors import CommandError
+from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import FloatArray
+from cps_envs.fdi.optima import FASTEST_MPS, PROVED, ROUNDING_MPS, STATUSES
 
 
 def stored_episodes(path: Path, config: Any) -> dict[str, Any]:
     """The certified episodes of a file, by seed; none where there is no file.
 
     Raises:
-        CommandError: it holds something else, or another configuration.
+        DamagedFileError: it holds something else.
+        CommandError: it holds episodes of another configuration.
     """
     if not path.exists():
         return {}
-    try:
-        stored = json.loads(path.read_text(encoding="utf-8"))
-        same, rows = stored["config"] == plain_values(config), dict(stored["episodes"])
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise CommandError(f"{path} holds no certified episodes. Name another file with --out.") from error
+    document = read_entry(path, "file of certified episodes", "Name another file with --out, or delete it.")
+    same, rows = document["config"].value == plain_values(config), document["episodes"].entries()
     if not same:
         raise CommandError(
             f"{path} holds episodes of another configuration. Name another file with --out, or delete it."
         )
-    return rows
+    for row in rows.values():
+        _check(row)
+    return document["episodes"].plain()
 
 
 def certified_metrics(path: Path, config: Any, episodes: int) -> Mapping[str, FloatArray]:
@@ -52,8 +54,22 @@ def certified_metrics(path: Path, config: Any, episodes: int) -> Mapping[str, Fl
     return {
         "oracle_bound_mps": np.array([row["bound_mps"] for row in chosen]),
         "oracle_value_mps": np.array([row["value_mps"] or 0.0 for row in chosen]),
-        "optimum_proved": np.array([float(row["status"] == "proved") for row in chosen]),
+        "optimum_proved": np.array([float(row["status"] == PROVED) for row in chosen]),
     }
+
+
+def _check(row: Entry) -> None:
+    """That a row has what is read from it, as `cps-envs oracle --episodes` wrote it."""
+    row["task"].text()
+    row["status"].text(STATUSES)
+    row["wall_s"].number(0)
+    bound_mps = row["bound_mps"].number(0, FASTEST_MPS)
+    if row["value_mps"].value is not None:
+        row["value_mps"].number(0, bound_mps + ROUNDING_MPS)
+    if row["lp_mps"].value is not None:
+        row["lp_mps"].number(0, FASTEST_MPS)
+    for gain in row["gains"].rows():
+        gain.number()
 
 
 def plain_values(config: Any) -> Any:

@@ -25,11 +25,13 @@ from agents.league.strategy import Strategy, mix
 from agents.learning.seeds import EVALUATION, VALIDATION
 from agents.progress import Progress
 from baselines.workers import Workers
+from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 if TYPE_CHECKING:
     from agents.learning.recipe import Recipe
 
+MOST_STEPS, MOST_DIGITS = 10**15, 15  # in a file: of training, and of a seed
 Pool = dict[Role, list[Player]]
 Profile = Mapping[Role, Strategy]
 
@@ -64,14 +66,15 @@ def claim(folder: Path, game: Game, resume: bool) -> None:
     """Begin in an empty folder, or go on with the same game.
 
     Raises:
-        CommandError: something is there already, or of another game, or damaged.
+        CommandError: something is there already, or of another game.
+        DamagedFileError: what is there is damaged.
     """
     path = folder / "game.json"
     mine = game.to_json()
     if not path.is_file():
         write_json(path, mine)
         return
-    found = _read(path)
+    found = _read(path).plain()
     differing = sorted(name for name in mine if found.get(name) != mine[name])
     if differing:
         raise CommandError(
@@ -191,18 +194,33 @@ def _load(home: Path, number: int) -> Iteration | None:
     return Iteration(number, _profile(found["profile"]), responses)
 
 
-def _profile(found: Mapping[str, Any]) -> Profile:
-    return {role: Strategy(tuple(found[role]["policies"]), tuple(found[role]["probabilities"])) for role in ROLES}
+def _profile(found: Entry) -> Profile:
+    return {role: _strategy(found[role]) for role in ROLES}
 
 
-def _trained(found: Mapping[str, Any]) -> Trained:
-    by_seed = {name: {int(seed): value for seed, value in found[name].items()} for name in ("references", "validation")}
-    return Trained(**by_seed, steps=found["steps"], cpu_s=found["cpu_s"])
-
-
-def _read(path: Path) -> dict[str, Any]:
+def _strategy(found: Entry) -> Strategy:
+    policies = [each.text() for each in found["policies"].rows()]
+    probabilities = [each.number(0, 1) for each in found["probabilities"].rows()]
     try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        return found
+        return Strategy(tuple(policies), tuple(probabilities))
     except ValueError as error:
-        raise CommandError(f"{path} is damaged ({error}): delete it and go on with --resume") from error
+        raise found.source.error(error) from error
+
+
+def _trained(found: Entry) -> Trained:
+    references = {_seed(seed, each): each.text() for seed, each in found["references"].entries().items()}
+    validation = {_seed(seed, each): each.number() for seed, each in found["validation"].entries().items()}
+    if not references or references.keys() != validation.keys():
+        raise found["references"].error("a policy for each seed that was validated")
+    steps, cpu_s = found["steps"].whole(0, MOST_STEPS), found["cpu_s"].number(0)
+    return Trained(references, validation, steps, cpu_s)
+
+
+def _seed(name: str, entry: Entry) -> int:
+    if not (name.isdecimal() and len(name) <= MOST_DIGITS):
+        raise entry.source.error(f"{entry.place}: {name!r} is no training seed")
+    return int(name)
+
+
+def _read(path: Path) -> Entry:
+    return read_entry(path, "file of self-play", "Delete it and go on with --resume.")

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import parse_qsl
 
+from cps_envs.core.documents import parse
+
 DIGITS = 6  # of the weights in a reference
 MIXTURE = "mixture"
 
@@ -76,8 +78,8 @@ def _parts(reference: str) -> list[tuple[str, float]]:
         return [(reference, 1.0)]
     options = dict(parse_qsl(query))
     try:
-        policies = json.loads(options.get("policies", "[]"))
-        weights = json.loads(options["weights"]) if "weights" in options else None
+        policies = parse(options.get("policies", "[]"))
+        weights = parse(options["weights"]) if "weights" in options else None
         inner = mix([str(policy) for policy in policies], weights)
     except (ValueError, TypeError) as error:
         raise ValueError(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import NamedTuple
 
 from agents.errors import CommandError
 from agents.learning.recipe import Recipe, changed
+from agents.learning.run import MOST_STEPS
 from agents.recipes.finding import RECIPES
+from cps_envs.core.documents import read_entry
 
 
 class Earlier(NamedTuple):
@@ -22,15 +23,13 @@ def read_earlier(path: Path) -> Earlier:
     """Recipe and seed of a run's `run.json`.
 
     Raises:
-        CommandError: no such file, it is damaged, or its recipe is not one that this version knows.
+        DamagedFileError: it is no record of a training run.
+        CommandError: no such file, or its recipe is not one that this version knows.
     """
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        knobs, seed, base = dict(found["recipe"]), int(found["seed"]), str(found["base"])
-    except OSError as error:
-        raise CommandError(f"{path} cannot be read ({error.strerror}): name the run.json of a training run") from error
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise CommandError(f"{path} is not the run.json of a training run ({error!r})") from error
+    if not path.is_file():
+        raise CommandError(f"{path} is no file: name the run.json of a training run")
+    found = read_entry(path, "record of a training run", "Name the run.json of a training run.")
+    knobs, seed, base = found["recipe"].plain(), found["seed"].whole(0, MOST_STEPS), found["base"].text()
     if base and base not in RECIPES:
         raise CommandError(f"{path} is of the recipe {base!r}, which this version does not have")
     return Earlier(changed(RECIPES.get(base, Recipe()), knobs), seed)

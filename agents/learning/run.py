@@ -13,8 +13,11 @@ from agents.errors import CommandError
 from agents.files import write_json, write_text
 from agents.learning.knobs import differing, knobs_of
 from agents.learning.recipe import Recipe
+from cps_envs.core.documents import Entry, Source, entry_of, read_entry, read_text
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
+REMEDY = "Delete the folder and train again."
+MOST_STEPS = 10**15
 
 
 @dataclass(frozen=True)
@@ -44,16 +47,14 @@ class Run:
         """What `write` has written; empty if nothing.
 
         Raises:
-            CommandError: the file is damaged.
+            DamagedFileError: the file is damaged.
         """
         path = self.folder / "run.json"
         if not path.is_file():
             return {}
-        try:
-            found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            return found
-        except ValueError as error:
-            raise CommandError(f"{path} is damaged ({error}): delete the folder and train again") from error
+        found = read_entry(path, "record of a training run", REMEDY)
+        _check(found)
+        return found.plain()
 
     def write(self, **progress: Any) -> None:
         """Update `run.json`: recipe, seed and command with what is given, the rest as it was."""
@@ -64,14 +65,21 @@ class Run:
     def append_evaluation(self, row: dict[str, Any]) -> None:
         """Add a line to `evaluations.jsonl`."""
         path = self.folder / "evaluations.jsonl"
-        before = path.read_text(encoding="utf-8") if path.is_file() else ""
+        before = read_text(path) if path.is_file() else ""
         write_text(path, before + json.dumps(json.loads(to_json(row))) + "\n")
 
     def evaluations(self) -> Iterator[dict[str, Any]]:
-        """The lines of `evaluations.jsonl`."""
+        """The lines of `evaluations.jsonl`.
+
+        Raises:
+            DamagedFileError: a line is none that `append_evaluation` wrote.
+        """
         path = self.folder / "evaluations.jsonl"
-        if path.is_file():
-            yield from map(json.loads, path.read_text(encoding="utf-8").splitlines())
+        for number, line in enumerate(read_text(path).splitlines() if path.is_file() else (), start=1):
+            found = entry_of(line, Source(f"{path}, line {number},", "evaluation of a training run", REMEDY))
+            for value in found.entries().values():
+                value.number()
+            yield found.plain()
 
     def check_same(self) -> None:
         """Whether what lies there is of this recipe and seed.
@@ -88,3 +96,16 @@ class Run:
                 f"{self.folder} holds a run of another recipe (other: {', '.join(others) or 'seed'}). Choose another "
                 "--out, or delete it."
             )
+
+
+def _check(found: Entry) -> None:
+    """That what other runs rely on is there as `Run.write` wrote it."""
+    found["recipe"].entries()
+    found["seed"].whole(0, MOST_STEPS)
+    found["status"].text((RUNNING, INTERRUPTED, FINISHED))
+    for name in ("steps", "resumptions"):
+        if (count := found.get(name)) is not None:
+            count.whole(0, MOST_STEPS)
+    for name in ("cpu_s", "best_score"):
+        if (number := found.get(name)) is not None and number.value is not None:
+            number.number()

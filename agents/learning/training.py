@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import signal
 import time
 import zipfile
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,7 +33,9 @@ from agents.learning.tracking import Subject, make_tracker
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.learning.values import ValueWarmUp
 from agents.learning.writer import TrackerWriter
+from agents.locking import alone_in
 from agents.machine import versions
+from baselines.interruption import ending
 
 
 @dataclass(frozen=True)
@@ -63,9 +65,15 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
     """Train; returns what `run.json` holds. Ctrl-C and SIGTERM save the model before they end the run.
 
     Raises:
-        CommandError: there is a finished or another run in the folder, or a damaged checkpoint to go on from.
+        CommandError: there is another run in the folder, an unfinished one that is not to be resumed, one that another
+            process is training, or a damaged checkpoint to go on from.
     """
     torch.set_num_threads(1)
+    with alone_in(job.folder), ending():
+        return _train(job, report)
+
+
+def _train(job: Job, report: Report) -> dict[str, Any]:
     run = job.run
     before = run.read()
     run.check_same()
@@ -77,19 +85,27 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
     envs = make_envs(job.recipe, training_seed(job.seed, resumption))
     check_fit(job.recipe, envs)
     tracker = make_tracker(job.tracker, job.subject)
-    run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=before.get("started", time.time()))
 
     def note(steps: int, text: str) -> None:
         run.write(phase=text)
         report(steps, text)
 
-    callback = TrainingCallback(run, envs, report)
-    best = BestEpisodes()
-    model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, note)
-    model.set_logger(Logger(folder=None, output_formats=[TrackerWriter(tracker)]))
-    run.write(phase="learning")
-    _learn(model, run, callback, best)
-    tracker.close()
+    try:
+        started = before.get("started", time.time())
+        run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=started)
+        callback = TrainingCallback(run, envs, report)
+        best = BestEpisodes()
+        model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, note)
+        model.set_logger(Logger(folder=None, output_formats=[TrackerWriter(tracker)]))
+        run.write(phase="learning")
+        _learn(model, run, callback, best)
+    except BaseException:
+        with suppress(OSError):  # of a full disk, which is what has to be told
+            run.write(status=INTERRUPTED)
+        raise
+    finally:
+        tracker.close()
+    run.write(status=FINISHED)
     envs.close()
     return run.read()
 
@@ -144,16 +160,10 @@ def _learn(model: BaseAlgorithm, run: Run, callback: TrainingCallback, best: Bes
     if recipe.self_imitation:
         seed = training_seed(run.seed)
         callbacks.append(SelfImitation(best, recipe.self_imitation, recipe.batch_size, seed))
-    previous = signal.getsignal(signal.SIGTERM)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         if left > 0:
             model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0)
     except KeyboardInterrupt:
         if getattr(callback, "model", None) is not None:
             callback.save_unfinished()
-        run.write(status=INTERRUPTED)
         raise
-    finally:
-        signal.signal(signal.SIGTERM, previous)
-    run.write(status=FINISHED)

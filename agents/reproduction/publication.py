@@ -8,6 +8,7 @@ from pathlib import Path
 from agents.errors import CommandError
 from agents.files import write_json, write_text
 from agents.reproduction.summary import COUNTED, DEPENDING, Finished, counted, depending
+from cps_envs.core.documents import read_text
 
 START = "<!-- the tables below are written by `cps-envs reproduce all --publish` -->"
 END = "<!-- the tables above are written by `cps-envs reproduce all --publish` -->"
@@ -21,7 +22,7 @@ def publish(every: Sequence[Finished], root: Path) -> list[Path]:
         CommandError: no repository of this package.
     """
     page, data = root / "docs" / "reproduction.md", root / "docs" / "reproduction.json"
-    text = page.read_text(encoding="utf-8") if page.is_file() else ""
+    text = read_text(page) if page.is_file() else ""
     if START not in text or END not in text:
         raise CommandError(f"{page} has no lines {START} and {END}: publish from the repository's folder")
     kept = [{name: each[name] for name in KEPT} for each in every]

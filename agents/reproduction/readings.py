@@ -15,6 +15,7 @@ from agents.errors import CommandError
 from agents.reproduction.chapter import Reproduction
 from agents.reproduction.rendering import render
 from baselines.reproduction.evidence import Report
+from cps_envs.core.documents import Entry
 from cps_envs.core.errors import near
 from cps_envs.disbanding.config import INTERPRETATIONS
 
@@ -54,6 +55,14 @@ class Reading:
             "passed": bool(found.passed),
             "wall_s": round(time.monotonic() - started, 1),
         }
+
+    def check(self, result: Entry) -> None:
+        """A document with its tables and tallies."""
+        result["document"].entries()
+        result["text"].text()
+        for tally in result["tallies"].rows():
+            tally.entries()
+        result["wall_s"].number(0)
 
     @property
     def choice(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from agents.zoo.files import SHIPPED, shipped_names
 from agents.zoo.merging import without_places
 from agents.zoo.references import PREFIX
 from cps_envs import PROBLEMS
+from cps_envs.core.documents import read_entry, read_text
 
 RECORDED = ("mean", "low", "high", "seeds", "episodes")
 
@@ -24,13 +24,14 @@ def publish(new: Document, root: Path) -> list[Path]:
 
     Raises:
         CommandError: results of a quick look, or no repository of this package.
+        DamagedFileError: the kept results are damaged.
     """
     if new["quick"]:
         raise CommandError("--quick is a look, no result: publish without it")
     data, page, readme = root / "docs" / "results.json", root / "docs" / "results.md", root / "README.md"
-    if not readme.is_file() or START not in (text := readme.read_text(encoding="utf-8")):
+    if not readme.is_file() or START not in (text := read_text(readme)):
         raise CommandError(f"{readme} has no section between {START} and {END}: publish from the repository's folder")
-    before = json.loads(data.read_text(encoding="utf-8")) if data.is_file() else None
+    before = _published(data) if data.is_file() else None
     problems = {
         name: {**problem, "command": without_places(problem["command"])} for name, problem in new["problems"].items()
     }
@@ -39,6 +40,14 @@ def publish(new: Document, root: Path) -> list[Path]:
     write_text(page, results_markdown(document))
     write_text(readme, with_table(text, document))
     return [data, page, readme, *(record(policy, new) for policy in shipped_names())]
+
+
+def _published(path: Path) -> Document:
+    """What a file of results holds, by problem."""
+    found = read_entry(path, "file of results", "Take it from the repository again.")
+    for problem in found["problems"].entries().values():
+        problem["blocks"].rows()
+    return found.plain()
 
 
 def record(name: str, document: Document, folder: Path = SHIPPED) -> Path:

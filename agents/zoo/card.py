@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import stat
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from cps_envs.core.documents import read_entry
 from cps_envs.core.types import ROLES
 
 FORMAT = 1
 HEADS = ("gaussian", "squashed", "discrete")
 MOST_BYTES = 2**20  # of a card
+REMEDY = "Train or download it again."
 MOST_VALUES = 10**6  # of an observation, or choices of an action
 MOST_DECISIONS = 10**6  # that an action is held for
 KINDS: dict[str, type] = {
@@ -77,29 +77,14 @@ def read_card(path: Path) -> Card:
     """The card of a file.
 
     Raises:
-        ValueError: it is no such card.
+        DamagedFileError: it is no such card.
         OSError: it cannot be read.
     """
+    document = read_entry(path, "card of a trained policy", REMEDY, MOST_BYTES)
+    plain = document.plain()
     try:
-        require_file(path, MOST_BYTES)
-        document = json.loads(path.read_text(encoding="utf-8"))
-        known = {entry.name for entry in fields(Card)}
-        if not isinstance(document, dict) or not set(document) <= known:
-            raise ValueError("unknown entries" if isinstance(document, dict) else "no JSON object")
-        return Card(**{**document, "actions": tuple(document.get("actions", ()))})
-    except (TypeError, ValueError, RecursionError) as error:
-        raise ValueError(f"{path} is no card of a trained policy ({error}). Train or download it again.") from error
-
-
-def require_file(path: Path, most_bytes: int) -> None:
-    """That a path is a file of at most this size, before anything is read.
-
-    Raises:
-        ValueError: it is a folder, a pipe or too large.
-        OSError: there is none.
-    """
-    status = path.stat()
-    if not stat.S_ISREG(status.st_mode):
-        raise ValueError("it is no file")
-    if status.st_size > most_bytes:
-        raise ValueError(f"it has {status.st_size} bytes, more than {most_bytes}")
+        if not set(plain) <= {entry.name for entry in fields(Card)}:
+            raise ValueError("unknown entries")
+        return Card(**{**plain, "actions": tuple(plain.get("actions", ()))})
+    except (TypeError, ValueError) as error:
+        raise document.source.error(error) from error

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from agents.zoo.card import Card, read_card
-from agents.zoo.files import find
+from agents.zoo.files import find, read_pair
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
 
@@ -61,10 +61,9 @@ def weights_of(reference: str) -> dict[str, str]:
     found = {}
     for name in NAMED.findall(reference):
         if _exists(name):
-            path = find(name)
-            card = replace(read_card(path), evaluation={}, command="", versions={})
-            digest = hashlib.sha256(path.with_suffix(".safetensors").read_bytes())
-            digest.update(repr(card).encode())
+            card, data = read_pair(find(name))
+            digest = hashlib.sha256(data)
+            digest.update(repr(replace(card, evaluation={}, command="", versions={})).encode())
             found[name] = digest.hexdigest()[:16]
     return found
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from baselines.disbanding.string_controller import SHAPE, SIZE, Gains, StringController
 from baselines.evolution import make_strategy
+from cps_envs.core.documents import Entry
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, Role
@@ -100,9 +101,17 @@ class Candidates(NamedTuple):
     detection_mps: FloatArray  # (P,)
 
 
-def found_before(result: Mapping[str, Any]) -> Candidates:
-    """The one policy of an earlier result of `search_string`."""
-    return Candidates(np.array([result["gains"]]), np.array([result["detection_mps"]]))
+def found_before(result: Entry) -> Candidates:
+    """The one policy of an earlier result of `search_string`.
+
+    Raises:
+        DamagedFileError: it is no such result.
+    """
+    states, gains = SHAPE
+    rows = result["gains"].rows()
+    if len(rows) != states:
+        raise result["gains"].error(f"{states} lists of {gains} gains")
+    return Candidates(np.array([[row.numbers(gains) for row in rows]]), np.array([result["detection_mps"].number(0)]))
 
 
 def candidates_of(points: FloatArray, start: Candidates) -> Candidates:

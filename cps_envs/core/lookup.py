@@ -11,6 +11,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 from urllib.parse import parse_qsl
 
+from cps_envs.core.documents import parse
 from cps_envs.core.errors import MissingExtraError, UnknownNameError, near
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.trust import require_trust
@@ -108,11 +109,11 @@ def _owner(name: str) -> str:
 
 def _value(text: str) -> Any:
     try:
-        return json.loads(text)
+        return parse(text)
     except json.JSONDecodeError:
         return text
-    except RecursionError as error:
-        raise ValueError(f"an option of a policy is nested too deeply: {text[:20]}...") from error
+    except ValueError as error:
+        raise ValueError(f"an option of a policy makes no sense, {error}: {text[:20]}...") from error
 
 
 def _checked(policy: Any, name: str, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:

@@ -16,12 +16,20 @@ from typing import Any
 
 import numpy as np
 
+from cps_envs.core.documents import Entry, Source, entry_of
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.task import Task, make_task
 
 PROVED, INFEASIBLE, GAP_REACHED, TIME_LIMIT = "proved", "infeasible", "gap reached", "time limit"
+STATUSES = (PROVED, INFEASIBLE, GAP_REACHED, TIME_LIMIT)
 CLOSED = (PROVED, INFEASIBLE)
+KIND = "file of optima as `cps-envs oracle` writes them"
+REMEDY = "Name another file with --out, or delete it."
+MOST_VEHICLES, MOST_HORIZON, MOST_LEVELS = 1000, 10**6, 10**6  # in a file
+FASTEST_MPS = 1e6
+ROUNDING_MPS = 1e-6  # by which a value may exceed a bound
 CONSTANTS = (  # of a configuration: all that the integer program depends on, besides the task
     "num_vehicles",
     "horizon",
@@ -104,19 +112,23 @@ def to_text(header: Mapping[str, Any], config: FdiConfig, records: Iterable[Reco
     return "{\n" + "".join(f"{line},\n" for line in lines) + '"rows": [\n' + ",\n".join(rows) + "\n]\n}\n"
 
 
-def from_text(text: str) -> tuple[dict[str, Any], dict[Task, Record]]:
+def from_text(text: str, name: str = "the text") -> tuple[dict[str, Any], dict[Task, Record]]:
     """The constants and the records of a file of optima.
 
     Raises:
-        ValueError: not such a file.
+        DamagedFileError: not such a file, or numbers that cannot be: a bound below its value, an injection that the
+            constants do not allow.
     """
-    try:
-        found = json.loads(text)
-        num_vehicles = found["constants"]["num_vehicles"]
-        records = [_record(row, num_vehicles) for row in found["rows"]]
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise ValueError(f"this is no file of optima as `cps-envs oracle` writes them: {error!r}") from error
-    return found["constants"], {record.task: record for record in records}
+    return from_entry(entry_of(text, Source(name, KIND, REMEDY)))
+
+
+def from_entry(document: Entry) -> tuple[dict[str, Any], dict[Task, Record]]:
+    """See `from_text`."""
+    values = document["constants"]
+    num_vehicles = values["num_vehicles"].whole(2, MOST_VEHICLES)
+    values["horizon"].whole(1, MOST_HORIZON)
+    records = [_record(row, values, num_vehicles) for row in document["rows"].rows()]
+    return values.plain(), {record.task: record for record in records}
 
 
 @lru_cache(maxsize=1)
@@ -124,7 +136,7 @@ def _shipped() -> Mapping[tuple[Any, ...], Mapping[Task, Record]]:
     found = {}
     for entry in (files("cps_envs.fdi") / "optima").iterdir():
         if entry.name.endswith(".json"):
-            values, records = from_text(entry.read_text(encoding="utf-8"))
+            values, records = from_text(entry.read_text(encoding="utf-8"), entry.name)
             found[tuple(values[name] for name in CONSTANTS)] = MappingProxyType(records)
     return found
 
@@ -157,16 +169,49 @@ def _rounded(value: float | None, direction: Any) -> float | None:
     return None if value is None else direction(round(value * 1e7, 3)) / 1e7
 
 
-def _record(row: Mapping[str, Any], num_vehicles: int) -> Record:
-    injections = None if row["injections"] is None else np.array(row["injections"], np.int64)
-    if injections is not None:
-        injections.setflags(write=False)
+def _record(row: Entry, values: Entry, num_vehicles: int) -> Record:
+    target = row["target"].whole(1, num_vehicles)
+    try:
+        task = make_task(row["attacked"].text(), target, num_vehicles)
+    except ConfigurationError as error:
+        raise row["attacked"].error(f"attacked sensors: {error}") from error
+    lp, value = row["lp_mps"], row["value_mps"]
+    bound_mps = row["bound_mps"].number(0, FASTEST_MPS)
     return Record(
-        make_task(row["attacked"], row["target"], num_vehicles),
-        row["lp_mps"],
-        row["value_mps"],
-        row["bound_mps"],
-        row["status"],
-        row["wall_s"],
-        injections,
+        task,
+        None if lp.value is None else lp.number(0, FASTEST_MPS),
+        None if value.value is None else value.number(0, bound_mps + ROUNDING_MPS),
+        bound_mps,
+        row["status"].text(STATUSES),
+        row["wall_s"].number(0),
+        _injections(row["injections"], task, values),
     )
+
+
+def _injections(plan: Entry, task: Task, values: Entry) -> IntArray | None:
+    """Levels (m, q) of the attacked sensors, ranges first, that the constants allow."""
+    if plan.value is None:
+        return None
+    most_range, most_rate = _levels(values, "range", "m"), _levels(values, "rate", "mps")
+    sensors = task.sensors
+    most = np.array(
+        [most_range] * (len(sensors.range) + len(sensors.rear_range))
+        + [most_rate] * (len(sensors.range_rate) + len(sensors.rear_rate))
+    )
+    try:
+        levels = np.array(plan.value)
+    except ValueError:  # rows of different lengths
+        levels = np.empty(0)
+    if levels.dtype != np.int64 or levels.ndim != 2 or levels.shape[1] != most.size:
+        raise plan.error(f"a list of steps, each with {most.size} whole numbers")
+    if len(levels) > values["horizon"].whole(1, MOST_HORIZON) or (np.abs(levels) > most).any():
+        raise plan.error("a plan of the horizon and the largest injections that the constants allow")
+    levels.setflags(write=False)
+    return levels
+
+
+def _levels(values: Entry, kind: str, unit: str) -> int:
+    """How many levels of a kind of sensor the constants allow in each direction, as `FdiConfig` counts them."""
+    bound = values[f"max_{kind}_injection_{unit}"].number(0, FASTEST_MPS)
+    resolution = values[f"{kind}_resolution_{unit}"].number(1e-9, FASTEST_MPS)
+    return min(int(bound / resolution + 1e-9), MOST_LEVELS)

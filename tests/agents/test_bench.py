@@ -200,7 +200,7 @@ def test_the_command_prints_json(measured: Findings) -> None:
 
 
 def test_an_interrupted_command_prints_and_says_so(measured: Findings) -> None:
-    measured.interrupted = True
+    measured.interrupted = 130
     result = invoke("--problem", "disbanding")
     assert result.exit_code == 130
     assert "DisbandingDefense vector 1024" in result.stdout

@@ -285,6 +285,9 @@ def edited(file: Path, change: str) -> str:
         kept["result"]["metrics"]["return"] = [1.0]
     elif change == "not a number":
         return text.replace("2.0", "NaN")
+    elif change.startswith("forged"):  # with a digest that fits
+        kept["result"]["metrics"]["return"] = FORGED[change]
+        kept["digest"] = store._digest(kept["result"])
     elif change == "another job":
         kept["job"]["attacker"] = "random"
     elif change == "no digest":
@@ -298,9 +301,30 @@ def edited(file: Path, change: str) -> str:
     return json.dumps(kept)
 
 
+FORGED: dict[str, Any] = {
+    "forged value": [float("nan")] * 3,
+    "forged length": [1.0],
+    "forged text": ["1", "2", "3"],
+    "forged kind": 7,
+}
+
+
 @pytest.mark.parametrize(
     "change",
-    ["values", "one value", "not a number", "another job", "no digest", "no result", "half", "deep", "", "[]", "null"],
+    [
+        *FORGED,
+        "values",
+        "one value",
+        "not a number",
+        "another job",
+        "no digest",
+        "no result",
+        "half",
+        "deep",
+        "",
+        "[]",
+        "null",
+    ],
 )
 def test_a_result_that_was_changed_is_not_believed(tmp_path: Path, change: str) -> None:
     kept = Store(tmp_path)

@@ -213,7 +213,7 @@ def test_search_string_goes_on_from_a_result(monkeypatch: pytest.MonkeyPatch, tm
 
     monkeypatch.setattr(module, "search_string", fake)
     earlier, target = tmp_path / "earlier.json", tmp_path / "new" / "string.json"
-    earlier.write_text(json.dumps({"gains": [[0.0]], "detection_mps": 1.5}))
+    earlier.write_text(json.dumps({"gains": [[0.0] * 16] * 2, "detection_mps": 1.5}))
     arguments = ("search-string", "--form", "local", "--trials", "4")
     assert invoke(*arguments, "--start", str(earlier), "--out", str(target)).exit_code == 0
     assert json.loads(target.read_text()) == {"cost": 1.0, "form": "local", "begun": [1.5]}

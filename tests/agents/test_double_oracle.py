@@ -118,7 +118,10 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     (found,) = json.loads(second.stdout)
     assert len(found["rounds"]) == 2
     assert json.loads(target.read_text())["games"][0]["rows"][: len(rows)] == rows
-    target.write_text("{}")
-    refused = CliRunner().invoke(app, arguments)
-    assert refused.exit_code != 0
-    assert "holds no double oracle" in str(refused.exception) + refused.output
+    whole = json.loads(target.read_text())
+    whole["games"][0]["rows"][0]["paid"][1] = float("nan")
+    for document, reason in (({}, "the entry games is missing"), (whole, "NaN is no number of JSON")):
+        target.write_text(json.dumps(document))
+        refused = CliRunner().invoke(app, arguments)
+        assert refused.exit_code == 2
+        assert f"is no file of a double oracle ({reason}). Choose another --out" in " ".join(refused.stderr.split())

@@ -21,6 +21,7 @@ from agents.learning.earlier import read_earlier
 from agents.learning.tracking import Subject, make_tracker
 from agents.learning.training import Job, train
 from agents.zoo.files import load
+from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
 from tests.agents.test_learning_parts import ROGUE
 
@@ -98,7 +99,7 @@ def test_a_run_is_repeated_from_its_file(tmp_path: Path) -> None:
 def test_a_file_that_is_no_run_is_named(text: str, tmp_path: Path) -> None:
     path = tmp_path / "run.json"
     path.write_text(text)
-    with pytest.raises(CommandError, match=r"run\.json|no knob"):
+    with pytest.raises((CommandError, DamagedFileError), match=r"run\.json|no knob"):
         read_earlier(path)
     path.write_text(json.dumps({"recipe": {}, "seed": 0, "base": "gone"}))
     with pytest.raises(CommandError, match="'gone'"):

@@ -30,6 +30,7 @@ from agents.league.self_play_report import document, draw
 from agents.league.strategy import mix, strategy_of
 from agents.learning.recipe import Recipe
 from baselines.workers import Workers
+from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, SIGN, Role
 
 VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
@@ -152,7 +153,7 @@ def test_another_game_and_damage_are_told(tmp_path: Path, oracle: Respond) -> No
     with pytest.raises(CommandError, match=r"another game \(other: episodes, venue\)"):
         claim(tmp_path, replace(GAME, episodes=7, venue=replace(VENUE, preset="paper")), resume=True)
     (tmp_path / "iteration-1" / "result.json").write_text("{")
-    with pytest.raises(CommandError, match=r"result\.json is damaged"):
+    with pytest.raises(DamagedFileError, match=r"result\.json is no file of self-play .*go on with --resume"):
         run(tmp_path, 1)
 
 

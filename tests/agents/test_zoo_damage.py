@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import struct
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -196,3 +197,72 @@ def test_what_is_accepted_plays_finite_numbers(data: st.DataObject) -> None:
 def numbers(count: int) -> st.SearchStrategy[Array]:
     entries = st.floats(-1e6, 1e6, width=32)
     return st.lists(entries, min_size=count, max_size=count).map(lambda row: np.array(row, np.float32))
+
+
+class KilledError(Exception):
+    """In place of a kill: nothing is cleaned up after it."""
+
+
+def killed(*arguments: object) -> None:
+    raise KilledError
+
+
+def seeds_in(card: Path) -> list[str]:
+    """The training seeds of what plays now, whose weights belong to the card."""
+    return list(load(card)[0].seeds)
+
+
+def test_a_kill_before_the_card_leaves_the_old_policy(card: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr("agents.zoo.files.write_json", killed)
+        with pytest.raises(KilledError):
+            save_tiny(card, "fdi", "attacker", seeds=3)
+    assert seeds_in(card) == ["0"]
+    document = {**json.loads(card.read_text()), "weights": ""}  # of an old card, which names no weights
+    card.write_text(json.dumps(document))
+    assert seeds_in(card) == ["0"]
+    save_tiny(card, "fdi", "attacker", seeds=2)
+    assert seeds_in(card) == ["0", "1"]
+
+
+@pytest.mark.parametrize("first", [False, True])
+def test_a_kill_after_the_card_leaves_the_new_policy(
+    first: bool, card: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    card = tmp_path / "other.json" if first else card
+    with monkeypatch.context() as patched:
+        patched.setattr("agents.zoo.files.os.replace", replacing_all_but(card.with_suffix(".safetensors")))
+        with pytest.raises(KilledError):
+            save_tiny(card, "fdi", "attacker", seeds=3)
+    assert seeds_in(card) == ["0", "1", "2"]
+    with monkeypatch.context() as patched:  # and once more, before the next card
+        patched.setattr("agents.zoo.files.write_json", killed)
+        with pytest.raises(KilledError):
+            save_tiny(card, "fdi", "attacker", seeds=4)
+    assert seeds_in(card) == ["0", "1", "2"]
+    save_tiny(card, "fdi", "attacker", seeds=2)
+    assert seeds_in(card) == ["0", "1"]
+    assert shipped_names(tmp_path) == (["other", "tiny"] if first else ["tiny"])
+
+
+def replacing_all_but(last: Path) -> Callable[[Path, Path], None]:
+    replace = os.replace
+
+    def put(draft: Path, path: Path) -> None:
+        if Path(path) == last:
+            raise KilledError
+        replace(draft, path)
+
+    return put
+
+
+def test_a_reader_always_finds_a_pair_that_fits(card: Path) -> None:
+    counts = (1, 2, 3, 4) * 5
+    writer = threading.Thread(target=lambda: [save_tiny(card, "fdi", "attacker", seeds=count) for count in counts])
+    writer.start()
+    found = set()
+    while writer.is_alive():
+        found.add(len(seeds_in(card)))
+    writer.join()
+    assert found <= {1, 2, 3, 4}
+    assert len(seeds_in(card)) == 4

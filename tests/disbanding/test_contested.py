@@ -11,6 +11,7 @@ from baselines.disbanding.contest import CONTEST
 from baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
 from baselines.disbanding.string_search import START, StringSearch, found_before, search_string
 from baselines.disbanding.timed import distinct
+from cps_envs.core.documents import Entry, Source
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
@@ -200,7 +201,7 @@ def test_the_search_is_seeded_and_says_where_it_began():
     small = StringSearch(trials=8, population=4, draws=2, attackers=("lead",))
     first, second = search_string(small), search_string(small)
     assert first == second
-    further = search_string(small, start=found_before(first))
+    further = search_string(small, start=found_before(Entry(first, Source("first", "result", "Search again."))))
     assert further["start"] == {"gains": first["gains"], "detection_mps": first["detection_mps"]}
     assert further["gains"] != first["gains"]
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 import pytest
@@ -104,7 +105,7 @@ def test_plans_are_read_only() -> None:
 
 def test_text_and_back() -> None:
     first, second = parse_task("xv1,2>3", 4), parse_task("v2>1", 4)
-    plan = np.arange(80).reshape(20, 4)
+    plan = np.arange(80).reshape(20, 4) - 40  # levels that the constants allow
     records = [Record(first, 3.0, 1.25, 2.5, TIME_LIMIT, 1.0, plan), Record(second, None, None, 0.0, INFEASIBLE, 0.0)]
     text = to_text({"commands": ["cps-envs oracle"]}, A, records)
     values, found = from_text(text)
@@ -134,3 +135,57 @@ def test_what_is_written_again_stays_the_same() -> None:
 def test_other_files(text: str) -> None:
     with pytest.raises(ValueError, match="cps-envs oracle"):
         from_text(text)
+
+
+def changed(**changes: Any) -> str:
+    """A file with one row, some of whose entries, or of whose constants, are others."""
+    record = Record(parse_task("x4>4", 4), 5.1, 5.0, 5.05, TIME_LIMIT, 0.0, np.zeros((20, 1), np.int64))
+    document = json.loads(to_text({}, A, [record]))
+    for target in (document["rows"][0], document["constants"]):
+        target |= {name: value for name, value in changes.items() if name in target}
+    return json.dumps(document)
+
+
+def test_an_unchanged_file_is_taken() -> None:
+    assert len(from_text(changed())[1]) == 1
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"bound_mps": float("nan")},
+        {"bound_mps": None},
+        {"bound_mps": 4.0},  # below the value
+        {"bound_mps": "5"},
+        {"value_mps": -1.0},
+        {"lp_mps": [1]},
+        {"status": "certified"},
+        {"wall_s": -1},
+        {"target": 5},
+        {"target": 1.5},
+        {"attacked": "y4"},
+        {"attacked": 4},
+        {"attacked": "x9"},
+        {"injections": [[1e30]]},
+        {"injections": [[10**30]]},
+        {"injections": [[101]]},  # 50 m in steps of 0.5 m are 100 levels
+        {"injections": [[1], [1, 2]]},
+        {"injections": [[1, 2]]},
+        {"injections": [[1]] * 21},  # a horizon of 20 steps
+        {"injections": [["a"]]},
+        {"injections": []},
+        {"num_vehicles": 10**9},
+        {"num_vehicles": 4.0},
+        {"horizon": "20"},
+        {"range_resolution_m": 0},
+    ],
+    ids=str,
+)
+def test_numbers_that_cannot_be_are_refused(changes: dict[str, Any]) -> None:
+    with pytest.raises(ValueError, match=r"mine\.json is no file of optima .*Name another file with --out"):
+        from_text(changed(**changes), "mine.json")
+
+
+def test_a_deep_file_is_refused() -> None:
+    with pytest.raises(ValueError, match="nested too deeply"):
+        from_text('{"rows": ' + "[" * 200_000)

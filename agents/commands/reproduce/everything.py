@@ -46,6 +46,7 @@ def everything(
     from agents.console import make_table
     from agents.errors import CommandError
     from agents.files import write_json
+    from agents.locking import alone_in
     from agents.machine import describe
     from agents.reproduction.publication import publish as put
     from agents.reproduction.readings import chosen, readings
@@ -55,12 +56,13 @@ def everything(
         raise CommandError("only the whole, without --quick or --reading, is published")
     todo = chosen(readings(quick=quick, recheck=recheck), only or [])
     machine = describe()
-    store = Store(folder / "done", fresh=fresh)
-    found = [{**machine, **each} for each in _finish(todo, store, jobs, folder)]
     summary = folder / "summary.json"
-    plain = [{name: value for name, value in each.items() if name != "text"} for each in found]
-    write_json(summary, plain)
-    files = [summary, *(put(found, Path()) if publish else [])]
+    with alone_in(folder):
+        store = Store(folder / "done", fresh=fresh)
+        found = [{**machine, **each} for each in _finish(todo, store, jobs, folder)]
+        plain = [{name: value for name, value in each.items() if name != "text"} for each in found]
+        write_json(summary, plain)
+        files = [summary, *(put(found, Path()) if publish else [])]
     if as_json:
         print_json(plain)
     else:

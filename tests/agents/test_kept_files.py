@@ -1,0 +1,189 @@
+"""Files that a command reads back or is given: they fit, or are refused with file, place and remedy."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from agents.cli import app
+from agents.contest.publication import END
+from agents.contest.publication import publish as publish_contests
+from agents.evaluation.certified import certified_metrics, plain_values
+from agents.league.exploitability import league_value
+from agents.league.players import Venue
+from agents.league.self_play import _load
+from agents.learning.recipe import Recipe
+from agents.learning.run import Run
+from agents.results.markdown import END as LAST
+from agents.results.markdown import START
+from agents.results.publication import publish as publish_results
+from cps_envs.core.documents import DamagedFileError
+from cps_envs.fdi.config import A
+
+VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
+RUN = Run(Path(), Recipe(name="tiny", problem="rogue", role="attacker"), 0, "cps-envs train")
+ROW = {
+    "task": "x4>4",
+    "gains": [1.0, 3.0],
+    "lp_mps": None,
+    "value_mps": 2.0,
+    "bound_mps": 2.5,
+    "status": "proved",
+    "wall_s": 1.0,
+}
+SIDE = {"references": {"0": "pd"}, "validation": {"0": 1.0}, "steps": 5, "cpu_s": 1.0}
+MIX = {"policies": ["pd"], "probabilities": [1.0]}
+
+
+def league() -> dict[str, Any]:
+    equilibrium = {"value": 3.0, "low": 2.0, "high": None}
+    config = plain_values(VENUE.config)
+    return {"equilibrium": equilibrium, "config": config, "problem": "rogue", "metric": "return"}
+
+
+def iteration() -> dict[str, Any]:
+    return {
+        "responses": {"attacker": dict(SIDE), "defender": dict(SIDE)},
+        "profile": {"attacker": dict(MIX), "defender": dict(MIX)},
+    }
+
+
+def search() -> dict[str, Any]:
+    return {"gains": [[0.0] * 16] * 2, "detection_mps": 1.0}
+
+
+def start_search(path: Path) -> None:
+    arguments = ["search-string", "--start", str(path), "--trials", "4", "--population", "4"]
+    result = CliRunner().invoke(app, arguments)
+    if result.exit_code == 2:
+        raise DamagedFileError(" ".join(result.stderr.split()))
+
+
+def publish_into(path: Path) -> None:
+    docs = path.parent / "docs"
+    docs.mkdir()
+    (docs / "contest.md").write_text(END)
+    path.rename(docs / "contest.json")
+    publish_contests([], path.parent)
+
+
+def publish_results_into(path: Path) -> None:
+    (path.parent / "docs").mkdir()
+    (path.parent / "README.md").write_text(f"{START}\n{LAST}\n")
+    path.rename(path.parent / "docs" / "results.json")
+    publish_results({"quick": False, "problems": {}}, path.parent)
+
+
+def read_run(path: Path) -> None:
+    Run(path.parent, RUN.recipe, RUN.seed, RUN.command).read()
+
+
+def read_evaluations(path: Path) -> None:
+    path.rename(path.parent / "evaluations.jsonl")
+    list(Run(path.parent, RUN.recipe, RUN.seed, RUN.command).evaluations())
+
+
+KINDS: dict[str, tuple[str, Callable[[], Any], Callable[[Path], object]]] = {
+    "episodes": (
+        "episodes.json",
+        lambda: {"config": plain_values(A), "episodes": {"0": dict(ROW)}},
+        lambda path: certified_metrics(path, A, 1),
+    ),
+    "league": ("rogue.json", league, lambda path: league_value(path, VENUE)),
+    "iteration": ("result.json", iteration, lambda path: _load(path.parent, 0)),
+    "run": ("run.json", lambda: {"recipe": {}, "seed": 0, "status": "running", "best_score": None}, read_run),
+    "evaluations": ("evaluations.json", lambda: {"steps": 1, "validation": 2.0}, read_evaluations),
+    "contests": ("contests.json", lambda: [], publish_into),
+    "start": ("start.json", search, start_search),
+}
+WRONG: list[tuple[str, tuple[Any, ...], Any]] = [  # kind, place, value
+    ("episodes", ("episodes", "0", "bound_mps"), float("nan")),
+    ("episodes", ("episodes", "0", "bound_mps"), 1.0),
+    ("episodes", ("episodes", "0", "value_mps"), "2"),
+    ("episodes", ("episodes", "0", "status"), 1),
+    ("episodes", ("episodes", "0", "gains"), ["a"]),
+    ("episodes", ("episodes", "0"), []),
+    ("episodes", ("episodes",), [1]),
+    ("league", ("equilibrium", "value"), None),
+    ("league", ("equilibrium", "low"), "2"),
+    ("league", ("equilibrium",), 3),
+    ("league", ("config",), []),
+    ("league", ("problem",), ["rogue"]),
+    ("iteration", ("responses", "attacker", "references"), {}),
+    ("iteration", ("responses", "attacker", "references"), {"x": "pd"}),
+    ("iteration", ("responses", "attacker", "references"), {"1": "pd"}),
+    ("iteration", ("responses", "attacker", "steps"), 1.5),
+    ("iteration", ("responses", "attacker", "validation", "0"), float("inf")),
+    ("iteration", ("profile", "defender", "probabilities"), [0.5]),
+    ("iteration", ("profile", "defender", "probabilities"), [-1, 2]),
+    ("iteration", ("profile", "defender", "policies"), [3]),
+    ("run", ("status",), "paused"),
+    ("run", ("best_score",), "good"),
+    ("run", ("recipe",), [1]),
+    ("run", ("steps",), -1),
+    ("evaluations", ("validation",), "x"),
+    ("start", ("gains",), [[0.0] * 16]),
+    ("start", ("gains",), [[0.0] * 15] * 2),
+    ("start", ("detection_mps",), None),
+]
+
+
+def write(tmp_path: Path, kind: str, text: str) -> Path:
+    path = tmp_path / KINDS[kind][0]
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("start", "contests")])
+def test_what_fits_is_read(kind: str, tmp_path: Path) -> None:
+    _, content, read = KINDS[kind]
+    read(write(tmp_path, kind, json.dumps(content())))
+
+
+@pytest.mark.parametrize(("kind", "place", "value"), WRONG, ids=str)
+def test_a_wrong_value_is_named_with_its_place(kind: str, place: tuple[Any, ...], value: Any, tmp_path: Path) -> None:
+    _, content, read = KINDS[kind]
+    document = content()
+    target = document
+    for step in place[:-1]:
+        target = target[step]
+    target[place[-1]] = value
+    path = write(tmp_path, kind, json.dumps(document))
+    with pytest.raises(DamagedFileError, match=rf"{path.stem}.* is no .* \(.*\)\. [A-Z].*\."):
+        read(path)
+
+
+@pytest.mark.parametrize("text", ["", "null", "[3", "{", '{"a":' * 100_000, "\x00"])
+@pytest.mark.parametrize("kind", list(KINDS))
+def test_other_files_are_refused_in_one_sentence(kind: str, text: str, tmp_path: Path) -> None:
+    if kind == "evaluations" and not text:
+        return  # no lines at all
+    with pytest.raises(DamagedFileError, match=r" is no .* \(.*\)\. [A-Z].*\."):
+        KINDS[kind][2](write(tmp_path, kind, text))
+
+
+def test_kept_results_are_checked_before_they_are_published(tmp_path: Path) -> None:
+    with pytest.raises(DamagedFileError, match=r"results\.json is no file of results \(problems\.rogue is '3'"):
+        publish_results_into(write(tmp_path, "run", '{"problems": {"rogue": 3}}'))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("play", "rogue", "--set", f"duration_s={'[' * 100_000}"), "--set duration_s=...: it is nested too deeply"),
+        (("play", "rogue", "--set", "duration_s=NaN"), "--set duration_s=...: NaN is no number of JSON"),
+        (("play", "rogue", "--attacker", f"square?duty={'[' * 5000}"), "an option of a policy makes no sense"),
+        (("play", "rogue", "--attacker", f"mixture?policies={'[' * 5000}"), "an option of a policy makes no sense"),
+        (("oracle", "--out", "README.md"), "README.md is no file of optima"),
+    ],
+)
+def test_deep_and_odd_texts_on_the_command_line(arguments: tuple[str, ...], message: str) -> None:
+    result = CliRunner().invoke(app, list(arguments))
+    assert result.exit_code == 2
+    assert message in " ".join(result.stderr.split())
+    assert "Traceback" not in result.stderr
