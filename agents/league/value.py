@@ -36,7 +36,8 @@ def game_value(payoffs: FloatArray, *, level: float = LEVEL) -> Estimate:
     rows, columns, count = payoffs.shape
     if count < HALVES or (payoffs == payoffs[:, :, :1]).all():
         value = solve(payoffs[:, :, 0]).value
-        return Estimate(value, *((None, None) if count < HALVES else (value, value)), 1, count)
+        known = None if count < HALVES else value
+        return Estimate(value, known, known, 1, count)
     paid, conceded, met = np.zeros((columns, count)), np.zeros((rows, count)), np.zeros(count)
     for half in range(HALVES):
         here = np.arange(count) % HALVES == half
