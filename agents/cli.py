@@ -13,6 +13,7 @@ from agents.commands.benchmark import benchmark
 from agents.commands.best_response import best_response
 from agents.commands.calibrate_mtd2 import calibrate_mtd2
 from agents.commands.contest import contest
+from agents.commands.coverage import coverage
 from agents.commands.dataset import dataset
 from agents.commands.double_oracle import double_oracle
 from agents.commands.evaluate import evaluate
@@ -127,6 +128,7 @@ app.add_typer(zoo, name="zoo", cls=Commands)
 app.command("dataset")(dataset)
 app.command("evaluate")(evaluate)
 app.command("results")(results)
+app.command("coverage")(coverage)
 app.command("benchmark")(benchmark)
 app.command("contest")(contest)
 app.command("league")(league)

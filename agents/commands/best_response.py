@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 AGAINST = "The fixed opponent: a policy's name, zoo:NAME, mixture?policies=[...]&weights=[...]; several are mixed."
 KNOWN = "What the response is compared with: a policy's name, or `all` (the default) for analytic and shipped ones."
-LEAGUE = "JSON of `cps-envs league` in the same configuration, to compare with the value of its equilibrium."
+LEAGUE = "JSON of `cps-envs league` in the same configuration, to compare with the value of its game."
 
 
 def best_response(
@@ -158,7 +158,7 @@ def _show(contest: Contest, trained: Trained, judgement: Judgement, over_value: 
     console.print(make_table(title, (contest.role, "return"), rows))
     console.print(_verdict(f"the best policy known before, {judgement.best_known},", judgement.gain), markup=False)
     if over_value is not None:
-        console.print(_verdict("the value of the league's equilibrium", over_value), markup=False)
+        console.print(_verdict("the value of the league's game", over_value), markup=False)
     console.print(f"Budget: {len(trained.references)} seeds, {trained.steps:,} steps, {trained.cpu_s:.0f} CPU s.")
 
 

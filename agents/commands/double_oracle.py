@@ -13,6 +13,7 @@ import typer
 from agents.console import err, make_table, out, print_json
 
 if TYPE_CHECKING:
+    from agents.evaluation.statistics import Estimate
     from agents.league.double_oracle import Round, Row
     from baselines.rogue.fixed_game import FixedGame
 
@@ -34,11 +35,12 @@ def double_oracle(
 
     The defender mixes 504 fixed choices: a law for each of the four intact
     vehicles, or detection. Each round solves the matrix game, searches a
-    switching attack on the defender's mixture, and adds it. The value is a
+    switching attack on the defender's mixture, and adds it. At the end both
+    mixtures are valued in worlds that did not choose them. That value is a
     lower bound: the last response says how far it may still rise.
     """
     from agents.files import write_json
-    from agents.league.double_oracle import play_rounds
+    from agents.league.double_oracle import fresh_value, play_rounds
     from agents.locking import alone_at
     from agents.progress import Progress
     from baselines.rogue.fixed_game import FixedGame
@@ -55,7 +57,7 @@ def double_oracle(
                 done.append(each)
                 progress.update(len(found) * rounds + len(done), f"ratio {game.power_ratio:g}: {each.value:.1f} m/s")
                 write_json(to, {"games": [_stored(key, rows) for key, rows in kept.items()]})
-            found.append(_document(game, done))
+            found.append(_document(game, done, fresh_value(game, rows, done[-1])))
     if as_json:
         print_json(found)
     else:
@@ -102,13 +104,14 @@ def _read(path: Path) -> list[tuple[FixedGame, list[Row]]]:
     return found
 
 
-def _document(game: FixedGame, rounds: Sequence[Round]) -> dict[str, Any]:
+def _document(game: FixedGame, rounds: Sequence[Round], value: Estimate) -> dict[str, Any]:
     from baselines.rogue.fixed_game import DEFENDERS
 
     last = rounds[-1]
     return {
         "game": asdict(game),
-        "value": last.value,
+        "value": {"mean": value.mean, "low": value.low, "high": value.high},
+        "value_of_means": last.value,
         "response": last.response,
         "least": last.least,
         "defender": {
@@ -126,4 +129,7 @@ def _show(game: FixedGame, found: dict[str, Any]) -> None:
     ]
     out().print(make_table(title, ("round", "value", "next response", "best single defender"), rows))
     shares = ", ".join(f"{name} {share:.0%}" for name, share in found["defender"].items())
+    value = found["value"]
+    ends = f"95 % interval {value['low']:.1f} to {value['high']:.1f}"
+    out().print(f"Value in {game.fresh_worlds} fresh worlds: {value['mean']:.1f} m/s, {ends}.")
     out().print(f"The defender plays {shares}", markup=False, soft_wrap=True)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 EVALUATED = "A name from `cps-envs list`, zoo:NAME for all its training seeds, zoo:NAME?seed=3; may be repeated."
 METRIC = "What is measured; `return` is what the attacker is paid."
+MARK = "*"  # of a baseline that the intervals say less about
 MOST = 1_000_000  # evaluation seeds
 
 
@@ -43,7 +44,8 @@ def evaluate(
     """Evaluate policies on seeds that training never used.
 
     Mean, interquartile mean and 95 % bootstrap intervals over training seeds and episodes; differences to the baselines
-    are paired, episode by episode. Trained policies get the observation and action form they were trained with.
+    are paired, episode by episode, and count the training seeds of both. Trained policies get the observation and
+    action form they were trained with.
     """
     from agents.evaluation.arena import Arena
     from agents.evaluation.comparison import Comparison
@@ -128,15 +130,18 @@ def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> Non
         for each in standings
     ]
     measured = f"{comparison.metric} / {comparison.per}" if comparison.per else comparison.metric
+    cautions = {name: text for each in standings for name, text in each.cautions.items()}
     columns = (
         "policy",
         "seeds x episodes",
         "mean",
         "95 % interval",
         "IQM",
-        *(f"minus {n}" for n in comparison.baselines),
+        *(f"minus {name}{MARK if name in cautions else ''}" for name in comparison.baselines),
     )
     out().print(make_table(f"{role} against {opponent}: {measured}", columns, rows))
+    for name, text in cautions.items():
+        out().print(f"{MARK} {name}: {text}.", markup=False, soft_wrap=True)
     if comparison.baselines:
         err().print("Differences: mean and interval; green or red where it excludes zero, for or against the policy.")
 

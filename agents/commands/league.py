@@ -38,6 +38,9 @@ def league(
 ) -> None:
     """Play every attacker against every defender and solve the zero-sum game of the means.
 
+    The value is not that of the means, which favours the side with more policies: strategies are chosen on one half of
+    the episodes and valued on the other. The interval holds the value of the true means.
+
     Each finished pair is kept at once: an interrupted league goes on where it stopped. Pairs are played again when the
     code, a version, a trained network or the configuration has changed.
     """

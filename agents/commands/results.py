@@ -30,7 +30,7 @@ def results(
     """Examine the shipped policies: every target with baselines, bar and verdict.
 
     Each finished cell is kept at once: an interrupted run goes on where it stopped. Policies that are not shipped are
-    listed as missing. --publish with --block would leave the other blocks out and is refused.
+    listed as missing. --publish renews the blocks that were examined; with --block the others stay as they are.
     """
     from agents.errors import CommandError
     from agents.locking import alone_in
@@ -44,8 +44,8 @@ def results(
     if show:
         _list(blocks)
         return
-    if publish and (block or quick):
-        raise CommandError("--publish takes all blocks of a problem at full length: leave out --block and --quick")
+    if publish and quick:
+        raise CommandError("--publish takes blocks at full length: leave out --quick")
     with alone_in(folder):
         found = _examine(blocks, folder, jobs or available_cores(), quick, fresh)
         files = [*_write(found, folder), *(put(found, Path()) if publish else [])]

@@ -11,7 +11,8 @@ import numpy as np
 from agents.contest.played import Effort, Played
 from agents.contest.rules import BEST_CONSTANT, NEUTRAL, TOLD, Finding, judge, shortfall
 from agents.evaluation.statistics import Estimate, estimate
-from agents.league.equilibrium import solve, value_interval
+from agents.league.equilibrium import solve
+from agents.league.value import game_value
 from baselines.contest import Column, Contest
 from baselines.schedule import Entrant
 from cps_envs import find_problem
@@ -76,10 +77,10 @@ def _game(played: Played) -> dict[str, Any]:
     payoffs = np.array(
         [[played.validation[attack.name, defence.name]["return"] for defence in defences] for attack in attacks]
     )
-    found, interval = solve(payoffs.mean(axis=2)), value_interval(payoffs)
-    low, high = interval or (None, None)
+    found = solve(payoffs.mean(axis=2))
     return {
-        "value": {"mean": found.value, "low": low, "high": high},
+        "value": plain(game_value(payoffs)),
+        "value_of_means": found.value,
         "attacker": _played(attacks, found.attacker),
         "defender": _played(defences, found.defender),
     }

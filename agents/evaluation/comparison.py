@@ -10,7 +10,8 @@ from typing import Any
 from agents.benchmark.cell import Cell, Result
 from agents.benchmark.runner import attempt
 from agents.evaluation.arena import Arena, scores
-from agents.evaluation.statistics import Estimate, difference, estimate, interquartile_mean
+from agents.evaluation.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
+from agents.zoo.references import is_trained
 from baselines.workers import Workers
 from cps_envs.core.types import FloatArray, Role
 
@@ -27,6 +28,7 @@ class Standing:
     mean: Estimate
     iqm: Estimate
     differences: Mapping[str, Estimate]  # to each baseline, policy minus baseline
+    cautions: Mapping[str, str]  # what the interval of a difference leaves out, by baseline
     values: FloatArray  # (training seeds, episodes)
 
     def to_json(self) -> dict[str, Any]:
@@ -38,7 +40,11 @@ class Standing:
             **asdict(self.mean),
             "iqm": {"mean": self.iqm.mean, "low": self.iqm.low, "high": self.iqm.high},
             "differences": {
-                name: {**asdict(found), "excludes_zero": found.excludes_zero}
+                name: {
+                    **asdict(found),
+                    "excludes_zero": found.excludes_zero,
+                    "caution": self.cautions.get(name, ""),
+                }
                 for name, found in self.differences.items()
             },
             "values": self.values.tolist(),
@@ -101,8 +107,14 @@ def _standing(comparison: Comparison, place: int, name: str, values: Mapping[tup
         mean=estimate([mine]),
         iqm=estimate([mine], interquartile_mean),
         differences={other: difference([mine], [values[place, other]]) for other in others},
+        cautions={other: text for other in others if (text := caution(other, values[place, other]))},
         values=mine,
     )
+
+
+def caution(reference: str, values: FloatArray) -> str:
+    """What the interval of a difference to a baseline with these values (training seeds, episodes) leaves out."""
+    return ONE_SEED if is_trained(reference) and len(values) == 1 else ""
 
 
 def is_better(found: Estimate, role: Role) -> bool | None:

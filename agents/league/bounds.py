@@ -21,6 +21,7 @@ from agents.league.self_play import (
     play_validation,
 )
 from agents.league.strategy import Strategy
+from agents.league.value import guaranteed
 from cps_envs.core.types import FloatArray
 
 
@@ -32,6 +33,8 @@ class Bounds:
     conceded: Estimate  # by the defender's strategy to the best attacker found: at most what it truly concedes
     secured: Estimate  # by the attacker's strategy against the best defender found: at least what it truly secures
     exploitability: Estimate  # conceded minus secured, paired by episode: at most what the profile's truly is
+    game: Estimate  # the value of the game of all policies found, between what both strategies surely guarantee
+    at_most: float | None  # the profile's exploitability by the policies found, with 95 % confidence
     best_attacker: str
     best_defender: str
 
@@ -77,11 +80,15 @@ def bounds_of(profile: Profile, pool: Pool, validation: Payoffs, evaluation: Pay
     values = evaluation.values
     conceded = np.einsum("ne,n->e", values[row], defending)
     secured = np.einsum("me,m->e", values[:, column], attacking)
+    met = np.einsum("mne,m,n->e", values, attacking, defending)
+    game = guaranteed(np.einsum("mne,m->ne", values, attacking), np.einsum("mne,n->me", values, defending), met)
     return Bounds(
-        value=_estimate(np.einsum("mne,m,n->e", values, attacking, defending)),
+        value=_estimate(met),
         conceded=_estimate(conceded),
         secured=_estimate(secured),
         exploitability=_estimate(conceded - secured),
+        game=game,
+        at_most=None if game.low is None or game.high is None else game.high - game.low,
         best_attacker=pool["attacker"][row].name,
         best_defender=pool["defender"][column].name,
     )

@@ -13,8 +13,10 @@ from typing import Protocol
 
 import numpy as np
 
+from agents.evaluation.statistics import Estimate
 from agents.league.equilibrium import solve
-from cps_envs.core.types import FloatArray
+from agents.league.value import guaranteed
+from cps_envs.core.types import FloatArray, IntArray
 
 
 class Searched(Protocol):
@@ -25,6 +27,9 @@ class Searched(Protocol):
 
     def row(self, attack: FloatArray) -> FloatArray:
         """What an attack is paid by each defender (n,)."""
+
+    def fresh(self, attack: FloatArray, defenders: IntArray) -> FloatArray:
+        """What these defenders pay an attack in episodes that chose nothing (k, E)."""
 
     def respond(self, defender: FloatArray, known: FloatArray, number: int) -> FloatArray:
         """The attack of round `number` against a mixture (n,) of the defenders; `known` is the best one so far."""
@@ -42,7 +47,7 @@ class Row:
 class Round:
     """The matrix of the attacks so far, solved."""
 
-    value: float
+    value: float  # of the episodes that chose the strategies
     attacker: FloatArray  # (m,) probabilities of the rows so far
     defender: FloatArray  # (n,) probabilities of the defenders
     response: float  # what the attack that was searched next is paid by this mixture of defenders
@@ -63,3 +68,13 @@ def play_rounds(game: Searched, rows: list[Row], rounds: int) -> Iterator[Round]
             rows.append(Row(attack, game.row(attack)))
         response = float(rows[count].paid @ found.defender)
         yield Round(found.value, found.attacker, found.defender, response, float(matrix.max(axis=0).min()))
+
+
+def fresh_value(game: Searched, rows: list[Row], found: Round) -> Estimate:
+    """The value of the game of a round's attacks and all defenders, in episodes that did not choose the strategies."""
+    attacking, defending = np.flatnonzero(found.attacker), np.flatnonzero(found.defender)
+    attacks = [row.attack for row in rows[: len(found.attacker)]]
+    everybody = np.arange(len(found.defender))
+    paid = sum(found.attacker[k] * game.fresh(attacks[k], everybody) for k in attacking)
+    conceded = np.stack([found.defender[defending] @ game.fresh(attack, defending) for attack in attacks])
+    return guaranteed(np.asarray(paid), conceded, found.attacker @ conceded)

@@ -11,8 +11,6 @@ from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray
 
 TOLERANCE = 1e-7  # of the spread of the entries
-RESAMPLES = 1000
-LEVEL = 0.95
 
 
 @dataclass(frozen=True)
@@ -58,32 +56,6 @@ def maximin(payoff: FloatArray) -> FloatArray:
         bounds=[(0.0, 1.0)] * rows + [(None, None)],
     )
     return _probabilities(found[:-1])
-
-
-def value_interval(
-    payoffs: FloatArray, *, resamples: int = RESAMPLES, level: float = LEVEL, seed: int = 0
-) -> tuple[float, float] | None:
-    """Percentile interval of the value of the mean matrix, for episodes (m, n, E) that share their seeds.
-
-    A resample draws episodes, the same ones in every entry, and solves the game again. None for a single episode.
-    """
-    count = payoffs.shape[2]
-    if count < 2:
-        return None
-    if (payoffs == payoffs[:, :, :1]).all():
-        value = solve(payoffs[:, :, 0]).value
-        return value, value
-    generator = np.random.default_rng(seed)
-    draws = generator.integers(count, size=(resamples, count))
-    values = [_value(payoffs[:, :, drawn].mean(axis=2)) for drawn in draws]
-    low, high = np.quantile(values, [(1 - level) / 2, (1 + level) / 2])
-    return float(low), float(high)
-
-
-def _value(payoff: FloatArray) -> float:
-    """That of the equilibrium, without a linear program where pure strategies are enough."""
-    floor, ceiling = float(payoff.min(axis=1).max()), float(payoff.max(axis=0).min())
-    return floor if floor == ceiling else float((maximin(payoff) @ payoff).min())
 
 
 def dominating(payoff: FloatArray) -> list[FloatArray | None]:

@@ -10,9 +10,10 @@ from typing import TypeAlias
 from agents.benchmark.store import Store
 from agents.errors import CommandError
 from agents.evaluation.statistics import Estimate, estimate
-from agents.league.equilibrium import Equilibrium, dominating, solve, value_interval
+from agents.league.equilibrium import Equilibrium, dominating, solve
 from agents.league.meetings import RETURN, Payoffs, Report, has_played, play_meetings
 from agents.league.players import ALL, Admission, Player, Venue, admit, check_known, make_players, usual
+from agents.league.value import game_value
 from baselines.workers import Workers
 from cps_envs import find_problem
 from cps_envs.core.types import ROLES, FloatArray, Role, other
@@ -72,9 +73,9 @@ class League:
         return solve(self.payoffs.means)
 
     @cached_property
-    def value_interval(self) -> tuple[float, float] | None:
-        """Of the equilibrium's value; None for a single episode."""
-        return value_interval(self.payoffs.values)
+    def value(self) -> Estimate:
+        """Of the game of the true means; without an interval for a single episode."""
+        return game_value(self.payoffs.values)
 
     @cached_property
     def dominated(self) -> dict[Role, Dominators]:

@@ -26,7 +26,6 @@ NAME_WIDTH, CELL_WIDTH = 26, 17  # in a terminal
 def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
     """Everything, for machines."""
     plan, problem = league.plan, find_problem(league.plan.venue.problem)
-    interval = league.value_interval
     return {
         **machine,
         "wall_s": round(wall_s, 1),
@@ -39,9 +38,10 @@ def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[
         "first_seed": plan.seeds.start,
         "episodes": plan.episodes,
         "equilibrium": {
-            "value": league.equilibrium.value,
-            "low": interval[0] if interval else None,
-            "high": interval[1] if interval else None,
+            "value": league.value.mean,
+            "low": league.value.low,
+            "high": league.value.high,
+            "value_of_means": league.equilibrium.value,
             "gap": league.equilibrium.gap,
             **{role: _strategy(found) for role, found in strategies(league).items()},
         },
@@ -125,10 +125,10 @@ def dominated_text(found: Standing) -> str:
 
 
 def verdict(league: League) -> str:
-    """The equilibrium's value in a sentence."""
-    interval = league.value_interval
-    ends = f", 95 % interval {interval[0]:.4g} to {interval[1]:.4g}" if interval else ""
-    return f"Value of the equilibrium: {league.equilibrium.value:.4g}{ends}."
+    """The value of the game in a sentence."""
+    value = league.value
+    ends = "" if value.low is None else f", 95 % interval {value.low:.4g} to {value.high:.4g}"
+    return f"Value of the game: {value.mean:.4g}{ends}."
 
 
 def stacked(found: Estimate) -> str:

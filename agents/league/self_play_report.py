@@ -54,11 +54,12 @@ def table(outcome: Outcome) -> Table:
         (
             name,
             *map(stacked, (found.secured, found.value, found.conceded, found.exploitability)),
+            "-" if found.at_most is None else f"{found.at_most:.4g}",
             f"{found.best_attacker}\n{found.best_defender}",
         )
         for name, found in zip(names, [*outcome.bounds, outcome.final_bounds], strict=True)
     ]
-    columns = ("profile", "secured", "value", "conceded", "gap", "best replies")
+    columns = ("profile", "secured", "value", "conceded", "gap", "gap, at most", "best replies")
     venue = outcome.game.venue
     unit = find_problem(venue.problem).unit or "return"
     title = f"{venue.problem}: what profiles pay the attacker ({unit}), against all policies found"

@@ -38,11 +38,12 @@ class Contestant:
 class Bar:
     """What a learned policy has to pass: a number, or baselines in the same episodes.
 
-    More is asked of attackers and less of defenders, unless `less` says otherwise. The whole interval has to be on the
-    right side, or with `by_mean` the mean.
+    `every` asks to beat all baselines that the table shows. More is asked of attackers and less of defenders, unless
+    `less` says otherwise. The whole interval has to be on the right side, or with `by_mean` the mean.
     """
 
     beat: tuple[str, ...] = ()  # contestants, each of them
+    every: bool = False
     value: float | None = None
     factor: float = 1.0  # of what the contestants reach
     metric: str = ""  # the row's if empty
@@ -62,6 +63,7 @@ class Row:
     metric: str = ""  # the block's if empty
     per: str = ""  # a metric of the same episode that it is divided by; the block's if empty
     bound: str = ""  # what is known to be the best possible, in words
+    without: tuple[str, ...] = ()  # baselines that cannot play it
     headline: bool = False  # stands for the block in summaries; the first judged row if none does
 
 
@@ -84,6 +86,7 @@ class Block:
     unit: str = ""
     shown: tuple[str, ...] = ()  # further metrics to print beside
     notes: tuple[str, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)  # registered policies that do not play, with the reason
 
     @property
     def contestants(self) -> tuple[Contestant, ...]:
@@ -93,6 +96,10 @@ class Block:
     def bars_of(self, row: Row) -> tuple[Bar, ...]:
         """What a row is judged by."""
         return self.bars if row.bars is None else row.bars
+
+    def rivals_of(self, bar: Bar) -> tuple[str, ...]:
+        """The baselines that a bar asks to beat."""
+        return tuple(each.name for each in self.baselines if not each.optimum) if bar.every else bar.beat
 
     def metric_of(self, row: Row) -> str:
         """What a row shows."""

@@ -9,30 +9,39 @@ from typing import Any
 import numpy as np
 
 from agents.evaluation.arena import Arena
-from agents.evaluation.statistics import Estimate, difference, estimate
+from agents.evaluation.statistics import ONE_SEED, Estimate, difference, estimate
 from agents.results.block import Block, Contestant
 from agents.results.examination import Findings, missing_of
 from agents.results.judging import judge, simulations_of, strata_of, worst
-from agents.zoo.references import card_of
+from agents.zoo.references import by_training_seed, card_of, is_missing, is_trained
 
 Document = dict[str, Any]
-FORMAT = 1
+FORMAT = 2
 
 
 def document(blocks: Sequence[Block], findings: Findings, machine: Mapping[str, Any], quick: bool) -> Document:
     """Everything, sorted by problem; `machine` tells command, processor and versions."""
     names = list(dict.fromkeys(block.problem for block in blocks))
     problems = {
-        name: {**machine, "blocks": [_block(block, findings) for block in blocks if block.problem == name]}
+        name: {"blocks": [{**_block(block, findings), **machine} for block in blocks if block.problem == name]}
         for name in names
     }
     return {"format": FORMAT, "quick": quick, "problems": problems}
 
 
-def merged(before: Document | None, new: Document, order: Sequence[str]) -> Document:
-    """`new` with the problems that only the earlier document has."""
-    problems = {**(before["problems"] if before and before.get("format") == FORMAT else {}), **new["problems"]}
-    return {**new, "problems": {name: problems[name] for name in order if name in problems}}
+def merged(before: Document | None, new: Document, declared: Mapping[str, Sequence[str]]) -> Document:
+    """`new` with the blocks that only the earlier document has, of those that the problems declare."""
+    kept = before["problems"] if before and before.get("format") == FORMAT else {}
+    known = {
+        (name, block["name"]): block
+        for problems in (kept, new["problems"])
+        for name, problem in problems.items()
+        for block in problem["blocks"]
+    }
+    found = {
+        name: [known[name, block] for block in blocks if (name, block) in known] for name, blocks in declared.items()
+    }
+    return {**new, "problems": {name: {"blocks": blocks} for name, blocks in found.items() if blocks}}
 
 
 def _block(block: Block, findings: Findings) -> Document:
@@ -50,7 +59,8 @@ def _block(block: Block, findings: Findings) -> Document:
         "notes": list(block.notes),
         "missing": missing,
         "learned": [_contestant(each, each.name in missing) for each in block.learned],
-        "baselines": [{"name": each.name, "title": each.heading, "optimum": each.optimum} for each in block.baselines],
+        "baselines": [_baseline(each) for each in block.baselines],
+        "left_out": dict(block.left_out),
         "rows": [_row(block, number, findings) for number in range(len(block.rows))],
     }
 
@@ -63,6 +73,12 @@ def _contestant(each: Contestant, missing: bool) -> Document:
         facts |= {"algorithm": card.algorithm, "opponent": card.opponent, "training_seeds": list(card.seeds)}
         facts |= {"training": card.command, "cpu_s": [value for value in trained if value is not None]}
     return facts
+
+
+def _baseline(each: Contestant) -> Document:
+    alone = is_trained(each.reference) and not is_missing(each.reference) and len(by_training_seed(each.reference)) == 1
+    plain = {"name": each.name, "title": each.heading, "policy": each.reference, "optimum": each.optimum}
+    return {**plain, "caution": ONE_SEED if alone else ""}
 
 
 def _row(block: Block, number: int, findings: Findings) -> Document:

@@ -14,6 +14,7 @@ from agents.benchmark.store import Store
 from agents.errors import CommandError
 from agents.evaluation.arena import Arena
 from agents.results.block import Block, Contestant, Row
+from agents.results.rivals import completed
 from agents.zoo.references import missing_names
 from baselines.workers import Workers
 from cps_envs import PROBLEMS
@@ -34,17 +35,23 @@ class Findings:
 
 
 def find_blocks(problems: Sequence[str], names: Sequence[str] = ()) -> list[Block]:
-    """The blocks that the problems declare in `agents.results.<problem>`; all if nothing is named.
+    """The blocks that the problems declare in `agents.results.<problem>`, completed; all if nothing is named.
 
     Raises:
         CommandError: there is no such block.
     """
-    found = [block for name in problems or PROBLEMS for block in import_module(f"agents.results.{name}").BLOCKS]
-    known = {block.name for block in found}
+    declared = [block for name in problems or PROBLEMS for block in import_module(f"agents.results.{name}").BLOCKS]
+    found = [completed(block) for block in declared if not names or block.name in names]
+    known = {block.name for block in declared}
     for name in names:
         if name not in known:
             raise CommandError(f"there is no block {name!r}. {near(name, known)}")
-    return [block for block in found if not names or block.name in names]
+    return found
+
+
+def declared_blocks() -> dict[str, list[str]]:
+    """The names of the blocks of each problem."""
+    return {name: [block.name for block in import_module(f"agents.results.{name}").BLOCKS] for name in PROBLEMS}
 
 
 def missing_of(block: Block) -> dict[str, list[str]]:
@@ -96,7 +103,7 @@ def _places(block: Block, quick: bool) -> Iterator[tuple[Place, Arena, Contestan
         for place, arena in enumerate(row.arenas):
             shorter = replace(arena, episodes=min(arena.episodes, QUICK_EPISODES)) if quick else arena
             for each in block.contestants:
-                if not missing_names(each.reference):
+                if each.name not in row.without and not missing_names(each.reference):
                     yield (block.name, number, place, each.name), shorter, each
 
 

@@ -65,7 +65,7 @@ def judge(block: Block, number: int, findings: Findings) -> list[Judgement]:
         if bar.value is not None:
             limit = f"{bar.value:g}{_unit(block, row, bar)}"
             judgements.append(_judgement(each.name, place, bar, block, limit, "", estimate(learned), bar.value))
-        for other in bar.beat:
+        for other in block.rivals_of(bar):
             baseline = strata_of(block, number, other, metric, findings)
             if baseline is not None:
                 found = difference(learned, baseline, bar.factor)

@@ -8,19 +8,19 @@ from pathlib import Path
 from agents.errors import CommandError
 from agents.files import write_json, write_text
 from agents.results.document import Document, merged
+from agents.results.examination import declared_blocks
 from agents.results.markdown import END, START, results_markdown, with_table
 from agents.zoo.card import read_card
 from agents.zoo.files import SHIPPED, shipped_names
 from agents.zoo.merging import without_places
 from agents.zoo.references import PREFIX
-from cps_envs import PROBLEMS
 from cps_envs.core.documents import read_entry, read_text
 
 RECORDED = ("mean", "low", "high", "seeds", "episodes")
 
 
 def publish(new: Document, root: Path) -> list[Path]:
-    """Renew the files below `root` for the problems of the document; the others stay. Returns their paths.
+    """Renew the files below `root` for the blocks of the document; the others stay. Returns their paths.
 
     Raises:
         CommandError: results of a quick look, or no repository of this package.
@@ -33,9 +33,10 @@ def publish(new: Document, root: Path) -> list[Path]:
         raise CommandError(f"{readme} has no section between {START} and {END}: publish from the repository's folder")
     before = _published(data) if data.is_file() else None
     problems = {
-        name: {**problem, "command": without_places(problem["command"])} for name, problem in new["problems"].items()
+        name: {"blocks": [{**block, "command": without_places(block["command"])} for block in problem["blocks"]]}
+        for name, problem in new["problems"].items()
     }
-    document = merged(before, {**new, "problems": problems}, list(PROBLEMS))
+    document = merged(before, {**new, "problems": problems}, declared_blocks())
     write_json(data, document)
     write_text(page, results_markdown(document))
     write_text(readme, with_table(text, document))

@@ -7,13 +7,14 @@ from typing import Any
 
 from agents.evaluation.arena import Arena
 from agents.results.block import Bar, Block, Contestant, Row
-from baselines.rogue.reproduction.shipped import shipped_rows
 from baselines.rogue.switching_search import DEFENDERS, RATIOS, SETTING, SPREAD
+from baselines.rogue.yardsticks import best_known, shipped
 from cps_envs.rogue.config import PAPER
 
 ATTACKER = Contestant("learned", "zoo:rogue-attack-ppo")
 DEFENDER = Contestant("learned", "zoo:rogue-defense-ppo")
 WORLDS = 16
+KNOWN = shipped()
 TRACKING = "formation_cost_s"
 VERIFIED = "Solid contact, 60 s, half the integration step, drive and drag drawn within 0.3 %."
 
@@ -27,19 +28,9 @@ def world(power_ratio: float) -> Mapping[str, Any]:
     return {**SETTING, **drawn, "power_ratio": power_ratio, "dt_s": PAPER.dt_s / 2}
 
 
-def head_room(defender: str, power_ratio: float) -> float:
-    """The best square wave of any duty or searched feedback of the specification's table, m/s."""
-    (row,) = (
-        row
-        for row in shipped_rows("headroom")
-        if row["defender"] == defender and float(row["power_ratio"]) == power_ratio
-    )
-    return max(float(row[name]) for name in ("duty", "closed"))
-
-
 def _attacked(defender: str, ratio: float) -> Row:
     arena = Arena("rogue", "attacker", defender, "paper", world(ratio), WORLDS, f"{defender}-{ratio:g}")
-    bars = (Bar(beat=("wave", f"switching {defender}")), Bar(value=head_room(defender, ratio)))
+    bars = (Bar(every=True), Bar(value=best_known(KNOWN, ratio, defender)))
     return Row(f"{defender}, ratio {ratio:g}", (arena,), bars)
 
 
@@ -60,7 +51,7 @@ def _fine(ratio: float) -> Row:
 ATTACK = Block(
     name="rogue-attack",
     title="rogue attacker, damage",
-    target="above the best square wave of any duty and the searched feedback, against every controller.",
+    target="above every analytic attacker and the best attack that any search knows, against every controller.",
     problem="rogue",
     role="attacker",
     metric="damage",
@@ -80,7 +71,8 @@ ATTACK = Block(
     shown=("reference_error_m",),
     notes=(
         VERIFIED,
-        "The number in a bar is the specification's head-room table, found by an independent implementation.",
+        "The number in a bar is the best of four searches (`python -m baselines.rogue.yardsticks`). Three of them are "
+        "told the controller or plan on copies of the world.",
         "A policy that needs the full step to do its damage exploits the chatter of the integration.",
     ),
 )
@@ -112,6 +104,7 @@ DEFENSE = Block(
     unit="m/s",
     shown=(TRACKING, "reference_error_m"),
     notes=(VERIFIED, "Tracking is the integral of the formation's scattering, formation_cost_s."),
+    left_out={"monitor": "gives orders to the seized vehicle too, which this setting does not allow"},
 )
 
 BLOCKS = (ATTACK, DEFENSE)

@@ -9,6 +9,7 @@ from agents.results.judging import MISSING, REACHED, VERDICTS, count_verdicts, w
 
 Block = Mapping[str, Any]  # of a document
 BETWEEN = " to "
+MARK = " (one seed)"
 
 
 def heading(block: Block) -> str:
@@ -53,14 +54,53 @@ def bar_lines(row: Mapping[str, Any], name: str) -> Iterator[str]:
         yield f"{each['relation']} {limit}: {each['mean']:{sign}.3g}{ends}{mark}"
 
 
-def best_baseline(block: Block, row: Mapping[str, Any]) -> str:
-    """The baseline that reached most for its role, with its mean."""
-    known = [each for each in block["baselines"] if each["name"] in row["scores"] and not each["optimum"]]
-    found = [(row["scores"][each["name"]]["mean"], each) for each in known]
-    if not found:
-        return ""
-    best = (max if block["role"] == "attacker" else min)(found, key=lambda pair: pair[0])
-    return f"{best[1]['title']} {number(block, row, best[0])}"
+def best_baseline(block: Block, row: Mapping[str, Any], name: str) -> str:
+    """The baseline that a learned policy finds hardest to beat: its mean, and the paired difference to it."""
+    titles = {each["name"]: each["title"] for each in block["baselines"] if not each["optimum"]}
+    sign = 1.0 if block["role"] == "attacker" else -1.0
+    found = {other: each for other, each in row["differences"].get(name, {}).items() if other in titles}
+    if found:
+        other = min(found, key=lambda each: sign * found[each]["mean"])
+        low, high = found[other]["low"], found[other]["high"]
+        ends = "" if low is None else f" ({signed(block, row, low)}{BETWEEN}{signed(block, row, high)})"
+        difference = f"; {signed(block, row, found[other]['mean'])}{ends}"
+        episodes = found[other]["episodes"]
+        few = f" in {episodes} common episodes" if episodes < row["scores"][name]["episodes"] else ""
+        return f"{titles[other]} {number(block, row, row['scores'][other]['mean'])}{difference}{few}"
+    known = {other: row["scores"][other]["mean"] for other in titles if other in row["scores"]}
+    best = max(known, key=lambda each: sign * known[each], default="")
+    return f"{titles[best]} {number(block, row, known[best])}" if best else ""
+
+
+def signed(block: Block, row: Mapping[str, Any], value: float) -> str:
+    """A difference of a row's metric, with its sign."""
+    return f"{'+' if value > 0 else ''}{number(block, row, value)}"
+
+
+def judged_against(block: Block) -> Iterator[str]:
+    """Whom each learned policy was judged against, in which rows."""
+    titles = {each["name"]: each["title"] for each in block["baselines"]}
+    for each in block["learned"]:
+        groups: dict[tuple[str, ...], list[str]] = {}
+        for row in block["rows"]:
+            rivals = {found["against"]: None for found in row["judgements"] if found["policy"] == each["name"]}
+            if named := tuple(titles[rival] for rival in rivals if rival):
+                groups.setdefault(named, []).append(row["title"])
+        for named, rows in groups.items():
+            where = f" ({'; '.join(rows)})" if len(groups) > 1 else ""
+            yield f"Verdicts on {each['title']}{where} are against: {', '.join(named)}."
+
+
+def marked(baseline: Mapping[str, Any]) -> str:
+    """The title of a baseline, with a mark where intervals of differences to it leave something out."""
+    return f"{baseline['title']}{MARK if baseline['caution'] else ''}"
+
+
+def cautions(block: Block) -> Iterator[str]:
+    """What the marks of baselines mean."""
+    for each in block["baselines"]:
+        if each["caution"]:
+            yield f"{marked(each)}: {each['caution']}."
 
 
 def optimum(block: Block, row: Mapping[str, Any]) -> str:

@@ -9,7 +9,7 @@ from agents.console import make_table
 from agents.results.document import Document
 from agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED
 from agents.results.markdown import simulations
-from agents.results.tables import Block, bar_lines, best_baseline, heading, score_text
+from agents.results.tables import Block, bar_lines, best_baseline, cautions, heading, judged_against, score_text
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,10 +32,12 @@ def _table(block: Block) -> Table:
             styled = f"[{STYLES[verdict]}]{verdict}[/]" if verdict else ""
             bars = "\n".join(bar_lines(row, each["name"]))
             title = row["title"] if len(block["learned"]) == 1 else f"{row['title']}, {each['title']}"
-            rows.append([title, best_baseline(block, row), score_text(block, row, each["name"]), bars, styled])
-    columns = ("setting", "best baseline", "learned", "bars", "verdict")
+            rows.append(
+                [title, best_baseline(block, row, each["name"]), score_text(block, row, each["name"]), bars, styled]
+            )
+    columns = ("setting", "best baseline; learned minus it", "learned", "bars", "verdict")
     table = make_table(block["title"], columns, rows, left=5)
     missing = [f"missing: {', '.join(names)}" for names in block["missing"].values()]
-    caption = [heading(block), *simulations(block), *dict.fromkeys(missing)]
+    caption = [heading(block), *judged_against(block), *cautions(block), *simulations(block), *dict.fromkeys(missing)]
     table.caption, table.caption_justify = "\n".join(caption), "left"
     return table

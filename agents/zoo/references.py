@@ -15,6 +15,7 @@ from cps_envs.registration import find_problem
 
 PREFIX = "zoo:"
 NAMED = re.compile(r'zoo:([^?"&,\]]+)')  # also inside mixture?policies=["zoo:..."]
+TRAINED = re.compile(r'(^|")(zoo|sb3):')
 FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a role sees and acts, not what happens
     ("disbanding", "defender"): ("defense_action", "control_period_s"),
     ("fdi", "attacker"): ("attack_action", "share_levels", "mask", "shield"),
@@ -44,6 +45,11 @@ def by_training_seed(reference: str) -> dict[int | None, str]:
         return {None: reference}
     joint = "&" if query else "?"
     return {int(seed): f"{reference}{joint}seed={seed}" for seed in card.seeds}
+
+
+def is_trained(reference: str) -> bool:
+    """Whether training made a policy, or one of a mixture."""
+    return bool(TRAINED.search(reference))
 
 
 def is_missing(reference: str) -> bool:

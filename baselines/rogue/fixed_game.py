@@ -45,6 +45,7 @@ class FixedGame:
     population: int = 12
     generations: int = 10
     seed: int = 0
+    fresh_worlds: int = 8  # in which the strategies are valued
 
     def first(self) -> list[FloatArray]:
         """Weights (7,) to begin with."""
@@ -54,11 +55,13 @@ class FixedGame:
 
     def row(self, weights: FloatArray) -> FloatArray:
         """What a switching law (7,) is paid by each of `DEFENDERS`, the mean over the worlds."""
-        seeds = range(REPORTED, REPORTED + self.worlds)
-        orders = np.repeat(np.stack([laws_of(laws, "laws").ravel() for laws in ASSIGNED]), self.worlds, axis=0)
-        assigned = self._paid(weights, Orders(self._spec("defender"), orders), list(seeds) * len(ASSIGNED))
-        others = [self._paid(weights, name, seeds).mean() for name in DETECTING]
-        return np.concatenate([assigned.reshape(len(ASSIGNED), -1).mean(axis=1), others])
+        paid: FloatArray = self._rows(weights, DEFENDERS, range(REPORTED, REPORTED + self.worlds)).mean(axis=1)
+        return paid
+
+    def fresh(self, weights: FloatArray, defenders: IntArray) -> FloatArray:
+        """What a switching law (7,) is paid by some of `DEFENDERS` in each of the fresh worlds, (k, worlds)."""
+        first = REPORTED + self.worlds
+        return self._rows(weights, [DEFENDERS[k] for k in defenders], range(first, first + self.fresh_worlds))
 
     def respond(self, defender: FloatArray, known: FloatArray, number: int) -> FloatArray:
         """The switching law (7,) that a search finds against a mixture of `DEFENDERS`, from zero and a known law."""
@@ -78,6 +81,17 @@ class FixedGame:
         judged = self._judge(best, shares, SEARCHED + last * self.worlds)
         weights: FloatArray = np.round(best[int(judged.argmax())], 4)
         return weights
+
+    def _rows(self, weights: FloatArray, names: Sequence[str], seeds: range) -> FloatArray:
+        """What a switching law (7,) is paid by each defender (k,) in each world, (k, worlds)."""
+        assigned = [name for name in names if name not in DETECTING]
+        found: dict[str, FloatArray] = {}
+        if assigned:
+            orders = np.repeat(np.stack([laws_of(laws, "laws").ravel() for laws in assigned]), len(seeds), axis=0)
+            paid = self._paid(weights, Orders(self._spec("defender"), orders), list(seeds) * len(assigned))
+            found |= dict(zip(assigned, paid.reshape(len(assigned), -1), strict=True))
+        found |= {name: self._paid(weights, name, seeds) for name in names if name in DETECTING}
+        return np.stack([found[name] for name in names])
 
     def _judge(self, candidates: FloatArray, shares: FloatArray, first: int) -> FloatArray:
         """What candidates (P, 7) are paid by the mixture, the mean over worlds from `first` on (P,)."""

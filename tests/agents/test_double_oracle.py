@@ -11,10 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 from agents.cli import app
-from agents.league.double_oracle import Row, play_rounds
+from agents.league.double_oracle import Row, fresh_value, play_rounds
 from baselines.rogue.fixed_game import ASSIGNED, DEFENDERS, DETECTING, FixedGame
 from cps_envs.core.play import play_episodes
-from cps_envs.core.types import FloatArray
+from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.rogue.problem import ROGUE
 
 CHOICES = 101
@@ -36,6 +36,10 @@ class Meeting:
         paid: FloatArray = (attack[0] - np.linspace(0, 1, CHOICES)) ** 2
         return paid
 
+    def fresh(self, attack: FloatArray, defenders: IntArray) -> FloatArray:
+        noise = np.random.default_rng(int(1000 * attack[0])).normal(scale=0.01, size=(len(defenders), 20))
+        return self.row(attack)[defenders][:, None] + noise
+
     def respond(self, defender: FloatArray, known: FloatArray, number: int) -> FloatArray:
         self.searches += 1
         return max((np.array([0.0]), np.array([1.0])), key=lambda end: float(self.row(end) @ defender))
@@ -51,6 +55,16 @@ def test_the_value_rises_to_that_of_the_whole_game_and_the_gap_closes() -> None:
     assert all(each.response >= each.value - 1e-9 for each in rounds)
     assert all(each.least >= each.value - 1e-9 for each in rounds)
     assert rounds[-1].defender.argmax() == CHOICES // 2
+
+
+def test_the_value_is_that_of_fresh_episodes() -> None:
+    game, rows = Meeting(), list[Row]()
+    found = fresh_value(game, rows, list(play_rounds(game, rows, 4))[-1])
+    assert found.low is not None
+    assert found.high is not None
+    assert found.low <= 0.25 <= found.high
+    assert found.mean == pytest.approx(0.25, abs=0.01)
+    assert found.high - found.low < 0.05
 
 
 def test_known_rows_are_not_searched_again() -> None:
@@ -70,7 +84,7 @@ def test_every_assignment_of_laws_is_there_once() -> None:
 @pytest.mark.parametrize("name", ["shll", "llll", "shsr", *DETECTING[:2]])
 def test_a_row_holds_what_the_registered_policy_pays(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     few = ("llll", "shll", "shsr")
-    monkeypatch.setattr("baselines.rogue.fixed_game.ASSIGNED", few)
+    monkeypatch.setattr("baselines.rogue.fixed_game.DEFENDERS", (*few, *DETECTING))
     game = FixedGame(1.3, weight_mps2=0.5, worlds=2)
     attack = game.first()[0]
     paid = game.row(attack)[[*few, *DETECTING].index(name)]
@@ -80,6 +94,8 @@ def test_a_row_holds_what_the_registered_policy_pays(name: str, monkeypatch: pyt
     seeds = [30_000_000, 30_000_001]
     played = play_episodes(ROGUE, config, players, seeds)  # type: ignore[arg-type]
     assert paid == pytest.approx(float(played["return"].mean()), abs=1e-9)
+    fresh = game.fresh(attack, np.array([0, len(few)]))
+    assert fresh.shape == (2, game.fresh_worlds)
     charge = played["return"] - played["damage"]
     assert charge == pytest.approx(0.5 * played["formation_cost_s"], abs=1e-9)
 
@@ -105,18 +121,25 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     def respond(self: FixedGame, defender: FloatArray, known: FloatArray, number: int) -> FloatArray:
         return known + number
 
+    def fresh(self: FixedGame, weights: FloatArray, defenders: IntArray) -> FloatArray:
+        paid: FloatArray = (np.array([1.0, 2.0]) + weights[:2])[defenders][:, None] + np.array([-0.1, 0.0, 0.1])
+        return paid
+
     monkeypatch.setattr(FixedGame, "row", row)
+    monkeypatch.setattr(FixedGame, "fresh", fresh)
     monkeypatch.setattr(FixedGame, "respond", respond)
     target = tmp_path / "game.json"
     arguments = ["double-oracle", "--ratio", "1.3", "--out", str(target)]
     first = CliRunner().invoke(app, [*arguments, "--rounds", "1"])
     assert first.exit_code == 0, first.output
     assert "The defender plays" in first.stdout
+    assert "Value in 8 fresh worlds" in first.stdout
     rows = json.loads(target.read_text())["games"][0]["rows"]
     second = CliRunner().invoke(app, [*arguments, "--rounds", "2", "--json"])
     assert second.exit_code == 0, second.output
     (found,) = json.loads(second.stdout)
     assert len(found["rounds"]) == 2
+    assert found["value"]["low"] <= found["value_of_means"] <= found["value"]["high"]
     assert json.loads(target.read_text())["games"][0]["rows"][: len(rows)] == rows
     whole = json.loads(target.read_text())
     whole["games"][0]["rows"][0]["paid"][1] = float("nan")

@@ -14,7 +14,7 @@ from agents.cli import app, main
 from agents.evaluation.arena import Arena, scores
 from agents.evaluation.comparison import is_better
 from agents.evaluation.statistics import Estimate
-from agents.zoo.references import by_training_seed, form_of, missing_names, weights_of
+from agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
@@ -122,6 +122,25 @@ def test_evaluate_prints_tables(tiny: str) -> None:
     assert result.exit_code == 0, result.output
     for text in ("attacker against pd: return", "95 % interval", "IQM", "3 x 50", "square", "minus none"):
         assert text in result.stdout
+
+
+def test_a_baseline_with_one_training_seed_is_marked(tiny: str) -> None:
+    one = f"{tiny}?seed=1"
+    arguments = [*ROGUE, "--policy", "square", "--baseline", one, "--baseline", tiny, "--baseline", "none"]
+    result = CliRunner().invoke(app, [*arguments, "--episodes", "2"])
+    assert result.exit_code == 0, result.output
+    assert f"* {one}: one training seed: its seed noise is not in the interval." in result.stdout
+    assert result.output.count("one training seed") == 1
+    result = CliRunner().invoke(app, [*arguments, "--episodes", "2", "--json"])
+    differences = json.loads(result.stdout)["standings"][0]["differences"]
+    assert differences[one]["caution"].startswith("one training seed")
+    assert [differences[name]["caution"] for name in (tiny, "none")] == ["", ""]
+
+
+def test_what_training_made() -> None:
+    for trained in ("zoo:nobody?seed=1", "sb3:my.zip", 'mixture?policies=["none","zoo:nobody"]'):
+        assert is_trained(trained)
+    assert not is_trained("square?duty=0.3")
 
 
 @pytest.mark.parametrize(

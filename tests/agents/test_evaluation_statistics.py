@@ -126,6 +126,59 @@ def test_a_difference_takes_what_both_played():
     assert difference([learned], [learned], factor=0.5).mean == pytest.approx(3.5 / 2)
 
 
+def significant(seeds, baseline_seeds, trials, resamples=200):
+    """How often a difference without a true one excludes zero; each side's seeds are drawn anew."""
+    generator = np.random.default_rng(5)
+    found = 0
+    for _ in range(trials):
+        episodes = generator.normal(size=(1, 50))
+        sides = [
+            0.5 * generator.normal(size=(count, 1)) + episodes + generator.normal(size=(count, 50))
+            for count in (seeds, baseline_seeds)
+        ]
+        found += difference([sides[0]], [sides[1]], resamples=resamples).excludes_zero
+    return found / trials
+
+
+def test_two_trained_policies_seldom_differ_by_chance():
+    assert significant(5, 5, 600) <= 0.07  # 12 % where the baseline's seeds are not drawn
+
+
+def test_one_training_seed_of_a_baseline_is_not_enough():
+    assert significant(5, 1, 200) > 0.15  # which is why tables mark it
+
+
+def test_the_seeds_of_both_sides_widen_a_difference():
+    generator = np.random.default_rng(6)
+    learned, baseline = generator.normal(size=(5, 1)) + np.zeros((1, 9)), generator.normal(size=(5, 1))
+    found = difference([learned], [np.repeat(baseline, 9, axis=1)], resamples=20_000)
+    spread = np.sqrt((learned[:, 0].var(ddof=1) + baseline.var(ddof=1)) / 5)
+    welch = stats.ttest_ind(learned[:, 0], baseline[:, 0], equal_var=False).confidence_interval()
+    assert found.mean == pytest.approx(learned.mean() - baseline.mean())
+    assert found.high - found.low == pytest.approx(welch.high - welch.low, rel=0.1)
+    assert found.high - found.low > 3.5 * spread
+
+
+@given(values=MATRICES, factor=st.floats(0.5, 2), order=st.randoms(use_true_random=False))
+@examples(max_examples=25)
+def test_a_difference_does_not_depend_on_the_order_of_seeds(values, factor, order):
+    noise = np.random.default_rng(0).uniform(-1.0, 1.0, (3, *values.shape))
+    learned, baseline = values + np.ptp(values) * noise[0], values + np.ptp(values) * noise[1]
+    rows = list(range(len(values)))
+    order.shuffle(rows)
+    before = difference([learned], [baseline], factor, **FEW)
+    after = difference([learned[rows[::-1]]], [baseline[rows]], factor, **FEW)
+    assert (after.mean, after.low or 0, after.high or 0) == pytest.approx(
+        (before.mean, before.low or 0, before.high or 0), rel=1e-6, abs=1e-6
+    )
+
+
+def test_equal_policies_have_no_difference_at_all():
+    same = np.repeat(np.random.default_rng(7).normal(size=(1, 9)), 4, axis=0)
+    found = difference([same], [same])
+    assert (found.mean, found.low, found.high) == (0.0, 0.0, 0.0)
+
+
 def test_the_same_data_give_the_same_interval():
     values = np.random.default_rng(4).normal(size=(5, 7))
     assert estimate([values]) == estimate([values.copy()])

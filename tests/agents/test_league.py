@@ -172,7 +172,7 @@ def test_standings_tell_best_opponents_and_what_is_dominated(tmp_path: Path) -> 
     assert sliding.dominated_by == {}
     assert strategies(found) == {"attacker": {"square": 1.0}, "defender": {"sliding": 1.0}}
     assert found.equilibrium.value == 1.0
-    assert found.value_interval is None
+    assert (found.value.mean, found.value.low) == (1.0, None)
 
 
 def test_names_are_short_and_differ(tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ def test_the_command_writes_its_files(tmp_path: Path) -> None:
     short = ["--set", "duration_s=3", "--episodes", "3", "--jobs", "1", "--out", str(tmp_path)]
     first = CliRunner().invoke(app, ["league", "rogue", *names, *short])
     assert first.exit_code == 0, first.output
-    assert "Value of the equilibrium" in first.stdout
+    assert "Value of the game" in first.stdout
     assert {file.name for file in tmp_path.iterdir()} == {"rogue.json", "rogue.csv", "rogue.png", "cells"}
     rows = list(csv.DictReader((tmp_path / "rogue.csv").read_text().splitlines()))
     assert [(row["attacker"], row["defender"]) for row in rows][:2] == [("square", "pd"), ("square", "sliding")]

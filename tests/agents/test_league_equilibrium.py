@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 pytest.importorskip("scipy")
 
-from agents.league.equilibrium import TOLERANCE, dominating, solve, value_interval
+from agents.league.equilibrium import TOLERANCE, dominating, solve
 
 PENNIES = np.array([[1.0, -1.0], [-1.0, 1.0]])
 ROCK_PAPER_SCISSORS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
@@ -112,19 +112,6 @@ def test_domination_by_one_and_by_a_mixture() -> None:
     np.testing.assert_array_equal(pure, [0.0, 1.0, 0.0, 0.0])
     assert dominating(np.array([[1.0, 2.0], [1.0, 2.0]])) == [None, None]
     assert dominating(np.array([[1.0]])) == [None]
-
-
-def test_the_interval_of_the_value() -> None:
-    generator = np.random.default_rng(0)
-    episodes = PENNIES[:, :, None] + generator.normal(size=(1, 1, 400))
-    interval = value_interval(episodes, resamples=300)
-    assert interval is not None
-    low, high = interval
-    assert low < episodes[0, 0].mean() - 1 < high  # noise that all entries share moves the value by its mean
-    assert high - low == pytest.approx(2 * 1.96 / 20, rel=0.2)
-    assert value_interval(episodes, resamples=300) == interval
-    assert value_interval(episodes[:, :, :1]) is None
-    assert value_interval(np.repeat(PENNIES[:, :, None], 3, axis=2)) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("wrong", [np.zeros((0, 2)), np.zeros(3), np.array([[np.nan]])])

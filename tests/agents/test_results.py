@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from agents.benchmark.cell import Cell, Preparation, Result
 from agents.benchmark.store import Store
+from agents.catalogue import policies
 from agents.cli import app
 from agents.errors import CommandError
 from agents.evaluation.arena import Arena
@@ -24,14 +25,15 @@ from agents.results.examination import Findings, examine, find_blocks, missing_o
 from agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
 from agents.results.markdown import END, START, readme_table, results_markdown, with_table
 from agents.results.publication import publish, record
+from agents.results.rivals import teacher_of
 from agents.results.searches import best_wave, fixed_plan
-from agents.results.tables import bar_lines, overall
+from agents.results.tables import bar_lines, best_baseline, judged_against, overall
 from agents.results.terminal import tables
 from agents.zoo.card import read_card
-from agents.zoo.references import weights_of
-from cps_envs import PROBLEMS
+from agents.zoo.references import missing_names, weights_of
 from cps_envs.core import lookup
 from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.registration import find_problem
 from cps_envs.testbed.problem import TESTBED
 from tests.agents.trained import save_tiny
@@ -39,6 +41,7 @@ from tests.agents.trained import save_tiny
 ROOT = Path(__file__).parents[2]
 SHORT = {"duration_s": 3.0, "contact": "solid"}
 MACHINE = {"command": "cps-envs results", "cpu": "x", "versions": {"cps-envs": "0"}}
+NOBODY_ELSE = dict.fromkeys(policy_names("rogue", "attacker"), "a test")
 ARENA = Arena("rogue", "attacker", "pd", "paper", SHORT, 3, "short")
 BLOCK = Block(
     name="tiny",
@@ -52,6 +55,7 @@ BLOCK = Block(
     rows=(Row("pd", (ARENA,)), Row("both", (ARENA, replace(ARENA, opponent="sliding", name="other")), bars=())),
     bars=(Bar(beat=("none",), or_equal=True), Bar(value=1e6)),
     shown=("collisions",),
+    left_out=NOBODY_ELSE,
 )
 
 
@@ -116,6 +120,39 @@ def test_of_many_baselines_the_hardest_is_shown() -> None:
     (line,) = bar_lines(row, "learned")
     assert line.startswith("above all 2, hardest square: +1 (")
     assert row["verdicts"] == {"learned": REACHED}
+
+
+def test_a_bar_above_every_baseline_takes_all_that_the_table_shows() -> None:
+    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(Bar(every=True),))
+    scores = {"learned": FIVE, "none": FIVE[:1] - 2, "square": FIVE[:1] + 1, "best": FIVE[:1] + 9}
+    judgements = judge(block, 0, found(scores, block))
+    assert [(each.against, each.verdict) for each in judgements] == [("none", REACHED), ("square", NOT_REACHED)]
+    made = document([block], found(scores, block), MACHINE, False)["problems"]["rogue"]["blocks"][0]
+    assert list(judged_against(made)) == ["Verdicts on learned are against: none, square."]
+    assert "Verdicts on learned are against: none, square." in results_markdown(
+        document([block], found(scores, block), MACHINE, False)
+    )
+
+
+def test_the_best_baseline_is_the_hardest_in_common_episodes() -> None:
+    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(Bar(every=True),))
+    few = FIVE[:1, :4] + 0.5  # plays less, and what the learned policy finds easier
+    learned = np.hstack([FIVE[:, :4], FIVE[:, 4:] + 5])
+    scores = {"learned": learned, "none": learned[:1] - 1, "square": few, "best": FIVE[:1]}
+    made = document([block], found(scores, block), MACHINE, False)["problems"]["rogue"]["blocks"][0]
+    text = best_baseline(made, made["rows"][0], "learned")
+    assert text.startswith("square 5.50; -0.50 (")
+    assert text.endswith(" in 4 common episodes")
+
+
+def test_a_baseline_with_one_training_seed_is_marked(block: Block, tmp_path: Path) -> None:
+    rival = f"{block.learned[0].reference}?seed=1"
+    part = replace(block, baselines=(Contestant("rival", rival), Contestant("none")), bars=(Bar(every=True),))
+    made = document([part], examine([part], Store(tmp_path / "cells"), workers=1), MACHINE, False)
+    assert [each["caution"] != "" for each in made["problems"]["rogue"]["blocks"][0]["baselines"]] == [True, False]
+    text = results_markdown(made)
+    assert "| rival (one seed) |" in text
+    assert "rival (one seed): one training seed: its seed noise is not in the interval." in text
 
 
 def test_few_training_seeds_reach_nothing() -> None:
@@ -230,17 +267,21 @@ def test_verdicts_in_a_few_words() -> None:
     assert overall(rows(), "learned") == "not judged"
 
 
-def test_publishing_keeps_the_other_problems(block: Block, tmp_path: Path) -> None:
+def test_publishing_keeps_the_other_blocks(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     readme = tmp_path / "README.md"
     new = document([block], examine([block], Store(tmp_path / "cells"), workers=1), MACHINE, False)
     with pytest.raises(CommandError, match="no section between"):
         publish(new, tmp_path)
     readme.write_text(f"# Title\n\n{START}\nold\n{END}\n\nMore.\n")
-    other = {**new, "problems": {"hvac": {**MACHINE, "blocks": []}}}
+    (tiny,) = new["problems"]["rogue"]["blocks"]
+    other = {**new, "problems": {"hvac": {"blocks": [{**tiny, "name": "hvac-attack"}]}}}
+    monkeypatch.setattr(rogue, "BLOCKS", (block, replace(block, name="second")))
     publish(other, tmp_path)
+    publish({**new, "problems": {"rogue": {"blocks": [{**tiny, "name": "second"}]}}}, tmp_path)
     publish(new, tmp_path)
     kept = json.loads((tmp_path / "docs" / "results.json").read_text())
     assert list(kept["problems"]) == ["hvac", "rogue"]
+    assert [each["name"] for each in kept["problems"]["rogue"]["blocks"]] == ["tiny", "second"]
     assert (tmp_path / "docs" / "results.md").read_text() == results_markdown(kept)
     text = readme.read_text()
     assert text == with_table(text, kept)
@@ -251,7 +292,7 @@ def test_publishing_keeps_the_other_problems(block: Block, tmp_path: Path) -> No
         publish({**new, "quick": True}, tmp_path)
     with pytest.raises(ValueError, match="no section"):
         with_table("nothing", kept)
-    assert merged({"format": -1, "problems": {"fdi": 1}}, new, list(PROBLEMS)) == new
+    assert merged({"format": -1, "problems": {"fdi": 1}}, new, {"rogue": ["tiny"]}) == new
 
 
 def test_a_card_records_what_its_policy_reached(block: Block, tmp_path: Path) -> None:
@@ -289,13 +330,47 @@ def test_declared_blocks_are_sound() -> None:
             for bar in block.bars_of(row):
                 assert set(bar.beat) <= {each.name for each in block.baselines}
                 assert set(bar.of) <= {each.name for each in block.learned}
-                assert bar.beat or bar.value is not None
+                assert bar.beat or bar.every or bar.value is not None
             for arena in row.arenas:
                 assert arena.role == block.role
                 assert arena.config is not None
                 for each in block.baselines:
                     if not each.prepare:
                         examination._cells(arena, each, True)
+
+
+@pytest.mark.parametrize("block", find_blocks([]), ids=lambda block: block.name)
+def test_every_policy_of_the_role_is_a_baseline(block: Block) -> None:
+    registered = policies(find_problem(block.problem), block.role)
+    usual = {entry.name for entry in registered if not entry.privileged} - set(NEED_OPTIONS)
+    played = {each.reference.partition("?")[0] for each in block.baselines}
+    assert usual - played <= set(block.left_out)
+    assert all(block.left_out.values())
+    for each in block.learned:
+        teacher = teacher_of(each)
+        assert not teacher or teacher in {found.reference for found in block.baselines}
+    for bar in (bar for row in block.rows for bar in block.bars_of(row) if bar.every):
+        assert set(block.rivals_of(bar)) == {each.name for each in block.baselines if not each.optimum}
+
+
+def test_teachers_are_rivals_of_their_learners() -> None:
+    known = {block.name: block for block in find_blocks([])}
+    references = {each.reference for each in known["hvac-attack"].baselines}
+    assert {"brink", "brink?gain=0.2&margin_c2=0.02", "constant?reading_c=10"} <= references
+    for row in known["hvac-attack"].rows:
+        (above, *_) = known["hvac-attack"].bars_of(row)
+        assert {"lowest", "brink", "teacher of learned"} <= set(known["hvac-attack"].rivals_of(above))
+    bars = known["fdi-defense"].bars_of(known["fdi-defense"].rows[0])
+    assert any("model" in known["fdi-defense"].rivals_of(bar) for bar in bars)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("block", find_blocks([]), ids=lambda block: block.name)
+def test_every_baseline_can_play_every_row(block: Block) -> None:
+    for arena in {arena.name: arena for row in block.rows for arena in row.arenas}.values():
+        for each in (each for each in block.baselines if not each.prepare and not missing_names(arena.opponent)):
+            for cell in examination._cells(replace(arena, episodes=1), replace(each, episodes=0), True):
+                assert cell.run()["metrics"][block.metric]
 
 
 def test_metrics_of_declared_blocks_exist() -> None:
@@ -318,7 +393,7 @@ def test_searches_return_policies() -> None:
     config = disbanding.config("easy", {"duration_s": 10.0, "attack_budget": 2})
     plan = fixed_plan(config, True, "copy")
     assert plan.policy.startswith("plan?events=[[")
-    assert "found against copy by" in plan.note
+    assert "the best against copy in 2 instances, of 3 finalists" in plan.note
     disbanding.policy(plan.policy, disbanding.game(config, 1), "attacker")
     problem = find_problem("rogue")
     config = problem.config("paper", {**rogue.world(1.0), "duration_s": 3.0})
@@ -343,7 +418,7 @@ def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypat
     assert json.loads(result.stdout)["problems"]["rogue"]["blocks"][0]["name"] == "tiny"
     result = CliRunner().invoke(app, ["results", "--list", "--problem", "rogue"])
     assert "tiny" in result.stdout
-    for wrong in (["--block", "tine"], ["--publish", "--quick"], ["--publish", "--block", "tiny"]):
+    for wrong in (["--block", "tine"], ["--publish", "--quick"]):
         assert CliRunner().invoke(app, [*command, *wrong]).exit_code == 2
 
 

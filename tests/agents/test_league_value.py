@@ -1,0 +1,84 @@
+"""The value of a game of noisy means: unbiased, and its interval holds the true one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy")
+
+from agents.league.equilibrium import solve
+from agents.league.value import game_value, guaranteed
+
+Games = Callable[[np.random.Generator], np.ndarray[Any, Any]]
+PENNIES = np.array([[1.0, -1.0], [-1.0, 1.0]])
+ROCK_PAPER_SCISSORS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
+
+
+def equal(rows: int, columns: int) -> Games:
+    return lambda generator: np.zeros((rows, columns))
+
+
+def normal(rows: int, columns: int) -> Games:
+    return lambda generator: generator.normal(size=(rows, columns))
+
+
+@pytest.mark.parametrize(
+    ("games", "episodes"),
+    [
+        (equal(10, 4), 10),
+        (equal(20, 1), 10),
+        (equal(20, 20), 50),
+        (lambda generator: ROCK_PAPER_SCISSORS, 10),
+        (normal(20, 20), 10),
+    ],
+)
+def test_the_interval_holds_the_true_value_and_the_mean_is_unbiased(games: Games, episodes: int) -> None:
+    generator, hits, errors, trials = np.random.default_rng(1), 0, [], 120
+    for _ in range(trials):
+        means = games(generator)
+        value = solve(means).value
+        found = game_value(means[:, :, None] + generator.normal(size=(*means.shape, episodes)))
+        assert found.low is not None
+        assert found.high is not None
+        assert found.low <= found.mean <= found.high
+        hits += found.low <= value <= found.high
+        errors.append(found.mean - value)
+    assert hits / trials >= 0.9
+    assert abs(np.mean(errors)) <= 4 * np.std(errors) / np.sqrt(trials)
+
+
+def test_means_alone_would_favour_the_side_with_more_policies() -> None:
+    generator = np.random.default_rng(2)
+    found = [solve(generator.normal(size=(10, 4, 10)).mean(axis=2)).value for _ in range(50)]
+    assert np.mean(found) > 0.1
+
+
+def test_noise_that_all_meetings_share_moves_the_value_by_its_mean() -> None:
+    episodes = PENNIES[:, :, None] + np.random.default_rng(0).normal(size=(1, 1, 400))
+    found = game_value(episodes)
+    assert found.low is not None
+    assert found.high is not None
+    assert found.mean == pytest.approx(episodes[0, 0].mean() - 1)
+    assert found.high - found.low == pytest.approx(2 * 1.96 / 20, rel=0.1)
+    assert game_value(episodes) == found
+
+
+def test_episodes_that_are_all_the_same_leave_no_doubt() -> None:
+    found = game_value(np.repeat(PENNIES[:, :, None], 3, axis=2))
+    assert (found.mean, found.low, found.high) == pytest.approx((0.0, 0.0, 0.0))
+
+
+def test_a_single_episode_has_no_interval() -> None:
+    found = game_value(PENNIES[:, :, None])
+    assert (found.mean, found.low, found.high) == pytest.approx((0.0, None, None))
+    assert guaranteed(np.ones((2, 1)), np.ones((2, 1)), np.ones(1)).low is None
+
+
+def test_what_is_guaranteed_is_the_least_and_the_most() -> None:
+    paid, conceded = np.array([[1.0, 1.0], [0.5, 0.5]]), np.array([[2.0, 2.0], [3.0, 3.0]])
+    found = guaranteed(paid, conceded, np.array([1.5, 1.5]))
+    assert (found.mean, found.low, found.high) == (1.5, 0.5, 3.0)
