@@ -156,9 +156,9 @@ PART = Part(
     title="Long runs",
     about=(
         f"Each environment (preset `{PRESET}`) runs for millions of steps under random actions, as a batch of 1,024 "
-        "and alone. Every observation and reward is looked at. Memory may not grow by more than 8 MB after the first fifth "
-        "of a run. Copies are the same episodes in other processes (AsyncVectorEnv by fork and by spawn) and after a "
-        "pickle in the middle; threads are four threads instead of one. Both must give the same trajectories."
+        "and alone. Every observation and reward is looked at. Memory may not grow by more than 8 MB after the first "
+        "fifth of a run. Copies are the same episodes in other processes (AsyncVectorEnv by fork and by spawn) and "
+        "after a pickle in the middle; threads are four threads instead of one. Both must give the same trajectories."
     ),
     columns={
         "steps": "steps",

@@ -95,10 +95,11 @@ def place_of(error: BaseException) -> str:
     return f"{Path(steps[-1].filename).relative_to(ROOT)}:{steps[-1].lineno}" if steps else "?"
 
 
-def stop_after(seconds: float) -> None:
-    """Raise EnoughError in this process after so many CPU seconds; 0 calls it off."""
+def stop_after(seconds: float, fired: list[bool]) -> None:
+    """Raise EnoughError in this process after so many CPU seconds, and note it in `fired`; 0 calls it off."""
 
     def stop(number: int, frame: FrameType | None) -> None:
+        fired.append(True)
         raise EnoughError
 
     signal.signal(signal.SIGPROF, stop)
@@ -109,11 +110,16 @@ def limited(act: Callable[[], str | None], seconds: float = ENOUGH_S) -> Callabl
     """The same trial, stopped after so many CPU seconds."""
 
     def run() -> str | None:
-        stop_after(seconds)
+        fired: list[bool] = []
+        stop_after(seconds, fired)
         try:
             return act()
+        except Exception as error:
+            if fired:  # a library, such as the compiler, has turned it into an error of its own
+                raise EnoughError from error
+            raise
         finally:
-            stop_after(0)
+            stop_after(0, fired)
 
     return run
 

@@ -32,8 +32,6 @@ TARGETS = (
     Target("cps_envs/core/streams.py", _core("streams")),
     Target("cps_envs/core/fields.py", _core("fields")),
     Target("agents/zoo/network.py", ("tests/agents/test_zoo_network.py", "tests/agents/test_zoo_damage.py"), 40),
-    Target("agents/evaluation/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
-    Target("agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py",), 40),
     Target("cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_reference.py",)),
     Target("cps_envs/disbanding/payoff.py", ("tests/disbanding/test_reference.py",)),
     Target("cps_envs/fdi/dynamics.py", ("tests/fdi/test_game.py", "tests/fdi/test_model.py", "tests/fdi/test_duel.py")),
@@ -42,4 +40,6 @@ TARGETS = (
     Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_game.py", "tests/hvac/test_reference.py")),
     Target("cps_envs/rogue/dynamics.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")),
     Target("cps_envs/rogue/payoff.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_game.py")),
+    Target("agents/evaluation/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
+    Target("agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py",), 40),
 )
