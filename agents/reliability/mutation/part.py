@@ -19,7 +19,7 @@ from agents.reliability.mutation.trial import Replacing, run_tests, warm_up
 EQUIVALENT = Path(__file__).with_name("equivalent.json")
 PER_CHUNK = 10
 FIRST_LIMIT_S, SPARE_S, FACTOR = 600, 20, 5  # CPU seconds of the tests without and with a mutant
-OURS = ("agents/reliability/mutation/mutants.py", "agents/reliability/mutation/trial.py")
+OURS = tuple(f"agents/reliability/mutation/{name}" for name in ("mutants.py", "trial.py"))
 
 
 def chunks() -> list[Chunk]:
@@ -75,12 +75,14 @@ def _try(target: Target, mutant: Mutant, limit_s: int) -> str:
 
 
 def _is_equivalent(path: str, mutant: Mutant) -> bool:
-    return any(each["path"] == path and each["change"] == mutant.change for each in equivalents())
+    line = (ROOT / path).read_text(encoding="utf-8").splitlines()[mutant.line - 1].strip()
+    known = [(each["path"], each["line"], each["change"]) for each in equivalents()]
+    return (path, line, mutant.change) in known
 
 
 @lru_cache
 def equivalents() -> Sequence[dict[str, Any]]:
-    """Mutants that no test can notice: path, change and the reason."""
+    """Mutants that no test can notice: path, line, change and the reason."""
     found: list[dict[str, Any]] = json.loads(EQUIVALENT.read_text(encoding="utf-8"))
     return found
 
