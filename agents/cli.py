@@ -21,6 +21,7 @@ from agents.commands.league import league
 from agents.commands.list import list_everything
 from agents.commands.oracle import oracle
 from agents.commands.play import play
+from agents.commands.reliability import reliability
 from agents.commands.reproduce.app import app as reproduce
 from agents.commands.results import results
 from agents.commands.search_feedback import search_feedback
@@ -136,6 +137,7 @@ app.command("best-response")(best_response)
 app.command("self-play")(self_play)
 app.command("bench")(bench)
 app.command("warm")(warm)
+app.command("reliability")(reliability)
 app.command("oracle")(oracle)
 app.command("search-feedback")(search_feedback)
 app.command("search-string")(search_string)

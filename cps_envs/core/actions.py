@@ -34,7 +34,7 @@ class ActionReader:
         Raises:
             ValueError: a wrong shape, something that is no (whole) number, NaN, infinity, or an index out of range.
         """
-        array = np.asarray(actions)
+        array = self._array(actions)
         if array.shape != (num_envs, *self._shape):
             expected = (num_envs, *self._shape)
             raise ValueError(f"actions of shape {expected} were expected for {self.space}, got shape {array.shape}")
@@ -48,10 +48,16 @@ class ActionReader:
         """
         if self._is_discrete and isinstance(action, (int, np.integer)) and int(action) in self._indices:
             return np.array([int(action)], np.int64)  # the common case, in a tenth of the time
-        array = np.asarray(action)
+        array = self._array(action)
         if array.shape != self._shape:
             raise ValueError(f"an action of shape {self._shape} was expected for {self.space}, got shape {array.shape}")
         return self._read(array[np.newaxis])
+
+    def _array(self, actions: Any) -> Array:
+        try:
+            return np.asarray(actions)
+        except (ValueError, TypeError, RecursionError) as error:
+            raise ValueError(f"numbers in the shape of {self.space} were expected, not {type(actions)}") from error
 
     def _read(self, array: Array) -> Array:
         if array.dtype == INT64 and not self._is_box:  # the common case, in half the time

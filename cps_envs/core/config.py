@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.errors import ConfigurationError, near, shown
 
 Range = float | tuple[float, float]  # an exact value, or the bounds of a uniform draw at each reset
 IntRange = int | tuple[int, int]
@@ -56,7 +56,14 @@ def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
     for name in overrides:
         if name not in fields:
             raise ConfigurationError(f"{type(base).__name__} has no field {name!r}. {near(name, fields)}")
-    return dataclasses.replace(base, **{name: _plain(value) for name, value in overrides.items()})  # type: ignore[type-var]
+    return dataclasses.replace(base, **{name: _field(name, value) for name, value in overrides.items()})  # type: ignore[type-var]
+
+
+def _field(name: str, value: Any) -> Any:
+    try:
+        return _plain(value)
+    except RecursionError as error:
+        raise ConfigurationError(f"{name} is nested too deeply: give a number, a word, or a list of them.") from error
 
 
 def _plain(value: Any) -> Any:
@@ -95,23 +102,23 @@ def is_whole(field: dataclasses.Field[Any]) -> bool:
 
 
 def _check_choice(field: dataclasses.Field[Any], value: Any) -> None:
-    choices, listed, given = field.metadata["choices"], is_list(field), f"{field.name} = {value!r}"
+    choices, listed, given = field.metadata["choices"], is_list(field), f"{field.name} = {shown(value)}"
     if listed and not isinstance(value, tuple):
         raise ConfigurationError(f"{given} must be a tuple of words from {', '.join(choices)}.")
     for word in value if listed else (value,):
-        if word not in choices:
-            wrong = f"{given}: {word!r}" if listed else given
-            raise ConfigurationError(f"{wrong} is not one of {', '.join(choices)}. {near(str(word), choices)}")
+        if not isinstance(word, str) or word not in choices:
+            wrong = f"{given}: {shown(word)}" if listed else given
+            raise ConfigurationError(f"{wrong} is not one of {', '.join(choices)}. {near(shown(word), choices)}")
 
 
 def _check_bool(name: str, value: Any) -> None:
     if not isinstance(value, bool):
-        raise ConfigurationError(f"{name} = {value!r} must be True or False.")
+        raise ConfigurationError(f"{name} = {shown(value)} must be True or False.")
 
 
 def _check_text(name: str, value: Any) -> None:
     if not isinstance(value, str):
-        raise ConfigurationError(f"{name} = {value!r} must be text.")
+        raise ConfigurationError(f"{name} = {shown(value)} must be text.")
 
 
 def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
@@ -119,12 +126,12 @@ def _check_number(field: dataclasses.Field[Any], value: Any) -> None:
     pair = rule["ranged"] and isinstance(value, tuple) and len(value) == 2
     parts = value if pair or listed else (value,)
     if (listed and not isinstance(value, tuple)) or not all(_is_number(part, integral) for part in parts):
-        raise ConfigurationError(f"{field.name} = {value!r} must be {_kind(field, integral)} in {rule['unit']}.")
+        raise ConfigurationError(f"{field.name} = {shown(value)} must be {_kind(field, integral)} in {rule['unit']}.")
     if not all(rule["low"] <= part <= rule["high"] for part in parts):
         allowed = f"[{rule['low']:g}, {rule['high']:g}] {rule['unit']}"
-        raise ConfigurationError(f"{field.name} = {value!r} is outside {allowed}; the default is {field.default}.")
+        raise ConfigurationError(f"{field.name} = {shown(value)} is outside {allowed}; the default is {field.default}.")
     if pair and value[0] > value[1]:
-        raise ConfigurationError(f"{field.name} = {value!r}: the lower end comes first.")
+        raise ConfigurationError(f"{field.name} = {shown(value)}: the lower end comes first.")
 
 
 def _is_number(part: Any, integral: bool) -> bool:

@@ -27,6 +27,15 @@ class MissingExtraError(ImportError):
     """An optional package that the requested feature needs is not installed."""
 
 
+def shown(value: object, most: int = 200) -> str:
+    """A value as Python would write it, cut off where it is long; also one that is nested too deeply to be written."""
+    try:
+        text = repr(value)
+    except RecursionError:
+        return f"a {type(value).__name__} that is nested too deeply"
+    return text if len(text) <= most else f"{text[:most]}..."
+
+
 def near(name: str, known: Iterable[str]) -> str:
     """A sentence that offers the known names closest to a mistyped one, or all of them."""
     choices = sorted(known)

@@ -11,7 +11,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.errors import near
-from cps_envs.core.kernels import borrowed, inlined, kernel
+from cps_envs.core.kernels import borrowed, inlined, kernel, with_attributes
 from cps_envs.core.types import Array, FloatArray, Observation
 
 
@@ -58,7 +58,7 @@ class Fields(Sequence[Field]):
         self.slices = {field.name: slice(a, b) for field, a, b in zip(fields, starts, ends, strict=True)}
         self.size = ends[-1]
         # (1,) where each field begins, by name: kernels write `row[at.speed + i]` with `at = offsets[0]`
-        self.offsets: Array = np.array([tuple(starts)], _offsets_type(tuple(names)))
+        self.offsets: Array = with_attributes(np.array([tuple(starts)], _offsets_type(tuple(names))))
         low = np.concatenate([np.full(field.size, field.low) for field in fields])
         high = np.concatenate([np.full(field.size, field.high) for field in fields])
         self.scale: FloatArray = np.stack(

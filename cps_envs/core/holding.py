@@ -14,6 +14,8 @@ from numba import typeof, types
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import NativeValue, infer_getattr, lower_getattr_generic, models, register_model, unbox
 
+from cps_envs.core.kernels import PLAIN
+
 Named = TypeVar("Named", bound=tuple[Any, ...])
 
 
@@ -40,6 +42,8 @@ def hold(named: Named) -> Named:
 
     Its arrays are those of now: fill them, do not replace them. In a kernel they have no owners, see `kernels.lend`.
     """
+    if PLAIN:
+        return named
     holder: Any = Holder(named)
     held: Named = holder
     return held

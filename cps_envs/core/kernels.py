@@ -16,7 +16,7 @@ from collections.abc import Callable
 from typing import Any, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
-from numba import njit, types
+from numba import config, njit, types
 from numba.core.cgutils import get_null_value
 from numba.extending import intrinsic, overload
 from numba.np.arrayobj import make_array
@@ -29,6 +29,7 @@ Numbers = TypeVar("Numbers", bound=Array)
 Named = TypeVar("Named", bound=tuple[Any, ...])
 Record: TypeAlias = Any  # one element of a structured array, with its fields as attributes
 
+PLAIN = bool(config.DISABLE_JIT)  # type: ignore[attr-defined]  # NUMBA_DISABLE_JIT=1: kernels are plain Python
 OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 INSIDE: Any = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
 NAMED: Any = types.BaseNamedTuple
@@ -37,13 +38,20 @@ SCALARS = {int: np.int64, float: np.float64, bool: np.bool_}
 
 
 def kernel(function: Function) -> Function:
-    """Compile a function that Python calls, and keep the result for later processes."""
+    """Compile a function that Python calls, and keep the result for later processes.
+
+    With NUMBA_DISABLE_JIT=1 in the environment it stays plain Python.
+    """
+    if PLAIN:
+        return function
     dispatcher: Function = njit(**OPTIONS)(function)
     return cache_by_sources(dispatcher)
 
 
 def inlined(function: Function) -> Function:
     """Compile a function that kernels call: it becomes a part of them. Called from Python it runs as plain Python."""
+    if PLAIN:
+        return function
     dispatcher: Any = njit(**INSIDE)(function)
     dispatcher._insert = lambda *_: None  # there is no wrapper that Python could call
     dispatcher._compile_for_args = lambda *_, **__: function
@@ -64,7 +72,14 @@ def _borrow(typing: Any, array: Any) -> Any:
 
 # The array without its owner, so that handing it and its views on costs no counting of references, which takes longer
 # than a short step of physics. For arguments only: whoever calls the kernel keeps those alive.
-borrowed: Callable[[Numbers], Numbers] = intrinsic(_borrow)  # type: ignore[assignment]
+borrowed: Callable[[Numbers], Numbers]
+if PLAIN:
+
+    def borrowed(array: Numbers) -> Numbers:
+        """The array itself: plain Python has no such owners."""
+        return array
+else:
+    borrowed = intrinsic(_borrow)  # type: ignore[assignment]
 
 
 def view(state: Named, b: int) -> Named:
@@ -92,13 +107,18 @@ def record_type(numbers: Any) -> np.dtype[np.void]:
 
 def records(numbers: Any, size: int) -> Array:
     """An array (size,) of zeros with the fields of a named tuple of int, float and bool."""
-    return np.zeros(size, record_type(numbers))
+    return with_attributes(np.zeros(size, record_type(numbers)))
 
 
 def pack(numbers: Any) -> Array:
     """A named tuple of numbers as records (1,): what all environments share, such as the rules of a configuration."""
     kind: Any = type(numbers)
-    return np.array([tuple(numbers)], record_type(kind))
+    return with_attributes(np.array([tuple(numbers)], record_type(kind)))
+
+
+def with_attributes(table: Array) -> Array:
+    """Records as they are, or under NUMBA_DISABLE_JIT=1 in the form whose fields plain Python finds by name."""
+    return table.view(np.recarray) if PLAIN else table
 
 
 def unpack(numbers: type[Named], table: Array, b: int) -> Named:

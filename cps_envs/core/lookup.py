@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 from urllib.parse import parse_qsl
 
 from cps_envs.core.documents import parse
-from cps_envs.core.errors import MissingExtraError, UnknownNameError, near
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Role
@@ -61,11 +61,12 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
         UntrustedCodeError: `module:attribute` without the user's consent.
         MissingExtraError: the policy needs a package that is not installed.
         TypeError: what was found is no policy, or does not take the options.
+        ConfigurationError: the options are malformed, or the policy cannot be built with them.
     """
     if not isinstance(reference, str):
         return _checked(reference, repr(reference), options)
     name, _, query = reference.partition("?")
-    options = {key: _value(text) for key, text in parse_qsl(query, strict_parsing=bool(query))} | options
+    options = _options(query) | options
     target = _load(name, spec)
     if not isinstance(target, type) and hasattr(target, "predict"):
         return _checked(target, reference, options)
@@ -73,7 +74,22 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
         built = target(spec, **options)
     except TypeError as error:
         raise TypeError(f"the policy {reference!r} could not be built: {error}") from error
+    except ConfigurationError:
+        raise
+    except (ValueError, AttributeError, ArithmeticError, IndexError, RecursionError) as error:
+        if not options:
+            raise
+        raise ConfigurationError(f"the policy {reference!r} cannot be built with these options: {error}") from error
     return _checked(built, reference)
+
+
+def _options(query: str) -> dict[str, Any]:
+    """The options behind the question mark of a reference."""
+    try:
+        pairs = parse_qsl(query, strict_parsing=bool(query))
+    except ValueError as error:
+        raise ConfigurationError(f"options are written as name=value&name=value, not {query!r} ({error})") from error
+    return {key: _value(text) for key, text in pairs}
 
 
 def _load(name: str, spec: RoleSpec) -> Any:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from cps_envs.core.config import configure, parameter_table
-from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.policy import Policy
 from cps_envs.core.trust import vouched
@@ -73,8 +73,8 @@ class Problem:
         Raises:
             ConfigurationError: an unknown preset or field, or a value that cannot be right.
         """
-        if preset not in self.presets:
-            raise ConfigurationError(f"{self.name} has no preset {preset!r}. {near(preset, self.presets)}")
+        if not isinstance(preset, str) or preset not in self.presets:
+            raise ConfigurationError(f"{self.name} has no preset {shown(preset)}. {near(shown(preset), self.presets)}")
         return configure(self.presets[preset], overrides)
 
     def match(self, config: Any, num_envs: int, players: Mapping[Role, PolicyReference]) -> Match:

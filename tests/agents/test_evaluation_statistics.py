@@ -203,3 +203,10 @@ def test_wrong_data_are_refused(strata, message):
 def test_different_strata_cannot_be_paired():
     with pytest.raises(ValueError, match="1 and 2 strata"):
         difference([np.zeros((1, 2))], [np.zeros((1, 2))] * 2)
+
+
+def test_each_resample_has_a_middle_half_of_its_own():
+    scores = np.random.default_rng(0).normal(size=(6, 2, 8))
+    expected = [stats.trim_mean(resample.ravel(), 0.25) for resample in scores]
+    np.testing.assert_allclose(interquartile_mean([scores]), expected)
+    np.testing.assert_allclose(interquartile_mean([scores[:, :1], scores[:, 1:]]), expected)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.zoo.network import CLIP, PART, Memory, Network, network_of
+from agents.zoo.network import CLIP, MOST_LOG_DEVIATION, PART, Memory, Network, network_of
 
 torch = pytest.importorskip("torch")
 
@@ -112,3 +112,11 @@ def test_refuses_arrays_that_do_not_fit() -> None:
         network_of({**tensors, "mean": np.zeros(4, np.float32)}, "tanh")
     with pytest.raises(ValueError, match="no layer"):
         network_of({"columns": tensors["columns"], "mean": tensors["mean"], "deviation": tensors["deviation"]}, "tanh")
+
+
+def test_a_deviation_may_be_as_large_as_the_limit() -> None:
+    tensors = make_network(0).tensors() | {"log_deviation": np.full(3, MOST_LOG_DEVIATION, np.float32)}
+    assert network_of(tensors, "tanh").log_deviation is not None
+    tensors["log_deviation"][0] = np.nextafter(np.float32(MOST_LOG_DEVIATION), np.float32(np.inf))
+    with pytest.raises(ValueError, match="logarithms"):
+        network_of(tensors, "tanh")

@@ -140,3 +140,50 @@ def test_environment_metrics_are_plain_numbers() -> None:
     env = ToyAttackEnv()
     _, info = env.reset(seed=0)
     assert {type(info[name]) for name in ("closeness", "fee", "distance_m")} == {float}
+
+
+def test_environments_without_a_seed_start_too() -> None:
+    envs = ToyAttackVectorEnv(3)
+    envs.reset()
+    assert len(envs.step(envs.action_space.sample())[1]) == 3
+    envs.reset(seed=[None, 4, None])
+    alone = ToyAttackEnv()
+    np.testing.assert_array_equal(envs.game.observe("attacker")[1], alone.reset(seed=4)[0])
+
+
+def test_an_ended_environment_starts_again_in_the_next_step() -> None:
+    envs = ToyAttackVectorEnv(2)
+    envs.reset(seed=0)
+    still = np.zeros_like(envs.action_space.sample())
+    for _ in range(envs.game.horizon):
+        _, _, terminated, truncated, _ = envs.step(still)
+        ended = terminated | truncated
+        if ended.any():
+            break
+    assert envs.game.elapsed[ended].all()
+    _, rewards, terminated, truncated, _ = envs.step(still)
+    assert not envs.game.elapsed[ended].any()
+    assert not rewards[ended].any()
+    assert not (terminated | truncated)[ended].any()
+
+
+@pytest.mark.parametrize("kwargs", [{"preset": []}, {"preset": 1}, {"autoreset_mode": "none"}, {"num_threads": "two"}])
+def test_arguments_of_a_wrong_type_are_refused(kwargs: dict[str, Any]) -> None:
+    with pytest.raises(ConfigurationError, match=next(iter(kwargs))):
+        ToyAttackVectorEnv(2, **kwargs)
+
+
+@pytest.mark.parametrize("seed", [[1.5, 2, 3], [True, 1, 2], [[1], 2, 3]])
+def test_seeds_are_whole_numbers(seed: Any) -> None:
+    with pytest.raises(ValueError, match="whole number"):
+        ToyAttackVectorEnv(3).reset(seed=seed)
+
+
+def test_actions_that_are_no_numbers_are_refused() -> None:
+    env, both = ToyAttackVectorEnv(2), RolesParallelEnv(TOY)
+    env.reset(seed=0)
+    both.reset(seed=0)
+    with pytest.raises(ValueError, match="numbers in the shape"):
+        env.step([[0.0], [0.0, 1.0]])
+    with pytest.raises(ValueError, match="dictionary"):
+        both.step(None)  # type: ignore[arg-type]

@@ -92,3 +92,11 @@ def test_table_and_sequence() -> None:
         "| 0 | `x` | 0 | 2 | m | where |",
         "| 1-2 | `y` | -1 | 1 | m/s |  |",
     ]
+
+
+def test_one_field_keeps_its_shape_and_an_unknown_one_is_named() -> None:
+    layout = Fields(Field("speed", "m/s", 0.0, 10.0), Field("gaps", "m", 0.0, 100.0, (2, 2)))
+    gaps = layout.decode_field("gaps", np.zeros((3, layout.size), np.float32))
+    np.testing.assert_array_equal(gaps, np.full((3, 2, 2), 50.0))
+    with pytest.raises(KeyError, match="Did you mean 'gaps'"):
+        layout.decode_field("gap", np.zeros((3, layout.size), np.float32))

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from cps_envs.core import lookup
-from cps_envs.core.errors import MissingExtraError, UnknownNameError
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError
 from cps_envs.core.lookup import policy_names, resolve_policy
 from cps_envs.core.policy import Idle, RoleSpec
 from tests.core.toy import TOY, ToyConfig, ToyGame
@@ -121,3 +121,10 @@ def test_every_role_has_an_idle_policy_and_mixtures(name: str, spec: RoleSpec) -
     assert isinstance(resolve_policy(name, spec), Idle)
     mixture: Any = resolve_policy('mixture?policies=["none","chase"]', spec)
     assert [type(policy) for policy in mixture.policies] == [Idle, Chase]
+
+
+@pytest.mark.parametrize("query", ["half", "a=1&b", "speed=[[[x"])
+def test_malformed_options_are_explained(query: str) -> None:
+    spec = TOY.game(TOY.config("paper", {}), 1).spec("attacker")
+    with pytest.raises((ConfigurationError, TypeError), match=r"option|built"):
+        resolve_policy(f"tests.core.toy_policies:Approach?{query}", spec)

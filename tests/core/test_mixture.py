@@ -8,7 +8,7 @@ import pytest
 from gymnasium.utils import seeding
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
-from cps_envs.core.mixture import Mixture
+from cps_envs.core.mixture import Block, Mixture, _gather
 from tests.core.toy import TOY
 
 MEMBERS = ("cps_envs.core.policy:Idle", "tests.core.toy_policies:Approach", "tests.core.toy_policies:Wander")
@@ -66,3 +66,23 @@ def test_an_empty_mixture_is_refused():
 def test_unknown_members_are_refused():
     with pytest.raises(UnknownNameError):
         mixture(("nobody",))
+
+
+def test_probabilities_are_the_weights_in_shares():
+    np.testing.assert_array_equal(mixture(MEMBERS, [1, 0, 3]).probabilities, [0.25, 0, 0.75])
+
+
+def test_states_are_put_together_row_by_row():
+    one, other = Block(2, (np.array([10, 20]),)), Block(2, (np.array([30, 40]),))
+
+    def blocks(*found):
+        array = np.empty(len(found), object)
+        array[:] = found
+        return array
+
+    gathered = [
+        _gather(np.array(rows), blocks(*found))[0].tolist()
+        for rows, found in (([0, 1], (one, one)), ([1, 0], (one, one)), ([0, 1], (one, other)), ([1], (one,)))
+    ]
+    assert gathered == [[10, 20], [20, 10], [10, 40], [20]]
+    assert _gather(np.array([0, 1]), blocks(Block(2, None), one))[0].tolist() == [0, 20]

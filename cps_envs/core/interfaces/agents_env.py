@@ -91,6 +91,8 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         self._renderer.close()
 
     def _check_agents(self, actions: dict[str, Any]) -> None:
+        if not isinstance(actions, Mapping):
+            raise ValueError(f"a dictionary with an action for each agent was expected, not {type(actions)}")
         missing = [agent for agent in self.possible_agents if agent not in actions]
         if missing:
             some = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")

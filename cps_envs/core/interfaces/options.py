@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from gymnasium.vector import AutoresetMode
 
-from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.errors import ConfigurationError, shown
 
 
 def check_count(name: str, value: int) -> int:
@@ -14,5 +15,18 @@ def check_count(name: str, value: int) -> int:
         ConfigurationError: it is none.
     """
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-        raise ConfigurationError(f"{name} = {value!r} must be a whole number, at least 1")
+        raise ConfigurationError(f"{name} = {shown(value)} must be a whole number, at least 1")
     return int(value)
+
+
+def check_autoreset(mode: str | AutoresetMode) -> AutoresetMode:
+    """When an ended environment starts again.
+
+    Raises:
+        ConfigurationError: there is no such mode.
+    """
+    try:
+        return AutoresetMode(mode)
+    except (ValueError, TypeError, RecursionError) as error:
+        known = ", ".join(repr(each.value) for each in AutoresetMode)
+        raise ConfigurationError(f"autoreset_mode = {shown(mode)} is not one of {known}") from error

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.errors import ConfigurationError, require, shown
 from cps_envs.core.game import Game
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Array
@@ -17,8 +17,10 @@ HIDDEN_DRIVERS = ("dummy", "offscreen")  # what SDL falls back on where there is
 
 def check_render_mode(mode: str | None) -> None:
     """Raise ConfigurationError for a mode that is not offered."""
-    if mode is not None and mode not in RENDER_MODES:
-        raise ConfigurationError(f"render_mode = {mode!r} is not one of None, {', '.join(map(repr, RENDER_MODES))}")
+    if mode is not None and not (isinstance(mode, str) and mode in RENDER_MODES):
+        raise ConfigurationError(
+            f"render_mode = {shown(mode)} is not one of None, {', '.join(map(repr, RENDER_MODES))}"
+        )
 
 
 class Renderer:
