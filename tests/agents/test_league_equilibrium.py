@@ -118,15 +118,3 @@ def test_domination_by_one_and_by_a_mixture() -> None:
 def test_what_is_no_game(wrong: np.ndarray[Any, Any]) -> None:
     with pytest.raises(ValueError, match="matrix game"):
         solve(wrong)
-
-
-def test_the_interval_of_one_pair_is_that_of_its_mean() -> None:
-    values = np.random.default_rng(1).normal(size=40)
-    draws = np.random.default_rng(0).integers(40, size=(200, 40))
-    expected = np.quantile(values[draws].mean(axis=1), [0.025, 0.975])
-    np.testing.assert_allclose(value_interval(values.reshape(1, 1, 40), resamples=200), expected)
-
-
-def test_two_episodes_have_an_interval_and_one_has_none() -> None:
-    assert value_interval(np.array([[[0.0, 1.0]]]), resamples=50) is not None
-    assert value_interval(np.array([[[0.0]]])) is None
