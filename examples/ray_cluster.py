@@ -24,7 +24,8 @@ from agents.benchmark.store import Store
 from agents.league.league import Plan, line_up
 from agents.league.meetings import make_meeting
 from agents.league.players import Venue
-from agents.learning.training import Job, train
+from agents.learning.job import Job
+from agents.learning.training import train
 from agents.recipes.finding import find_recipe
 from baselines.workers import Workers
 

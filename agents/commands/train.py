@@ -1,4 +1,4 @@
-"""`cps-envs train`: learn a policy with stable-baselines3."""
+"""`cps-envs train`: learn a policy with stable-baselines3, or by policy search."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import typer
 from agents.console import assignments, err, make_table, out, print_json
 
 if TYPE_CHECKING:
+    from agents.learning.job import Job
     from agents.learning.recipe import Recipe
-    from agents.learning.training import Job
 
 NAME = "An environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all recipes: all."
 SHIP = "Put the best networks of the seeds into this folder as one policy, as `cps-envs zoo add` does."
@@ -21,7 +21,7 @@ OPPONENT = "A policy's name, mixture?policies=[...], zoo:NAME; the recipe's own 
 def train(
     name: Annotated[str | None, typer.Argument(metavar="ID", help=NAME)] = None,
     algorithm: Annotated[
-        str | None, typer.Option("--algo", help="ppo, maskable-ppo, recurrent-ppo, sac or dqn.")
+        str | None, typer.Option("--algo", help="ppo, maskable-ppo, recurrent-ppo, sac, dqn or cma-es.")
     ] = None,
     opponent: Annotated[str | None, typer.Option(help=OPPONENT)] = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
@@ -34,7 +34,7 @@ def train(
     policy: Annotated[str | None, typer.Option("--name", help="Of the policy; the recipe's own if left out.")] = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
     first_seed: Annotated[int, typer.Option(min=0, help="The first of them.")] = 0,
-    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed; the recipe's own if left out.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, episodes with cma-es.")] = None,
     folder: Annotated[Path, typer.Option("--out", help="Where runs go, in a folder for each seed.")] = Path("runs"),
     ship: Annotated[Path | None, typer.Option("--to", help=SHIP)] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
@@ -47,7 +47,7 @@ def train(
 
     Each run's folder holds its configuration, versions and command, evaluations on validation seeds, TensorBoard logs,
     a checkpoint, and the best policy so far, which plays everywhere as zoo:FOLDER. Ctrl-C leaves a usable policy;
-    --resume goes on.
+    --resume goes on. With cma-es the numbers of a family of policies are searched, and a step is an episode.
     """
     from agents.machine import available_cores
     from agents.recipes.finding import RECIPES, find_recipe
@@ -78,11 +78,13 @@ def _changed(recipe: Recipe, values: dict[str, Any]) -> Recipe:
 
 
 def _jobs(recipe: Recipe, seeds: range, folder: Path, resume: bool, device: str) -> list[Job]:
+    from agents.learning.job import Job
+    from agents.learning.recipe import SEARCH
     from agents.machine import describe
     from cps_envs.core.errors import require
 
-    require("stable_baselines3", extra="agents", purpose="training")
-    from agents.learning.training import Job
+    if recipe.algorithm != SEARCH:
+        require("stable_baselines3", extra="agents", purpose="training")
 
     command = describe()["command"]
     home = folder / recipe.name

@@ -5,8 +5,6 @@ from __future__ import annotations
 import signal
 import time
 import zipfile
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,33 +18,16 @@ from agents.learning.callback import Report, TrainingCallback
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
+from agents.learning.job import Job
 from agents.learning.model import CLASSES, check_fit, make_model
 from agents.learning.plan_search import search_plans
 from agents.learning.presentation import make_card, policy_of
-from agents.learning.recipe import Recipe
 from agents.learning.run import FINISHED, INTERRUPTED, RUNNING, Run
 from agents.learning.scaling import focus, seen_columns, spread, wander
 from agents.learning.seeds import training_seed
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.learning.values import ValueWarmUp
 from agents.machine import versions
-
-
-@dataclass(frozen=True)
-class Job:
-    """A recipe, a seed, and where its run goes; plain data that any process can do."""
-
-    recipe: Recipe
-    seed: int
-    folder: Path
-    command: str
-    resume: bool = False
-    device: str = "cpu"
-
-    @property
-    def run(self) -> Run:
-        """The run's folder."""
-        return Run(self.folder, self.recipe, self.seed, self.command)
 
 
 def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]:

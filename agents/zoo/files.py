@@ -14,6 +14,7 @@ from safetensors.numpy import save as to_bytes
 from agents.files import replacing, write_json
 from agents.zoo.card import Card, read_card, require_file
 from agents.zoo.network import Network, check_fit, network_of
+from agents.zoo.numbers import Numbers, numbers_of
 from cps_envs.core.errors import UnknownNameError, near
 
 MOST_BYTES = 256 * 2**20  # of a file of weights
@@ -45,7 +46,7 @@ def find(name: str) -> Path:
     )
 
 
-def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> Card:
+def save(card_path: Path, card: Card, networks: Mapping[int, Network | Numbers]) -> Card:
     """Write weights and card, each whole or not at all; the card comes last. Returns it with their hash."""
     tensors = {
         f"{seed}/{name}": array for seed, network in networks.items() for name, array in network.tensors().items()
@@ -58,8 +59,8 @@ def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> Card:
     return written
 
 
-def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
-    """The card and the network of one training seed, the best if none is given. Runs no code from the files.
+def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network | Numbers]:
+    """The card and the network, or the numbers, of one training seed, the best if none is given. It runs no code.
 
     Raises:
         ValueError: a damaged file, or a seed that is not in it.
@@ -78,6 +79,8 @@ def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
         tensors = from_bytes(data)
         prefix = f"{chosen}/"
         mine = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
+        if card.family:
+            return card, numbers_of(mine, len(card.numbers))
         network = network_of(mine, card.activation)
         check_fit(network, card.observation_size, sum(card.actions))
         return card, network

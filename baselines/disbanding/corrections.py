@@ -70,8 +70,8 @@ class Corrections(AnalyticPolicy):
         self._slow_mps, self._hold_s = config.desired_speed_mps - thresholds, float(hold_s)
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """How long the alarm of each vehicle lasts still, (B, M) s; no state without detection."""
-        return (np.zeros((len(generators), self.spec.config.max_vehicles)),) if self.detects else None
+        """How long the alarm of each vehicle lasts still, (B, M) s; an empty state without detection."""
+        return (np.zeros((len(generators), self.spec.config.max_vehicles)),) if self.detects else ()
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, M): corrections as shares of u_max - u_min; zero where none would act."""

@@ -16,8 +16,9 @@ pytest.importorskip("sb3_contrib")
 
 from agents.cli import main
 from agents.errors import CommandError
+from agents.learning.job import Job
 from agents.learning.runs import train_all
-from agents.learning.training import Job, train
+from agents.learning.training import train
 from agents.zoo.files import load
 from tests.agents.test_learning_parts import CASES, ROGUE, SWARM
 

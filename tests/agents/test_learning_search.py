@@ -14,10 +14,11 @@ pytest.importorskip("sb3_contrib")
 from agents.errors import CommandError
 from agents.learning.best_episodes import BestEpisodes
 from agents.learning.demonstrations import Demonstrations
+from agents.learning.job import Job
 from agents.learning.plan_search import search_plans
 from agents.learning.recipe import Recipe
 from agents.learning.scaling import focus, seen_columns
-from agents.learning.training import Job, train
+from agents.learning.training import train
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.recipes.fdi_attack import FdiAttack
 from agents.recipes.fdi_defense import FdiDefense
