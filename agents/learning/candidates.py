@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from agents.learning.recipe import Recipe
-from baselines.family import Family, Members
-from cps_envs.core.play import play_episodes
+from baselines.family import Family, play_family
 from cps_envs.core.types import FloatArray, other
 from cps_envs.registration import find_problem
 
@@ -21,11 +20,9 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
         preset = scene.preset or recipe.preset
         config = problem.config(preset, {**recipe.overrides, **scene.overrides})
         episodes = scene.episodes * times
-        policy = Members(problem.game(config, 1).spec(recipe.role), family, np.repeat(values, episodes, axis=0))
-        rival = other(recipe.role)
-        opponent = scene.opponent or recipe.opponent or problem.opponents[preset][rival]
+        opponent = scene.opponent or recipe.opponent or problem.opponents[preset][other(recipe.role)]
         seeds = [first_seed + episode for episode in range(episodes)] * len(values)
-        outcome = play_episodes(problem, config, {recipe.role: policy, rival: opponent}, seeds)
+        outcome = play_family(family, problem, config, opponent, np.repeat(values, episodes, axis=0), seeds)
         reached.append(recipe.values(outcome).reshape(len(values), episodes))
         first_seed += episodes
     return np.concatenate(reached, axis=1)

@@ -7,10 +7,13 @@ import math
 import numpy as np
 
 from baselines.disbanding.string_controller import SHAPE, Gains, StringController
+from baselines.disbanding.string_loop import StringLoop
 from baselines.disbanding.string_search import START, STEP
 from baselines.family import Family, Number
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
+from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.problem import DISBANDING
 
 VEHICLES = ("leader", "other")
 BROADCAST_ONLY = ("ahead_closing", "ahead_acceleration", "ahead_command")
@@ -47,7 +50,15 @@ def _local(spec: RoleSpec, values: FloatArray) -> StringController:
     return StringController(spec, form="local", gains=gains, detection_mps=values[:, -1])
 
 
+def _broadcast_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
+    return StringLoop(config, num_envs, _broadcast(DISBANDING.game(config, 1).spec("defender"), values))
+
+
+def _local_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
+    return StringLoop(config, num_envs, _local(DISBANDING.game(config, 1).spec("defender"), values))
+
+
 # Acts on a warning that is never lost or old, as that of the dissertation.
-BROADCAST = Family("disbanding", "defender", _gains(AGE), _broadcast)
+BROADCAST = Family("disbanding", "defender", _gains(AGE), _broadcast, _broadcast_loop)
 # Acts on its own detection; each vehicle knows itself and its predecessor.
-LOCAL = Family("disbanding", "defender", (*_gains(AGE, *BROADCAST_ONLY), DETECTION), _local)
+LOCAL = Family("disbanding", "defender", (*_gains(AGE, *BROADCAST_ONLY), DETECTION), _local, _local_loop)

@@ -80,17 +80,17 @@ class StringController(Corrections):
         if form not in FORMS:
             raise ConfigurationError(f"form = {form!r} is not known. {near(form, FORMS)}")
         found = shipped_gains(form) if gains is None else (np.asarray(gains, dtype=np.float64), math.inf)
-        super().__init__(spec, detection_mps=found[1] if detection_mps is None else detection_mps, hold_s=hold_s)
         self.gains, self.heeds_warning = found[0], form != "local"
+        super().__init__(spec, detection_mps=found[1] if detection_mps is None else detection_mps, hold_s=hold_s)
         if self.gains.shape[-2:] != SHAPE:
             raise ValueError(f"gains of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.gains.shape}")
         rows = np.ascontiguousarray(self.gains.reshape(-1, SIZE))
-        self._table: Array = rows.view(record_type(Gains))[:, 0]  # leaders' and others' by turns
+        self.table: Array = rows.view(record_type(Gains))[:, 0]  # leaders' and others' by turns
 
     def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""
         config = self.spec.config
-        known = (seen["tau_s"], config.vehicles_per_platoon, config.desired_speed_mps, self._table)
+        known = (seen["tau_s"], config.vehicles_per_platoon, config.desired_speed_mps, self.table)
         _control(seen.observation, self.layout, reasons, *known, self.heeds_warning, corrections)
 
 
@@ -111,10 +111,20 @@ def _control(
         look(borrowed(observation)[b], lend(layout), borrowed(reasons)[b], sight)
         mine = 2 * (b % (gains.size // 2))
         leader, other = unpack(Gains, gains, mine), unpack(Gains, gains, mine + 1)
-        for q in range(1, corrections.shape[1]):
-            if sight.mitigable[q]:
-                own = leader if q % vehicles_per_platoon == 0 else other
-                corrections[b, q] = follow(sight, q, own, tau_s[b], desired_speed_mps, listens)
+        road = (vehicles_per_platoon, tau_s[b], desired_speed_mps)
+        follow_all(sight, leader, other, road, listens, borrowed(corrections)[b])
+
+
+@inlined
+def follow_all(
+    sight: Sight, leader: Gains, other: Gains, road: tuple[int, float, float], listens: bool, corrections: FloatArray
+) -> None:
+    """Write the corrections (M,) in m/s2 of all that act; `road` is n, tau in s and the desired speed in m/s."""
+    size, tau_s, desired_speed_mps = road
+    for q in range(1, corrections.size):
+        if sight.mitigable[q]:
+            own = leader if q % size == 0 else other
+            corrections[q] = follow(sight, q, own, tau_s, desired_speed_mps, listens)
 
 
 @inlined

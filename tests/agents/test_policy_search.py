@@ -221,7 +221,7 @@ def test_seeds_become_one_policy(whole: Path, tmp_path: Path) -> None:
     assert list(merged.seeds) == ["0", "1"]
     spec = DISBANDING.game(DISBANDING.config("paper", SHORT), 1).spec("defender")
     policies = [resolve_policy(f"zoo:{tmp_path / 'both.json'}?seed={seed}", spec) for seed in (0, 1)]
-    thresholds = [float(policy._slow_mps[0, 0]) for policy in policies if isinstance(policy, StringController)]
+    thresholds = [float(policy.slow_mps[0]) for policy in policies if isinstance(policy, StringController)]
     np.testing.assert_allclose(thresholds, [31.0 - numbers(folder)[-1] for folder in (whole, second)])
 
 
