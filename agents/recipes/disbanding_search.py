@@ -13,9 +13,8 @@ from agents.learning.scene import Scene
 from cps_envs.core.types import Array, FloatArray, Role
 
 LEAST_GAP_M = 1.5  # a smaller gap costs a point per metre
-# The chapter's own attacks, on the roads of its tables and a little beyond; the second one where it is hardest.
+# The chapter's own attacks, on the roads of its tables and a little beyond.
 TABLE_ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 5.2)}
-HARD_ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 4.6), "tau_s": (0.3, 0.55)}
 # Up to three platoons disbanded 5 to 130 s apart, or at random times, mostly near the front.
 PAUSES = ",".join(f'"timed?pause_s={pause_s}"' for pause_s in (5, 15, 30, 50, 75, 100, 130))
 WORST = f'mixture?policies=["random?front_bias=3",{PAUSES}]'
@@ -26,7 +25,7 @@ ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 6.0), "attack_budget": (1, 3)
 class DisbandingDefenseSearch(Recipe):
     """Every vehicle by its own sensors, its predecessor's radio and the broadcast of the disbanded vehicle ahead.
 
-    Half of the episodes disturb the actuators: without that the search finds controllers that are better by
+    A third of the episodes disturb the actuators: without that the search finds controllers that are better by
     a point and collide at a deviation of 0.5 m/s2.
     """
 
@@ -41,16 +40,16 @@ class DisbandingDefenseSearch(Recipe):
     )
     opponent: str = "lead"
     scenes: tuple[Scene, ...] = (
-        Scene(4, overrides=TABLE_ROADS),
-        Scene(3, "table_2_3", overrides=HARD_ROADS),
-        Scene(4, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),
-        Scene(3, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
+        Scene(5, overrides=TABLE_ROADS),
+        Scene(4, "table_2_3", overrides=TABLE_ROADS),
+        Scene(3, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),
+        Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
     )
     population: int = 12
-    search_deviation: float = 0.4
-    total_steps: int = 12 * 14 * 100  # 100 generations
-    evaluations: int = 10
-    evaluation_episodes: int = 42
+    search_deviation: float = 0.25
+    total_steps: int = 12 * 14 * 30  # 30 generations
+    evaluations: int = 5
+    evaluation_episodes: int = 28
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
         """Less the attacker's payoff and what a small gap costs."""

@@ -114,7 +114,7 @@ def decide(
     fill(correction, 0.0)
     look(encoded, layout, reasons, sight)
     tau_s = decoded(encoded, layout.scale, layout.offsets[0].tau_s)
-    road = (c.vehicles_per_platoon, tau_s, c.desired_speed_mps)
+    road = (c.vehicles_per_platoon, tau_s, c.desired_speed_mps, limit_mps2)
     follow_all(sight, leader, other, road, w.heeds_warning, correction)
     for q in range(correction.size):
         correction[q] = limit_mps2 * clip(correction[q] / limit_mps2, -1.0, 1.0)

@@ -75,7 +75,7 @@ def test_a_run_leaves_a_better_policy_with_its_numbers(whole: Path) -> None:
     card = read_card(whole / "policy.json")
     assert (card.family, card.head, card.algorithm) == ("disbanding-local", "family", "cma-es")
     assert card.numbers[0] == "leader.gap"
-    assert card.numbers[-1] == "detection_mps"
+    assert card.numbers[-1] == "other.predecessor_command"
     assert card.seeds["0"]["validation"] == max(scores)
 
 
@@ -148,7 +148,7 @@ def test_a_damaged_checkpoint_is_named(whole: Path, tmp_path: Path, reached: Any
 
 def test_a_checkpoint_of_another_strategy_is_refused(whole: Path, tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="another version of cma"):
-        search(damaged(whole, tmp_path, mean=[0.0] * 25))
+        search(damaged(whole, tmp_path, mean=[0.0] * 26))
 
 
 def test_recipes_that_cannot_be_searched_are_explained(tmp_path: Path) -> None:
@@ -180,13 +180,13 @@ def test_damaged_numbers_are_refused(whole: Path, tmp_path: Path) -> None:
         load(copied(whole, tmp_path, numbers=[*names[:-1], names[0]]))
     with pytest.raises(ValueError, match="no other, has numbers"):
         load(copied(whole, tmp_path, family=""))
-    with pytest.raises(ValueError, match="the card names 24"):
+    with pytest.raises(ValueError, match="the card names 25"):
         load(copied(whole, tmp_path, numbers=names[:-1]))
     for wrong, told in (
-        ({"0/numbers": np.full(25, np.nan)}, "not finite"),
-        ({"0/numbers": np.full(25, 1e9)}, "far too large"),
-        ({"0/numbers": np.zeros(25, np.float32)}, "float32"),
-        ({"0/others": np.zeros(25)}, "one array"),
+        ({"0/numbers": np.full(26, np.nan)}, "not finite"),
+        ({"0/numbers": np.full(26, 1e9)}, "far too large"),
+        ({"0/numbers": np.zeros(26, np.float32)}, "float32"),
+        ({"0/others": np.zeros(26)}, "one array"),
     ):
         path = copied(whole, tmp_path, weights="")
         save_file(wrong, path.with_suffix(".safetensors"))
@@ -221,8 +221,8 @@ def test_seeds_become_one_policy(whole: Path, tmp_path: Path) -> None:
     assert list(merged.seeds) == ["0", "1"]
     spec = DISBANDING.game(DISBANDING.config("paper", SHORT), 1).spec("defender")
     policies = [resolve_policy(f"zoo:{tmp_path / 'both.json'}?seed={seed}", spec) for seed in (0, 1)]
-    thresholds = [float(policy.slow_mps[0]) for policy in policies if isinstance(policy, StringController)]
-    np.testing.assert_allclose(thresholds, [31.0 - numbers(folder)[-1] for folder in (whole, second)])
+    feeds = [policy.gains[0, 1, -1] for policy in policies if isinstance(policy, StringController)]
+    np.testing.assert_array_equal(feeds, [numbers(folder)[-1] for folder in (whole, second)])
 
 
 def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,13 +50,13 @@ def test_code_in_a_name_needs_consent(monkeypatch: pytest.MonkeyPatch) -> None:
 )
 def test_the_numbers_of_a_string_go_to_its_gains(family: Family, form: str) -> None:
     spec = DISBANDING.game(DISBANDING.config("paper", {}), 1).spec("defender")
-    gains, threshold = shipped_gains(form)
+    gains = shipped_gains(form)[0] + np.arange(34.0).reshape(2, 17)
     named = {
         f"{vehicle}.{name}": gains[i, j]
         for i, vehicle in enumerate(("leader", "other"))
         for j, name in enumerate(Gains._fields)
     }
-    values = np.array([[{**named, "detection_mps": threshold}[name] for name in family.names]])
+    values = np.array([[named[name] for name in family.names]])
     built = family.build(spec, values)
     assert isinstance(built, StringController)
     used = [name in family.names for name in named]
