@@ -24,7 +24,8 @@ from agents.benchmark.store import Store
 from agents.league.league import Plan, line_up
 from agents.league.meetings import make_meeting
 from agents.league.players import Venue
-from agents.learning.training import Job, train
+from agents.learning.job import Job
+from agents.learning.learner import learn
 from agents.recipes.finding import find_recipe
 from baselines.workers import Workers
 
@@ -45,7 +46,7 @@ def train_everywhere(name: str, seeds: int, folder: Path) -> None:
         Job(recipe, seed, folder / recipe.name / f"seed-{seed}", "examples/ray_cluster.py", resume=True)
         for seed in range(seeds)
     ]
-    for job, found in spread(train, jobs):
+    for job, found in spread(learn, jobs):
         print(f"seed {job.seed}: {found['steps']:,} steps, best validation {found['best_score']:.4g}, {job.folder}")
 
 

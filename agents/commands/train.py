@@ -1,4 +1,4 @@
-"""`cps-envs train`: learn a policy with stable-baselines3."""
+"""`cps-envs train`: learn a policy with stable-baselines3, or by policy search."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from agents.console import assignments, err, make_table, out, print_json
 from agents.errors import CommandError
 
 if TYPE_CHECKING:
+    from agents.learning.job import Job
     from agents.learning.recipe import Recipe
-    from agents.learning.training import Job
 
 NAME = "An environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all recipes: all."
 SHIP = "Put the best networks of the seeds into this folder as one policy, as `cps-envs zoo add` does."
@@ -29,7 +29,7 @@ def train(
     name: Annotated[str | None, typer.Argument(metavar="ID", help=NAME)] = None,
     config: Annotated[Path | None, typer.Option(metavar="RUN.json", help=CONFIG)] = None,
     algorithm: Annotated[
-        str | None, typer.Option("--algo", help="ppo, maskable-ppo, recurrent-ppo, sac or dqn.")
+        str | None, typer.Option("--algo", help="ppo, maskable-ppo, recurrent-ppo, sac, dqn or cma-es.")
     ] = None,
     opponent: Annotated[str | None, typer.Option(help=OPPONENT)] = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
@@ -42,7 +42,7 @@ def train(
     policy: Annotated[str | None, typer.Option("--name", help="Of the policy; the recipe's own if left out.")] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help="How many training seeds; 5 if left out.")] = None,
     first_seed: Annotated[int | None, typer.Option(min=0, help="The first of them; 0 if left out.")] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed; the recipe's own if left out.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, episodes with cma-es.")] = None,
     folder: Annotated[Path, typer.Option("--out", help="Where runs go, in a folder for each seed.")] = Path("runs"),
     ship: Annotated[Path | None, typer.Option("--to", help=SHIP)] = None,
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
@@ -56,7 +56,8 @@ def train(
 
     Without ID: what there is to train, what it costs and what it reaches. Each run's folder holds its configuration,
     versions and command, evaluations on validation seeds, curves, a checkpoint, and the best policy so far, which plays
-    everywhere as zoo:FOLDER. Ctrl-C leaves a usable policy; --resume goes on.
+    everywhere as zoo:FOLDER. Ctrl-C leaves a usable policy; --resume goes on. With cma-es the numbers of a family of
+    policies are searched, and a step is an episode.
     """
     from agents.learning.earlier import read_earlier
     from agents.learning.recipe import changed
@@ -90,11 +91,13 @@ def train(
 
 
 def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
+    from agents.learning.job import Job
+    from agents.learning.recipe import SEARCH
     from agents.machine import describe
     from cps_envs.core.errors import require
 
-    require("stable_baselines3", extra="agents", purpose="training")
-    from agents.learning.training import Job
+    if recipe.algorithm != SEARCH:
+        require("stable_baselines3", extra="agents", purpose="training")
 
     command = describe()["command"]
     home = folder / recipe.name

@@ -40,7 +40,7 @@ def show(
     name: Annotated[str, typer.Argument(help="A shipped policy, a card's path, or the folder of a training run.")],
     as_json: JSON = False,
 ) -> None:
-    """How a policy was trained and what it reached on validation seeds."""
+    """How a policy was trained, what it reached on validation seeds, and its numbers where it has names for them."""
     from agents.zoo.card import read_card
     from agents.zoo.files import find
 
@@ -49,6 +49,8 @@ def show(
         print_json(card.to_json())
         return
     _print(card)
+    if card.family:
+        _print_numbers(card, find(name))
 
 
 @app.command("card")
@@ -104,3 +106,13 @@ def _print(card: Card) -> None:
         for seed, facts in card.seeds.items()
     ]
     console.print(make_table("", ("training seed", "steps", "CPU s", "validation"), rows))
+
+
+def _print_numbers(card: Card, path: Path) -> None:
+    """The numbers of a policy that is one of a family, by training seed."""
+    from agents.zoo.files import load
+
+    columns = [load(path, int(seed))[1].tensors()["numbers"] for seed in card.seeds]
+    rows = [(name, *(f"{column[k]:.4g}" for column in columns)) for k, name in enumerate(card.numbers)]
+    title = f"Numbers of the family {card.family}, by training seed"
+    out().print(make_table(title, ("number", *card.seeds), rows))

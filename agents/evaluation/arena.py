@@ -64,13 +64,20 @@ class Arena:
         return cells
 
 
+HAPPENED = ">0"  # after a metric's name: 100 in episodes in which it is above zero, 0 in others
+
+
 def scores(results: Sequence[Result], metric: str, per: str = "") -> FloatArray:
     """A metric (training seeds, episodes), divided episode by episode by another one if `per` names it.
+
+    The mean of "collided>0" is the percentage of episodes in which `collided` is above zero.
 
     Raises:
         UnknownNameError: the episodes have no such metric.
         ValueError: the divisor is 0 in some episode.
     """
+    if metric.endswith(HAPPENED):
+        return np.where(scores(results, metric.removesuffix(HAPPENED)) > 0, 100.0, 0.0)
     for name in (metric, *([per] if per else [])):
         if name not in results[0]["metrics"]:
             raise UnknownNameError(f"there is no metric {name!r}. {near(name, results[0]['metrics'])}")

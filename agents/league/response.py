@@ -130,12 +130,12 @@ def respond(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained
 
     Raises:
         MissingExtraError: what training needs is not installed.
-        CommandError: see `agents.learning.training.train`.
+        CommandError: see `agents.learning.learner.learn`.
     """
     require("stable_baselines3", extra="agents", purpose="training a best response")
     require("sb3_contrib", extra="agents", purpose="training a best response")
+    from agents.learning.job import Job
     from agents.learning.runs import train_all
-    from agents.learning.training import Job
 
     jobs = [
         Job(recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume, device=budget.device)

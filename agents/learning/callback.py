@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.files import replacing
 from agents.learning.export import network_of_model
+from agents.learning.learner import Report
 from agents.learning.presentation import make_card, policy_of
 from agents.learning.run import Run
 from agents.learning.seeds import VALIDATION
@@ -19,7 +19,6 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import other
 from cps_envs.registration import find_problem
 
-Report = Callable[[int, str], None]  # steps done, a note
 CHECKPOINT_EVERY_S = 60.0
 
 

@@ -7,13 +7,16 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 from agents.errors import CommandError
+from agents.learning.scene import Scene
 from cps_envs.core.errors import near
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Role
 
 if TYPE_CHECKING:
     from cps_envs.core.game import Game
 
-ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn")
+SEARCH = "cma-es"
+LEAST_POPULATION = 4
+ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn", SEARCH)
 ACTIVATIONS = ("tanh", "relu")
 
 
@@ -75,6 +78,11 @@ class Recipe:
     teacher_epochs: int = 20  # over all demonstrations, in a round
     value_warm_up: int = 0  # updates of the value alone before the imitated policy may change
 
+    family: str = ""  # of policies whose numbers are searched (CMA-ES, of which a step is an episode)
+    population: int = 14  # candidates in a generation
+    search_deviation: float = 0.4  # of the first generation, in the steps of the family's numbers
+    scenes: tuple[Scene, ...] = (Scene(16),)  # what judges a candidate
+
     search_steps: int = 0  # of a search for plans that the network imitates first; for few, deterministic starts
     self_imitation: int = 0  # steps, before each update (PPO), towards the own best episode of every start
 
@@ -89,6 +97,10 @@ class Recipe:
         for name in counts:
             if getattr(self, name) < 1:
                 raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")
+        if self.population < LEAST_POPULATION or self.search_deviation <= 0 or not self.scenes:
+            raise CommandError(
+                f"population has to be at least {LEAST_POPULATION}, search_deviation above 0, scenes at least one"
+            )
         if not 0 < self.discount <= 1 or self.learning_rate <= 0 or self.reward_scale <= 0:
             raise CommandError("discount has to lie in (0, 1], learning_rate and reward_scale above 0")
         if self.activation not in ACTIVATIONS:
@@ -107,9 +119,14 @@ class Recipe:
         """
         return rewards
 
+    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
+        """What episodes that end with `outcome`, (B,) each, are worth, the higher the better: what is searched for."""
+        worth: FloatArray = SIGN[self.role] * outcome[self.evaluation_metric]
+        return worth
+
     def score(self, outcome: Mapping[str, Array]) -> float:
         """What chooses the best checkpoint, the higher the better, from what validation episodes end with (B,) each."""
-        return SIGN[self.role] * float(outcome[self.evaluation_metric].mean())
+        return float(self.values(outcome).mean())
 
 
 def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
@@ -119,11 +136,11 @@ def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
         CommandError: no such knob, or a value of another type.
     """
     known = {entry.name for entry in fields(recipe)}
-    fitting = {}
+    fitting: dict[str, Any] = {}
     for name, value in values.items():
         if name not in known:
             raise CommandError(f"a recipe has no knob {name!r}. {near(name, known)}")
-        fitting[name] = _fitting(name, value, getattr(recipe, name))
+        fitting[name] = _scenes(value) if name == "scenes" else _fitting(name, value, getattr(recipe, name))
     return replace(recipe, **fitting)
 
 
@@ -137,3 +154,18 @@ def _fitting(name: str, value: Any, present: Any) -> Any:
     if type(value) is not type(present):
         raise CommandError(f"{name} = {value!r} should be like {present!r}")
     return value
+
+
+def _scenes(value: Any) -> tuple[Scene, ...]:
+    """Scenes as JSON has them: `[{"episodes": 16, "opponent": "lead"}]`.
+
+    Raises:
+        CommandError: something else.
+    """
+    try:
+        found = tuple(Scene(**scene) for scene in value)
+    except TypeError as error:
+        raise CommandError(f'scenes should be like [{{"episodes": 16, "opponent": "lead"}}], got {value!r}') from error
+    if not all(type(scene.episodes) is int and scene.episodes > 0 for scene in found):
+        raise CommandError("every scene needs a whole number of episodes, at least 1")
+    return found

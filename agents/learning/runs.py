@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from agents.learning.callback import Report
-from agents.learning.training import Job, train
+from agents.learning.job import Job
+from agents.learning.learner import Report, learn
 from agents.progress import Progress
 from baselines.workers import Workers
 
@@ -20,9 +20,9 @@ def train_all(jobs: Sequence[Job], workers: int, title: str) -> list[dict[str, A
     total = sum(job.recipe.total_steps for job in jobs)
     with Progress(title, total) as progress, Workers(min(workers, len(jobs))) as pool:
         if workers == 1 or len(jobs) == 1:
-            return [train(job, _counting(progress, job, jobs[:place])) for place, job in enumerate(jobs)]
+            return [learn(job, _counting(progress, job, jobs[:place])) for place, job in enumerate(jobs)]
         with _watching(jobs, progress):
-            done = {job.folder: found for job, found in pool.run(train, jobs)}
+            done = {job.folder: found for job, found in pool.run(learn, jobs)}
     return [done[job.folder] for job in jobs]
 
 

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import time
 import zipfile
-from contextlib import suppress
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -17,97 +12,47 @@ from stable_baselines3.common.logger import Logger
 
 from agents.errors import CommandError
 from agents.learning.best_episodes import BestEpisodes, SelfImitation
-from agents.learning.callback import Report, TrainingCallback
+from agents.learning.callback import TrainingCallback
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
-from agents.learning.knobs import knobs_of
+from agents.learning.job import Job
+from agents.learning.learner import Report
 from agents.learning.model import CLASSES, check_fit, make_model
 from agents.learning.plan_search import search_plans
 from agents.learning.presentation import make_card, policy_of
-from agents.learning.recipe import Recipe
-from agents.learning.run import FINISHED, INTERRUPTED, RUNNING, Run
+from agents.learning.recording import recording, resumption_of
+from agents.learning.run import Run
 from agents.learning.scaling import focus, seen_columns, spread, wander
 from agents.learning.seeds import training_seed
-from agents.learning.tracking import Subject, make_tracker
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.learning.values import ValueWarmUp
 from agents.learning.writer import TrackerWriter
-from agents.locking import alone_in
-from agents.machine import versions
-from baselines.interruption import ending
 
 
-@dataclass(frozen=True)
-class Job:
-    """A recipe, a seed, and where its run goes; plain data that any process can do."""
-
-    recipe: Recipe
-    seed: int
-    folder: Path
-    command: str
-    resume: bool = False
-    device: str = "cpu"
-    tracker: str = "tensorboard"
-
-    @property
-    def run(self) -> Run:
-        """The run's folder."""
-        return Run(self.folder, self.recipe, self.seed, self.command)
-
-    @property
-    def subject(self) -> Subject:
-        """What a tracker is told of it."""
-        return Subject(f"{self.recipe.name}-seed-{self.seed}", self.recipe.name, self.folder, knobs_of(self.recipe))
-
-
-def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]:
-    """Train; returns what `run.json` holds. Ctrl-C and SIGTERM save the model before they end the run.
+def train(job: Job, report: Report) -> None:
+    """Train with stable-baselines3; see `learner.learn`.
 
     Raises:
-        CommandError: there is another run in the folder, an unfinished one that is not to be resumed, one that another
-            process is training, or a damaged checkpoint to go on from.
+        CommandError: the algorithm does not fit the environment, or the checkpoint is damaged.
     """
     torch.set_num_threads(1)
-    with alone_in(job.folder), ending():
-        return _train(job, report)
-
-
-def _train(job: Job, report: Report) -> dict[str, Any]:
     run = job.run
-    before = run.read()
-    run.check_same()
-    if before.get("status") == FINISHED:
-        return before
-    if before and not job.resume:
-        raise CommandError(f"{run.folder} holds a run that is not finished: go on with --resume, or delete it")
-    resumption = int(before.get("resumptions", -1)) + 1
-    envs = make_envs(job.recipe, training_seed(job.seed, resumption))
+    envs = make_envs(job.recipe, training_seed(job.seed, resumption_of(job)))
     check_fit(job.recipe, envs)
-    tracker = make_tracker(job.tracker, job.subject)
 
     def note(steps: int, text: str) -> None:
         run.write(phase=text)
         report(steps, text)
 
-    try:
-        started = before.get("started", time.time())
-        run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=started)
+    with recording(job) as tracker:
         callback = TrainingCallback(run, envs, report)
         best = BestEpisodes()
         model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, note)
         model.set_logger(Logger(folder=None, output_formats=[TrackerWriter(tracker)]))
         run.write(phase="learning")
         _learn(model, run, callback, best)
-    except BaseException:
-        with suppress(OSError):  # of a full disk, which is what has to be told
-            run.write(status=INTERRUPTED)
-        raise
-    finally:
-        tracker.close()
-    run.write(status=FINISHED)
     envs.close()
-    return run.read()
 
 
 def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> BaseAlgorithm:

@@ -6,6 +6,7 @@ from agents.errors import CommandError
 from agents.learning.recipe import Recipe
 from agents.recipes.disbanding_attack import DisbandingAttack
 from agents.recipes.disbanding_defense import DisbandingDefense, DisbandingDefenseLocal
+from agents.recipes.disbanding_search import DisbandingDefenseLocalSearch, DisbandingDefenseSearch
 from agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from agents.recipes.fdi_defense import FdiDefense
 from agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
@@ -21,6 +22,8 @@ RECIPES: dict[str, Recipe] = {
         DisbandingAttack(),
         DisbandingDefense(),
         DisbandingDefenseLocal(),
+        DisbandingDefenseSearch(),
+        DisbandingDefenseLocalSearch(),
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiDefense(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from agents.evaluation.arena import Arena
 from agents.results.block import Bar, Block, Contestant, Row
+from agents.results.disbanding_search import BLOCKS as SEARCHED
 from cps_envs.testbed.problem import ATTACK
 
 TAUS_S = (0.1, 0.3, 0.5)
@@ -199,4 +200,4 @@ ROBOTS = Block(
     shown=("collided", "lowest_speed_mps"),
 )
 
-BLOCKS = (PLANS, AGAINST, PRINTED, TWELVE, EASY, ROBOTS)
+BLOCKS = (PLANS, AGAINST, PRINTED, TWELVE, EASY, *SEARCHED, ROBOTS)

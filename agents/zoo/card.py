@@ -11,14 +11,15 @@ from cps_envs.core.documents import read_entry
 from cps_envs.core.types import ROLES
 
 FORMAT = 1
-HEADS = ("gaussian", "squashed", "discrete")
+HEADS = ("gaussian", "squashed", "discrete", "family")
 MOST_BYTES = 2**20  # of a card
 REMEDY = "Train or download it again."
 MOST_VALUES = 10**6  # of an observation, or choices of an action
 MOST_DECISIONS = 10**6  # that an action is held for
+MOST_NUMBERS = 10**4  # of a family
 KINDS: dict[str, type] = {
     **dict.fromkeys(
-        ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command"), str
+        ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command", "family"), str
     ),
     **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation"), dict),
     **dict.fromkeys(("version", "hold", "observation_size", "best"), int),
@@ -41,7 +42,7 @@ class Card:
     overrides: Mapping[str, Any]  # of the preset, while training
     recipe: Mapping[str, Any]  # every knob
     activation: str
-    head: str  # gaussian: clipped means; squashed: their tanh; discrete: logits, one after the other
+    head: str  # gaussian: clipped means; squashed: their tanh; discrete: logits, one after the other; or family
     decentralised: bool  # plays each agent of the role's team with the same network
     hold: int  # decisions that an action is kept for
     observation_size: int  # of the role, or of one agent of its team
@@ -51,6 +52,8 @@ class Card:
     command: str  # that trained it
     versions: Mapping[str, str]  # of the packages
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
+    family: str = ""  # of policies of which this is one, see `baselines.family`; empty for networks
+    numbers: tuple[str, ...] = ()  # their names, where it is of a family
     weights: str = ""  # SHA-256 of the file with the weights, which ties it to the card; `save` fills it in
     format: int = FORMAT
 
@@ -67,6 +70,14 @@ class Card:
             raise ValueError("hold or observation_size is out of range")
         if not self.actions or not all(type(each) is int and 1 <= each <= MOST_VALUES for each in self.actions):
             raise ValueError("actions have to be numbers of choices, each at least 1")
+        self._check_numbers()
+
+    def _check_numbers(self) -> None:
+        named = all(type(name) is str for name in self.numbers) and len(set(self.numbers)) == len(self.numbers)
+        if not named or len(self.numbers) > MOST_NUMBERS:
+            raise ValueError("the numbers have to have names, each its own")
+        if not (self.head == "family") == bool(self.family) == bool(self.numbers):
+            raise ValueError("a policy of a family, and no other, has numbers with names")
 
     def to_json(self) -> dict[str, Any]:
         """As plain data."""
@@ -85,6 +96,6 @@ def read_card(path: Path) -> Card:
     try:
         if not set(plain) <= {entry.name for entry in fields(Card)}:
             raise ValueError("unknown entries")
-        return Card(**{**plain, "actions": tuple(plain.get("actions", ()))})
+        return Card(**{**plain, **{name: tuple(plain.get(name, ())) for name in ("actions", "numbers")}})
     except (TypeError, ValueError) as error:
         raise document.source.error(error) from error

@@ -17,6 +17,7 @@ from agents.files import replacing, write_json
 from agents.locking import alone_at
 from agents.zoo.card import REMEDY, Card, read_card
 from agents.zoo.network import Network, check_fit, network_of
+from agents.zoo.numbers import Numbers, numbers_of
 from cps_envs.core.documents import read_bytes
 from cps_envs.core.errors import UnknownNameError, near
 
@@ -52,7 +53,7 @@ def find(name: str) -> Path:
     )
 
 
-def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> Card:
+def save(card_path: Path, card: Card, networks: Mapping[int, Network | Numbers]) -> Card:
     """Write weights and card so that at every moment a pair that fits is there. Returns the card with their hash.
 
     New weights wait beside the old ones until the card that names their hash is there. Whoever is killed in between
@@ -76,8 +77,8 @@ def save(card_path: Path, card: Card, networks: Mapping[int, Network]) -> Card:
     return written
 
 
-def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
-    """The card and the network of one training seed, the best if none is given. Runs no code from the files.
+def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network | Numbers]:
+    """The card and the network, or the numbers, of one training seed, the best if none is given. It runs no code.
 
     Raises:
         ValueError: a damaged file, or a seed that is not in it.
@@ -91,6 +92,8 @@ def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network]:
         tensors = from_bytes(data)
         prefix = f"{chosen}/"
         mine = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
+        if card.family:
+            return card, numbers_of(mine, len(card.numbers))
         network = network_of(mine, card.activation)
         check_fit(network, card.observation_size, sum(card.actions))
         return card, network

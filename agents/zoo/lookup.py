@@ -1,4 +1,4 @@
-"""Policies by source: `zoo:NAME`, `zoo:PATH` for trained networks, `sb3:FILE.zip` for stable-baselines3 models."""
+"""Policies by source: `zoo:NAME`, `zoo:PATH` for trained policies, `sb3:FILE.zip` for stable-baselines3 models."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from agents.zoo.files import find, load
+from agents.zoo.numbers import Numbers, member
 from agents.zoo.policy import TrainedPolicy
 from cps_envs.core.errors import UnknownNameError, require
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.trust import require_trust
 
 
-def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool = True) -> TrainedPolicy:
+def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool = True) -> Policy:
     """A shipped policy by its name, or one of your own by the path of its card or of its training run.
 
     `seed` chooses a training seed (`zoo:hvac-attack-ppo?seed=3`), the best by validation if left out.
@@ -21,6 +22,8 @@ def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic
 
     card, network = load(find(name), seed)
     version = PROBLEMS[spec.problem].version if spec.problem in PROBLEMS else None
+    if isinstance(network, Numbers):
+        return member(spec, card, network, version)
     return TrainedPolicy(spec, card, network, deterministic=deterministic, version=version)
 
 

@@ -12,6 +12,7 @@ from agents.learning.knobs import differing
 from agents.zoo.card import Card
 from agents.zoo.files import load, save
 from agents.zoo.network import Network
+from agents.zoo.numbers import Numbers
 
 LIMIT_BYTES = 1_000_000  # of the weights
 PLACES = ("--out", "--to", "--jobs")
@@ -27,7 +28,7 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
         raise CommandError("there is nothing to add: name folders of training runs, or the folder above them")
     loaded = [load(path) for path in cards]
     first = loaded[0][0]
-    networks: dict[int, Network] = {}
+    networks: dict[int, Network | Numbers] = {}
     for path, (card, network) in zip(cards, loaded, strict=True):
         if differing(card.recipe, first.recipe) or card.version != first.version:
             raise CommandError(f"{path} is of another recipe than {cards[0]}: add each to a policy of its own")

@@ -130,14 +130,7 @@ class TrainedPolicy(AnalyticPolicy):
 
     def _check(self, version: int | None) -> None:
         card, spec = self.card, self.spec
-        if (card.problem, card.role) != (spec.problem, spec.role):
-            raise ConfigurationError(
-                f"{card.name} was trained as {card.role} of {card.problem}, not as {spec.role} of {spec.problem}"
-            )
-        if version is not None and version != card.version:
-            raise ConfigurationError(
-                f"{card.name} was trained for version {card.version} of {card.problem}, now is {version}: train anew"
-            )
+        check_role(card, spec, version)
         if (card.head == "discrete") == isinstance(spec.action_space, spaces.Box):
             raise ConfigurationError(
                 f"{card.name} was trained with another action space than {spec.action_space}: play it with the options "
@@ -149,6 +142,22 @@ class TrainedPolicy(AnalyticPolicy):
                 f"{card.name} has actions {card.actions}, the configuration {choices}: play it with the options of its "
                 f"card, preset {card.preset!r} with {dict(card.overrides)}"
             )
+
+
+def check_role(card: Card, spec: RoleSpec, version: int | None) -> None:
+    """That a card is of this role; `version` is that of the problem, None where it does not matter.
+
+    Raises:
+        ConfigurationError: it is of another problem, role or version.
+    """
+    if (card.problem, card.role) != (spec.problem, spec.role):
+        raise ConfigurationError(
+            f"{card.name} was trained as {card.role} of {card.problem}, not as {spec.role} of {spec.problem}"
+        )
+    if version is not None and version != card.version:
+        raise ConfigurationError(
+            f"{card.name} was trained for version {card.version} of {card.problem}, now is {version}: train anew"
+        )
 
 
 @kernel

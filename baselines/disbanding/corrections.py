@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, borrowed, inlined, kernel, lend
+from cps_envs.core.kernels import Record, borrowed, fill, inlined, kernel, lend, pack, unpack
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
@@ -25,6 +25,16 @@ class Layout(NamedTuple):
 
     offsets: Array  # (1,) see `Fields.offsets`
     scale: FloatArray  # (2, size) see `Fields.scale`
+
+
+class Watch(NamedTuple):
+    """What decides when a vehicle acts."""
+
+    heeds_warning: bool
+    everywhere: bool  # corrections act on every intact vehicle, not only upstream of a disbanded platoon
+    vehicles_per_platoon: int
+    hold_s: float  # an alarm lasts
+    step_s: float  # between two decisions
 
 
 class Sight(NamedTuple):
@@ -66,51 +76,87 @@ class Corrections(AnalyticPolicy):
             raise ConfigurationError(f"detection_mps = {detection_mps} has to be above 0, hold_s = {hold_s} at least 0")
         self.limit_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
         self.layout = Layout(spec.fields.offsets, spec.fields.scale)
-        self.detects = bool(np.isfinite(thresholds).any())
-        self._slow_mps, self._hold_s = config.desired_speed_mps - thresholds, float(hold_s)
+        self.slow_mps: FloatArray = config.desired_speed_mps - thresholds[:, 0]
+        everywhere, size = config.correctable == "intact", config.vehicles_per_platoon
+        self.watch = pack(Watch(self.heeds_warning, everywhere, size, float(hold_s), spec.decision_interval_s))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
-        """How long the alarm of each vehicle lasts still, (B, M) s; no state without detection."""
-        return (np.zeros((len(generators), self.spec.config.max_vehicles)),) if self.detects else None
+        """How long the alarm of each vehicle lasts still, (B, M) s."""
+        return (np.zeros((len(generators), self.spec.config.max_vehicles)),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, M): corrections as shares of u_max - u_min; zero where none would act."""
-        actions = np.zeros((len(seen), self.spec.config.max_vehicles))
+        assert state is not None  # begun
+        actions, alarms = np.zeros((len(seen), self.spec.config.max_vehicles)), state[0].copy()
         reasons = np.zeros(actions.shape, np.bool_)
-        if self.detects:
-            assert state is not None  # begun
-            state = (self._alarms(seen, state[0]), *state[1:])
-            reasons |= state[0] > 0
-        if self.heeds_warning:
-            reasons |= self._told(seen)
+        _watch(seen.observation, self.layout, self.watch, self.slow_mps, alarms, reasons)
         if reasons.any():
             self.correct(seen, reasons, actions)
             np.clip(actions / self.limit_mps2, -1.0, 1.0, out=actions)
-        return actions, state
-
-    def _told(self, seen: Seen) -> BoolArray:
-        """Who is told of a disbanded platoon ahead, (B, M), or (B, 1) for all alike."""
-        if "warned" in seen:
-            return np.pad(seen["warned"] > HALF, ((0, 0), (self.spec.config.vehicles_per_platoon, 0)))
-        disbanded = seen["disbanded"] > HALF  # row i - 1 = platoon i, 1 = rear
-        if not disbanded.any() or self.spec.config.correctable == "upstream":
-            some: BoolArray = np.any(disbanded, axis=1, keepdims=True)
-            return some
-        size = self.spec.config.vehicles_per_platoon
-        ahead = np.cumsum(disbanded[:, ::-1], axis=1)[:, ::-1] > disbanded
-        absent = np.sum(seen["present"] < HALF, axis=1) if "present" in seen else np.zeros(len(seen), np.int64)
-        row = ahead.shape[1] - 1 - absent[:, np.newaxis] - np.arange(ahead.shape[1])
-        return np.repeat(np.take_along_axis(ahead, np.maximum(row, 0), axis=1), size, axis=1)
-
-    def _alarms(self, seen: Seen, alarms: FloatArray) -> FloatArray:
-        """The alarms (B, M) in s after what is seen now."""
-        slow = seen["speed"] < self._slow_mps
-        slow[:, 1:] |= slow[:, :-1].copy()
-        return np.where(slow, self._hold_s, np.maximum(alarms - self.spec.decision_interval_s, 0.0))
+        return actions, (alarms, *state[1:])
 
     @abstractmethod
     def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """Write the corrections (B, M) in m/s2 of mitigable vehicles that have `reasons` (B, M); others' stay zero."""
+
+
+@kernel
+def _watch(
+    observation: Observation,
+    layout: Layout,
+    watch: Array,
+    slow_mps: FloatArray,
+    alarms: FloatArray,
+    reasons: BoolArray,
+) -> None:
+    """`mark_reasons` for a batch; `slow_mps` has one number, or one per episode."""
+    w = unpack(Watch, watch, 0)
+    for b in range(alarms.shape[0]):
+        slow = slow_mps[b % slow_mps.size]
+        mark_reasons(borrowed(observation)[b], lend(layout), w, slow, borrowed(alarms)[b], borrowed(reasons)[b])
+
+
+@inlined
+def mark_reasons(
+    row: Observation, layout: Layout, w: Watch, slow_mps: float, alarms: FloatArray, reasons: BoolArray
+) -> None:
+    """Fill in who has a reason to act (M,), and renew the alarms (M,) in s; below `slow_mps` a vehicle is noticed."""
+    fill(reasons, False)
+    if slow_mps > -np.inf:
+        renew_alarms(row, layout, w, slow_mps, alarms)
+        for q in range(reasons.size):
+            reasons[q] = alarms[q] > 0.0
+    if w.heeds_warning:
+        mark_told(row, layout, w, reasons)
+
+
+@inlined
+def renew_alarms(row: Observation, layout: Layout, w: Watch, slow_mps: float, alarms: FloatArray) -> None:
+    """Bring the alarms (M,) in s up to what is seen now."""
+    at, scale, ahead = layout.offsets[0], layout.scale, False
+    for q in range(alarms.size):
+        slow = decoded(row, scale, at.speed + q) < slow_mps
+        alarms[q] = w.hold_s if slow or ahead else max(alarms[q] - w.step_s, 0.0)
+        ahead = slow
+
+
+@inlined
+def mark_told(row: Observation, layout: Layout, w: Watch, reasons: BoolArray) -> None:
+    """Add to the reasons (M,) those of vehicles that are told of a disbanded platoon ahead."""
+    at, scale, size = layout.offsets[0], layout.scale, w.vehicles_per_platoon
+    if at.record_age_s > at.warned:
+        for q in range(size, reasons.size):
+            reasons[q] = reasons[q] or decoded(row, scale, at.warned + q - size) > HALF
+        return
+    platoons, told = count_present(row, at, scale), False
+    for entry in range(at.disbanded, at.ahead_speed):
+        told = told or (not w.everywhere and decoded(row, scale, entry) > HALF)
+    for platoon in range(reasons.size // size):
+        i = platoons - 1 - platoon
+        disbanded = i >= 0 and decoded(row, scale, at.disbanded + i) > HALF
+        for q in range(platoon * size, (platoon + 1) * size):
+            reasons[q] = reasons[q] or (told and not (w.everywhere and disbanded))
+        told = told or disbanded
 
 
 @inlined

@@ -10,7 +10,7 @@ import json
 import math
 from functools import lru_cache
 from importlib.resources import files
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -41,8 +41,10 @@ class Gains(NamedTuple):
     excess_mps: float  # m/s, plus this
     law: float  # u less this share of the plain law's command, limited to [u_min, u_max]
     forgetting: float  # 1/s, what is known of the disbanded vehicle counts 1 / (1 + this * its age)
+    predecessor_command: float = 0.0  # u per command of the predecessor now, by radio
 
 
+Road: TypeAlias = tuple[int, float, float, float]  # n, tau in s, desired speed in m/s, largest correction in m/s2
 SIZE = len(Gains._fields)
 SHAPE = (2, SIZE)  # leaders, others
 FORMS = ("warned", "local", "informed")
@@ -50,10 +52,10 @@ FORMS = ("warned", "local", "informed")
 
 @lru_cache(maxsize=len(FORMS))
 def shipped_gains(form: str) -> tuple[FloatArray, float]:
-    """The numbers (2, 16) that come with the package, leaders first, and the threshold (m/s) found with them."""
+    """The numbers (2, 17) that come with the package, leaders first, and the threshold (m/s) found with them."""
     text = files("baselines.disbanding").joinpath("string.json").read_text(encoding="utf-8")
     found = json.loads(text)[form]
-    return np.array(found["gains"], dtype=np.float64), float(found["detection_mps"])
+    return np.array([Gains(*row) for row in found["gains"]], dtype=np.float64), float(found["detection_mps"])
 
 
 class StringController(Corrections):
@@ -61,7 +63,7 @@ class StringController(Corrections):
 
     Form "warned" acts on the warning and on its own detection and uses the record; "local" uses no warning at all;
     "informed" has the numbers for a warning that is perfect.
-    `gains` is (2, 16), or (B, 2, 16) with one set per episode; left out, the shipped ones of the form.
+    `gains` is (2, 17), or (B, 2, 17) with one set per episode; left out, the shipped ones of the form.
 
     Raises:
         ConfigurationError: an unknown form.
@@ -80,17 +82,17 @@ class StringController(Corrections):
         if form not in FORMS:
             raise ConfigurationError(f"form = {form!r} is not known. {near(form, FORMS)}")
         found = shipped_gains(form) if gains is None else (np.asarray(gains, dtype=np.float64), math.inf)
-        super().__init__(spec, detection_mps=found[1] if detection_mps is None else detection_mps, hold_s=hold_s)
         self.gains, self.heeds_warning = found[0], form != "local"
+        super().__init__(spec, detection_mps=found[1] if detection_mps is None else detection_mps, hold_s=hold_s)
         if self.gains.shape[-2:] != SHAPE:
             raise ValueError(f"gains of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.gains.shape}")
         rows = np.ascontiguousarray(self.gains.reshape(-1, SIZE))
-        self._table: Array = rows.view(record_type(Gains))[:, 0]  # leaders' and others' by turns
+        self.table: Array = rows.view(record_type(Gains))[:, 0]  # leaders' and others' by turns
 
     def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""
         config = self.spec.config
-        known = (seen["tau_s"], config.vehicles_per_platoon, config.desired_speed_mps, self._table)
+        known = (seen["tau_s"], config.vehicles_per_platoon, config.desired_speed_mps, self.limit_mps2, self.table)
         _control(seen.observation, self.layout, reasons, *known, self.heeds_warning, corrections)
 
 
@@ -102,6 +104,7 @@ def _control(
     tau_s: FloatArray,
     vehicles_per_platoon: int,
     desired_speed_mps: float,
+    limit_mps2: float,
     gains: Array,
     listens: bool,
     corrections: FloatArray,
@@ -111,10 +114,20 @@ def _control(
         look(borrowed(observation)[b], lend(layout), borrowed(reasons)[b], sight)
         mine = 2 * (b % (gains.size // 2))
         leader, other = unpack(Gains, gains, mine), unpack(Gains, gains, mine + 1)
-        for q in range(1, corrections.shape[1]):
-            if sight.mitigable[q]:
-                own = leader if q % vehicles_per_platoon == 0 else other
-                corrections[b, q] = follow(sight, q, own, tau_s[b], desired_speed_mps, listens)
+        road = (vehicles_per_platoon, tau_s[b], desired_speed_mps, limit_mps2)
+        follow_all(sight, leader, other, road, listens, borrowed(corrections)[b])
+
+
+@inlined
+def follow_all(sight: Sight, leader: Gains, other: Gains, road: Road, listens: bool, corrections: FloatArray) -> None:
+    """Write the corrections (M,) in m/s2 of all that act, front to rear, so that each knows its predecessor's."""
+    size, tau_s, desired_speed_mps, limit_mps2 = road
+    for q in range(1, corrections.size):
+        if sight.mitigable[q]:
+            own = leader if q % size == 0 else other
+            wanted = follow(sight, q, own, tau_s, desired_speed_mps, listens)
+            wanted += own.predecessor_command * (sight.law_command[q - 1] + corrections[q - 1])
+            corrections[q] = clip(wanted, -limit_mps2, limit_mps2)
 
 
 @inlined

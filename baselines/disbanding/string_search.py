@@ -63,6 +63,7 @@ STEP = Gains(
 )
 
 
+SEARCHED = SIZE - 1  # of a class of vehicles: all but the last, which these searches leave at zero
 THRESHOLD_MPS = 1.0  # where the search of the own detection starts; it goes on by factors
 SETTINGS: Mapping[str, Mapping[str, Any]] = {"warned": {}, "local": {}, "informed": {"warning": "broadcast"}}
 
@@ -97,7 +98,7 @@ class StringSearch:
 class Candidates(NamedTuple):
     """Policies to be judged."""
 
-    gains: FloatArray  # (P, 2, 16)
+    gains: FloatArray  # (P, 2, 17)
     detection_mps: FloatArray  # (P,)
 
 
@@ -107,16 +108,18 @@ def found_before(result: Entry) -> Candidates:
     Raises:
         DamagedFileError: it is no such result.
     """
-    states, gains = SHAPE
+    states, searched = SHAPE[0], SEARCHED
     rows = result["gains"].rows()
     if len(rows) != states:
-        raise result["gains"].error(f"{states} lists of {gains} gains")
-    return Candidates(np.array([[row.numbers(gains) for row in rows]]), np.array([result["detection_mps"].number(0)]))
+        raise result["gains"].error(f"{states} lists of {searched} gains")
+    gains = np.array([[Gains(*row.numbers(searched)) for row in rows]])
+    return Candidates(gains, np.array([result["detection_mps"].number(0)]))
 
 
 def candidates_of(points: FloatArray, start: Candidates) -> Candidates:
     """What points (P, 33) of the search mean: steps from a start (1 candidate), and a power of e for the threshold."""
-    steps = points[:, :-1].reshape(-1, *SHAPE)
+    steps = np.zeros((len(points), *SHAPE))
+    steps[..., :SEARCHED] = points[:, :-1].reshape(len(points), -1, SEARCHED)
     return Candidates(start.gains + steps * np.array(STEP), start.detection_mps * np.exp(points[:, -1]))
 
 
@@ -129,7 +132,7 @@ def search_string(
     draws moves less than it does its best candidate.
     """
     start = start or Candidates(np.tile(np.array(START), (1, 2, 1)), np.array([THRESHOLD_MPS]))
-    strategy = make_strategy(np.zeros(2 * SIZE + 1), search.spread, population=search.population, seed=search.seed)
+    strategy = make_strategy(np.zeros(2 * SEARCHED + 1), search.spread, population=search.population, seed=search.seed)
     trials, found = 0, {}
     while trials < search.trials:
         points = strategy.ask()
@@ -139,11 +142,11 @@ def search_string(
         trials += len(points)
         middle = candidates_of(strategy.mean[np.newaxis], start)
         found = {
-            "gains": np.round(middle.gains[0], 4).tolist(),
+            "gains": np.round(middle.gains[0, :, :SEARCHED], 4).tolist(),
             "detection_mps": round(float(middle.detection_mps[0]), 4),
             "cost": round(float(costs.mean()), 4),
             "search": asdict(search),
-            "start": {"gains": start.gains[0].tolist(), "detection_mps": float(start.detection_mps[0])},
+            "start": {"gains": start.gains[0, :, :SEARCHED].tolist(), "detection_mps": float(start.detection_mps[0])},
         }
         if report is not None:
             report(trials, found)

@@ -16,8 +16,9 @@ pytest.importorskip("sb3_contrib")
 
 from agents.cli import main
 from agents.errors import CommandError
+from agents.learning.job import Job
+from agents.learning.learner import learn
 from agents.learning.runs import train_all
-from agents.learning.training import Job, train
 from agents.zoo.files import load
 from baselines.interruption import Ended
 from cps_envs.core.documents import DamagedFileError
@@ -39,7 +40,7 @@ def test_a_run_leaves_a_policy_that_plays(case: str, tmp_path: Path) -> None:
         evaluation_episodes=2,
         learning_starts=32,
     )
-    found = train(job(tmp_path, recipe))
+    found = learn(job(tmp_path, recipe))
     assert found["status"] == "finished"
     assert found["steps"] >= recipe.total_steps
     rows = [json.loads(line) for line in (tmp_path / "evaluations.jsonl").read_text().splitlines()]
@@ -52,7 +53,7 @@ def test_a_run_leaves_a_policy_that_plays(case: str, tmp_path: Path) -> None:
 
 def test_the_same_seed_gives_the_same_network(tmp_path: Path) -> None:
     for name in ("a", "b"):
-        train(job(tmp_path / name))
+        learn(job(tmp_path / name))
     first, second = (load(tmp_path / name / "policy.json")[1].tensors() for name in ("a", "b"))
     for name, array in first.items():
         np.testing.assert_array_equal(array, second[name])
@@ -70,7 +71,7 @@ def test_starts_from_a_teacher(tmp_path: Path) -> None:
         evaluations=1,
         evaluation_episodes=2,
     )
-    assert train(job(tmp_path, recipe))["status"] == "finished"
+    assert learn(job(tmp_path, recipe))["status"] == "finished"
 
 
 def test_an_interrupted_run_leaves_a_policy_and_goes_on(tmp_path: Path) -> None:
@@ -81,17 +82,17 @@ def test_an_interrupted_run_leaves_a_policy_and_goes_on(tmp_path: Path) -> None:
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(KeyboardInterrupt):
-        train(job(tmp_path, long), interrupt)
+        learn(job(tmp_path, long), interrupt)
     stopped = json.loads((tmp_path / "run.json").read_text())
     assert stopped["status"] == "interrupted"
     assert 128 <= stopped["steps"] < 640
     load(tmp_path / "policy.json")
     with pytest.raises(CommandError, match="--resume"):
-        train(job(tmp_path, long))
-    found = train(job(tmp_path, long, resume=True))
+        learn(job(tmp_path, long))
+    found = learn(job(tmp_path, long, resume=True))
     assert (found["status"], found["steps"], found["resumptions"]) == ("finished", 640, 1)
     assert found["cpu_s"] >= stopped["cpu_s"]
-    assert train(job(tmp_path, long, resume=True)) == found  # nothing left to do
+    assert learn(job(tmp_path, long, resume=True)) == found  # nothing left to do
 
 
 def test_termination_is_an_interruption(tmp_path: Path) -> None:
@@ -99,7 +100,7 @@ def test_termination_is_an_interruption(tmp_path: Path) -> None:
         signal.raise_signal(signal.SIGTERM)
 
     with pytest.raises(KeyboardInterrupt):
-        train(job(tmp_path), terminate)
+        learn(job(tmp_path), terminate)
     assert json.loads((tmp_path / "run.json").read_text())["status"] == "interrupted"
     load(tmp_path / "policy.json")
 
@@ -109,24 +110,24 @@ def test_damaged_files_are_named(tmp_path: Path) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(job(tmp_path), interrupt)
+        learn(job(tmp_path), interrupt)
     whole = (tmp_path / "checkpoint.zip").read_bytes()
     (tmp_path / "checkpoint.zip").write_bytes(whole[: len(whole) // 2])
     with pytest.raises(CommandError, match=r"checkpoint\.zip is damaged"):
-        train(job(tmp_path, resume=True))
+        learn(job(tmp_path, resume=True))
     (tmp_path / "run.json").write_text("{")
     with pytest.raises(DamagedFileError, match=r"run\.json is no record of a training run .*train again"):
-        train(job(tmp_path, resume=True))
+        learn(job(tmp_path, resume=True))
 
 
 def test_another_recipe_is_not_mixed_in(tmp_path: Path) -> None:
-    train(job(tmp_path))
+    learn(job(tmp_path))
     with pytest.raises(CommandError, match=r"another recipe \(other: learning_rate\)"):
-        train(job(tmp_path, replace(RECIPE, learning_rate=1e-3)))
+        learn(job(tmp_path, replace(RECIPE, learning_rate=1e-3)))
 
 
 def test_a_full_disk_keeps_the_last_checkpoint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    train(job(tmp_path))
+    learn(job(tmp_path))
     before = (tmp_path / "checkpoint.zip").read_bytes()
 
     def full(*args: Any, **kwargs: Any) -> None:
@@ -138,7 +139,7 @@ def test_a_full_disk_keeps_the_last_checkpoint(tmp_path: Path, monkeypatch: pyte
     (tmp_path / "run.json").write_text(json.dumps(run))
     monkeypatch.setattr("os.replace", full)
     with pytest.raises(OSError, match="No space"):
-        train(job(tmp_path, longer, resume=True))
+        learn(job(tmp_path, longer, resume=True))
     assert (tmp_path / "checkpoint.zip").read_bytes() == before
     assert {path.name for path in tmp_path.glob(".*")} == {".lock", ".policy.json.lock"}  # no drafts
 
@@ -179,13 +180,13 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest
 
 
 def test_a_knob_that_was_added_later_makes_no_other_recipe(tmp_path: Path) -> None:
-    train(job(tmp_path))
+    learn(job(tmp_path))
     run = json.loads((tmp_path / "run.json").read_text())
     del run["recipe"]["gae_lambda"]
     (tmp_path / "run.json").write_text(json.dumps(run))
-    assert train(job(tmp_path))["status"] == "finished"
+    assert learn(job(tmp_path))["status"] == "finished"
     with pytest.raises(CommandError, match="other: gae_lambda"):
-        train(job(tmp_path, replace(RECIPE, gae_lambda=0.5)))
+        learn(job(tmp_path, replace(RECIPE, gae_lambda=0.5)))
 
 
 @pytest.mark.parametrize("error", [Ended(signal.SIGTERM), MemoryError()])
@@ -197,7 +198,7 @@ def test_a_run_that_ends_before_it_learns_is_not_running(
 
     monkeypatch.setattr("agents.learning.training.make_model", end)
     with pytest.raises(type(error)):
-        train(job(tmp_path))
+        learn(job(tmp_path))
     assert json.loads((tmp_path / "run.json").read_text())["status"] == "interrupted"
     monkeypatch.undo()
-    assert train(job(tmp_path, resume=True))["status"] == "finished"
+    assert learn(job(tmp_path, resume=True))["status"] == "finished"

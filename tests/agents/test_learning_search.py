@@ -14,10 +14,11 @@ pytest.importorskip("sb3_contrib")
 from agents.errors import CommandError
 from agents.learning.best_episodes import BestEpisodes
 from agents.learning.demonstrations import Demonstrations
+from agents.learning.job import Job
+from agents.learning.learner import learn
 from agents.learning.plan_search import search_plans
 from agents.learning.recipe import Recipe
 from agents.learning.scaling import focus, seen_columns
-from agents.learning.training import Job, train
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.recipes.fdi_attack import FdiAttack
 from agents.recipes.fdi_defense import FdiDefense
@@ -99,8 +100,8 @@ def test_a_search_needs_discrete_entries() -> None:
 
 
 def test_a_run_imitates_the_plans_of_its_search(tmp_path: Path) -> None:
-    found = train(Job(TINY, 0, tmp_path / "run", "test"))
-    untaught = train(Job(replace(TINY, search_steps=0, self_imitation=0), 0, tmp_path / "other", "test"))
+    found = learn(Job(TINY, 0, tmp_path / "run", "test"))
+    untaught = learn(Job(replace(TINY, search_steps=0, self_imitation=0), 0, tmp_path / "other", "test"))
     assert found["best_score"] > untaught["best_score"] + 0.5
 
 

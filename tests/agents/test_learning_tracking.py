@@ -18,8 +18,9 @@ pytest.importorskip("stable_baselines3")
 from agents.cli import app
 from agents.errors import CommandError
 from agents.learning.earlier import read_earlier
+from agents.learning.job import Job
+from agents.learning.learner import learn
 from agents.learning.tracking import Subject, make_tracker
-from agents.learning.training import Job, train
 from agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
@@ -83,7 +84,7 @@ def test_an_unknown_or_missing_tracker_is_named(tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_run_is_repeated_from_its_file(tmp_path: Path) -> None:
-    train(Job(RECIPE, 3, tmp_path / "first", "cps-envs train", tracker="none"))
+    learn(Job(RECIPE, 3, tmp_path / "first", "cps-envs train", tracker="none"))
     earlier = read_earlier(tmp_path / "first" / "run.json")
     assert (earlier.seed, earlier.recipe) == (3, RECIPE)
     command = ["train", "--config", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path), "--tracker", "none"]

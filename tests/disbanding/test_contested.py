@@ -105,6 +105,7 @@ def test_the_searched_controller_is_its_formula():
         ahead += g.ahead_acceleration * v["ahead_acceleration"][q - 10] + g.ahead_command * v["ahead_command"][q - 10]
         u += ahead / (1 + g.forgetting * v["record_age_s"][q - 10])
         u = min(u, g.cap * (31 + g.excess_mps - v["speed"][q]))
+        u += g.predecessor_command * (v["law_command"][q - 1] + 6 * actions[0, q - 1])
         expected = np.clip((u - (1 + g.law) * v["law_command"][q]) / 6, -1, 1)
         assert actions[0, q] == pytest.approx(expected, abs=1e-4)
         checked += 1
@@ -221,7 +222,7 @@ def test_shipped_numbers_of_every_form_are_there():
         assert threshold > 0
     with pytest.raises(ConfigurationError, match="locall"):
         StringController(spec_of("defender"), form="locall")
-    with pytest.raises(ValueError, match=r"\(2, 16\)"):
+    with pytest.raises(ValueError, match=r"\(2, 17\)"):
         StringController(spec_of("defender"), gains=np.zeros((2, 15)))
 
 

@@ -1,0 +1,95 @@
+"""Families of policies: what points of a search mean, and one set of numbers per episode."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from baselines.disbanding.families import BROADCAST, LOCAL
+from baselines.disbanding.string_controller import Gains, StringController, shipped_gains
+from baselines.family import FAMILIES, Family, Members, Number, find_family, play_family
+from baselines.rogue.families import SWITCHING
+from baselines.rogue.tuned import tuned
+from cps_envs.core.errors import UnknownNameError, UntrustedCodeError
+from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import AnalyticPolicy
+from cps_envs.disbanding.problem import DISBANDING
+from cps_envs.rogue.problem import ROGUE
+
+SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "attack_budget": 2}
+ENDING = {"on_collision": "end", "tau_s": 0.5}  # episodes end at different times
+
+
+def test_points_are_steps_from_the_start() -> None:
+    numbers = (Number("gain", 2.0, 0.5), Number("threshold", 3.0, 0.1, by_factors=True))
+    family = Family("rogue", "attacker", numbers, lambda spec, values: tuned(spec))
+    np.testing.assert_allclose(family.values(np.array([[0.0, 0.0], [2.0, -10.0]])), [[2, 3], [3, 3 / np.e]])
+    assert family.names == ("gain", "threshold")
+
+
+def test_every_family_has_a_name_and_other_names_are_explained() -> None:
+    for name in FAMILIES:
+        family = find_family(name)
+        assert len(set(family.names)) == len(family.numbers)
+    with pytest.raises(UnknownNameError, match="Did you mean 'disbanding-local'"):
+        find_family("disbanding-locl")
+
+
+def test_code_in_a_name_needs_consent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
+    with pytest.raises(UntrustedCodeError, match="--trust"):
+        find_family("baselines.rogue.families:SWITCHING")
+    monkeypatch.setenv("CPS_ENVS_TRUST", "1")
+    assert find_family("baselines.rogue.families:SWITCHING") is SWITCHING
+    with pytest.raises(UnknownNameError, match="is no family"):
+        find_family("baselines.rogue.tuned:tuned")
+
+
+@pytest.mark.parametrize(
+    ("family", "form"), [pytest.param(LOCAL, "local", id="local"), pytest.param(BROADCAST, "informed", id="broadcast")]
+)
+def test_the_numbers_of_a_string_go_to_its_gains(family: Family, form: str) -> None:
+    spec = DISBANDING.game(DISBANDING.config("paper", {}), 1).spec("defender")
+    gains = shipped_gains(form)[0] + np.arange(34.0).reshape(2, 17)
+    named = {
+        f"{vehicle}.{name}": gains[i, j]
+        for i, vehicle in enumerate(("leader", "other"))
+        for j, name in enumerate(Gains._fields)
+    }
+    values = np.array([[named[name] for name in family.names]])
+    built = family.build(spec, values)
+    assert isinstance(built, StringController)
+    used = [name in family.names for name in named]
+    np.testing.assert_array_equal(built.gains.ravel()[used], gains.ravel()[used])
+    assert not built.gains.ravel()[~np.array(used)].any()
+
+
+def play(policy: AnalyticPolicy | str, seeds: list[int], **overrides: object) -> dict[str, np.ndarray]:
+    config = DISBANDING.config("easy", {**SHORT, **overrides})
+    return play_episodes(DISBANDING, config, {"attacker": "lead", "defender": policy}, seeds)
+
+
+@pytest.mark.parametrize("family", [BROADCAST, LOCAL])
+@pytest.mark.parametrize("overrides", [{}, ENDING])
+def test_each_episode_is_played_by_its_own_row(family: Family, overrides: dict[str, object]) -> None:
+    generator = np.random.default_rng(0)
+    values = family.values(2.0 * generator.standard_normal((4, len(family.numbers))))
+    spec = DISBANDING.game(DISBANDING.config("easy", {**SHORT, **overrides}), 1).spec("defender")
+    together = play(Members(spec, family, values), [1, 2, 3, 4], **overrides)
+    config = DISBANDING.config("easy", {**SHORT, **overrides})
+    looped = play_family(family, DISBANDING, config, "lead", values, [1, 2, 3, 4])
+    for row in range(4):
+        alone = play(family.build(spec, values[row : row + 1]), [row + 1], **overrides)
+        for name, found in alone.items():
+            assert together[name][row] == found[0], name
+            assert looped[name][row] == pytest.approx(found[0], abs=1e-12), name
+
+
+def test_the_numbers_of_the_rogue_family_are_those_of_tuned() -> None:
+    config = ROGUE.config("paper", {"duration_s": 5.0})
+    spec = ROGUE.game(config, 1).spec("attacker")
+    values = np.array([[1.0, -0.5, 0.3, 0.2, -0.1, 0.05, 0.02], [-1.0, 0.5, 0.3, -0.2, 0.1, 0.0, 0.3]])
+    both = play_episodes(ROGUE, config, {"attacker": Members(spec, SWITCHING, values), "defender": "pd"}, [0, 0])
+    for row, numbers in enumerate(values):
+        players = {"attacker": tuned(spec, **dict(zip(SWITCHING.names, numbers, strict=True))), "defender": "pd"}
+        assert play_episodes(ROGUE, config, players, [0])["return"][0] == both["return"][row]
