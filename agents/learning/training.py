@@ -5,6 +5,8 @@ from __future__ import annotations
 import signal
 import time
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +17,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.errors import CommandError
+from agents.learning.aggregation import aggregate, begin_taught
 from agents.learning.best_episodes import BestEpisodes, SelfImitation
 from agents.learning.callback import Report, TrainingCallback
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
@@ -23,9 +26,9 @@ from agents.learning.imitation import imitate
 from agents.learning.model import CLASSES, check_fit, make_model
 from agents.learning.plan_search import search_plans
 from agents.learning.presentation import make_card, policy_of
-from agents.learning.recipe import Recipe
+from agents.learning.recipe import IMITATION, RECURRENT, Recipe
 from agents.learning.run import FINISHED, INTERRUPTED, RUNNING, Run
-from agents.learning.scaling import focus, seen_columns, spread, wander
+from agents.learning.scaling import scaling_of, wander
 from agents.learning.seeds import training_seed
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.learning.values import ValueWarmUp
@@ -69,8 +72,14 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
     run.write(status=RUNNING, resumptions=resumption, versions=versions(), started=before.get("started", time.time()))
     callback = TrainingCallback(run, envs, report)
     best = BestEpisodes()
-    model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, report)
-    _learn(model, run, callback, best)
+    if job.recipe.algorithm == IMITATION:
+        learned = _load(run, envs, job.device) if run.checkpoint.is_file() else None
+        with _interruptible(run, callback, in_step=False):
+            aggregate(learned, run, job.device, envs, callback, report)
+        run.write(status=FINISHED)
+    else:
+        model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, report)
+        _learn(model, run, callback, best)
     envs.close()
     return run.read()
 
@@ -78,14 +87,13 @@ def train(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
 def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> BaseAlgorithm:
     """An untrained model, or one that imitates the teacher, or the best plans of a search."""
     recipe, seed = job.recipe, training_seed(job.seed)
-    columns = seen_columns(envs, recipe)
-    shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.teacher else None
+    if recipe.algorithm in RECURRENT and recipe.taught:
+        return begin_taught(job.run, job.device, envs, report)
+    shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.taught else None
     if recipe.search_steps:
         search_plans(envs, recipe, best, seed, lambda steps, mean: report(0, f"search, {steps:,} steps: {mean:.3g}"))
         shown = best.demonstrations()
-    mean, deviation = spread(shown.observations if shown else wander(envs, seed), columns)
-    mean, deviation = focus(envs, recipe, columns, mean, deviation)
-    scaling = {"columns": columns, "mean": mean, "deviation": deviation}
+    scaling = scaling_of(envs, recipe, shown.observations if shown else wander(envs, seed))
     model = make_model(recipe, envs, scaling, job.seed, job.device, job.run.log)
     if shown is not None and recipe.search_steps:
         loss = imitate(model.policy, shown, recipe, np.random.default_rng(seed))
@@ -106,7 +114,7 @@ def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, envs: Traini
             student = policy_of(card, network_of_model(model, recipe.activation))
             shown = join(shown, demonstrate(recipe, range(first, first + recipe.teacher_episodes), student))
         loss = imitate(model.policy, shown, recipe, generator)
-        report(0, f"imitation of {recipe.teacher}, round {number + 1}: loss {loss:.3g}")
+        report(0, f"imitation, round {number + 1}: loss {loss:.3g}")
 
 
 def _load(run: Run, envs: TrainingEnvs, device: str) -> BaseAlgorithm:
@@ -125,16 +133,23 @@ def _learn(model: BaseAlgorithm, run: Run, callback: TrainingCallback, best: Bes
     if recipe.self_imitation:
         seed = training_seed(run.seed)
         callbacks.append(SelfImitation(best, recipe.self_imitation, recipe.batch_size, seed))
+    with _interruptible(run, callback, in_step=True):
+        if left > 0:
+            model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0, tb_log_name="run")
+    run.write(status=FINISHED)
+
+
+@contextmanager
+def _interruptible(run: Run, callback: TrainingCallback, *, in_step: bool) -> Iterator[None]:
+    """Lets Ctrl-C and SIGTERM leave a policy and say so; `in_step`: the model is worth a checkpoint at any time."""
     previous = signal.getsignal(signal.SIGTERM)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        if left > 0:
-            model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0, tb_log_name="run")
+        yield
     except KeyboardInterrupt:
         if getattr(callback, "model", None) is not None:
-            callback.save_unfinished()
+            callback.save_unfinished(checkpoint=in_step)
         run.write(status=INTERRUPTED)
         raise
     finally:
         signal.signal(signal.SIGTERM, previous)
-    run.write(status=FINISHED)
