@@ -21,7 +21,7 @@ OPPONENT = "A policy's name, mixture?policies=[...], zoo:NAME; the recipe's own 
 def train(
     name: Annotated[str | None, typer.Argument(metavar="ID", help=NAME)] = None,
     algorithm: Annotated[
-        str | None, typer.Option("--algo", help="ppo, maskable-ppo, recurrent-ppo, sac or dqn.")
+        str | None, typer.Option("--algo", help="ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac or dqn.")
     ] = None,
     opponent: Annotated[str | None, typer.Option(help=OPPONENT)] = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -31,6 +30,7 @@ from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 
 RATIOS = (1.0, 1.05, 1.1, 1.15, 1.2, 1.3)
+ALIKE = ("disband_4", "disband_7")  # told apart late, at some ratios never: they get one answer
 PROBES = ("disband_4", "sliding_detection", ALL)  # controllers whose laws are tried as probes
 LATER = 1.1  # below this power ratio the disbanders are told apart only at the last look
 Found = dict[str, Any]
@@ -56,7 +56,7 @@ class Job:
     """An answer to search; plain data that any process can do."""
 
     ratio: float
-    defender: str
+    defenders: tuple[str, ...]  # that get one answer
     probe: tuple[float, ...]
     search: ProbingSearch
     laws: tuple[tuple[float, ...], ...] = ()  # further laws to begin at; the first is among those judged in the end
@@ -89,39 +89,46 @@ def choose_probe(ratio: float, search: ProbingSearch) -> tuple[float, ...]:
     return tuple(candidates[int(np.argmax(values))].tolist())
 
 
-def search_answer(job: Job) -> Found:
-    """The law that hurts a controller most after the probe, ready for JSON.
+def search_answer(job: Job) -> dict[str, Found]:
+    """The law that hurts some controllers most in the mean after the probe, for each of them, ready for JSON.
 
     `damage` is the mean at half the step over worlds that the search has not seen.
     """
-    search, start, defender, ratio = job.search, np.array(job.probe), job.defender, job.ratio
+    search = job.search
+
+    def values(candidates: FloatArray, seeds: Sequence[int], *, fine: bool = False) -> FloatArray:
+        each = [damages(candidates, start, name, job.ratio, seeds, search, fine=fine) for name in job.defenders]
+        means: FloatArray = np.mean(each, axis=(0, 2))
+        return means
+
+    start = np.array(job.probe)
     laws = np.concatenate([_scaled(np.array(job.laws)), pool()]) if job.laws else pool()
-    first = range(SELECTED - search.worlds, SELECTED)
-    screened = damages(laws, start, defender, ratio, first, search).mean(axis=1)
+    screened = values(laws, range(SELECTED - search.worlds, SELECTED))
     origins = laws[np.argsort(-screened, kind="stable")[: search.starts]]
     champions = [*laws[: bool(job.laws)], *origins]
     for run, origin in enumerate(origins):
 
         def judge(candidates: FloatArray, generation: int, run: int = run) -> FloatArray:
             place = SEARCHED + (run * search.generations + generation) * search.worlds
-            seeds = range(place, place + search.worlds)
-            means: FloatArray = damages(candidates, start, defender, ratio, seeds, search).mean(axis=1)
-            return means
+            return values(candidates, range(place, place + search.worlds))
 
         sizes = {"population": search.population, "generations": search.generations}
         runs = evolve(judge, origin, search.spread, **sizes, seed=[search.seed, run])
         champions += [weights for _, weights in runs][-search.finalists // search.starts :]
-    judged = damages(
-        np.array(champions), start, defender, ratio, range(SELECTED, SELECTED + search.final_worlds), search, fine=True
-    ).mean(axis=1)
+    judged = values(np.array(champions), range(SELECTED, SELECTED + search.final_worlds), fine=True)
     weights = np.round(champions[int(judged.argmax())], 4)
+    return {name: _answer(name, weights, job) for name in job.defenders}
+
+
+def _answer(defender: str, weights: FloatArray, job: Job) -> Found:
+    search, start = job.search, np.array(job.probe)
     unseen = range(REPORTED, REPORTED + 2 * search.final_worlds)
-    verified = damages(weights[np.newaxis], start, defender, ratio, unseen, search, fine=True)
+    verified = damages(weights[np.newaxis], start, defender, job.ratio, unseen, search, fine=True)
     return {
-        "answer_s": LOOKS_S[answer_at(defender, ratio)],
+        "answer_s": LOOKS_S[answer_at(defender, job.ratio)],
         "weights": weights.tolist(),
         "damage": round(float(verified.mean()), 2),
-        "traces": np.round(mean_traces(defender, ratio, start, search), 4).tolist(),
+        "traces": np.round(mean_traces(defender, job.ratio, start, search), 4).tolist(),
     }
 
 
@@ -167,25 +174,32 @@ def search_answers(
 ) -> Found:
     """Everything that `Probe` needs, ready for JSON; each answer is searched twice, at last from those of all.
 
-    `report` is told after each search how many are done, what is new, and what has been found so far.
+    `report` is told after each search how many controllers are done, what is new, and what has been found so far.
     """
     probes = dict(workers.run(partial(choose_probe, search=search), list(ratios)))
+    alone = [(name,) for name in DEFENDERS]
     found: dict[tuple[float, str], Found] = {}
     done = 0
-    for _ in range(2):
-        jobs = []
-        for ratio, defender in product(ratios, DEFENDERS):
-            own = [found.get((ratio, defender)), *found.values()]
-            laws = tuple(tuple(cell["weights"]) for cell in own if cell is not None)
-            jobs.append(Job(ratio, defender, probes[ratio], search, laws))
+    for groups in (alone, [*(group for group in alone if group[0] not in ALIKE), ALIKE]):
+        jobs = [
+            Job(ratio, group, probes[ratio], search, _laws(found, ratio, group)) for ratio in ratios for group in groups
+        ]
         fresh = {}
-        for job, cell in workers.run(search_answer, jobs):
-            fresh[job.ratio, job.defender] = cell
-            done += 1
-            note = f"{job.defender}, ratio {job.ratio:g}: {cell['damage']:.1f} m/s"
-            report(done, note, _document({**found, **fresh}, probes, ratios, search))
+        for job, cells in workers.run(search_answer, jobs):
+            fresh.update({(job.ratio, name): cell for name, cell in cells.items()})
+            done += len(cells)
+            reached = " and ".join(f"{name} {cell['damage']:.1f} m/s" for name, cell in cells.items())
+            report(done, f"ratio {job.ratio:g}: {reached}", _document({**found, **fresh}, probes, ratios, search))
         found = fresh
     return _document(found, probes, ratios, search)
+
+
+def _laws(
+    found: Mapping[tuple[float, str], Found], ratio: float, group: tuple[str, ...]
+) -> tuple[tuple[float, ...], ...]:
+    """The weights of all answers so far, those to the group at this ratio first."""
+    own = [found[ratio, name] for name in group if (ratio, name) in found]
+    return tuple(tuple(cell["weights"]) for cell in [*own, *found.values()])
 
 
 def _document(

@@ -32,6 +32,7 @@ from agents.zoo.references import weights_of
 from cps_envs import PROBLEMS
 from cps_envs.core import lookup
 from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.lookup import policy_names
 from cps_envs.registration import find_problem
 from cps_envs.testbed.problem import TESTBED
 from tests.agents.trained import save_tiny
@@ -357,3 +358,19 @@ def test_what_the_blocks_name_needs_no_consent(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(UnknownNameError, match="no policy of robots 'find'"):
         lookup.resolve_policy("agents.results.robots:find", spec)
     assert find_problem("cps_envs.testbed.problem:TESTBED") is TESTBED
+
+
+def test_every_registered_rogue_attacker_and_the_teacher_are_in_the_table() -> None:
+    names = {each.reference for each in rogue.ATTACK.baselines}
+    assert set(policy_names("rogue", "attacker")) - {"none"} <= {name.partition("?")[0] for name in names}
+    assert any(each.prepare.endswith(":told") for each in rogue.ATTACK.baselines)
+    ratios = {float(row.arenas[0].overrides["power_ratio"]) for row in rogue.ATTACK.rows}
+    assert ratios == {1.0, 1.1, 1.2, 1.3}
+
+
+def test_shares_of_the_best_known_stand_beside_it() -> None:
+    block = replace(BLOCK, rows=(replace(BLOCK.rows[0], best_known=4.0),))
+    made = document([block], found({"learned": FIVE / 2.5, "square": FIVE[:1]}, block), MACHINE, False)
+    (row,) = made["problems"]["rogue"]["blocks"][0]["rows"]
+    assert row["shares"] == {"learned": 0.5}
+    assert "best known 4.00 (learned 50%)" in results_markdown(made)

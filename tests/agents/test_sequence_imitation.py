@@ -174,7 +174,10 @@ def test_recurrent_ppo_goes_on_from_a_teacher(tmp_path: Path) -> None:
     found = train(job(tmp_path, recipe), lambda steps, note: notes.append(note))
     assert found["status"] == "finished"
     assert sum("imitation, round" in note for note in notes) == 2
-    assert [row["steps"] for row in rows_of(tmp_path)] == [0, 128]
+    rows = rows_of(tmp_path)
+    assert [row["steps"] for row in rows] == [0, 128]
+    card, _ = load(tmp_path / "policy.json")
+    assert card.algorithm == ("imitation" if rows[0]["validation"] >= rows[1]["validation"] else "recurrent-ppo")
 
 
 def test_imitation_needs_a_teacher() -> None:
