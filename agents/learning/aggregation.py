@@ -47,7 +47,9 @@ def aggregate(
     callback: TrainingCallback,
     report: Report,
 ) -> None:
-    """Whole rounds until the teacher has labelled `total_steps` decisions; each ends with validation and checkpoint.
+    """Whole rounds until the teacher has labelled `total_steps` decisions; each ends with a checkpoint.
+
+    The last `evaluations` rounds are validated, as if all were as long as the one before.
 
     `model` is that of the checkpoint to go on from.
 
@@ -67,7 +69,9 @@ def aggregate(
             rounds.show(model)
         model.logger.record("imitation/loss", rounds.learn(model))
         model.num_timesteps = callback.num_timesteps = rounds.decisions
-        callback.evaluate()
+        left = run.recipe.total_steps - rounds.decisions
+        if left < max(run.recipe.evaluations, 1) * rounds.decisions / rounds.rounds:
+            callback.evaluate()
         callback.save()
         model.logger.dump(model.num_timesteps)
     report(model.num_timesteps, callback.note)

@@ -65,11 +65,12 @@ class RogueAttackRecurrent(RogueAttack):
     )
     teacher_loss: str = "logistic"  # full driving or full braking
     teacher_episodes: int = 60  # two of each controller in each variation
-    teacher_epochs: int = 10
+    teacher_epochs: int = 8
     total_steps: int = 12 * 60 * 600  # rounds, episodes, decisions
     hold: int = 1  # a controller shows itself within 0.3 s
     num_envs: int = 1  # a teacher's episodes are played elsewhere
     batch_size: int = 30 * 600  # whole episodes
-    memory_units: int = 64
+    memory_units: int = 48
     hidden: tuple[int, ...] = ()
+    evaluations: int = 5  # the last rounds
     evaluation_episodes: int = 60
