@@ -64,13 +64,14 @@ class RogueAttackRecurrent(RogueAttack):
         {"power_ratio": 1.3},
     )
     teacher_loss: str = "logistic"  # full driving or full braking
-    teacher_episodes: int = 60  # two of each controller in each variation
-    teacher_epochs: int = 8
-    total_steps: int = 12 * 60 * 600  # rounds, episodes, decisions
+    teacher_episodes: int = 120  # four of each controller in each variation
+    teacher_epochs: int = 5
+    total_steps: int = 8 * 120 * 600  # rounds, episodes, decisions
     hold: int = 1  # a controller shows itself within 0.3 s
     num_envs: int = 1  # a teacher's episodes are played elsewhere
-    batch_size: int = 30 * 600  # whole episodes
+    batch_size: int = 6 * 600  # whole episodes, few: many updates
     memory_units: int = 48
-    hidden: tuple[int, ...] = ()
-    evaluations: int = 5  # the last rounds
+    hidden: tuple[int, ...] = (64,)  # the answers differ by controller and ratio: more than the memory alone holds
+    activation: str = "relu"
+    evaluations: int = 3  # the last rounds
     evaluation_episodes: int = 60
