@@ -10,6 +10,7 @@ import typer
 
 from agents.console import err, print_json
 
+PROBE = "Search what `probe` plays instead, twenty minutes of CPU time; of the options --ratio, --seed, --jobs, --out."
 AGAINST = "A defender, or all for the mean over those of chapter 5; may be repeated. Everything if left out."
 
 
@@ -22,12 +23,16 @@ def search_switching(
     seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
     jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
     to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
+    probe: Annotated[bool, typer.Option("--probe", help=PROBE)] = False,
 ) -> None:
     """Search the weights of the rogue attacker `switching` against each defender; the result is JSON.
 
     What is found against all starts a run against each; where that is not asked for, the weights of the package do.
     The file holds what has been found so far after every search, so that an interrupted run is not lost.
     """
+    if probe:
+        _search_answers(ratio, seed, jobs, to)
+        return
     from agents.files import write_json
     from agents.machine import available_cores
     from agents.progress import Progress
@@ -71,3 +76,28 @@ def document(
 ) -> dict[str, Any]:
     """What has been found so far, in the order of the request."""
     return {"found": [found[name, ratio] for name in names for ratio in ratios if (name, ratio) in found]}
+
+
+def _search_answers(ratio: list[float] | None, seed: int, jobs: int | None, to: Path | None) -> None:
+    from agents.files import write_json
+    from agents.machine import available_cores
+    from agents.progress import Progress
+    from baselines.rogue.probing_search import RATIOS, ProbingSearch, search_answers
+    from baselines.rogue.switching_search import DEFENDERS
+    from baselines.workers import Workers
+
+    ratios = sorted(ratio or RATIOS)
+    count = 2 * len(ratios) * len(DEFENDERS)
+    with Progress("searches", count) as progress, Workers(min(jobs or available_cores(), count)) as pool:
+
+        def report(done: int, note: str, found: dict[str, Any]) -> None:
+            progress.update(done, note)
+            if to is not None and found["found"]:
+                write_json(to, found)
+
+        found = search_answers(ratios, ProbingSearch(seed=seed), pool, report)
+    if to is None:
+        print_json(found)
+        return
+    write_json(to, found)
+    err().print(f"{count} searches: {to}", soft_wrap=True)

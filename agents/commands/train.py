@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 NAME = "An environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all recipes: all."
 SHIP = "Put the best networks of the seeds into this folder as one policy, as `cps-envs zoo add` does."
+ALGORITHM = "ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
 CONFIG = "The run.json of an earlier run, to repeat it exactly; other options still change what they name."
 TRACKER = "Where curves go: tensorboard, wandb, mlflow or none."
 EXPLANATION = """Train one with `cps-envs train RECIPE`. Steps and CPU minutes are those of one training seed.
@@ -28,9 +29,7 @@ OPPONENT = "A policy's name, mixture?policies=[...], zoo:NAME; the recipe's own 
 def train(
     name: Annotated[str | None, typer.Argument(metavar="ID", help=NAME)] = None,
     config: Annotated[Path | None, typer.Option(metavar="RUN.json", help=CONFIG)] = None,
-    algorithm: Annotated[
-        str | None, typer.Option("--algo", help="ppo, maskable-ppo, recurrent-ppo, sac, dqn or cma-es.")
-    ] = None,
+    algorithm: Annotated[str | None, typer.Option("--algo", help=ALGORITHM)] = None,
     opponent: Annotated[str | None, typer.Option(help=OPPONENT)] = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
     overrides: Annotated[

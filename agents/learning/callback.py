@@ -12,12 +12,9 @@ from agents.learning.export import network_of_model
 from agents.learning.learner import Report
 from agents.learning.presentation import make_card, policy_of
 from agents.learning.run import Run
-from agents.learning.seeds import VALIDATION
 from agents.learning.training_envs import TrainingEnvs
+from agents.learning.validation import validate
 from agents.zoo.files import save
-from cps_envs.core.play import play_episodes
-from cps_envs.core.types import other
-from cps_envs.registration import find_problem
 
 CHECKPOINT_EVERY_S = 60.0
 
@@ -35,7 +32,7 @@ class TrainingCallback(BaseCallback):
         self._started_s = time.process_time()
         self._next_evaluation = 0
         self._saved_at = time.monotonic()
-        self._note = ""
+        self.note = ""
 
     @property
     def cpu_s(self) -> float:
@@ -54,7 +51,7 @@ class TrainingCallback(BaseCallback):
             self.save()
         elif time.monotonic() - self._saved_at > CHECKPOINT_EVERY_S:
             self.save()
-        self._report(self.num_timesteps, self._note)
+        self._report(self.num_timesteps, self.note)
 
     def _on_step(self) -> bool:
         return True
@@ -74,14 +71,7 @@ class TrainingCallback(BaseCallback):
         """Play validation episodes with the network as it is; if it is the best so far, keep it."""
         recipe = self._run.recipe
         network = network_of_model(self.model, recipe.activation)
-        problem = find_problem(recipe.problem)
-        card = make_card(self._run, self._envs, {})
-        outcome = play_episodes(
-            problem,
-            problem.config(recipe.preset, recipe.overrides),
-            {recipe.role: policy_of(card, network), other(recipe.role): card.opponent},
-            VALIDATION[: recipe.evaluation_episodes],
-        )
+        outcome = validate(recipe, policy_of(make_card(self._run, self._envs, {}), network))
         score = recipe.score(outcome)
         row = {"steps": self.num_timesteps, "cpu_s": round(self.cpu_s, 1), "validation": score}
         self._run.append_evaluation({**row, **{name: float(values.mean()) for name, values in outcome.items()}})
@@ -89,13 +79,15 @@ class TrainingCallback(BaseCallback):
         if score > self._best or not self._run.card.is_file():
             self._best = score
             save(self._run.card, make_card(self._run, self._envs, row), {self._run.seed: network})
-        self._note = f"validation {score:.3g}, best {self._best:.3g}"
+        self.note = f"validation {score:.3g}, best {self._best:.3g}"
 
-    def save_unfinished(self) -> None:
-        """Leave something usable when the run is interrupted."""
+    def save_unfinished(self, *, checkpoint: bool = True) -> None:
+        """Leave something usable when the run is interrupted; without a new checkpoint it goes on from the last one."""
         if not self._run.card.is_file():
             self.evaluate()
-        self.save()
+        if checkpoint:
+            self.save()
+        self._run.write(cpu_s=round(self.cpu_s, 1))
 
     def _finite_best(self) -> float | None:
         return self._best if np.isfinite(self._best) else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,11 +10,12 @@ import numpy as np
 from gymnasium import spaces
 
 from agents.errors import CommandError
+from agents.learning.dealing import opponent_of, teacher_of
 from agents.learning.recipe import Recipe
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, Observation, Role, other
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation, Role, other
 from cps_envs.registration import find_problem
 
 RENEWED = 0.1  # of the noise, at a decision
@@ -45,16 +46,31 @@ def join(first: Demonstrations | None, second: Demonstrations) -> Demonstrations
 
 def demonstrate(recipe: Recipe, seeds: Sequence[int], student: Policy | None = None) -> Demonstrations:
     """The teacher's answers in one episode per seed; the student, if there is one, acts in its place."""
-    problem = find_problem(recipe.problem)
-    config = problem.config(recipe.preset, recipe.overrides)
-    game = problem.game(config, 1)
-    spec = game.spec(recipe.role)
-    rival = other(recipe.role)
-    commented = Commented(spec, problem.policy(recipe.teacher, game, recipe.role), student, recipe)
-    opponent = recipe.opponent or problem.opponents[recipe.preset][rival]
-    players: dict[Role, Any] = {recipe.role: commented, rival: opponent}
-    play_episodes(problem, config, players, seeds)
-    return commented.demonstrations()
+    found: Demonstrations | None = None
+    for commented in comment(recipe, seeds, student):
+        found = join(found, commented.demonstrations())
+    assert found is not None
+    return found
+
+
+def comment(recipe: Recipe, seeds: Sequence[int], student: Policy | None = None) -> Iterator[Commented]:
+    """The comments on one episode per seed, variation by variation of the recipe."""
+    problem, rival = find_problem(recipe.problem), other(recipe.role)
+    for config, share in divided(recipe, seeds):
+        game = problem.game(config, 1)
+        commented = Commented(game.spec(recipe.role), teacher_of(recipe, game), student, recipe)
+        players: dict[Role, Any] = {recipe.role: commented, rival: opponent_of(recipe, game)}
+        play_episodes(problem, config, players, share)
+        yield commented
+
+
+def divided(recipe: Recipe, seeds: Sequence[int]) -> Iterator[tuple[Any, Sequence[int]]]:
+    """The configurations of a recipe's variations, each with its share of the seeds."""
+    variations = recipe.variations or ({},)
+    for place, variation in enumerate(variations):
+        share = seeds[place :: len(variations)]
+        if share:
+            yield find_problem(recipe.problem).config(recipe.preset, {**recipe.overrides, **variation}), share
 
 
 class Commented(AnalyticPolicy):
@@ -77,7 +93,7 @@ class Commented(AnalyticPolicy):
         self._noise: Array | None = None
         self._age = 0  # all environments start together and are asked together
         self._held: Array | None = None
-        self._seen: list[tuple[Array, Array, BoolArray | None]] = []
+        self._seen: list[tuple[Array, Array, BoolArray | None, IntArray]] = []
         self.decentralised = recipe.swarm
         self.privileged = getattr(teacher, "privileged", frozenset())
 
@@ -89,7 +105,7 @@ class Commented(AnalyticPolicy):
         for column, player in enumerate((self._teacher, self._student)):
             begin = getattr(player, "begin", None)
             _spread(states, column, begin(generators, knowledge) if begin else None)
-        return (states,)
+        return states, np.arange(len(generators))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """What the student plays, or the teacher with noise."""
@@ -100,7 +116,7 @@ class Commented(AnalyticPolicy):
         due = self._age % self._hold == 0
         self._age += 1
         if due:
-            self._note(seen.observation, seen.team, np.asarray(actions), seen.masks)
+            self._note(seen.observation, seen.team, np.asarray(actions), seen.masks, state[1])
         if self._student is not None:
             actions, own = ask(self._student, seen, _joined(states, 1))
             _spread(states, 1, own)
@@ -109,7 +125,7 @@ class Commented(AnalyticPolicy):
         elif self._deviation:
             actions = self._disturbed(np.asarray(actions))
         self._held = np.asarray(actions)
-        return self._held, (states,)
+        return self._held, (states, state[1])
 
     def _disturbed(self, actions: Array) -> Array:
         """Actions with noise, of which an entry changes now and then: what lasts shows in the state."""
@@ -119,14 +135,23 @@ class Commented(AnalyticPolicy):
         disturbed: Array = np.clip(actions + self._noise, -1.0, 1.0)
         return disturbed
 
-    def _note(self, observation: Array, team: Observation | None, actions: Array, masks: BoolArray | None) -> None:
+    def _note(
+        self, observation: Array, team: Observation | None, actions: Array, masks: BoolArray | None, episodes: IntArray
+    ) -> None:
         if team is not None:
-            observation, actions = team.reshape(-1, team.shape[-1]), actions.reshape(team.shape[0] * team.shape[1], -1)
-        self._seen.append((observation.copy(), actions.copy(), None if masks is None else masks.copy()))
+            size, agents = team.shape[:2]
+            observation, actions = team.reshape(-1, team.shape[-1]), actions.reshape(size * agents, -1)
+            masks = None if masks is None else masks.reshape(size * agents, -1)
+            episodes = (episodes[:, np.newaxis] * agents + np.arange(agents)).reshape(-1)
+        self._seen.append((observation.copy(), actions.copy(), None if masks is None else masks.copy(), episodes))
+
+    def decisions(self) -> list[tuple[Array, Array, BoolArray | None, IntArray]]:
+        """What has been seen, decision by decision: observations, actions, masks and the episodes of the rows."""
+        return self._seen
 
     def demonstrations(self) -> Demonstrations:
         """All that has been seen."""
-        observations, actions, masks = zip(*self._seen, strict=True)
+        observations, actions, masks, _ = zip(*self._seen, strict=True)
         known = None if masks[0] is None else np.concatenate(masks)
         return Demonstrations(np.concatenate(observations), np.concatenate(actions), known)
 

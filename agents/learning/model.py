@@ -13,7 +13,7 @@ from stable_baselines3 import DQN, PPO, SAC
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from agents.errors import CommandError
-from agents.learning.recipe import Recipe
+from agents.learning.recipe import IMITATION, RECURRENT, Recipe
 from agents.learning.scaling import FixedScaling
 from agents.learning.training_envs import TrainingEnvs
 from cps_envs.core.types import Array
@@ -22,12 +22,12 @@ CLASSES: dict[str, type[BaseAlgorithm]] = {
     "ppo": PPO,
     "maskable-ppo": MaskablePPO,
     "recurrent-ppo": RecurrentPPO,
+    IMITATION: RecurrentPPO,  # of which it trains the actor
     "sac": SAC,
     "dqn": DQN,
 }
 ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
-ON_POLICY = ("ppo", "maskable-ppo", "recurrent-ppo")
-TEACHABLE = ("ppo", "maskable-ppo")
+ON_POLICY = ("ppo", "maskable-ppo", *RECURRENT)
 
 
 def check_fit(recipe: Recipe, envs: TrainingEnvs) -> None:
@@ -45,8 +45,8 @@ def check_fit(recipe: Recipe, envs: TrainingEnvs) -> None:
         raise CommandError(f"maskable-ppo plays discrete actions, not {envs.action_space}: use ppo or sac")
     if recipe.algorithm == "maskable-ppo" and recipe.masks(envs.env.game) is None:
         raise CommandError("all actions of this environment are legal at any time: use ppo instead of maskable-ppo")
-    if recipe.teacher and recipe.algorithm not in TEACHABLE:
-        raise CommandError(f"{recipe.algorithm} cannot start from a teacher: use {' or '.join(TEACHABLE)}")
+    if recipe.taught and recipe.algorithm not in ON_POLICY:
+        raise CommandError(f"{recipe.algorithm} cannot start from a teacher: use {' or '.join(ON_POLICY)}")
 
 
 def make_model(recipe: Recipe, envs: TrainingEnvs, scaling: dict[str, Array], seed: int, device: str) -> BaseAlgorithm:
@@ -78,9 +78,9 @@ def _on_policy(recipe: Recipe, envs: TrainingEnvs, common: dict[str, Any]) -> Ba
     kwargs["net_arch"] = {"pi": list(recipe.hidden), "vf": list(recipe.hidden)}
     if isinstance(envs.action_space, spaces.Box):
         kwargs["log_std_init"] = float(np.log(recipe.initial_deviation))
-    if recipe.algorithm == "recurrent-ppo":
+    if recipe.algorithm in RECURRENT:
         kwargs["lstm_hidden_size"] = recipe.memory_units
-    policy = "MlpLstmPolicy" if recipe.algorithm == "recurrent-ppo" else "MlpPolicy"
+    policy = "MlpLstmPolicy" if recipe.algorithm in RECURRENT else "MlpPolicy"
     algorithm: Any = CLASSES[recipe.algorithm]
     with warnings.catch_warnings():
         warnings.filterwarnings(

@@ -28,7 +28,7 @@ def make_card(run: Run, envs: TrainingEnvs, facts: Mapping[str, Any]) -> Card:
         problem=recipe.problem,
         version=problem.version,
         role=recipe.role,
-        algorithm=recipe.algorithm,
+        algorithm="imitation" if recipe.taught and facts.get("steps") == 0 else recipe.algorithm,
         opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
         preset=recipe.preset,
         overrides=dict(recipe.overrides),

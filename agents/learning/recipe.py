@@ -16,8 +16,11 @@ if TYPE_CHECKING:
 
 SEARCH = "cma-es"
 LEAST_POPULATION = 4
-ALGORITHMS = ("ppo", "maskable-ppo", "recurrent-ppo", "sac", "dqn", SEARCH)
+IMITATION = "recurrent-imitation"
+RECURRENT = ("recurrent-ppo", IMITATION)
+ALGORITHMS = ("ppo", "maskable-ppo", *RECURRENT, "sac", "dqn", SEARCH)
 ACTIVATIONS = ("tanh", "relu")
+LOSSES = ("squared", "logistic")
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Recipe:
     bootstrap: bool = False  # value what would come after the last step; for observations that do not tell the time
     reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
 
-    total_steps: int = 1_000_000
+    total_steps: int = 1_000_000  # of recurrent-imitation: decisions that the teacher labels
     num_envs: int = 64
     steps_per_update: int = 128  # of each environment (PPO)
     batch_size: int = 2048
@@ -61,7 +64,7 @@ class Recipe:
     max_grad_norm: float = 0.5
 
     hidden: tuple[int, ...] = (64, 64)  # units of the layers, of policy and value each
-    memory_units: int = 64  # of the LSTM (recurrent-ppo)
+    memory_units: int = 64  # of the LSTM (recurrent-ppo, recurrent-imitation)
     activation: str = "tanh"
     initial_deviation: float = 0.5  # of Gaussian actions
     neutral_bonus: float = 0.0  # added to the first logits of the neutral action, for roles that should mostly wait
@@ -72,6 +75,11 @@ class Recipe:
     exploration_share: float = 0.3  # of the run in which DQN's random moves fade out
 
     teacher: str = ""  # an analytic policy that the network imitates first; none if empty
+    teachers: Mapping[str, str] = field(default_factory=dict)  # instead: for each opponent the teacher against it
+    variations: tuple[
+        Mapping[str, Any], ...
+    ] = ()  # further overrides, among which taught and validated episodes divide
+    teacher_loss: str = "squared"  # for continuous actions; "logistic" for those that are mostly at their bounds
     teacher_episodes: int = 64  # in a round
     teacher_rounds: int = 1  # from the second on the network plays and the teacher says what it would have done
     teacher_noise: float = 0.0  # deviation of what disturbs the actions that a teacher plays, to show how to recover
@@ -105,8 +113,17 @@ class Recipe:
             raise CommandError("discount has to lie in (0, 1], learning_rate and reward_scale above 0")
         if self.activation not in ACTIVATIONS:
             raise CommandError(f"there is no activation {self.activation!r}. {near(self.activation, ACTIVATIONS)}")
+        if self.teacher_loss not in LOSSES:
+            raise CommandError(f"teacher_loss = {self.teacher_loss!r} is none of {', '.join(LOSSES)}")
+        if self.algorithm == IMITATION and not self.taught:
+            raise CommandError(f"{IMITATION} needs a teacher: add --knob teacher=NAME, a policy of the {self.role}")
         if self.swarm and self.role != "defender":
             raise CommandError("only defenders have a swarm form")
+
+    @property
+    def taught(self) -> bool:
+        """Whether the network begins with the imitation of a teacher."""
+        return bool(self.teacher or self.teachers)
 
     def masks(self, game: Game) -> BoolArray | None:
         """What may be played (B, k) in training, None where everything may; a recipe may take away what is useless."""

@@ -36,6 +36,13 @@ class FixedScaling(BaseFeaturesExtractor):
         return ((chosen - self.mean) / self.deviation).clamp(-CLIP, CLIP)
 
 
+def scaling_of(envs: TrainingEnvs, recipe: Recipe, observations: Array) -> dict[str, Array]:
+    """What `FixedScaling` takes, from the first observations (B, n) of a run."""
+    columns = seen_columns(envs, recipe)
+    mean, deviation = focus(envs, recipe, columns, *spread(observations, columns))
+    return {"columns": columns, "mean": mean, "deviation": deviation}
+
+
 def seen_columns(envs: TrainingEnvs, recipe: Recipe) -> Array:
     """The columns of the fields that the recipe leaves the network.
 

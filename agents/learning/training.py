@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 import torch
@@ -11,6 +13,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 
 from agents.errors import CommandError
+from agents.learning.aggregation import aggregate, begin_taught
 from agents.learning.best_episodes import BestEpisodes, SelfImitation
 from agents.learning.callback import TrainingCallback
 from agents.learning.demonstrations import Demonstrations, demonstrate, join
@@ -21,9 +24,10 @@ from agents.learning.learner import Report
 from agents.learning.model import CLASSES, check_fit, make_model
 from agents.learning.plan_search import search_plans
 from agents.learning.presentation import make_card, policy_of
+from agents.learning.recipe import IMITATION, RECURRENT
 from agents.learning.recording import recording, resumption_of
 from agents.learning.run import Run
-from agents.learning.scaling import focus, seen_columns, spread, wander
+from agents.learning.scaling import scaling_of, wander
 from agents.learning.seeds import training_seed
 from agents.learning.training_envs import TrainingEnvs, make_envs
 from agents.learning.values import ValueWarmUp
@@ -48,24 +52,29 @@ def train(job: Job, report: Report) -> None:
     with recording(job) as tracker:
         callback = TrainingCallback(run, envs, report)
         best = BestEpisodes()
-        model = _load(run, envs, job.device) if run.checkpoint.is_file() else _begin(job, envs, best, note)
-        model.set_logger(Logger(folder=None, output_formats=[TrackerWriter(tracker)]))
-        run.write(phase="learning")
-        _learn(model, run, callback, best)
+        model = _load(run, envs, job.device) if run.checkpoint.is_file() else None
+        if job.recipe.algorithm == IMITATION:
+            with _interruptible(callback, in_step=False):
+                aggregate(model, run, job.device, envs, callback, tracker, report)
+        else:
+            model = model or _begin(job, envs, best, note)
+            model.set_logger(Logger(folder=None, output_formats=[TrackerWriter(tracker)]))
+            run.write(phase="learning")
+            with _interruptible(callback, in_step=True):
+                _learn(model, run, callback, best)
     envs.close()
 
 
 def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> BaseAlgorithm:
     """An untrained model, or one that imitates the teacher, or the best plans of a search."""
     recipe, seed = job.recipe, training_seed(job.seed)
-    columns = seen_columns(envs, recipe)
-    shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.teacher else None
+    if recipe.algorithm in RECURRENT and recipe.taught:
+        return begin_taught(job.run, job.device, envs, report)
+    shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.taught else None
     if recipe.search_steps:
         search_plans(envs, recipe, best, seed, lambda steps, mean: report(0, f"search, {steps:,} steps: {mean:.3g}"))
         shown = best.demonstrations()
-    mean, deviation = spread(shown.observations if shown else wander(envs, seed), columns)
-    mean, deviation = focus(envs, recipe, columns, mean, deviation)
-    scaling = {"columns": columns, "mean": mean, "deviation": deviation}
+    scaling = scaling_of(envs, recipe, shown.observations if shown else wander(envs, seed))
     model = make_model(recipe, envs, scaling, job.seed, job.device)
     if shown is not None and recipe.search_steps:
         loss = imitate(model.policy, shown, recipe, np.random.default_rng(seed))
@@ -86,7 +95,7 @@ def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, envs: Traini
             student = policy_of(card, network_of_model(model, recipe.activation))
             shown = join(shown, demonstrate(recipe, range(first, first + recipe.teacher_episodes), student))
         loss = imitate(model.policy, shown, recipe, generator)
-        report(0, f"imitation of {recipe.teacher}, round {number + 1}: loss {loss:.3g}")
+        report(0, f"imitation, round {number + 1}: loss {loss:.3g}")
 
 
 def _load(run: Run, envs: TrainingEnvs, device: str) -> BaseAlgorithm:
@@ -105,10 +114,16 @@ def _learn(model: BaseAlgorithm, run: Run, callback: TrainingCallback, best: Bes
     if recipe.self_imitation:
         seed = training_seed(run.seed)
         callbacks.append(SelfImitation(best, recipe.self_imitation, recipe.batch_size, seed))
+    if left > 0:
+        model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0)
+
+
+@contextmanager
+def _interruptible(callback: TrainingCallback, *, in_step: bool) -> Iterator[None]:
+    """Lets an interruption leave a policy; `in_step`: the model is worth a checkpoint at any time."""
     try:
-        if left > 0:
-            model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0)
+        yield
     except KeyboardInterrupt:
         if getattr(callback, "model", None) is not None:
-            callback.save_unfinished()
+            callback.save_unfinished(checkpoint=in_step)
         raise

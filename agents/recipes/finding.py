@@ -11,7 +11,7 @@ from agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from agents.recipes.fdi_defense import FdiDefense
 from agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
 from agents.recipes.hvac_defense import HvacDefense
-from agents.recipes.rogue_attack import RogueAttack
+from agents.recipes.rogue_attack import RogueAttack, RogueAttackRecurrent
 from agents.recipes.rogue_defense import RogueDefense
 from cps_envs.core.errors import near
 from cps_envs.registration import PROBLEMS
@@ -31,6 +31,7 @@ RECIPES: dict[str, Recipe] = {
         HvacAttackMtd1(),
         HvacDefense(),
         RogueAttack(),
+        RogueAttackRecurrent(),
         RogueDefense(),
     )
 }

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from agents.learning.recipe import Recipe
+from agents.learning.recipe import IMITATION, Recipe
 
 CONTROLLERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
 ANY_CONTROLLER = "mixture?policies=[" + ",".join(f'"{name}"' for name in CONTROLLERS) + "]"
@@ -44,3 +44,34 @@ class RogueAttack(Recipe):
     evaluations: int = 5
     evaluation_episodes: int = 96
     evaluation_metric: str = "damage"
+
+
+@dataclass(frozen=True)
+class RogueAttackRecurrent(RogueAttack):
+    """One network with a memory, taught by an attacker that is told the controller: `probe` with the answer to it."""
+
+    name: str = "rogue-attack-recurrent"
+    algorithm: str = IMITATION
+    teacher: str = ""
+    teachers: Mapping[str, str] = field(
+        default_factory=lambda: {controller: f"probe?against={controller}" for controller in CONTROLLERS}
+    )
+    variations: tuple[Mapping[str, Any], ...] = (  # the ends are played exactly, in between every ratio
+        {"power_ratio": 1.0},
+        {"power_ratio": [1.02, 1.15]},
+        {"power_ratio": [1.1, 1.2]},
+        {"power_ratio": [1.2, 1.3]},
+        {"power_ratio": 1.3},
+    )
+    teacher_loss: str = "logistic"  # full driving or full braking
+    teacher_episodes: int = 120  # four of each controller in each variation
+    teacher_epochs: int = 5
+    total_steps: int = 8 * 120 * 600  # rounds, episodes, decisions
+    hold: int = 1  # a controller shows itself within 0.3 s
+    num_envs: int = 1  # a teacher's episodes are played elsewhere
+    batch_size: int = 6 * 600  # whole episodes, few: many updates
+    memory_units: int = 48
+    hidden: tuple[int, ...] = (64,)  # the answers differ by controller and ratio: more than the memory alone holds
+    activation: str = "relu"
+    evaluations: int = 3  # the last rounds
+    evaluation_episodes: int = 60

@@ -63,6 +63,7 @@ class Row:
     metric: str = ""  # the block's if empty
     per: str = ""  # a metric of the same episode that it is divided by; the block's if empty
     bound: str = ""  # what is known to be the best possible, in words
+    best_known: float = 0.0  # what the best of all searches reached, of which shares are shown; 0: nothing is known
     without: tuple[str, ...] = ()  # baselines that cannot play it
     headline: bool = False  # stands for the block in summaries; the first judged row if none does
 

@@ -95,6 +95,8 @@ def _row(block: Block, number: int, findings: Findings) -> Document:
         "title": row.title,
         "metric": metric,
         "bound": row.bound,
+        "best_known": row.best_known,
+        "shares": _shares(block, number, findings),
         "headline": row.headline,
         "arenas": [_arena(arena) for arena in row.arenas],
         "found": _found(block, number, findings),
@@ -131,6 +133,16 @@ def _score(block: Block, number: int, name: str, metric: str, findings: Findings
     score = {**_numbers(estimate(strata)), "shown": shown}
     simulations = simulations_of(block, number, name, findings)
     return score | ({"simulations": simulations} if simulations else {})
+
+
+def _shares(block: Block, number: int, findings: Findings) -> dict[str, float]:
+    """Of the best known that each learned policy reached in the mean."""
+    best = block.rows[number].best_known
+    if not best:
+        return {}
+    metric = block.metric_of(block.rows[number])
+    found = {each.name: strata_of(block, number, each.name, metric, findings) for each in block.learned}
+    return {name: _rounded(estimate(strata).mean / best) for name, strata in found.items() if strata is not None}
 
 
 def _differences(block: Block, number: int, metric: str, findings: Findings) -> Document:

@@ -8,10 +8,18 @@ from typing import Any
 from agents.evaluation.arena import Arena
 from agents.results.block import Bar, Block, Contestant, Row
 from baselines.rogue.switching_search import DEFENDERS, RATIOS, SETTING, SPREAD
+from baselines.rogue.yardsticks import RATIOS as ALL_RATIOS
 from baselines.rogue.yardsticks import best_known, shipped
 from cps_envs.rogue.config import PAPER
 
-ATTACKER = Contestant("learned", "zoo:rogue-attack-ppo")
+ATTACKER = Contestant("learned", "zoo:rogue-attack-ppo", "learned, no memory")
+RECURRENT = Contestant("recurrent", "zoo:rogue-attack-recurrent", "learned, with memory")
+TEACHER = Contestant(
+    "teacher", title="teacher, told the controller", prepare="agents.results.searches:told", optimum=True
+)
+ORACLE = Contestant("beam", "beam?width=96", episodes=2, title="beam search, told the episode", optimum=True)
+AIMS = {1.0: 70.0, 1.1: 80.0, 1.2: 80.0, 1.3: 96.0}  # m/s by power ratio, mean over the controllers
+TAUGHT = Bar(beat=(TEACHER.name,), factor=0.95, or_equal=True, of=(RECURRENT.name,))  # who is told what it finds out
 DEFENDER = Contestant("learned", "zoo:rogue-defense-ppo")
 WORLDS = 16
 KNOWN = shipped()
@@ -30,8 +38,8 @@ def world(power_ratio: float) -> Mapping[str, Any]:
 
 def _attacked(defender: str, ratio: float) -> Row:
     arena = Arena("rogue", "attacker", defender, "paper", world(ratio), WORLDS, f"{defender}-{ratio:g}")
-    bars = (Bar(every=True), Bar(value=best_known(KNOWN, ratio, defender)))
-    return Row(f"{defender}, ratio {ratio:g}", (arena,), bars)
+    known = best_known(KNOWN, ratio, defender)
+    return Row(f"{defender}, ratio {ratio:g}", (arena,), (Bar(every=True), TAUGHT, Bar(value=known)), best_known=known)
 
 
 def _coarse(ratio: float) -> Row:
@@ -45,34 +53,39 @@ def _coarse(ratio: float) -> Row:
 
 def _fine(ratio: float) -> Row:
     arenas = tuple(row.arenas[0] for row in (_attacked(defender, ratio) for defender in DEFENDERS))
-    return Row(f"all six, ratio {ratio:g}", arenas, bars=(), headline=True)
+    best = sum(best_known(KNOWN, ratio, defender) for defender in DEFENDERS) / len(DEFENDERS)
+    bars = (Bar(every=True), TAUGHT, Bar(value=AIMS[ratio], or_equal=True))
+    return Row(f"all six, ratio {ratio:g}", arenas, bars, best_known=best, headline=True)
 
 
 ATTACK = Block(
     name="rogue-attack",
     title="rogue attacker, damage",
-    target="above every analytic attacker and the best attack that any search knows, against every controller.",
+    target="above every analytic attacker, against each controller, at power ratios that training did and did not see.",
     problem="rogue",
     role="attacker",
     metric="damage",
-    learned=(ATTACKER,),
+    learned=(ATTACKER, RECURRENT),
     baselines=(
         Contestant("square", title="square, 0.1 Hz"),
         Contestant("wave", title="best wave", prepare="agents.results.searches:best_wave"),
         Contestant("switching", title="switching, general"),
         *(Contestant(f"switching {name}", f"switching?against={name}", f"switching, {name}") for name in DEFENDERS),
+        TEACHER,
+        ORACLE,
     ),
     rows=(
-        *(_attacked(defender, ratio) for ratio in RATIOS for defender in DEFENDERS),
-        *map(_fine, RATIOS),
+        *(_attacked(defender, ratio) for ratio in ALL_RATIOS for defender in DEFENDERS),
+        *map(_fine, ALL_RATIOS),
         *map(_coarse, RATIOS),
     ),
     unit="m/s",
     shown=("reference_error_m",),
     notes=(
         VERIFIED,
-        "The number in a bar is the best of four searches (`python -m baselines.rogue.yardsticks`). Three of them are "
-        "told the controller or plan on copies of the world.",
+        "Best known is the best of four searches (`python -m baselines.rogue.yardsticks`). Three of them are told the "
+        "controller or plan on copies of the world. It is the number in a bar, except in the rows of all six.",
+        "The teacher is told the controller; `probe` finds it out.",
         "A policy that needs the full step to do its damage exploits the chatter of the integration.",
     ),
 )

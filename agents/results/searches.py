@@ -25,6 +25,11 @@ QUICK = SearchSettings(population=6, generations=2)
 QUICK_WAVES = 6
 
 
+def told(config: Any, quick: bool, opponent: str) -> Prepared:
+    """The rogue attacker `probe` that is told its opponent, the teacher of the recurrent attacker."""
+    return Prepared(f"probe?against={opponent}", "told the controller")
+
+
 def fixed_plan(config: Any, quick: bool, opponent: str) -> Prepared:
     """The plan that the genetic algorithm finds against a defender, one for all instances: highest mean payoff.
 

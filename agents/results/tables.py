@@ -107,6 +107,10 @@ def optimum(block: Block, row: Mapping[str, Any]) -> str:
     """What is known to be the best possible in a row; empty where nothing is."""
     known = [each for each in block["baselines"] if each["name"] in row["scores"] and each["optimum"]]
     found = [f"{each['title']} {number(block, row, row['scores'][each['name']]['mean'])}" for each in known]
+    if best := row.get("best_known"):
+        titles = {each["name"]: each["title"] for each in block["learned"]}
+        shares = [f"{titles[name]} {share:.0%}" for name, share in row["shares"].items()]
+        found.append(f"best known {number(block, row, best)}{' (' + ', '.join(shares) + ')' if shares else ''}")
     return "; ".join([*found, *([row["bound"]] if row["bound"] else [])])
 
 

@@ -43,6 +43,7 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
     merged = replace(
         first,
         name=target.stem,
+        algorithm=next(card.algorithm for card, _ in loaded if card.best == best),
         command=without_places(first.command),
         best=best,
         seeds=dict(sorted(seeds.items(), key=lambda entry: int(entry[0]))),

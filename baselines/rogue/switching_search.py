@@ -127,8 +127,13 @@ def switching_damages(
     return damages
 
 
-def world_config(power_ratio: float, spread: float = SPREAD, *, refined: bool = False) -> RogueConfig:
-    """The learning problem's contact and duration; each seed draws drive and drag within +-`spread`, relative."""
+def world_config(
+    power_ratio: float | tuple[float, float], spread: float = SPREAD, *, refined: bool = False
+) -> RogueConfig:
+    """The learning problem's contact and duration; each seed draws drive and drag within +-`spread`, relative.
+
+    `power_ratio` may be a range, of which each seed draws one too.
+    """
     ends = np.array([1 - spread, 1 + spread])
     drawn = {name: (getattr(PAPER, name) * ends).tolist() for name in ("drive_mps2", "drag_per_s")} if spread else {}
     step = {"dt_s": PAPER.dt_s / 2} if refined else {}

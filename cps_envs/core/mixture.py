@@ -44,8 +44,7 @@ class Mixture(AnalyticPolicy):
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
         """Draw a policy for each episode and let it begin; for the state see `Block`."""
-        uniform = [generator.random() for generator in generators]
-        drawn = self._bounds.searchsorted(uniform, side="right")
+        drawn = self.draw(generators)
         rows, blocks = np.zeros(len(drawn), np.int64), np.full(len(drawn), None, object)
         order, shares = self._shares(drawn)
         for policy, part in shares:
@@ -54,6 +53,12 @@ class Mixture(AnalyticPolicy):
                 own = policy.begin([generators[b] for b in envs], [knowledge[b] for b in envs])
             rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
         return drawn, rows, blocks
+
+    def draw(self, generators: Sequence[np.random.Generator]) -> Array:
+        """Which policy (B,) plays each episode."""
+        uniform = [generator.random() for generator in generators]
+        drawn: Array = self._bounds.searchsorted(uniform, side="right")
+        return drawn
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions of each environment's policy."""

@@ -25,7 +25,7 @@ from agents.results.examination import Findings, examine, find_blocks, missing_o
 from agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
 from agents.results.markdown import END, START, readme_table, results_markdown, with_table
 from agents.results.publication import publish, record
-from agents.results.rivals import teacher_of
+from agents.results.rivals import completed, teacher_of
 from agents.results.searches import best_wave, fixed_plan
 from agents.results.tables import bar_lines, best_baseline, judged_against, overall
 from agents.results.terminal import tables
@@ -432,3 +432,19 @@ def test_what_the_blocks_name_needs_no_consent(monkeypatch: pytest.MonkeyPatch) 
     with pytest.raises(UnknownNameError, match="no policy of robots 'find'"):
         lookup.resolve_policy("agents.results.robots:find", spec)
     assert find_problem("cps_envs.testbed.problem:TESTBED") is TESTBED
+
+
+def test_every_registered_rogue_attacker_and_the_teacher_are_in_the_table() -> None:
+    names = {each.reference for each in completed(rogue.ATTACK).baselines}
+    assert set(policy_names("rogue", "attacker")) - {"none", *NEED_OPTIONS} <= {name.partition("?")[0] for name in names}
+    assert any(each.prepare.endswith(":told") for each in rogue.ATTACK.baselines)
+    ratios = {float(row.arenas[0].overrides["power_ratio"]) for row in rogue.ATTACK.rows}
+    assert ratios == {1.0, 1.1, 1.2, 1.3}
+
+
+def test_shares_of_the_best_known_stand_beside_it() -> None:
+    block = replace(BLOCK, rows=(replace(BLOCK.rows[0], best_known=4.0),))
+    made = document([block], found({"learned": FIVE / 2.5, "square": FIVE[:1]}, block), MACHINE, False)
+    (row,) = made["problems"]["rogue"]["blocks"][0]["rows"]
+    assert row["shares"] == {"learned": 0.5}
+    assert "best known 4.00 (learned 50%)" in results_markdown(made)

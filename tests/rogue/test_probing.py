@@ -1,0 +1,117 @@
+"""The attacker that probes: its file, its moments, what it is told, and the search behind it."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shipped_answers
+from baselines.rogue.switching import Switching
+from baselines.rogue.switching_search import DEFENDERS, world_config
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
+from cps_envs.rogue.problem import ROGUE
+
+SEEDS = range(8_100, 8_104)
+
+
+def spec_of(config):
+    return ROGUE.game(config, 1).spec("attacker")
+
+
+def answers(**changes):
+    generator = np.random.default_rng(0)
+    found = Answers(
+        against=("pd", "sliding"),
+        ratios=np.array([1.0, 1.2]),
+        probes=generator.normal(size=(2, 7)),
+        weights=generator.normal(size=(2, 2, 7)),
+        at=np.array([[0, 1], [0, 1]]),
+        traces=np.zeros((2, 2, len(LOOKS_S), 5)),
+    )
+    return found._replace(**changes)
+
+
+def signs(attacker, config, defender="pd"):
+    """What it plays (steps, B)."""
+    played = []
+    players = {"attacker": attacker, "defender": defender}
+    play_episodes(ROGUE, config, players, SEEDS, on_step=lambda game: played.append(game.state.effort[:, 1].copy()))
+    return np.array(played)
+
+
+def test_the_shipped_answers_are_complete_and_rise():
+    known = shipped_answers()
+    assert known.against == DEFENDERS
+    assert (np.diff(known.ratios) > 0).all()
+    assert {1.0, 1.1, 1.2, 1.3} <= set(known.ratios)
+    assert known.weights.shape == (len(known.ratios), len(DEFENDERS), 7)
+    assert known.traces.shape == (len(known.ratios), len(DEFENDERS), len(LOOKS_S), 5)
+    assert (known.at[:, 0] == 0).all()
+
+
+@pytest.mark.parametrize(("ratio", "defender"), [(1.0, "sliding_detection"), (1.1, "pd"), (1.3, "sliding_detection")])
+def test_an_answer_does_what_the_file_says(ratio, defender):
+    document = json.loads(files("baselines.rogue").joinpath("probing.json").read_text(encoding="utf-8"))
+    (row,) = (row for row in document["found"] if row["power_ratio"] == ratio)
+    above = document["search"]["above"] if ratio == 1.1 else 0.0
+    config = world_config((ratio, ratio + above) if above else ratio, refined=True)
+    players = {"attacker": Probe(spec_of(config), defender), "defender": defender}
+    damage = play_episodes(ROGUE, config, players, SEEDS)["damage"].mean()
+    assert damage == pytest.approx(row["answers"][defender]["damage"], rel=0.1)
+
+
+def test_it_probes_until_the_look_and_then_answers():
+    config = ROGUE.config("paper", {"contact": "solid", "duration_s": 8.0})
+    known = answers()
+    always = answers(probes=known.weights[:, 0], weights=known.weights)
+    first = signs(Probe(spec_of(config), "pd", always), config)
+    np.testing.assert_array_equal(first, signs(Switching(spec_of(config), known.weights[0, 0]), config))
+    late = signs(Probe(spec_of(config), "sliding", known), config)
+    probe = signs(Switching(spec_of(config), known.probes[0]), config)
+    decisions = round(LOOKS_S[1] / config.control_period_s)
+    np.testing.assert_array_equal(late[: decisions + 1], probe[: decisions + 1])
+    assert (late[decisions:] != probe[decisions:]).any()
+
+
+def test_an_answer_holds_up_to_the_next_ratio():
+    for ratio, row in ((1.0, 0), (1.19, 0), (1.2, 1), (1.3, 1)):
+        config = ROGUE.config("paper", {"contact": "solid", "duration_s": 3.0, "power_ratio": ratio})
+        known = answers(weights=answers().probes[:, np.newaxis].repeat(2, axis=1))
+        played = signs(Probe(spec_of(config), "pd", known), config)
+        np.testing.assert_array_equal(played, signs(Switching(spec_of(config), known.probes[row]), config))
+
+
+def test_what_it_sees_decides_unless_it_is_told():
+    config = world_config(1.3)
+    for defender in ("pd", "sliding_detection"):
+        told = signs(Probe(spec_of(config), defender), config, defender)
+        np.testing.assert_array_equal(signs(Probe(spec_of(config)), config, defender), told)
+
+
+def test_unknown_controllers_are_refused():
+    with pytest.raises(ConfigurationError, match="Did you mean 'sliding'"):
+        Probe(spec_of(world_config(1.0)), "slidng")
+
+
+def test_a_tiny_search_writes_a_file_that_plays(monkeypatch):
+    pytest.importorskip("cma")
+    from baselines.rogue import probing_search
+    from baselines.rogue.probing_search import ProbingSearch, search_answers
+    from baselines.workers import Workers
+
+    laws = probing_search.pool()[:2]
+    monkeypatch.setattr(probing_search, "pool", lambda: laws)
+
+    tiny = ProbingSearch(generations=1, population=4, starts=1, worlds=1, finalists=1, final_worlds=1)
+    notes = []
+    with Workers(1) as workers:
+        found = search_answers([1.0], tiny, workers, lambda done, note, document: notes.append(note))
+    assert len(notes) == 2 * len(DEFENDERS) - 1  # those that are alike get one answer
+    known = answers_of(json.loads(json.dumps(found)))
+    assert known.at.tolist() == [[0, 1, 1, 2, 2, 2]]
+    config = world_config(1.0)
+    assert len(signs(Probe(spec_of(config), answers=known), config)) > 0
