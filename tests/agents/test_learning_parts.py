@@ -16,7 +16,7 @@ from agents.learning.demonstrations import demonstrate, join
 from agents.learning.export import network_of_model
 from agents.learning.imitation import imitate
 from agents.learning.model import CLASSES, check_fit, make_model
-from agents.learning.recipe import ALGORITHMS, Recipe, changed
+from agents.learning.recipe import ALGORITHMS, SEARCH, Recipe, changed
 from agents.learning.scaling import seen_columns, spread, wander
 from agents.learning.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from agents.learning.training_envs import TrainingEnvs, make_envs
@@ -185,7 +185,7 @@ def test_algorithms_that_do_not_fit_are_refused(recipe: Recipe, message: str) ->
 
 
 def test_every_algorithm_has_a_class() -> None:
-    assert set(CLASSES) == set(ALGORITHMS)
+    assert {*CLASSES, SEARCH} == set(ALGORITHMS)
 
 
 def test_imitation_learns_what_the_teacher_does() -> None:

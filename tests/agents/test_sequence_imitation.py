@@ -19,11 +19,12 @@ import torch
 from agents.errors import CommandError
 from agents.learning.dealing import opponent_of, teacher_of
 from agents.learning.export import network_of_model
+from agents.learning.job import Job
+from agents.learning.learner import learn
 from agents.learning.model import check_fit
 from agents.learning.recipe import IMITATION, Recipe
 from agents.learning.sequence_imitation import imitate_sequences, outputs_of, sequence_loss
 from agents.learning.sequences import collect, joined, read_sequences, write_sequences
-from agents.learning.training import Job, train
 from agents.learning.training_envs import make_envs
 from agents.zoo.files import load
 from cps_envs.registration import find_problem
@@ -122,7 +123,7 @@ def test_the_exported_network_remembers_like_the_model(tmp_path: Path) -> None:
 
 
 def test_a_run_leaves_a_policy_that_plays(tmp_path: Path) -> None:
-    found = train(job(tmp_path))
+    found = learn(job(tmp_path))
     assert (found["status"], found["steps"]) == ("finished", 360)
     rows = rows_of(tmp_path)
     assert [row["steps"] for row in rows] == [120, 240, 360]
@@ -138,13 +139,13 @@ def test_a_run_that_goes_on_after_a_round_is_the_run_that_never_stopped(tmp_path
         if steps >= 240:
             signal.raise_signal(signal.SIGTERM)
 
-    train(job(tmp_path / "whole"))
+    learn(job(tmp_path / "whole"))
     with pytest.raises(KeyboardInterrupt):
-        train(job(tmp_path / "parts"), stop)
+        learn(job(tmp_path / "parts"), stop)
     stopped = json.loads((tmp_path / "parts" / "run.json").read_text())
     assert (stopped["status"], stopped["steps"]) == ("interrupted", 240)
     load(tmp_path / "parts" / "policy.json")
-    found = train(job(tmp_path / "parts", resume=True))
+    found = learn(job(tmp_path / "parts", resume=True))
     assert found["cpu_s"] >= stopped["cpu_s"] > 0
     scores = [[row["validation"] for row in rows_of(tmp_path / name)] for name in ("whole", "parts")]
     assert scores[0] == scores[1]
@@ -159,10 +160,10 @@ def test_damaged_demonstrations_are_named(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        train(job(tmp_path), stop)
+        learn(job(tmp_path), stop)
     (tmp_path / "demonstrations" / "round-0.npz").write_bytes(b"PK")
     with pytest.raises(CommandError, match=r"round-0\.npz is damaged"):
-        train(job(tmp_path, resume=True))
+        learn(job(tmp_path, resume=True))
 
 
 def test_recurrent_ppo_goes_on_from_a_teacher(tmp_path: Path) -> None:
@@ -171,7 +172,7 @@ def test_recurrent_ppo_goes_on_from_a_teacher(tmp_path: Path) -> None:
     )
     check_fit(recipe, make_envs(recipe, 0))
     notes: list[str] = []
-    found = train(job(tmp_path, recipe), lambda steps, note: notes.append(note))
+    found = learn(job(tmp_path, recipe), lambda steps, note: notes.append(note))
     assert found["status"] == "finished"
     assert sum("imitation, round" in note for note in notes) == 2
     rows = rows_of(tmp_path)
