@@ -84,7 +84,7 @@ def test_legal_actions_travel_with_discrete_ones(tmp_path: Path) -> None:
     assert shown.masks is not None
     write_sequences(tmp_path / "round.npz", shown)
     np.testing.assert_array_equal(read_sequences(tmp_path / "round.npz").masks, shown.masks)
-    model, _ = build(DISCRETE, tmp_path)
+    model, _ = build(DISCRETE)
     before = float(sequence_loss(model.policy, shown, np.arange(3), "squared").detach())
     loss = imitate_sequences(model.policy, shown, replace(DISCRETE, teacher_epochs=120), np.random.default_rng(0))
     assert loss < 0.5 * before
@@ -97,21 +97,21 @@ def test_a_team_is_as_many_episodes_as_agents() -> None:
 
 
 @pytest.mark.parametrize("loss", ["squared", "logistic"])
-def test_what_only_the_past_tells_is_learned(loss: str, tmp_path: Path) -> None:
+def test_what_only_the_past_tells_is_learned(loss: str) -> None:
     """The sign of the wave cannot be read from the observation here, only counted."""
     recipe = replace(TAUGHT, teacher_loss=loss, teachers={"pd": "square?frequency_hz=0.5"}, unseen=("time_left_s",))
     recipe = replace(recipe, teacher_epochs=150, memory_units=16, batch_size=60)
     shown = collect(recipe, range(4))
-    model, _ = build(recipe, tmp_path)
+    model, _ = build(recipe)
     imitate_sequences(model.policy, shown, recipe, np.random.default_rng(0))
     with torch.no_grad():
         played = outputs_of(model.policy, torch.as_tensor(shown.observations)).clamp(-1, 1).numpy()
     assert np.mean((np.sign(played) == np.sign(shown.actions))[shown.valid]) > 0.95
 
 
-def test_the_exported_network_remembers_like_the_model(tmp_path: Path) -> None:
+def test_the_exported_network_remembers_like_the_model() -> None:
     shown = collect(TAUGHT, range(4))
-    model, _ = build(TAUGHT, tmp_path)
+    model, _ = build(TAUGHT)
     imitate_sequences(model.policy, shown, TAUGHT, np.random.default_rng(0))
     network = network_of_model(model, TAUGHT.activation)
     hidden = cell = np.zeros((4, network.units), np.float32)
