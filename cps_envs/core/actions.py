@@ -11,6 +11,7 @@ from cps_envs.core.kernels import kernel
 from cps_envs.core.types import Array, FloatArray, IntArray
 
 INT64 = np.dtype(np.int64)
+SHOWN = 60  # characters of what is no action
 
 
 class ActionReader:
@@ -34,7 +35,7 @@ class ActionReader:
         Raises:
             ValueError: a wrong shape, something that is no (whole) number, NaN, infinity, or an index out of range.
         """
-        array = np.asarray(actions)
+        array = self._array(actions)
         if array.shape != (num_envs, *self._shape):
             expected = (num_envs, *self._shape)
             raise ValueError(f"actions of shape {expected} were expected for {self.space}, got shape {array.shape}")
@@ -48,10 +49,16 @@ class ActionReader:
         """
         if self._is_discrete and isinstance(action, (int, np.integer)) and int(action) in self._indices:
             return np.array([int(action)], np.int64)  # the common case, in a tenth of the time
-        array = np.asarray(action)
+        array = self._array(action)
         if array.shape != self._shape:
             raise ValueError(f"an action of shape {self._shape} was expected for {self.space}, got shape {array.shape}")
         return self._read(array[np.newaxis])
+
+    def _array(self, actions: Any) -> Array:
+        try:
+            return np.asarray(actions)
+        except ValueError:
+            raise ValueError(f"rows of one length were expected for {self.space}, got {str(actions)[:SHOWN]}") from None
 
     def _read(self, array: Array) -> Array:
         if array.dtype == INT64 and not self._is_box:  # the common case, in half the time

@@ -72,6 +72,8 @@ class Problem:
         Raises:
             ConfigurationError: an unknown preset or field, or a value that cannot be right.
         """
+        if not isinstance(preset, str):
+            raise ConfigurationError(f"preset = {preset!r} must be the name of a preset: {', '.join(self.presets)}.")
         if preset not in self.presets:
             raise ConfigurationError(f"{self.name} has no preset {preset!r}. {near(preset, self.presets)}")
         return configure(self.presets[preset], overrides)

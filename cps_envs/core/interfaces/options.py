@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.errors import ConfigurationError
 
@@ -16,3 +19,27 @@ def check_count(name: str, value: int) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
         raise ConfigurationError(f"{name} = {value!r} must be a whole number, at least 1")
     return int(value)
+
+
+def check_options(options: Any) -> None:
+    """What `reset` takes as options; unknown entries are allowed, as Gymnasium wants it.
+
+    Raises:
+        ValueError: they are no dictionary.
+    """
+    if options is not None and not isinstance(options, dict):
+        raise ValueError(f"options = {options!r} must be a dictionary, such as {{'reset_mask': mask}}")
+
+
+def check_autoreset_mode(mode: str | AutoresetMode) -> AutoresetMode:
+    """Gymnasium's mode of a name.
+
+    Raises:
+        ConfigurationError: there is none.
+    """
+    if isinstance(mode, AutoresetMode):
+        return mode
+    names = [each.value for each in AutoresetMode]
+    if mode not in names:
+        raise ConfigurationError(f"autoreset_mode = {mode!r} must be one of {', '.join(names)}")
+    return AutoresetMode(mode)

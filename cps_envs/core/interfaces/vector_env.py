@@ -15,7 +15,7 @@ from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_ends
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.masks import masks_of
-from cps_envs.core.interfaces.options import check_count
+from cps_envs.core.interfaces.options import check_autoreset_mode, check_count, check_options
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
@@ -52,7 +52,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         check_render_mode(render_mode)
         self.frame_skip = check_count("frame_skip", frame_skip)
         self.num_envs, self.render_mode = check_count("num_envs", num_envs), render_mode
-        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.autoreset_mode = check_autoreset_mode(autoreset_mode)
         self.metadata = {
             "render_modes": RENDER_MODES,
             "render_fps": FRAMES_PER_SECOND,
@@ -63,7 +63,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
         self._match = self.problem.match(self.config, num_envs, {rival: self.opponent})
         self.game = self._match.game
-        self.game.use_threads(num_threads)
+        self.game.use_threads(check_count("num_threads", num_threads))
         self.on_decision: OnDecision | None = None  # told the payoff of each decision that an action is held for
         self._interval = self.game.decision_interval[self.role]
         self._limit = self.game.horizon
@@ -174,8 +174,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
         everything = self._everyone
-        if options is not None and not isinstance(options, dict):
-            raise ValueError(f"options = {options!r} must be a dictionary, such as {{'reset_mask': mask}}")
+        check_options(options)
         mask = (options or {}).get("reset_mask")
         if mask is None:
             return everything
@@ -204,4 +203,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             raise ValueError(f"seed = {seed!r} must be a whole number, one for each environment, or None")
         if len(seed) != self.num_envs:
             raise ValueError(f"one seed per environment is needed: {self.num_envs} environments, {len(seed)} seeds")
+        for each in seed:
+            if each is not None and (isinstance(each, (bool, np.bool_)) or not isinstance(each, (int, np.integer))):
+                raise ValueError(f"seed = {seed!r}: {each!r} is no whole number, and not None")
         return [None if each is None else int(each) for each in seed]
