@@ -334,6 +334,7 @@ def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypat
     assert result.exit_code == 0, result.output
     assert "tiny attacker" in result.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        ".lock",
         "README-table.md",
         "cells",
         "results.json",
