@@ -58,6 +58,7 @@ class Cell:
         for values in result["metrics"].entries().values():
             values.numbers(self.episodes)
         result["simulations"].number(0)
+        result["cpu_s"].number(0)
 
 
 @dataclass(frozen=True)

@@ -56,11 +56,14 @@ def best_response(
     from agents.league.strategy import mix
     from agents.locking import alone_in
     from agents.machine import available_cores, describe
+    from cps_envs.core.errors import require
     from cps_envs.core.types import ROLES
 
     chosen = next((each for each in ROLES if each == role), None)
     if chosen is None:
         raise CommandError(f"{role!r} is no role: write attacker or defender")
+    for package in ("stable_baselines3", "sb3_contrib"):
+        require(package, extra="agents", purpose="training a best response")
     strategy = mix(against, _weights(weights))
     values = {"preset": preset, "overrides": dict(assignments(overrides or []))}
     given = {name: value for name, value in values.items() if value is not None}

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.errors import shown
 from cps_envs.core.kernels import kernel
 from cps_envs.core.types import Array, FloatArray, IntArray
 
 INT64 = np.dtype(np.int64)
+SHOWN = 60  # characters of what is no action
 
 
 class ActionReader:
@@ -57,7 +59,8 @@ class ActionReader:
         try:
             return np.asarray(actions)
         except (ValueError, TypeError, RecursionError) as error:
-            raise ValueError(f"numbers in the shape of {self.space} were expected, not {type(actions)}") from error
+            rows = f"rows of one length were expected for {self.space}, got {shown(actions, SHOWN)}"
+            raise ValueError(rows) from error
 
     def _read(self, array: Array) -> Array:
         if array.dtype == INT64 and not self._is_box:  # the common case, in half the time

@@ -11,9 +11,11 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 from urllib.parse import parse_qsl
 
+from gymnasium import spaces
+
 from cps_envs.core.documents import parse
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near
-from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.policy import Policy, RoleSpec, is_decentralised
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Role
 
@@ -25,6 +27,7 @@ BUILT_IN = {  # for every role of every problem
     "none": "cps_envs.core.policy:Idle",
 }
 NEED_OPTIONS = ("always", "mixture")  # of these; without options they are nothing
+SHOWN = 80  # characters of a policy that is described in an error
 PolicyReference: TypeAlias = str | Policy
 
 
@@ -61,15 +64,16 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
         UntrustedCodeError: `module:attribute` without the user's consent.
         MissingExtraError: the policy needs a package that is not installed.
         TypeError: what was found is no policy, or does not take the options.
-        ConfigurationError: the options are malformed, or the policy cannot be built with them.
+        ConfigurationError: the policy is of another role or problem, or a model with other spaces; or the options are
+            malformed, or it cannot be built with them.
     """
     if not isinstance(reference, str):
-        return _checked(reference, repr(reference), options)
+        return _checked(reference, repr(reference), spec, options)
     name, _, query = reference.partition("?")
     options = _options(query) | options
     target = _load(name, spec)
     if not isinstance(target, type) and hasattr(target, "predict"):
-        return _checked(target, reference, options)
+        return _checked(target, reference, spec, options)
     try:
         built = target(spec, **options)
     except TypeError as error:
@@ -80,7 +84,7 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
         if not options:
             raise
         raise ConfigurationError(f"the policy {reference!r} cannot be built with these options: {error}") from error
-    return _checked(built, reference)
+    return _checked(built, reference, spec)
 
 
 def _options(query: str) -> dict[str, Any]:
@@ -107,20 +111,31 @@ def _load(name: str, spec: RoleSpec) -> Any:
         return partial(_registered(SOURCES)[module].load(), attribute)
     if not colon:
         known = policy_names(spec.problem, spec.role)
-        raise UnknownNameError(f"{spec.problem} has no {spec.role} policy {name!r}. {_owner(name)}{near(name, known)}")
+        raise UnknownNameError(
+            f"{spec.problem} has no {spec.role} policy {name!r}. {_owner(name, spec)}{near(name, known)}"
+        )
     require_trust(name)
+    general = name in BUILT_IN.values()
+    owners = [full for full, entry in _registered().items() if entry.value == name and not general]
+    if owners and not any(full.startswith(f"{spec.problem}.{spec.role}.") for full in owners):
+        raise UnknownNameError(f"{name!r} is no {spec.role} policy of {spec.problem}. {_owner(owners[0])}".rstrip())
     try:
         return getattr(importlib.import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
         raise UnknownNameError(f"no policy can be imported from {name!r}: {error}") from error
 
 
-def _owner(name: str) -> str:
-    """Whose policy a registered name is, as a sentence; empty if it is nobody's."""
-    if name not in _registered():
+def _owner(name: str, spec: RoleSpec | None = None) -> str:
+    """Whose policy a registered name, or its end, is, as a sentence; empty if it is nobody's.
+
+    Of several with the same end, one of the same problem.
+    """
+    same = [full for full in _registered() if full == name or full.split(".", 2)[2] == name]
+    if not same:
         return ""
-    problem, role, short = name.split(".", 2)
-    return f"{short!r} is {'an' if role == 'attacker' else 'a'} {role} of {problem}. "
+    mine = [full for full in same if spec is not None and full.startswith(f"{spec.problem}.")]
+    problem, role, short = (mine or same)[0].split(".", 2)
+    return f"{short!r} is {_whose(problem, role)}. "
 
 
 def _value(text: str) -> Any:
@@ -132,11 +147,39 @@ def _value(text: str) -> Any:
         raise ValueError(f"an option of a policy makes no sense, {error}: {text[:20]}...") from error
 
 
-def _checked(policy: Any, name: str, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:
+def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] = MappingProxyType({})) -> Policy:
     if unused:
         raise TypeError(f"{name} is built already: it takes no options {', '.join(unused)}")
     if not isinstance(policy, Policy):
         raise TypeError(
             f"{name} is no policy: it has no method predict(observation, state, episode_start, deterministic)"
         )
+    own = getattr(policy, "spec", None)
+    if isinstance(own, RoleSpec) and (own.problem, own.role) != (spec.problem, spec.role):
+        raise ConfigurationError(
+            f"{_short(name)} is {_whose(own.problem, own.role)}, not {_whose(spec.problem, spec.role)}"
+        )
+    _check_spaces(policy, name, spec)
     return policy
+
+
+def _check_spaces(policy: Any, name: str, spec: RoleSpec) -> None:
+    """A model that tells its spaces, as those of stable-baselines3 do, must have those of the role."""
+    for kind in ("observation_space", "action_space"):
+        own = getattr(policy, kind, None)
+        if not isinstance(own, spaces.Space) or is_decentralised(policy):
+            continue
+        wanted = spec.action_space if kind == "action_space" else spec.fields.space()
+        if (type(own), own.shape) != (type(wanted), wanted.shape):
+            raise ConfigurationError(
+                f"{_short(name)} has the {kind} {own}, {_whose(spec.problem, spec.role)} here has {wanted}: it was "
+                "trained in another configuration, or for somebody else"
+            )
+
+
+def _whose(problem: str, role: str) -> str:
+    return f"{'an' if role == 'attacker' else 'a'} {role} of {problem}"
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= SHOWN else f"{name[:SHOWN]}..."

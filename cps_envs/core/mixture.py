@@ -28,9 +28,12 @@ class Mixture(AnalyticPolicy):
         self, spec: RoleSpec, policies: Sequence[PolicyReference] = (), weights: Sequence[float] | None = None
     ) -> None:
         super().__init__(spec)
-        if not policies:
+        if isinstance(policies, str) or not isinstance(policies, Sequence) or not policies:
             raise ConfigurationError('a mixture needs policies, such as mixture?policies=["none","random"]')
-        shares = np.ones(len(policies)) if weights is None else np.asarray(weights, np.float64)
+        try:
+            shares = np.ones(len(policies)) if weights is None else np.asarray(weights, np.float64)
+        except (TypeError, ValueError):
+            shares = np.empty(0)
         if shares.shape != (len(policies),) or not (shares >= 0).all() or not 0 < shares.sum() < np.inf:
             raise ConfigurationError(
                 f"weights = {weights} must be {len(policies)} numbers, none negative, some positive"

@@ -167,7 +167,7 @@ def test_the_command_writes_its_files(tmp_path: Path, monkeypatch: pytest.Monkey
     first = CliRunner().invoke(app, arguments)
     assert first.exit_code == 0, first.output
     assert "0.00 (0)" in first.stdout
-    names = {"benchmark.json", "benchmark.csv", "benchmark.md", "disbanding-tiny.png", "cells"}
+    names = {"benchmark.json", "benchmark.csv", "benchmark.md", "disbanding-tiny.png", "cells", ".lock"}
     assert {file.name for file in tmp_path.iterdir()} == names
     assert len(list((tmp_path / "cells").iterdir())) == 2
     second = CliRunner().invoke(app, [*arguments, "--json"])

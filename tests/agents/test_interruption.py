@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +30,18 @@ LONG = (*LEAGUE, "--defenders", "pd", "--defenders", "monitor", "--episodes", "5
 needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 
 
-def start(*arguments: str, ignoring: bool = False) -> subprocess.Popen[str]:
+@contextmanager
+def started(*arguments: str, ignoring: bool = False) -> Iterator[subprocess.Popen[str]]:
     """The command as a process of its own; `ignoring` Ctrl-C as a shell's background job does."""
     program = f"import signal; signal.signal(signal.SIGINT, signal.SIG_IGN); {WHOLE}" if ignoring else WHOLE
     command = [sys.executable, "-c", program, *arguments]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    try:
+        yield process
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def wait_for(there: Any, process: subprocess.Popen[str]) -> None:
@@ -66,15 +75,15 @@ def stopped(process: subprocess.Popen[str], code: int, advice: str) -> None:
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_a_league_that_is_terminated_keeps_its_pairs(tmp_path: Path, jobs: str) -> None:
     pytest.importorskip("scipy")
-    process = start(*LONG, "--jobs", jobs, "--out", str(tmp_path), ignoring=True)
     cells = tmp_path / "cells"
-    wait_for(lambda: list(cells.glob("*.json")), process)
-    process.send_signal(signal.SIGINT)  # ignored
-    second = CliRunner().invoke(app, [*LONG, "--out", str(tmp_path)])
-    assert second.exit_code == 2, second.output
-    assert "another command is writing" in second.stderr
-    os.killpg(process.pid, signal.SIGTERM) if jobs == "2" else process.terminate()
-    stopped(process, 143, AGAIN)
+    with started(*LONG, "--jobs", jobs, "--out", str(tmp_path), ignoring=True) as process:
+        wait_for(lambda: list(cells.glob("*.json")), process)
+        process.send_signal(signal.SIGINT)  # ignored
+        second = CliRunner().invoke(app, [*LONG, "--out", str(tmp_path)])
+        assert second.exit_code == 2, second.output
+        assert "another command is writing" in second.stderr
+        os.killpg(process.pid, signal.SIGTERM) if jobs == "2" else process.terminate()
+        stopped(process, 143, AGAIN)
     assert list(cells.glob("*.json"))
     assert not (tmp_path / "rogue.json").exists()
     assert not list(tmp_path.rglob(".drafts"))
@@ -88,14 +97,15 @@ def test_no_run_says_that_it_is_running_after_a_signal(tmp_path: Path, command: 
     pytest.importorskip("sb3_contrib")
     seeds = ("--seeds", "3", "--jobs", "2", "--steps", "10000000", "--out", str(tmp_path))
     arguments = TRAIN if command == "train" else (*COMMANDS[command][:-4], "--episodes", "2")
-    process = start(*arguments, *seeds)
 
     def records() -> list[dict[str, Any]]:
-        return [json.loads(path.read_text()) for path in tmp_path.rglob("run.json")]
+        folders = [Path(folder) for folder, _, names in os.walk(tmp_path) if "run.json" in names]
+        return [json.loads((folder / "run.json").read_text()) for folder in folders]
 
-    wait_for(lambda: len([each for each in records() if each.get("steps")]) > 1, process)
-    os.killpg(process.pid, number)
-    stopped(process, 128 + number, RESUMED)
+    with started(*arguments, *seeds) as process:
+        wait_for(lambda: len([each for each in records() if each.get("steps")]) > 1, process)
+        os.killpg(process.pid, number)
+        stopped(process, 128 + number, RESUMED)
     assert [each["status"] for each in records()] == ["interrupted"] * 2
     assert len(list(tmp_path.rglob("policy.json"))) == 2
 

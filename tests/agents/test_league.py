@@ -190,7 +190,7 @@ def test_the_command_writes_its_files(tmp_path: Path) -> None:
     first = CliRunner().invoke(app, ["league", "rogue", *names, *short])
     assert first.exit_code == 0, first.output
     assert "Value of the game" in first.stdout
-    assert {file.name for file in tmp_path.iterdir()} == {"rogue.json", "rogue.csv", "rogue.png", "cells"}
+    assert {file.name for file in tmp_path.iterdir()} == {"rogue.json", "rogue.csv", "rogue.png", "cells", ".lock"}
     rows = list(csv.DictReader((tmp_path / "rogue.csv").read_text().splitlines()))
     assert [(row["attacker"], row["defender"]) for row in rows][:2] == [("square", "pd"), ("square", "sliding")]
     second = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--json"])

@@ -78,3 +78,11 @@ def test_the_callers_array_stays_as_it_is() -> None:
     locked = np.zeros((1, 2))
     locked.flags.writeable = False
     ActionReader(BOX).batch(locked, 1)
+
+
+@pytest.mark.parametrize("ragged", [[[1, 2], [3]], [1, [2]]], ids=str)
+def test_rows_of_different_lengths_are_refused_in_a_sentence(ragged: Any) -> None:
+    reader = ActionReader(spaces.MultiDiscrete([3, 3]))
+    for read in (reader.single, lambda actions: reader.batch(actions, 2)):
+        with pytest.raises(ValueError, match="rows of one length were expected for MultiDiscrete"):
+            read(ragged)

@@ -54,6 +54,47 @@ def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
         ToyAttackEnv(opponent="nobody")
 
 
+@pytest.mark.parametrize(
+    "kwargs",
+    [
+        {"preset": [1]},
+        {"preset": None},
+        {"preset": 3},
+        {"num_threads": None},
+        {"num_threads": 1.5},
+        {"num_threads": True},
+    ]
+    + [{"autoreset_mode": mode} for mode in (None, [1], 7)],
+    ids=str,
+)
+def test_arguments_of_another_type_are_named(kwargs: dict[str, Any]) -> None:
+    (name,) = kwargs
+    with pytest.raises(ConfigurationError, match=f"has no {name} |{name} = .* must be "):
+        ToyAttackVectorEnv(2, **kwargs)
+
+
+@pytest.mark.parametrize("seeds", [[1.5, 2], [True, 2], ["1", "2"], np.array([1.5, 2.0])], ids=str)
+def test_seeds_that_are_no_whole_numbers_are_refused(seeds: Any) -> None:
+    with pytest.raises(ValueError, match="is no whole number"):
+        ToyAttackVectorEnv(2).reset(seed=seeds)
+    assert ToyAttackVectorEnv(2).reset(seed=np.array([1, 2]))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("options", [[1], "mask", 3], ids=str)
+def test_options_of_every_interface_are_dictionaries(options: Any) -> None:
+    for env in (ToyAttackEnv(), ToyAttackVectorEnv(2), RolesParallelEnv(TOY), SwarmEnv(TOY, "defender")):
+        with pytest.raises(ValueError, match="must be a dictionary, such as"):
+            env.reset(options=options)
+
+
+@pytest.mark.parametrize("actions", [None, 3, "attacker_0", ["attacker_0", "defender_0"]], ids=str)
+def test_actions_of_agents_are_a_dictionary(actions: Any) -> None:
+    env = RolesParallelEnv(TOY)
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match="must be a dictionary with an action for each agent"):
+        env.step(actions)
+
+
 @pytest.mark.parametrize("steps", [0, -1e15, float("nan"), float("inf"), 5e-324, True, 1.7, "3"])
 def test_a_limit_of_steps_is_a_whole_number(steps: Any) -> None:
     with pytest.raises(ConfigurationError, match=r"max_episode_steps = .* must be a whole number, at least 1"):
@@ -183,7 +224,7 @@ def test_actions_that_are_no_numbers_are_refused() -> None:
     env, both = ToyAttackVectorEnv(2), RolesParallelEnv(TOY)
     env.reset(seed=0)
     both.reset(seed=0)
-    with pytest.raises(ValueError, match="numbers in the shape"):
+    with pytest.raises(ValueError, match="rows of one length were expected"):
         env.step([[0.0], [0.0, 1.0]])
     with pytest.raises(ValueError, match="dictionary"):
         both.step(None)  # type: ignore[arg-type]

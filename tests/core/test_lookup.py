@@ -1,9 +1,11 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.metadata import EntryPoint
 from typing import Any
 
 import pytest
+from gymnasium import spaces
 
 from cps_envs.core import lookup
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError
@@ -74,6 +76,46 @@ def test_a_policy_of_the_other_role_is_refused_by_name(spec: RoleSpec) -> None:
         UnknownNameError, match=r"no defender policy 'toy.attacker.chase'. 'chase' is an attacker of toy"
     ):
         resolve_policy("toy.attacker.chase", spec)
+
+
+@pytest.mark.parametrize(
+    ("reference", "message"),
+    [
+        ("lurk", "toy has no defender policy 'lurk'. 'lurk' is an attacker of toy."),
+        ("toy.attacker.lurk", "'lurk' is an attacker of toy."),
+        ("dig", "'dig' is a defender of mine."),
+        ("tests.core.toy_policies:Approach", "is no defender policy of toy. 'lurk' is an attacker of toy."),
+        ('mixture?policies=["chase","lurk"]', "'lurk' is an attacker of toy."),
+    ],
+)
+def test_whose_policy_it_is_is_told(
+    reference: str, message: str, spec: RoleSpec, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(ENTRIES, "toy.attacker.lurk", "tests.core.toy_policies:Approach")
+    monkeypatch.setitem(ENTRIES, "mine.defender.dig", "tests.core.toy_policies:Wander")
+    found = {name: EntryPoint(name, value, lookup.GROUP) for name, value in ENTRIES.items()}
+    monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: found if group == lookup.GROUP else {})
+    with pytest.raises(UnknownNameError) as refused:
+        resolve_policy(reference, spec)
+    assert message in str(refused.value)
+
+
+def test_an_object_made_for_somebody_else_is_refused(spec: RoleSpec) -> None:
+    game = ToyGame(ToyConfig(), 1)
+    with pytest.raises(ConfigurationError, match="is an attacker of toy, not a defender of toy"):
+        resolve_policy(Guess(game.spec("attacker")), spec)
+    with pytest.raises(ConfigurationError, match="is a defender of hvac, not a defender of toy"):
+        resolve_policy(Guess(replace(spec, problem="hvac")), spec)
+
+
+@pytest.mark.parametrize("kind", ["observation_space", "action_space"])
+def test_a_model_with_other_spaces_is_refused(kind: str, spec: RoleSpec) -> None:
+    model: Any = Guess(spec)
+    model.observation_space, model.action_space = spec.fields.space(), spec.action_space
+    assert resolve_policy(model, spec) is model
+    setattr(model, kind, spaces.Box(-1, 1, (99,)))
+    with pytest.raises(ConfigurationError, match=rf"has the {kind} Box.*99.*trained in another configuration"):
+        resolve_policy(model, spec)
 
 
 def test_options_that_are_nested_too_deeply_are_refused(spec: RoleSpec) -> None:

@@ -52,7 +52,15 @@ def test_by_name():
     assert play(f"cps_envs.core.mixture:Mixture?{options}", 2, 0, 5).shape[1] == 2
 
 
-@pytest.mark.parametrize("weights", [[1], [1, -1, 1], [0, 0, 0], [np.nan, 1, 1], [np.inf, 1, 1]])
+@pytest.mark.parametrize("policies", ["none", 3, [], {}])
+def test_policies_that_are_no_list_are_refused(policies):
+    with pytest.raises(ConfigurationError, match="a mixture needs policies, such as"):
+        mixture(policies=policies)
+
+
+@pytest.mark.parametrize(
+    "weights", [["a"] * 3, [[1], [1, 2], 3], 3, [1], [1, -1, 1], [0, 0, 0], [np.nan, 1, 1], [np.inf, 1, 1]]
+)
 def test_weights_that_do_not_fit_are_refused(weights):
     with pytest.raises(ConfigurationError, match="weights"):
         mixture(weights=weights)

@@ -11,6 +11,9 @@ from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
+from cps_envs.core.actions import SHOWN
+from cps_envs.core.errors import shown
+from cps_envs.core.interfaces.options import check_options
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
@@ -54,6 +57,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         """Start an episode; without a seed the generator goes on."""
         if seed is not None or self._generator is None:
             self._generator = seeding.np_random(seed)[0]
+        check_options(options)
         self._match.reset(self._envs, [self._generator])
         self.agents = self.possible_agents[:]
         if self.render_mode == "human":
@@ -92,7 +96,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
 
     def _check_agents(self, actions: dict[str, Any]) -> None:
         if not isinstance(actions, Mapping):
-            raise ValueError(f"a dictionary with an action for each agent was expected, not {type(actions)}")
+            raise ValueError(f"actions = {shown(actions, SHOWN)} must be a dictionary with an action for each agent")
         missing = [agent for agent in self.possible_agents if agent not in actions]
         if missing:
             some = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")

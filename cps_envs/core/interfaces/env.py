@@ -14,7 +14,7 @@ from gymnasium.error import ResetNeeded
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.interfaces.info import episode_info
 from cps_envs.core.interfaces.masks import masks_of
-from cps_envs.core.interfaces.options import check_count
+from cps_envs.core.interfaces.options import check_count, check_options
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
@@ -65,6 +65,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
         """Start an episode; without a seed the environment's generator goes on."""
+        check_options(options)
         super().reset(seed=seed)
         self._match.reset(self._envs, [self.np_random])
         self._running = True

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from gymnasium.vector import AutoresetMode
 
@@ -19,6 +21,16 @@ def check_count(name: str, value: int) -> int:
     return int(value)
 
 
+def check_options(options: Any) -> None:
+    """What `reset` takes as options; unknown entries are allowed, as Gymnasium wants it.
+
+    Raises:
+        ValueError: they are no dictionary.
+    """
+    if options is not None and not isinstance(options, dict):
+        raise ValueError(f"options = {shown(options)} must be a dictionary, such as {{'reset_mask': mask}}")
+
+
 def check_autoreset(mode: str | AutoresetMode) -> AutoresetMode:
     """When an ended environment starts again.
 
@@ -28,5 +40,5 @@ def check_autoreset(mode: str | AutoresetMode) -> AutoresetMode:
     try:
         return AutoresetMode(mode)
     except (ValueError, TypeError, RecursionError) as error:
-        known = ", ".join(repr(each.value) for each in AutoresetMode)
-        raise ConfigurationError(f"autoreset_mode = {shown(mode)} is not one of {known}") from error
+        known = ", ".join(each.value for each in AutoresetMode)
+        raise ConfigurationError(f"autoreset_mode = {shown(mode)} must be one of {known}") from error

@@ -16,7 +16,7 @@ from cps_envs.core.clock import mark_ends
 from cps_envs.core.errors import shown
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.masks import masks_of
-from cps_envs.core.interfaces.options import check_autoreset, check_count
+from cps_envs.core.interfaces.options import check_autoreset, check_count, check_options
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
@@ -175,8 +175,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def _reset_mask(self, options: dict[str, Any] | None) -> BoolArray:
         everything = self._everyone
-        if options is not None and not isinstance(options, dict):
-            raise ValueError(f"options = {shown(options)} must be a dictionary, such as {{'reset_mask': mask}}")
+        check_options(options)
         mask = (options or {}).get("reset_mask")
         if mask is None:
             return everything
@@ -206,6 +205,6 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         if len(seed) != self.num_envs:
             raise ValueError(f"one seed per environment is needed: {self.num_envs} environments, {len(seed)} seeds")
         for each in seed:
-            if each is not None and (isinstance(each, bool) or not isinstance(each, (int, np.integer))):
-                raise ValueError(f"seed {shown(each)} must be a whole number or None")
+            if each is not None and (isinstance(each, (bool, np.bool_)) or not isinstance(each, (int, np.integer))):
+                raise ValueError(f"seed = {shown(seed)}: {shown(each)} is no whole number, and not None")
         return [None if each is None else int(each) for each in seed]
