@@ -65,11 +65,13 @@ def _simulate(effort: Effort, workers: int) -> tuple[list[Coverage], dict[str, A
     from agents.coverage.simulation import CHUNK, simulate
     from agents.machine import commit, describe
     from agents.progress import Progress
+    from agents.zoo.merging import without_places
     from cps_envs.core.errors import require
 
     require("scipy", extra="baselines", purpose="coverage")
-    cases = all_cases()
+    cases, made = all_cases(), {**describe(), "commit": commit(), "date": f"{datetime.date.today()}"}
+    made["command"] = without_places(made["command"])
     with Progress("coverage", len(cases) * -(-effort.repetitions // CHUNK)) as progress:
         found = simulate(cases, effort, workers, progress.update)
     cpu_s = round(sum(each.cpu_s for each in found), 1)
-    return found, {**describe(), "commit": commit(), "date": f"{datetime.date.today()}", "cpu_s": cpu_s}
+    return found, {**made, "cpu_s": cpu_s}

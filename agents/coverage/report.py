@@ -25,6 +25,9 @@ had to be. [evaluation.md](evaluation.md) and [league.md](league.md) say how the
 
 *Too high / too low* are the shares of intervals that lie wholly above or below the truth. *Bias* is the mean of the
 estimates minus the truth, *length* the mean length of the intervals, both in units of the noise of one episode.
+
+Intervals are a little too short with two or three training seeds, and with few episodes of skewed data. They fail where
+few episodes may not contain what matters, such as a crash in one of twenty: play 50 episodes or more.
 """
 
 

@@ -88,7 +88,7 @@ def judged_against(block: Block) -> Iterator[str]:
                 groups.setdefault(named, []).append(row["title"])
         for named, rows in groups.items():
             where = f" ({'; '.join(rows)})" if len(groups) > 1 else ""
-            yield f"Verdicts on {each['title']}{where} are against: {', '.join(named)}."
+            yield f"Verdicts on {each['title']}{where} are against: {'; '.join(named)}."
 
 
 def marked(baseline: Mapping[str, Any]) -> str:

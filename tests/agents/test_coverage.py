@@ -16,6 +16,7 @@ from agents.coverage.cases import all_cases
 from agents.coverage.simulation import Effort, simulate
 from agents.evaluation.statistics import Estimate
 
+ROOT = Path(__file__).parents[2]
 REPETITIONS = 200
 SLICE = {  # title: the least and the greatest share of the intervals
     "trained 5 seeds v trained 5, 50 episodes, seeds differ much": (0.92, 0.99),  # .87 without the baseline's seeds
@@ -50,9 +51,11 @@ def test_intervals_are_counted_by_side() -> None:
     assert simulate([Case("group", "title", known)], Effort(250, 1))[0].held == found.held
 
 
-def test_every_case_has_its_own_name() -> None:
+def test_every_case_has_its_own_name_and_is_published() -> None:
     titles = [case.title for case in all_cases()]
     assert len(set(titles)) == len(titles)
+    page = (ROOT / "docs" / "coverage.md").read_text(encoding="utf-8")
+    assert all(f"| {title} |" in page for title in titles), "run `cps-envs coverage --publish`"
 
 
 def test_the_command_writes_and_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

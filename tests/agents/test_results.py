@@ -128,8 +128,8 @@ def test_a_bar_above_every_baseline_takes_all_that_the_table_shows() -> None:
     judgements = judge(block, 0, found(scores, block))
     assert [(each.against, each.verdict) for each in judgements] == [("none", REACHED), ("square", NOT_REACHED)]
     made = document([block], found(scores, block), MACHINE, False)["problems"]["rogue"]["blocks"][0]
-    assert list(judged_against(made)) == ["Verdicts on learned are against: none, square."]
-    assert "Verdicts on learned are against: none, square." in results_markdown(
+    assert list(judged_against(made)) == ["Verdicts on learned are against: none; square."]
+    assert "Verdicts on learned are against: none; square." in results_markdown(
         document([block], found(scores, block), MACHINE, False)
     )
 
