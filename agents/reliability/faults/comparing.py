@@ -11,7 +11,7 @@ from typing import Any
 from safetensors import SafetensorError
 from safetensors.numpy import load_file
 
-TIMES = re.compile(r".*(cpu_s|seconds|_per_s|wall|started|ended|resum|reused|command|date|time).*")
+TIMES = re.compile(r".*(cpu_s|seconds|_per_s|wall|started|ended|resum|reused|command|date|time|digest).*")
 PLACES = ("cells", "matches")  # folders of finished work, one file each
 UNREADABLE = (OSError, ValueError, SafetensorError, zipfile.BadZipFile)
 
