@@ -169,6 +169,11 @@ def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
         (tmp_path / name / "x.json").write_text(text, encoding="utf-8")
     assert damaged(tmp_path) == ["three/x.json"]
     assert not differing(tmp_path / "one", tmp_path / "two", names_only=False)
+    for name, seconds in (("one", 1), ("two", 2)):
+        (tmp_path / name / "x.csv").write_text(f"value,cpu_s\n7,{seconds}\n", encoding="utf-8")
+    assert not differing(tmp_path / "one", tmp_path / "two", names_only=False)
+    (tmp_path / "two" / "x.csv").write_text("value,cpu_s\n8,1\n", encoding="utf-8")
+    assert differing(tmp_path / "one", tmp_path / "two", names_only=False) == ["x.csv"]
     (tmp_path / "two" / "y.txt").touch()
     assert differing(tmp_path / "one", tmp_path / "two", names_only=True) == ["y.txt"]
 
