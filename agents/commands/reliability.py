@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from agents.reliability.suite import Findings
 
 BROKEN = 1
-WIDTH = 160  # of tables in a file
 NAMES = "fuzz, faults, load, determinism, mutation or bounds; all if left out."
 
 
@@ -52,10 +51,9 @@ def reliability(
         print_json(written)
     else:
         for each in found:
-            console = out()
-            console.print(_table(each), width=console.width if console.is_terminal else WIDTH)
+            out().print(_table(each))
             for line in each.examples:
-                console.print(line, soft_wrap=True, markup=False)
+                out().print(line, soft_wrap=True, markup=False)
     if publish:
         files = put(written, Path())
         err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
