@@ -33,7 +33,7 @@ TARGETS = (
     Target("cps_envs/core/fields.py", _core("fields")),
     Target("agents/zoo/network.py", ("tests/agents/test_zoo_network.py", "tests/agents/test_zoo_damage.py"), 40),
     Target("cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_reference.py",)),
-    Target("cps_envs/disbanding/payoff.py", ("tests/disbanding/test_reference.py",)),
+    Target("cps_envs/disbanding/payoff.py", ("tests/disbanding/test_game.py",)),
     Target("cps_envs/fdi/dynamics.py", ("tests/fdi/test_game.py", "tests/fdi/test_model.py", "tests/fdi/test_duel.py")),
     Target("cps_envs/fdi/payoff.py", ("tests/fdi/test_game.py", "tests/fdi/test_duel.py")),
     Target("cps_envs/hvac/dynamics.py", ("tests/hvac/test_building.py", "tests/hvac/test_reference.py")),
