@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 from urllib.parse import parse_qsl
 
-from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near, shown
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Role
@@ -63,7 +63,7 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
         ConfigurationError: the options are malformed, or the policy cannot be built with them.
     """
     if not isinstance(reference, str):
-        return _checked(reference, repr(reference), options)
+        return _checked(reference, shown(reference), options)
     name, _, query = reference.partition("?")
     options = _options(query) | options
     target = _load(name, spec)
