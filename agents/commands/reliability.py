@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from agents.reliability.suite import Findings
 
 BROKEN = 1
+WIDTH = 160  # of tables in a file
 NAMES = "fuzz, faults, load, determinism, mutation or bounds; all if left out."
 
 
@@ -51,9 +52,10 @@ def reliability(
         print_json(written)
     else:
         for each in found:
-            out().print(_table(each))
+            console = out()
+            console.print(_table(each), width=console.width if console.is_terminal else WIDTH)
             for line in each.examples:
-                out().print(line, soft_wrap=True, markup=False)
+                console.print(line, soft_wrap=True, markup=False)
     if publish:
         files = put(written, Path())
         err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)

@@ -23,7 +23,7 @@ from agents.reliability.journal import Journal, read_journal
 DEATHS = 3  # of processes of one chunk, after which the rest of it is given up
 LOOK_EVERY_S = 0.2
 FAILED = "failed"
-QUIET = {"CPS_ENVS_QUIET": "1", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"}
+QUIET = {"CPS_ENVS_QUIET": "1", "CPS_ENVS_TRUST": "0", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"}
 
 
 def run_chunk(chunk: Chunk) -> Result:

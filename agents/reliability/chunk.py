@@ -22,6 +22,7 @@ PARTS: Mapping[str, str] = {  # where each part's PART lies
     "bounds": "agents.reliability.bounds",
 }
 CODE = ("cps_envs", "baselines", "agents")
+HERE = "agents/reliability"
 READ = (".py", ".json", ".csv")
 
 Result = dict[str, Any]  # counts: a number for each column; examples: a text for each forbidden one; lines: remarks
@@ -60,8 +61,8 @@ class Part:
 
 
 def find_part(name: str) -> Part:
-    """A part by its name."""
-    part: Part = import_module(PARTS[name]).PART
+    """A part by its name, or by the module that it is in."""
+    part: Part = import_module(PARTS.get(name, name)).PART
     return part
 
 
@@ -75,9 +76,10 @@ def stamp(chunk: Chunk) -> str:
 
 @lru_cache
 def _digest(place: str) -> bytes:
-    """A hash of a file, or of the code and data below a folder."""
+    """A hash of a file, or of the code and data below a folder; a part names what it needs of `HERE` by itself."""
     path, digest = ROOT / place, hashlib.sha256(place.encode())
     files = [path] if path.is_file() else sorted(file for file in path.rglob("*") if file.suffix in READ)
-    for file in files:
+    own = [file for file in files if place.startswith(HERE) or not file.is_relative_to(ROOT / HERE)]
+    for file in own:
         digest.update(file.relative_to(ROOT).as_posix().encode() + file.read_bytes())
     return digest.digest()

@@ -14,7 +14,7 @@ from agents.reliability.chunk import PARTS
 from agents.reliability.suite import Findings
 
 Document = dict[str, Any]
-MACHINE = ("cpu", "cores", "system", "python")
+MACHINE = ("cpu", "cores", "python")
 HEAD = """# Reliability
 
 This page says how hard we tried to break the package, and what came out. The command below runs every trial again.
@@ -26,6 +26,8 @@ This page says how hard we tried to break the package, and what came out. The co
 It keeps each finished piece in `results/reliability/`. So you can stop it and go on at any time. It ends with exit code
 1 if anything happened that must not happen. Each section names the columns that have to stay zero. A piece counts for
 the code that it ran with: after a change of that code the command does it again.
+
+Each section says what all its pieces try. The line at its end says how many of them have run.
 """
 
 
@@ -102,5 +104,5 @@ def _origin(part: dict[str, Any]) -> str:
     machine = part["machine"]
     return (
         f"{part['done']} of {part['chunks']} pieces, {part['cpu_s']:,} CPU seconds, {when}, commit {commits}, on "
-        f"{machine['cores']} cores of {machine['cpu']}, {machine['system']}, Python {machine['python']}."
+        f"{machine['cores']} cores of {machine['cpu']}, Python {machine['python']}."
     )

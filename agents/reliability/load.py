@@ -32,7 +32,10 @@ IDS = tuple(problem.env_id(role) for problem in PROBLEMS.values() for role in RO
 
 def chunks() -> list[Chunk]:
     """For each environment: steps of a batch, steps of a single one, and other processes, threads and copies."""
-    found = [Chunk("load", f"{env_id}, {form}", i) for form, n in FORMS.items() for env_id in IDS for i in range(n)]
+    code = ("cps_envs", "baselines", "agents/reliability/load.py")
+    found = [
+        Chunk("load", f"{env_id}, {form}", i, code) for form, n in FORMS.items() for env_id in IDS for i in range(n)
+    ]
     return sorted(found, key=lambda chunk: chunk.number)
 
 

@@ -14,7 +14,7 @@ from urllib.parse import parse_qsl
 from gymnasium import spaces
 
 from cps_envs.core.documents import parse
-from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near, shown
 from cps_envs.core.policy import Policy, RoleSpec, is_decentralised
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Role
@@ -68,7 +68,7 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
             malformed, or it cannot be built with them.
     """
     if not isinstance(reference, str):
-        return _checked(reference, repr(reference), spec, options)
+        return _checked(reference, shown(reference), spec, options)
     name, _, query = reference.partition("?")
     options = _options(query) | options
     target = _load(name, spec)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cps_envs.core.mixture import Mixture
 from cps_envs.core.policy import AnalyticPolicy, State, ask, takes_masks
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
@@ -114,3 +115,14 @@ def test_masks_go_to_those_who_ask_for_them() -> None:
     assert plain.last.masks is None
     assert ask(Learned(), seen, None) == ([True], None)
     assert ask(MaskedLearned(), seen, None)[0] is seen.masks
+
+
+def test_a_mixture_takes_policies_that_only_predict() -> None:
+    class Still:
+        def predict(self, observation: Any, state: Any, episode_start: Any, deterministic: bool = False) -> Any:
+            return np.zeros((len(observation), *SPEC.neutral_action.shape), np.float32), None
+
+    mixture = Mixture(SPEC, (Still(), "cps_envs.core.policy:Idle"), [1, 0])
+    state = mixture.begin([np.random.default_rng(b) for b in range(2)], [{}, {}])
+    actions, _ = mixture.predict(np.zeros((2, SPEC.fields.size), np.float32), state, np.ones(2, np.bool_), True)
+    assert not actions.any()

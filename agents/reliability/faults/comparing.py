@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import zipfile
@@ -11,7 +12,7 @@ from typing import Any
 from safetensors import SafetensorError
 from safetensors.numpy import load_file
 
-TIMES = re.compile(r".*(cpu_s|seconds|_per_s|wall|started|ended|resum|reused|command|date|time).*")
+TIMES = re.compile(r".*(cpu_s|seconds|_per_s|wall|started|ended|resum|reused|command|date|time|digest).*")
 PLACES = ("cells", "matches")  # folders of finished work, one file each
 UNREADABLE = (OSError, ValueError, SafetensorError, zipfile.BadZipFile)
 
@@ -78,7 +79,14 @@ def _same(one: Path, other: Path) -> bool:
     if one.suffix == ".json":
         left, right = (json.loads(path.read_text(encoding="utf-8")) for path in (one, other))
         return bool(_timeless(left) == _timeless(right))
+    if one.suffix == ".csv":
+        return _rows(one) == _rows(other)
     return one.suffix in (".md", ".png", ".svg") or one.read_bytes() == other.read_bytes()  # pages tell the time
+
+
+def _rows(path: Path) -> list[Any]:
+    with path.open(newline="", encoding="utf-8") as file:
+        return [_timeless(row) for row in csv.DictReader(file)]
 
 
 def _timeless(value: Any) -> Any:

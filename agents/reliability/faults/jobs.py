@@ -72,14 +72,24 @@ def warm_up(job: Job) -> None:
         importlib.import_module(name)
 
 
-def start(job: Job, folder: Path, words: Path, before: Callable[[], None] = lambda: None) -> int:
-    """Start the command in a fork, which calls `before` first; returns the number of the process."""
+@dataclass(frozen=True)
+class Started:
+    """A process, and the pipe that its stderr goes to; a file would be limited as its other files are."""
+
+    process: int
+    words: int
+
+
+def start(job: Job, folder: Path, before: Callable[[], None] = lambda: None) -> Started:
+    """Start the command in a fork, which calls `before` first."""
+    reading, writing = os.pipe()
     child = os.fork()
     if child:
-        return child
+        os.close(writing)
+        return Started(child, reading)
     code = 99
     try:
-        os.dup2(os.open(words, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
+        os.dup2(writing, 2)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         before()
         code = _command(job, folder)
@@ -103,16 +113,17 @@ def _command(job: Job, folder: Path) -> int:
     return 0
 
 
-def wait(child: int, words: Path) -> Ended:
+def wait(started: Started) -> Ended:
     """How a started command ended."""
-    _, status, _ = os.wait4(child, 0)
-    return Ended(os.waitstatus_to_exitcode(status), words.read_text(encoding="utf-8", errors="replace"))
+    with os.fdopen(started.words, encoding="utf-8", errors="replace") as words:
+        said = words.read()
+    _, status, _ = os.wait4(started.process, 0)
+    return Ended(os.waitstatus_to_exitcode(status), said)
 
 
 def run(job: Job, folder: Path, before: Callable[[], None] = lambda: None) -> Ended:
     """Start the command and wait for its end."""
-    words = folder.parent / "words"
-    return wait(start(job, folder, words, before), words)
+    return wait(start(job, folder, before))
 
 
 def with_small_disk(size: int) -> Callable[[], None]:

@@ -6,20 +6,21 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-from agents.reliability.chunk import Chunk, Part, Result
+from agents.reliability.chunk import CODE, Chunk, Part, Result
 from agents.reliability.faults.comparing import damaged, differing, finished, lost
 from agents.reliability.faults.jobs import JOBS, Ended, Job, run, start, wait, warm_up, with_small_disk
 from agents.reliability.faults.killing import MOMENTS, counting, killing
 from agents.reliability.journal import Journal
 
 MOST_KILLS = {False: 60, True: 18}  # of a command that does not learn, and of one that does
-SMALL_DISKS = (0, 700, 3000)  # bytes that a file may have
+SMALL_DISKS = (0, 500, 2000)  # bytes that a file may have
 WRONG_INPUT = 2  # the exit code of an error that is explained
 
 
 def chunks() -> list[Chunk]:
     """One for each command."""
-    return [Chunk("faults", job.name, limit_s=3600, silence_s=900) for job in JOBS]
+    sources = (*CODE, "agents/reliability/faults")
+    return [Chunk("faults", job.name, 0, sources, limit_s=3600, silence_s=900) for job in JOBS]
 
 
 class Trials:
@@ -30,6 +31,7 @@ class Trials:
         self._folder, self._whole = home / "out", home / "whole"
         self.counts = dict.fromkeys(PART.columns, 0)
         self.examples: dict[str, str] = {}
+        self._number = 0
         self.writes = self._uninterrupted(home / "writes")
 
     def _uninterrupted(self, counter: Path) -> int:
@@ -61,9 +63,8 @@ class Trials:
 
     def two_writers(self) -> None:
         """The same command twice at once: both end well, or one is told that the other is at work."""
-        words = [self._folder.parent / f"words-{i}" for i in range(2)]
-        children = [start(self._job, self._folder, each) for each in words]
-        ended = [wait(child, each) for child, each in zip(children, words, strict=True)]
+        children = [start(self._job, self._folder) for _ in range(2)]
+        ended = [wait(child) for child in children]
         self.counts["pairs"] += 1
         for each in ended:
             if each.code:
@@ -74,7 +75,8 @@ class Trials:
 
     def _go(self, what: str, kind: str, fault: Callable[[], None], judge: Callable[[str, Ended], None]) -> None:
         """Run with a fault, judge how it ended, and go on without."""
-        if self._journal.begin(sum(self.counts.values()), what):
+        self._number += 1
+        if self._journal.begin(self._number, what):
             ended = run(self._job, self._folder, fault)
             self.counts[kind] += 1
             judge(what, ended)

@@ -21,7 +21,7 @@ from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.lookup import GROUP, policy_names
 from cps_envs.core.types import ROLES
 
-CONFIGURATIONS, OPPONENTS = 800, 600  # inputs of a chunk
+CONFIGURATIONS, OPPONENTS = 800, 300  # inputs of a chunk
 STEPS = 3
 QUICKER: dict[str, dict[str, Any]] = {"hvac": {"prediction_steps": 10}}  # its gains take a second at 80 steps
 STRANGE = (

@@ -23,7 +23,7 @@ MAY_BE_RAISED = (ValueError, TypeError, OSError)  # on purpose, by a `raise` of 
 PLACES = tuple(str(ROOT / name) for name in CODE) + tuple(
     str(Path(module.__file__ or "").parent) for module in (gymnasium, pettingzoo)
 )
-ENOUGH_S = 5.0  # CPU seconds that a trial may take, if it is one that may go on for long
+ENOUGH_S = 2.0  # CPU seconds that a trial may take, if it is one that may go on for long
 SHOWN = 300  # characters of a counterexample
 
 

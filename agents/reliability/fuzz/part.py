@@ -6,7 +6,7 @@ import resource
 from collections.abc import Callable, Mapping
 from importlib import import_module
 
-from agents.reliability.chunk import Chunk, Part, Result
+from agents.reliability.chunk import CODE, Chunk, Part, Result
 from agents.reliability.journal import Journal
 
 MEMORY = 12 * 2**30  # bytes of addresses that a process may use: more ends in a MemoryError
@@ -25,7 +25,8 @@ CHUNKS: Mapping[str, tuple[str, int]] = {  # row: what does it, and how many chu
 
 def chunks() -> list[Chunk]:
     """Every row's first chunk, then every row's second one, and so on. A chunk's number is its seed."""
-    found = [Chunk("fuzz", row, number) for row, (_, count) in CHUNKS.items() for number in range(count)]
+    sources = (*CODE, "agents/reliability/fuzz")
+    found = [Chunk("fuzz", row, number, sources) for row, (_, count) in CHUNKS.items() for number in range(count)]
     return sorted(found, key=lambda chunk: chunk.number)
 
 
@@ -50,7 +51,7 @@ PART = Part(
         "of Gymnasium's says so. An accident is another error from further inside, such as a `TypeError` of a library. "
         "A crash ends the process; a hang does nothing for five minutes. Nonsense is an accepted input with a wrong "
         "outcome. Each row of an accepted batch counts as an input, and a refused batch as one. A command that still "
-        "works after 1.5 CPU seconds, or a configuration or policy after 5, counts as accepted."
+        "works after 1.5 CPU seconds, or anything else after 2, counts as accepted."
     ),
     columns={
         "inputs": "inputs",

@@ -25,15 +25,15 @@ def _core(*names: str) -> tuple[str, ...]:
 
 TARGETS = (
     Target("cps_envs/core/match.py", _core(*CORE), 40),
-    Target("cps_envs/core/interfaces/vector_env.py", _core("environments", "frame_skip", "edges"), 40),
+    Target("cps_envs/core/interfaces/vector_env.py", _core("reset_masks", "environments", "frame_skip", "edges"), 40),
     Target("cps_envs/core/actions.py", _core("actions")),
     Target("cps_envs/core/clock.py", _core("clock", "match", "environments")),
-    Target("cps_envs/core/mixture.py", _core("mixture")),
+    Target("cps_envs/core/mixture.py", _core("mixture", "policy")),
     Target("cps_envs/core/streams.py", _core("streams")),
     Target("cps_envs/core/fields.py", _core("fields")),
     Target("agents/zoo/network.py", ("tests/agents/test_zoo_network.py", "tests/agents/test_zoo_damage.py"), 40),
     Target("cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_reference.py",)),
-    Target("cps_envs/disbanding/payoff.py", ("tests/disbanding/test_reference.py",)),
+    Target("cps_envs/disbanding/payoff.py", ("tests/disbanding/test_game.py",)),
     Target("cps_envs/fdi/dynamics.py", ("tests/fdi/test_game.py", "tests/fdi/test_model.py", "tests/fdi/test_duel.py")),
     Target("cps_envs/fdi/payoff.py", ("tests/fdi/test_game.py", "tests/fdi/test_duel.py")),
     Target("cps_envs/hvac/dynamics.py", ("tests/hvac/test_building.py", "tests/hvac/test_reference.py")),
