@@ -150,7 +150,7 @@ def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
     """The recipe with some knobs set otherwise.
 
     Raises:
-        CommandError: no such knob, or a value of another type.
+        CommandError: no such knob, a value of another type, or an opponent that the recipe's teachers do not know.
     """
     known = {entry.name for entry in fields(recipe)}
     fitting: dict[str, Any] = {}
@@ -158,6 +158,14 @@ def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
         if name not in known:
             raise CommandError(f"a recipe has no knob {name!r}. {near(name, known)}")
         fitting[name] = _scenes(value) if name == "scenes" else _fitting(name, value, getattr(recipe, name))
+    teachers = fitting.get("teachers", recipe.teachers)
+    if teachers and (opponent := fitting.get("opponent")):
+        if opponent not in teachers:
+            raise CommandError(
+                f"{recipe.name} has no teacher against {opponent!r}. {near(opponent, teachers)} Name one: "
+                """--knob 'teachers={"OPPONENT":"TEACHER"}'"""
+            )
+        fitting["teachers"] = {opponent: teachers[opponent]}
     return replace(recipe, **fitting)
 
 

@@ -15,11 +15,18 @@ from cps_envs.core.types import IntArray
 LEARNING_RATE = 4e-3
 MAX_GRAD_NORM = 1.0
 ACTOR = ("lstm_actor", "mlp_extractor.policy_net", "action_net")
+SHARPNESS = 32.0  # of actions at their bounds: what is played is nearly the sign of the output that was learned
 ILLEGAL = -1e8  # logit
 
 
 def imitate_sequences(policy: Any, shown: Sequences, recipe: Recipe, generator: np.random.Generator) -> float:
-    """Fit memory and layers of a RecurrentPPO's policy; returns the last epoch's mean loss."""
+    """Fit memory and layers of a RecurrentPPO's policy; returns the last epoch's mean loss.
+
+    With the logistic loss of continuous actions the fitted policy plays `SHARPNESS` times its output: half an effort,
+    where it is in doubt between two full ones, is not what the teacher does.
+    """
+    sharpness = SHARPNESS if isinstance(policy.action_space, spaces.Box) and recipe.teacher_loss == "logistic" else 1.0
+    _scale_outputs(policy, 1 / sharpness)
     weights = [weight for name, weight in policy.named_parameters() if name.startswith(ACTOR)]
     episodes, length = shown.valid.shape
     size = max(recipe.batch_size // length, 1)
@@ -38,7 +45,15 @@ def imitate_sequences(policy: Any, shown: Sequences, recipe: Recipe, generator: 
             optimizer.step()
             schedule.step()
             losses.append(float(loss.detach()))
+    _scale_outputs(policy, sharpness)
     return float(np.mean(losses))
+
+
+def _scale_outputs(policy: Any, factor: float) -> None:
+    """By a power of two, so that scaling there and back changes no bit."""
+    with torch.no_grad():
+        policy.action_net.weight.mul_(factor)
+        policy.action_net.bias.mul_(factor)
 
 
 def sequence_loss(policy: Any, shown: Sequences, rows: IntArray, kind: str) -> torch.Tensor:

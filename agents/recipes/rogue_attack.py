@@ -66,12 +66,12 @@ class RogueAttackRecurrent(RogueAttack):
     teacher_loss: str = "logistic"  # full driving or full braking
     teacher_episodes: int = 120  # four of each controller in each variation
     teacher_epochs: int = 5
-    total_steps: int = 8 * 120 * 600  # rounds, episodes, decisions
+    total_steps: int = 16 * 120 * 600  # rounds, episodes, decisions
     hold: int = 1  # a controller shows itself within 0.3 s
     num_envs: int = 1  # a teacher's episodes are played elsewhere
     batch_size: int = 6 * 600  # whole episodes, few: many updates
     memory_units: int = 48
     hidden: tuple[int, ...] = (64,)  # the answers differ by controller and ratio: more than the memory alone holds
     activation: str = "relu"
-    evaluations: int = 3  # the last rounds
+    evaluations: int = 11  # the last rounds
     evaluation_episodes: int = 60

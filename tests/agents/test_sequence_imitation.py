@@ -22,7 +22,7 @@ from agents.learning.export import network_of_model
 from agents.learning.job import Job
 from agents.learning.learner import learn
 from agents.learning.model import check_fit
-from agents.learning.recipe import IMITATION, Recipe
+from agents.learning.recipe import IMITATION, Recipe, changed
 from agents.learning.sequence_imitation import imitate_sequences, outputs_of, sequence_loss
 from agents.learning.sequences import collect, joined, read_sequences, write_sequences
 from agents.learning.training_envs import make_envs
@@ -186,3 +186,9 @@ def test_imitation_needs_a_teacher() -> None:
         replace(ROGUE, algorithm=IMITATION)
     with pytest.raises(CommandError, match="squared, logistic"):
         replace(ROGUE, teacher_loss="cubic")
+
+
+def test_another_opponent_needs_a_teacher() -> None:
+    assert changed(TAUGHT, {"opponent": "pd"}).teachers == {"pd": TAUGHT.teachers["pd"]}
+    with pytest.raises(CommandError, match=r"no teacher against 'slding'.*Did you mean 'sliding'.*--knob"):
+        changed(TAUGHT, {"opponent": "slding"})
