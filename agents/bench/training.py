@@ -14,7 +14,7 @@ import gymnasium
 import numpy as np
 
 from agents.bench.row import Item, Values, Yardsticks
-from agents.learning.recipe import Recipe
+from agents.learning.recipe import SEARCH, Recipe
 from agents.recipes.finding import RECIPES
 from cps_envs.core.problem import Problem
 
@@ -23,10 +23,10 @@ DEFAULT_STEPS = 2048  # of stable-baselines3's PPO before an update
 
 
 def items(problems: list[Problem]) -> Iterator[Item]:
-    """The recipes of some problems."""
+    """The recipes of some problems that stable-baselines3 trains."""
     names = {problem.name: problem for problem in problems}
     for recipe in RECIPES.values():
-        if recipe.problem in names:
+        if recipe.problem in names and recipe.algorithm != SEARCH:
             yield Item(PART, recipe.name, partial(_measure, recipe, names[recipe.problem]))
 
 

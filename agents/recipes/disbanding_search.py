@@ -63,3 +63,6 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
 
     name: str = "disbanding-defense-local-cma"
     family: str = "disbanding-local"
+    search_deviation: float = 0.2
+    total_steps: int = 12 * 12 * 15  # 15 generations
+    evaluations: int = 3
