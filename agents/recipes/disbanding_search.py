@@ -25,8 +25,7 @@ ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 6.0), "attack_budget": (1, 3)
 class DisbandingDefenseSearch(Recipe):
     """Every vehicle by its own sensors, its predecessor's radio and the broadcast of the disbanded vehicle ahead.
 
-    A third of the episodes disturb the actuators: without that the search finds controllers that are better by
-    a point and collide at a deviation of 0.5 m/s2.
+    A third of the episodes disturb the actuators, which a controller that follows closely has to get through.
     """
 
     name: str = "disbanding-defense-cma"
