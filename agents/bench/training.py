@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 
 from agents.bench.row import Item, Values, Yardsticks
-from agents.learning.recipe import IMITATION, Recipe
+from agents.learning.recipe import IMITATION, SEARCH, Recipe
 from agents.recipes.finding import RECIPES
 from cps_envs.core.problem import Problem
 
@@ -20,10 +20,10 @@ DEFAULT_STEPS = 2048  # of stable-baselines3's PPO before an update
 
 
 def items(problems: list[Problem]) -> Iterator[Item]:
-    """The recipes of some problems that learn by reward."""
+    """The recipes of some problems that stable-baselines3 trains by reward."""
     names = {problem.name: problem for problem in problems}
     for recipe in RECIPES.values():
-        if recipe.problem in names and recipe.algorithm != IMITATION:
+        if recipe.problem in names and recipe.algorithm not in (IMITATION, SEARCH):
             yield Item(PART, recipe.name, partial(_measure, recipe, names[recipe.problem]))
 
 

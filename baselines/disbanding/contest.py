@@ -14,6 +14,7 @@ LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # shares of 6 m/s2, of either s
 ONE_PLAN = "needs a list of events; `timed` and `spread` play plans that fit every episode"
 MEASURED = "`python -m baselines.disbanding.yardsticks learning` plays it"
 OTHER_SPACES = "trained in preset easy, whose observations and actions are others"
+OTHER_WARNING = "found in presets paper and easy, where the warning is perfect and corrections act behind attacks alone"
 
 ATTACKERS = (
     *(Entrant(name) for name in ("none", "lead", "table_2_3", "spread", "random", "timed", "adaptive")),
@@ -94,6 +95,7 @@ CONTEST = Contest(
             "mpc_tuned": f"half a second for an episode; {MEASURED}",
             "joint": f"a second for an episode; {MEASURED}",
             "zoo:disbanding-defense-ppo": OTHER_SPACES,
+            **dict.fromkeys(("zoo:disbanding-defense-cma", "zoo:disbanding-defense-local-cma"), OTHER_WARNING),
         },
     ),
     variants=(

@@ -58,10 +58,10 @@ class Corrections(AnalyticPolicy):
     Where the warning is relayed, a vehicle acts once it has received a record. With `detection_mps` it acts on what it
     sees, too: while it or its predecessor is slower than the desired speed by more than that, and `hold_s` longer.
     A vehicle that acts without a record takes its predecessor for the disbanded vehicle. `detection_mps` is one number,
-    or (B,) with one per episode.
+    or (B,) with one per episode; at 0 all act at all times, whatever they see.
 
     Raises:
-        ConfigurationError: the environment takes one correction per platoon, or a threshold that is not positive.
+        ConfigurationError: the environment takes one correction per platoon, or a negative threshold.
     """
 
     heeds_warning = True  # False: nothing but the own detection makes a vehicle act
@@ -72,11 +72,11 @@ class Corrections(AnalyticPolicy):
         if config.defense_action != "vehicle":
             raise ConfigurationError(f'{type(self).__name__} corrects vehicles; it needs defense_action="vehicle"')
         thresholds = np.reshape(detection_mps, (-1, 1))
-        if not (thresholds > 0).all() or not hold_s >= 0:
-            raise ConfigurationError(f"detection_mps = {detection_mps} has to be above 0, hold_s = {hold_s} at least 0")
+        if not (thresholds >= 0).all() or not hold_s >= 0:
+            raise ConfigurationError(f"detection_mps = {detection_mps} and hold_s = {hold_s} have to be at least 0")
         self.limit_mps2 = config.max_acceleration_mps2 - config.min_acceleration_mps2
         self.layout = Layout(spec.fields.offsets, spec.fields.scale)
-        self.slow_mps: FloatArray = config.desired_speed_mps - thresholds[:, 0]
+        self.slow_mps: FloatArray = np.where(thresholds > 0, config.desired_speed_mps - thresholds, np.inf)[:, 0]
         everywhere, size = config.correctable == "intact", config.vehicles_per_platoon
         self.watch = pack(Watch(self.heeds_warning, everywhere, size, float(hold_s), spec.decision_interval_s))
 

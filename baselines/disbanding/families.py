@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
+from baselines.disbanding.string_controller import SHAPE, Gains, StringController
 from baselines.disbanding.string_loop import StringLoop
 from baselines.disbanding.string_search import START
 from baselines.disbanding.string_search import STEP as SEARCHED_STEP
@@ -19,12 +19,16 @@ from cps_envs.disbanding.problem import DISBANDING
 
 VEHICLES = ("leader", "other")
 BROADCAST_ONLY = ("ahead_closing", "ahead_acceleration", "ahead_command")
-COMMAND = "predecessor_command"
 AGE = "forgetting"  # of no use where what is known is never old
-STEP = SEARCHED_STEP._replace(predecessor_command=0.3)
-# By hand: 6 m behind everybody, by the predecessor's command, which keeps a string together at any lag.
-FOLLOWING = START._replace(gap=0.2, wanted_m=6.0, predecessor=0.0, predecessor_command=1.0)
-DETECTION_MPS = 1e-3  # acts at the first sign: one that joins in late meets those ahead that have followed closely
+STEP = SEARCHED_STEP._replace(gap=0.05, predecessor_command=0.3)
+# By hand: close behind everybody, leaders at 12 m, by the predecessor's command, which keeps a string together at any
+# lag; what the broadcast tells comes in by the search.
+OTHER = START._replace(
+    gap=0.1, wanted_m=4.5, closing=1.5, predecessor=0.0, predecessor_command=1.0, ahead_closing=0.0, ahead_command=0.0
+)
+FOLLOWING = (OTHER._replace(wanted_m=12.0), OTHER)
+WARNED = tuple(own._replace(closing=1.0) for own in FOLLOWING)  # those told at once can be softer
+ALWAYS = 0.0  # acts at all times: one that joins in late meets those ahead that have followed closely
 
 
 def _gains(start: Sequence[Gains], *unused: str) -> tuple[Number, ...]:
@@ -53,7 +57,7 @@ def _broadcast(spec: RoleSpec, values: FloatArray) -> StringController:
 
 def _local(spec: RoleSpec, values: FloatArray) -> StringController:
     gains = _table(LOCAL.numbers, values)
-    return StringController(spec, form="local", gains=gains, detection_mps=DETECTION_MPS)
+    return StringController(spec, form="local", gains=gains, detection_mps=ALWAYS)
 
 
 def _broadcast_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
@@ -64,8 +68,7 @@ def _local_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> 
     return StringLoop(config, num_envs, _local(DISBANDING.game(config, 1).spec("defender"), values))
 
 
-# Acts on a warning that is never lost or old, as that of the dissertation; the search goes on from `informed`.
-INFORMED = tuple(Gains(*row) for row in shipped_gains("informed")[0])
-BROADCAST = Family("disbanding", "defender", _gains(INFORMED, AGE, COMMAND), _broadcast, _broadcast_loop)
-# Acts on its own detection; each vehicle knows itself, and what its predecessor does and commands.
-LOCAL = Family("disbanding", "defender", _gains((FOLLOWING, FOLLOWING), AGE, *BROADCAST_ONLY), _local, _local_loop)
+# Acts on a warning that is never lost or old, as that of the dissertation.
+BROADCAST = Family("disbanding", "defender", _gains(WARNED, AGE), _broadcast, _broadcast_loop)
+# Needs no warning, as it acts at all times; each vehicle knows itself, and what its predecessor does and commands.
+LOCAL = Family("disbanding", "defender", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local, _local_loop)

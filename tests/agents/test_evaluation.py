@@ -81,6 +81,13 @@ def test_each_gets_the_form_it_was_trained_with(tmp_path: Path) -> None:
     assert scores([oracle[0].run()], "impact_speed_mps", "oracle_value_mps").mean() == pytest.approx(1.0)
 
 
+def test_the_share_of_episodes_in_which_something_happened() -> None:
+    found = scores([{"metrics": {"collided": [0.0, 2.0, 1.0, 0.0]}}], "collided>0")
+    np.testing.assert_array_equal(found, [[0.0, 100.0, 100.0, 0.0]])
+    with pytest.raises(UnknownNameError, match="collided"):
+        scores([{"metrics": {"collided": [0.0]}}], "colided>0")
+
+
 def test_cells_play_the_evaluation_seeds(tiny: str) -> None:
     arena = Arena("rogue", "attacker", "pd", "paper", SHORT, 3)
     found = scores([cell.run() for cell in arena.cells(tiny)], "damage")

@@ -150,8 +150,10 @@ def test_own_detection_needs_a_slow_neighbour_and_outlasts_it():
     assert alarmed == [[], [40, 41], [40, 41], [40, 41], [], []]
     deaf = resolve_policy("feedback?detection_mps=2.5", spec)
     assert not deaf.predict(slow)[0].any()
+    always = resolve_policy("string?form=local&detection_mps=0", spec)
+    assert np.count_nonzero(always.predict(calm)[0]) > 50
     with pytest.raises(ConfigurationError, match="detection_mps"):
-        resolve_policy("feedback?detection_mps=0", spec)
+        resolve_policy("feedback?detection_mps=-1", spec)
 
 
 def test_a_jam_does_not_concern_who_believes_no_radio():
