@@ -14,8 +14,8 @@ import numpy as np
 from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 
-from agents.zoo.card import read_card
-from agents.zoo.files import SHIPPED, shipped_names
+from agents.zoo.card import SHIPPED, read_card
+from agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv

@@ -11,8 +11,8 @@ import numpy as np
 
 from agents.bench.clock import Call, calls_per_s
 from agents.bench.row import Item, Values, Yardsticks
-from agents.zoo.card import read_card
-from agents.zoo.files import SHIPPED, shipped_names
+from agents.zoo.card import SHIPPED, read_card
+from agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.problem import Problem

@@ -15,7 +15,7 @@ from agents.benchmark.cell import Job, Result, file_name, plain
 from agents.console import to_json
 from agents.files import write_json
 from agents.machine import versions
-from agents.zoo.files import SHIPPED
+from agents.zoo.card import SHIPPED
 from cps_envs import PROBLEMS
 from cps_envs.core.documents import DamagedFileError, read_entry
 

@@ -19,7 +19,7 @@ SHIP = "Put the best networks of the seeds into this folder as one policy, as `c
 ALGORITHM = "ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
 CONFIG = "The run.json of an earlier run, to repeat it exactly; other options still change what they name."
 TRACKER = "Where curves go: tensorboard, wandb, mlflow or none."
-EXPLANATION = """Train one with `cps-envs train RECIPE`. Steps and CPU minutes are those of one training seed.
+EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed.
 Validation is what the attacker is paid, for a defender with a minus: the mean
 over the shipped seeds, on the episodes that chose among their networks.
 docs/results.md judges on others. `--json` shows opponents and every knob."""
@@ -134,18 +134,17 @@ def _list(recipes: list[Recipe], as_json: bool) -> None:
     if as_json:
         print_json([asdict(recipe) for recipe in recipes])
         return
-    columns = ("recipe", "algorithm", "steps", "CPU min", "validation")
+    columns = ("recipe", "algorithm", "CPU min", "validation")
     out().print(make_table("Recipes", columns, [_row(recipe) for recipe in recipes], left=2))
     out().print(EXPLANATION, markup=False, soft_wrap=True)
 
 
 def _row(recipe: Recipe) -> tuple[str, ...]:
     """What a recipe costs and reaches, by the policy that comes with the package."""
-    from agents.zoo.card import read_card
-    from agents.zoo.files import SHIPPED
+    from agents.zoo.card import SHIPPED, read_card
 
     path = SHIPPED / f"{recipe.name}.json"
-    start = (recipe.name, recipe.algorithm, f"{recipe.total_steps:,}")
+    start = (recipe.name, recipe.algorithm)
     if not path.is_file():
         return (*start, "", "not shipped")
     seeds = list(read_card(path).seeds.values())

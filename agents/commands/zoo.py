@@ -22,8 +22,8 @@ def list_policies(
     as_json: JSON = False,
 ) -> None:
     """The policies in a folder, by default those that come with the package."""
-    from agents.zoo.card import read_card
-    from agents.zoo.files import SHIPPED, shipped_names
+    from agents.zoo.card import SHIPPED, read_card
+    from agents.zoo.files import shipped_names
 
     home = folder or SHIPPED
     cards = [read_card(home / f"{name}.json") for name in shipped_names(home)]

@@ -11,8 +11,8 @@ from gymnasium.utils import seeding
 
 from agents.catalogue import policies
 from agents.errors import CommandError, explain
-from agents.zoo.card import read_card
-from agents.zoo.files import SHIPPED, shipped_names
+from agents.zoo.card import SHIPPED, read_card
+from agents.zoo.files import shipped_names
 from agents.zoo.references import PREFIX, form_of
 from cps_envs import find_problem
 from cps_envs.core.errors import UnknownNameError

@@ -21,7 +21,7 @@ def check_resumable(job: Job) -> None:
         DamagedFileError: `run.json` is damaged.
     """
     job.run.check_same()
-    if job.run.read() and not job.resume:
+    if job.run.read().get("steps") and not job.resume:
         raise CommandError(f"{job.folder} holds a run that is not finished: go on with --resume, or delete it")
 
 

@@ -10,8 +10,8 @@ from agents.files import write_json, write_text
 from agents.results.document import Document, merged
 from agents.results.examination import declared_blocks
 from agents.results.markdown import END, START, results_markdown, with_table
-from agents.zoo.card import read_card
-from agents.zoo.files import SHIPPED, shipped_names
+from agents.zoo.card import SHIPPED, read_card
+from agents.zoo.files import shipped_names
 from agents.zoo.merging import without_places
 from agents.zoo.references import PREFIX
 from cps_envs.core.documents import read_entry, read_text

@@ -11,6 +11,7 @@ from cps_envs.core.documents import read_entry
 from cps_envs.core.types import ROLES
 
 FORMAT = 1
+SHIPPED = Path(__file__).with_name("policies")  # what comes with the package
 HEADS = ("gaussian", "squashed", "discrete", "family")
 MOST_BYTES = 2**20  # of a card
 REMEDY = "Train or download it again."

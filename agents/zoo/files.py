@@ -15,7 +15,7 @@ from safetensors.numpy import save as to_bytes
 
 from agents.files import replacing, write_json
 from agents.locking import alone_at
-from agents.zoo.card import REMEDY, Card, read_card
+from agents.zoo.card import REMEDY, SHIPPED, Card, read_card
 from agents.zoo.network import Network, check_fit, network_of
 from agents.zoo.numbers import Numbers, numbers_of
 from cps_envs.core.documents import read_bytes
@@ -25,7 +25,6 @@ MOST_BYTES = 256 * 2**20  # of a file of weights
 WEIGHTS = ".safetensors"
 WAIT_S = 10.0  # for another process that writes the same policy
 ATTEMPTS = 3  # to read card and weights that fit, while another process may be writing them
-SHIPPED = Path(__file__).with_name("policies")
 
 
 def shipped_names(folder: Path = SHIPPED) -> list[str]:

@@ -55,8 +55,9 @@ CONTEST = Contest(
         margin_neutral=5.0,
         left_out={
             "tuned": "a family for searches; what was found with it is `contested`",
+            "probe": "knows the six controllers of preset `paper`; `identify` does the same for this one",
             "beam": "plans every episode anew for seconds, on copies of the world; see docs/rogue.md",
-            "zoo:rogue-attack-ppo": OTHER_SPACES,
+            **dict.fromkeys(("zoo:rogue-attack-ppo", "zoo:rogue-attack-recurrent"), OTHER_SPACES),
         },
     ),
     defenders=Side(

@@ -181,7 +181,7 @@ def test_the_constraint_compares_costs_episode_by_episode() -> None:
     harm, cost = Column("damage", "damage, m/s"), Column("cost", "cost, s")
     rule = Constraint(harm, cost, "usual")
     names = ("usual", "cheap", "dear", "at chance")
-    contest = Contest("rogue", "m/s", side("none"), side(*names), (Variant("a", "a"),), constraint=rule)
+    contest = Contest("rogue", side("none"), side(*names), (Variant("a", "a"),), constraint=rule)
     played = Played(contest, contest.variants[0])
     generator = np.random.default_rng(0)
     episodes, noise = generator.uniform(0, 10, 40), generator.normal(0, 1, 40)
@@ -208,7 +208,7 @@ def test_the_constraint_compares_costs_episode_by_episode() -> None:
 
 def made(attacks: Mapping[str, Mapping[str, float]], **sides: Side) -> Played:
     """A contest whose every meeting pays what the table says, in all episodes."""
-    contest = Contest("rogue", "m/s", sides["attackers"], sides["defenders"], (Variant("a", "a"),), win_tolerance=1.0)
+    contest = Contest("rogue", sides["attackers"], sides["defenders"], (Variant("a", "a"),), win_tolerance=1.0)
     played = Played(contest, contest.variants[0])
     for attacker, row in attacks.items():
         for defender, paid in row.items():

@@ -17,8 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from safetensors.numpy import load_file, save_file
 
-from agents.zoo.card import MOST_BYTES, read_card
-from agents.zoo.files import SHIPPED, load, shipped_names
+from agents.zoo.card import MOST_BYTES, SHIPPED, read_card
+from agents.zoo.files import load, shipped_names
 from agents.zoo.network import Memory, Network, network_of
 from cps_envs.core.types import Array
 from tests.agents.trained import save_tiny

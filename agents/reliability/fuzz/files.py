@@ -16,8 +16,8 @@ from agents.benchmark.store import Store
 from agents.reliability.chunk import Chunk
 from agents.reliability.fuzz.judging import Tally, limited, wrong_numbers
 from agents.reliability.fuzz.values import NUMBERS, Generator, odd_value, pick
-from agents.zoo.card import read_card
-from agents.zoo.files import SHIPPED, shipped_names
+from agents.zoo.card import SHIPPED, read_card
+from agents.zoo.files import shipped_names
 from cps_envs import find_problem
 from cps_envs.core.types import ROLES, Array
 
