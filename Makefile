@@ -1,4 +1,4 @@
-# `make help` lists what there is. Needs Python 3.10 to 3.13, GNU make and a package index.
+# `make help` lists what there is. Needs Python 3.10 to 3.14, GNU make and a package index.
 #   PYTHON=python3.12   the interpreter that makes the virtual environment
 #   VENV=.venv          where the virtual environment lies
 #   ARGS="..."          more arguments for the command behind test, test-slow, train, results, bench and benchmark
@@ -23,7 +23,7 @@ ALL := $(VENV)/.installed-all
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow train results lint style types bench docs clean clean-cache
+.PHONY: help setup benchmark test test-slow train results lint style types bench reliability docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -57,6 +57,9 @@ types: $(ALL) ## check types only
 
 bench: $(LIGHT) ## measure the speed of environments and opponents
 	$(BIN)/cps-envs bench $(ARGS)
+
+reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes on where it stopped)
+	$(BIN)/cps-envs reliability --publish $(ARGS)
 
 docs: $(LIGHT) ## write the generated tables in docs/environments.md anew
 	$(BIN)/python -m agents.docs

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 KINDS = {"policy": "", "informed": " (told)", "constant": "", "searched": " (searched)"}
 NONE = "-"
+# of results that were kept before strategies were valued on episodes that had not chosen them
+OLD_VALUE = "It was computed on the episodes that chose the strategies: its interval is too short."
 
 
 class Sheet(NamedTuple):
@@ -27,6 +29,7 @@ class Sheet(NamedTuple):
     columns: Sequence[str]
     rows: Sequence[Sequence[str]]
     left: int = 1  # columns that are text; the others are numbers
+
 
 
 def sheets(found: Document) -> Iterator[Sheet]:
@@ -206,8 +209,10 @@ def value_line(found: Document) -> str:
     for role in ROLES:
         shares = (f"{name} {share:.0%}" for name, share in found["game"][role].items())
         sides.append(f"the {role} plays {', '.join(shares)}")
-    value = interval(game["value"])
-    return f"Value of the game of all policies and searched attacks: {value} {found['unit']}; {'; '.join(sides)}."
+    value, caution = interval(game["value"]), "" if "value_of_means" in game else f" {OLD_VALUE}"
+    return (
+        f"Value of the game of all policies and searched attacks: {value} {found['unit']}; {'; '.join(sides)}.{caution}"
+    )
 
 
 def _notes(found: Document) -> Iterator[str]:
