@@ -15,7 +15,7 @@ from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES
 
 BEYOND = {  # what the maps of the dissertation show
-    "attacker": {"beam", "contested", "gains", "identify", "strike", "tuned"},
+    "attacker": {"beam", "contested", "gains", "identify", "probe", "strike", "tuned"},
     "defender": {"assigned", "informed", "monitor", "pd_detection"},
 }
 
