@@ -31,7 +31,6 @@ class Sheet(NamedTuple):
     left: int = 1  # columns that are text; the others are numbers
 
 
-
 def sheets(found: Document) -> Iterator[Sheet]:
     """All tables of a variant."""
     where, unit = f"{found['problem']}, {found['title']}", found["unit"]
