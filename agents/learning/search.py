@@ -6,7 +6,6 @@ search distribution, which the chance of a generation's episodes moves less than
 
 from __future__ import annotations
 
-import json
 import time
 from typing import Any
 
@@ -31,6 +30,7 @@ from agents.zoo.files import save
 from agents.zoo.numbers import Numbers
 from agents.zoo.policy import count_actions
 from baselines.family import Family, find_family
+from cps_envs.core.documents import read_entry
 from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray, other
 from cps_envs.registration import find_problem
@@ -125,18 +125,15 @@ class Search:
         """Tell the strategy what the checkpoint's generations reached: it draws the same candidates again.
 
         Raises:
-            CommandError: the checkpoint is damaged, or the strategy draws others than it did.
+            DamagedFileError: the checkpoint is damaged, or does not fit the recipe.
+            CommandError: the strategy draws other candidates than it did.
         """
         path = self.run.folder / CHECKPOINT
         if not path.is_file():
             return []
-        try:
-            kept = json.loads(path.read_text(encoding="utf-8"))
-            reached, mean = np.array(kept["reached"], np.float64), np.array(kept["mean"], np.float64)
-            if reached.shape[1:] != (self.recipe.population,) or not np.isfinite(reached).all():
-                raise ValueError("it does not fit the recipe")
-        except (ValueError, TypeError, KeyError, RecursionError) as error:
-            raise CommandError(f"{path} is damaged ({error}): delete the folder and train again") from error
+        kept = read_entry(path, "checkpoint of policy search", "Delete the folder and train again.")
+        reached = np.array([row.numbers(self.recipe.population) for row in kept["reached"].rows()])
+        mean = np.array(kept["mean"].numbers(len(self.family.numbers)))
         for row in reached:
             self._strategy.tell(self._strategy.ask(), (-row).tolist())
         if not np.array_equal(self._strategy.mean, mean):

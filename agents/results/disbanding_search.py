@@ -7,7 +7,6 @@ from typing import Any
 
 from agents.evaluation.arena import Arena
 from agents.results.block import Bar, Block, Contestant, Row
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 
 TAUS_S = (0.1, 0.3, 0.5)
 EPISODES = 20
@@ -17,12 +16,7 @@ LEFT_OUT = {
 }
 BROADCAST = Contestant("broadcast", "zoo:disbanding-defense-cma", "searched, broadcast")
 LOCAL = Contestant("local_signals", "zoo:disbanding-defense-local-cma", "searched, local signals")
-BASELINES = tuple(
-    Contestant(name)
-    for name in policy_names("disbanding", "defender")
-    if name not in LEFT_OUT and name not in NEED_OPTIONS
-)
-TEACHER = "feedback"  # the best analytic defender with the broadcast, and the bar
+BASELINES = (Contestant("feedback"),)  # and every other registered defender; see `rivals`
 COLLISIONS, GAP = "collided_intact>0", "smallest_gap_m"
 SAFE = (
     Bar(value=0.0, metric="collided_intact", or_equal=True, by_mean=True),
@@ -49,13 +43,13 @@ def _cell(table: str, attack: str, metric: str, gap_m: float, number: int) -> Ro
         if (table, gap_m, each.name) in LIMITS
     )
     title = f"Table {table}, tau = {TAUS_S[number]} s, x_d = {gap_m:g} m"
-    return Row(title, (arena,), (*limits, *SAFE), metric)
+    return Row(title, (arena,), (Bar(every=True), *limits, *SAFE), metric)
 
 
 CELLS = Block(
     name="disbanding-defense-searched",
     title="disbanding defenders by policy search, the twelve cells of Tables 2.2 and 2.3",
-    target="the stated means at each tau, no collision, and no gap below 1.5 m.",
+    target="below every analytic defender and the stated means at each tau, no collision, no gap below 1.5 m.",
     problem="disbanding",
     role="defender",
     metric="velocity_error_intact",
@@ -69,10 +63,8 @@ CELLS = Block(
     ),
     unit="percent",
     shown=("collided_intact", GAP),
-    notes=(
-        "Table 2.2 counts the intact vehicles, Table 2.3 all. The cells lie among what the search plays.",
-        f"Left out: {'; '.join(f'`{name}` {reason}' for name, reason in LEFT_OUT.items())}.",
-    ),
+    notes=("Table 2.2 counts the intact vehicles, Table 2.3 all. The cells lie among what the search plays.",),
+    left_out=LEFT_OUT,
 )
 
 
@@ -87,7 +79,7 @@ NOISE: Mapping[str, Any] = {"correction_noise_mps2": 0.5}
 ROBUST = Block(
     name="disbanding-defense-robust",
     title="disbanding defenders by policy search on unseen roads",
-    target="below `feedback` in every row, paired, with collisions in at most 2 % of the episodes.",
+    target="below every analytic defender in every row, paired, with collisions in at most 2 % of the episodes.",
     problem="disbanding",
     role="defender",
     metric="return",
@@ -106,11 +98,12 @@ ROBUST = Block(
         ),
     ),
     bars=(
-        Bar(beat=(TEACHER,)),
+        Bar(every=True),
         Bar(value=2.0, metric=COLLISIONS, or_equal=True, by_mean=True),
     ),
     unit="points of E_v and of the penalty for collisions",
     shown=(COLLISIONS, GAP),
     notes=(f"{COLLISIONS} is the percentage of episodes in which an intact vehicle collides.",),
+    left_out=LEFT_OUT,
 )
 BLOCKS = (CELLS, ROBUST)
