@@ -41,7 +41,7 @@ test-slow: $(ALL) ## run only the tests marked slow
 	$(BIN)/python -m pytest -m slow $(ARGS)
 
 train: $(ALL) ## train every shipped policy anew, five seeds each, and put it into the zoo (hours; goes on where it stopped)
-	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/zoo/policies --resume $(ARGS)
+	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/cps_agents/zoo/policies --resume $(ARGS)
 
 results: $(LIGHT) ## judge the shipped policies on evaluation seeds, into docs/results.md (no torch)
 	$(BIN)/cps-envs results --publish $(ARGS)
@@ -62,7 +62,7 @@ reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes 
 	$(BIN)/cps-envs reliability --publish $(ARGS)
 
 docs: $(LIGHT) ## write the generated tables in docs/environments.md anew
-	$(BIN)/python -m agents.docs
+	$(BIN)/python -m cps_agents.docs
 
 clean: clean-cache ## remove what can be rebuilt, the virtual environment too; keeps results/ and runs/
 	rm -rf $(VENV) build dist .coverage htmlcov .hypothesis .mypy_cache .pytest_cache .ruff_cache

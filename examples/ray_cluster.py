@@ -19,15 +19,15 @@ from typing import Any
 
 import ray
 
-from agents.benchmark.cell import run_job
-from agents.benchmark.store import Store
-from agents.league.league import Plan, line_up
-from agents.league.meetings import make_meeting
-from agents.league.players import Venue
-from agents.learning.job import Job
-from agents.learning.learner import learn
-from agents.recipes.finding import find_recipe
-from baselines.workers import Workers
+from cps_agents.benchmark.cell import run_job
+from cps_agents.benchmark.store import Store
+from cps_agents.league.league import Plan, line_up
+from cps_agents.league.meetings import make_meeting
+from cps_agents.league.players import Venue
+from cps_agents.learning.job import Job
+from cps_agents.learning.learner import learn
+from cps_agents.recipes.finding import find_recipe
+from cps_baselines.workers import Workers
 
 
 def spread(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tuple[Any, Any]]:

@@ -25,7 +25,7 @@ def test_python_snippets_run(snippet, tmp_path):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_commands_run(command, tmp_path):
-    run([sys.executable, "-c", "from agents.cli import main; main()", *shlex.split(command)[1:]], tmp_path)
+    run([sys.executable, "-c", "from cps_agents.cli import main; main()", *shlex.split(command)[1:]], tmp_path)
 
 
 def test_there_are_snippets_of_both_kinds():

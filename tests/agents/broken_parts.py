@@ -6,8 +6,8 @@ import os
 import signal
 import time
 
-from agents.reliability.chunk import Chunk, Part, Result
-from agents.reliability.journal import Journal
+from cps_agents.reliability.chunk import Chunk, Part, Result
+from cps_agents.reliability.journal import Journal
 
 HANGS_S = 60.0
 

@@ -7,16 +7,16 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.bench import interfaces, opponents, sizes, suite, threads
-from agents.bench.clock import calls_per_s, microseconds
-from agents.bench.interfaces import ADDED, items, short
-from agents.bench.row import Item, Row, Values, Yardsticks
-from agents.bench.sizes import SIZES, Size, episode_kb
-from agents.bench.suite import Findings, measure, plan
-from agents.bench.targets import judge
-from agents.bench.yardsticks import measure_yardsticks
-from agents.cli import app
-from agents.commands.bench import bench
+from cps_agents.bench import interfaces, opponents, sizes, suite, threads
+from cps_agents.bench.clock import calls_per_s, microseconds
+from cps_agents.bench.interfaces import ADDED, items, short
+from cps_agents.bench.row import Item, Row, Values, Yardsticks
+from cps_agents.bench.sizes import SIZES, Size, episode_kb
+from cps_agents.bench.suite import Findings, measure, plan
+from cps_agents.bench.targets import judge
+from cps_agents.bench.yardsticks import measure_yardsticks
+from cps_agents.cli import app
+from cps_agents.commands.bench import bench
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
@@ -222,7 +222,7 @@ def test_help_begins_with_verbs() -> None:
 @pytest.mark.slow
 def test_training_is_measured_beside_the_defaults(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("sb3_contrib")
-    from agents.bench import training
+    from cps_agents.bench import training
 
     recipe = replace(training.RECIPES["fdi-defense-ppo"], num_envs=8, steps_per_update=16, batch_size=64, epochs=1)
     monkeypatch.setattr(training, "RECIPES", {recipe.name: recipe})

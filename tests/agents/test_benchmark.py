@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import baselines
+import cps_baselines
 import cps_envs
-from agents.benchmark import runner, store
-from agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell
-from agents.benchmark.matrix import entries
-from agents.benchmark.report import agreement, document, markdown, rows_as_csv, tables
-from agents.benchmark.runner import find_benchmarks, run_benchmark, select
-from agents.benchmark.store import Store, fingerprint
-from agents.cli import app
-from agents.errors import CommandError
-from baselines.disbanding import benchmark as disbanding
-from baselines.disbanding.benchmark import search_plan
-from baselines.paper.agreement import verdict
-from baselines.paper.tables import read_table, velocity_errors
-from baselines.schedule import Benchmark, Entrant, PaperCell, Prepared, Setting
+from cps_agents.benchmark import runner, store
+from cps_agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell
+from cps_agents.benchmark.matrix import entries
+from cps_agents.benchmark.report import agreement, document, markdown, rows_as_csv, tables
+from cps_agents.benchmark.runner import find_benchmarks, run_benchmark, select
+from cps_agents.benchmark.store import Store, fingerprint
+from cps_agents.cli import app
+from cps_agents.errors import CommandError
+from cps_baselines.disbanding import benchmark as disbanding
+from cps_baselines.disbanding.benchmark import search_plan
+from cps_baselines.paper.agreement import verdict
+from cps_baselines.paper.tables import read_table, velocity_errors
+from cps_baselines.schedule import Benchmark, Entrant, PaperCell, Prepared, Setting
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
@@ -261,8 +261,8 @@ def test_planning_is_counted(tmp_path: Path) -> None:
 def test_problems_know_nothing_of_one_another(name: str) -> None:
     """Otherwise results that were kept for one would have to be forgotten when another changes."""
     others = "|".join(set(PROBLEMS) - {name})
-    foreign = re.compile(rf"^ *(?:from|import) (?:cps_envs|baselines)\.(?:{others})\b", re.MULTILINE)
-    for package in (cps_envs, baselines):
+    foreign = re.compile(rf"^ *(?:from|import) (?:cps_envs|cps_baselines)\.(?:{others})\b", re.MULTILINE)
+    for package in (cps_envs, cps_baselines):
         files = list((Path(package.__path__[0]) / name).rglob("*.py"))
         assert files
         assert not [file for file in files if foreign.search(file.read_text())]

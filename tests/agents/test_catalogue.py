@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
-from agents.declarations import UnreadableError, declaration, missing_package
+from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
+from cps_agents.declarations import UnreadableError, declaration, missing_package
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry
 from cps_envs.core.problem import Later
@@ -47,8 +47,8 @@ def test_what_a_problem_imports_later_is_there(problem):
     "code",
     [
         "import cps_envs",
-        "from agents.catalogue import describe_everything; describe_everything()",
-        "from agents.commands.train import _list; from agents.recipes.finding import RECIPES; "
+        "from cps_agents.catalogue import describe_everything; describe_everything()",
+        "from cps_agents.commands.train import _list; from cps_agents.recipes.finding import RECIPES; "
         "_list(list(RECIPES.values()), False)",
     ],
 )

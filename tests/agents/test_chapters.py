@@ -10,8 +10,8 @@ import gymnasium
 import pytest
 from typer.main import get_command
 
-from agents.cli import app
-from baselines.paper.items import Item, Place, items
+from cps_agents.cli import app
+from cps_baselines.paper.items import Item, Place, items
 from cps_envs import find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.testbed.problem import TESTBED
@@ -29,10 +29,10 @@ NUMBERED = {  # what the dissertation numbers in chapters 2 to 5, counted in its
     "Algorithm": ["1", "2", "3", "4"],
 }
 PARTS = {
-    "ch2": ("baselines.disbanding.reproduction.selection", "PARTS"),
-    "ch3": ("baselines.fdi.reproduction.selection", "PARTS"),
-    "ch4": ("baselines.hvac.reproduction.selection", "PARTS"),
-    "ch5": ("baselines.rogue.reproduction.parts", "PARTS"),
+    "ch2": ("cps_baselines.disbanding.reproduction.selection", "PARTS"),
+    "ch3": ("cps_baselines.fdi.reproduction.selection", "PARTS"),
+    "ch4": ("cps_baselines.hvac.reproduction.selection", "PARTS"),
+    "ch5": ("cps_baselines.rogue.reproduction.parts", "PARTS"),
 }
 
 

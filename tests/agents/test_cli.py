@@ -15,9 +15,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents.cli import app
-from agents.console import assignments
-from agents.files import replacing, write_text
+from cps_agents.cli import app
+from cps_agents.console import assignments
+from cps_agents.files import replacing, write_text
 
 SHORT = ("--set", "duration_s=5")
 COMMANDS = tuple(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
@@ -41,14 +41,14 @@ def test_version() -> None:
 
 def test_the_command_line_itself_imports_nothing_heavy() -> None:
     heavy = "{'torch', 'numba', 'numpy', 'gymnasium', 'matplotlib', 'cps_envs'}"
-    code = f"import sys, agents.cli; print(sorted({heavy} & set(sys.modules)))"
+    code = f"import sys, cps_agents.cli; print(sorted({heavy} & set(sys.modules)))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert printed.strip() == "[]"
 
 
 def test_no_command_imports_torch() -> None:
     code = (
-        "import sys; from typer.testing import CliRunner; from agents.cli import app\n"
+        "import sys; from typer.testing import CliRunner; from cps_agents.cli import app\n"
         "for line in ('list', 'play disbanding --set duration_s=2'):\n"
         "    assert CliRunner().invoke(app, line.split()).exit_code == 0\n"
         "assert 'torch' not in sys.modules"
@@ -137,7 +137,7 @@ def test_faults_of_the_program_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -
     def broken() -> None:
         raise KeyError("a fault")
 
-    monkeypatch.setattr("agents.catalogue.describe_everything", broken)
+    monkeypatch.setattr("cps_agents.catalogue.describe_everything", broken)
     assert isinstance(invoke("list").exception, KeyError)
 
 
@@ -145,7 +145,7 @@ def test_an_interrupt_gives_130(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("agents.catalogue.describe_everything", interrupted)
+    monkeypatch.setattr("cps_agents.catalogue.describe_everything", interrupted)
     result = invoke("list")
     assert (result.exit_code, result.stdout) == (130, "")
     assert "Interrupted" in result.stderr
@@ -205,7 +205,7 @@ def test_errors_about_other_files_stay_as_they_are(tmp_path: Path) -> None:
 
 
 def test_search_string_goes_on_from_a_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    module = pytest.importorskip("baselines.disbanding.string_search")
+    module = pytest.importorskip("cps_baselines.disbanding.string_search")
 
     def fake(search: Any, report: Any, start: Any) -> dict[str, Any]:
         report(search.trials // 2, {"cost": 2.0})
@@ -221,7 +221,7 @@ def test_search_string_goes_on_from_a_result(monkeypatch: pytest.MonkeyPatch, tm
 
 
 def test_search_feedback_writes_its_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    module = pytest.importorskip("baselines.disbanding.feedback_search")
+    module = pytest.importorskip("cps_baselines.disbanding.feedback_search")
 
     def fake(search: Any, report: Any) -> dict[str, Any]:
         report(search.trials // 2, {"cost": 2.0})

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
+from cps_agents.cli import app
 from cps_envs.fdi.config import A
 from cps_envs.fdi.optima import CONSTANTS, from_text
 from cps_envs.fdi.task import parse_task
@@ -94,7 +94,7 @@ def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, jobs: str) -> Non
     command = [
         sys.executable,
         "-c",
-        "from agents.cli import main; main()",
+        "from cps_agents.cli import main; main()",
         "oracle",
         "--jobs",
         jobs,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
+from cps_agents.cli import app
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 

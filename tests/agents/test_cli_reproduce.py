@@ -10,9 +10,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from agents.cli import app
-from agents.commands.string_stability import string_stability
-from baselines.disbanding.reproduction import reference
+from cps_agents.cli import app
+from cps_agents.commands.string_stability import string_stability
+from cps_baselines.disbanding.reproduction import reference
 
 matplotlib_image = pytest.importorskip("matplotlib.image")
 

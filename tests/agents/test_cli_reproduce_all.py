@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from agents.reproduction import readings
-from agents.reproduction.publication import END, START, tables
-from baselines.reproduction.block import Block
-from baselines.reproduction.evidence import Report
-from baselines.reproduction.tally import CELLS, CLAIMS, Tally, tally
+from cps_agents.cli import app
+from cps_agents.reproduction import readings
+from cps_agents.reproduction.publication import END, START, tables
+from cps_baselines.reproduction.block import Block
+from cps_baselines.reproduction.evidence import Report
+from cps_baselines.reproduction.tally import CELLS, CLAIMS, Tally, tally
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from baselines.fdi.reproduction import counts
+from cps_agents.cli import app
+from cps_baselines.fdi.reproduction import counts
 
 
 def invoke(*arguments: str) -> Any:

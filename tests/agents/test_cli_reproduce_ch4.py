@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from baselines.hvac.reproduction import reference
+from cps_agents.cli import app
+from cps_baselines.hvac.reproduction import reference
 
 
 def invoke(*arguments: str) -> Any:

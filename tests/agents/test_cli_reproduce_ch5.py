@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from baselines.rogue.reproduction import reference
-from baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ
+from cps_agents.cli import app
+from cps_baselines.rogue.reproduction import reference
+from cps_baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ
 
 matplotlib_image = pytest.importorskip("matplotlib.image")
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from baselines.testbed import reference
+from cps_agents.cli import app
+from cps_baselines.testbed import reference
 from cps_envs.core.play import play_episodes
 from cps_envs.testbed.problem import TESTBED
 

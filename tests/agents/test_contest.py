@@ -11,21 +11,21 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import agents.contest.contest as module
-from agents.benchmark.store import Store
-from agents.cli import app
-from agents.contest.contest import choose_variants, find_contests, play_contest
-from agents.contest.document import document
-from agents.contest.played import Effort, Played
-from agents.contest.publication import END, publish
-from agents.contest.rules import judge
-from agents.contest.search import run_search, with_options
-from agents.contest.tables import markdown, sheets, summary
-from agents.errors import CommandError
-from agents.learning.seeds import TRAINING_START, VALIDATION
-from agents.machine import available_cores
-from baselines.contest import Column, Constraint, Contest, Search, Side, Variant
-from baselines.schedule import Entrant
+import cps_agents.contest.contest as module
+from cps_agents.benchmark.store import Store
+from cps_agents.cli import app
+from cps_agents.contest.contest import choose_variants, find_contests, play_contest
+from cps_agents.contest.document import document
+from cps_agents.contest.played import Effort, Played
+from cps_agents.contest.publication import END, publish
+from cps_agents.contest.rules import judge
+from cps_agents.contest.search import run_search, with_options
+from cps_agents.contest.tables import markdown, sheets, summary
+from cps_agents.errors import CommandError
+from cps_agents.learning.seeds import TRAINING_START, VALIDATION
+from cps_agents.machine import available_cores
+from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
+from cps_baselines.schedule import Entrant
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, FloatArray
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from agents import docs
+from cps_agents import docs
 
 
 def test_the_generated_page_is_current(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from agents.league.double_oracle import Row, fresh_value, play_rounds
-from baselines.rogue.fixed_game import ASSIGNED, DEFENDERS, DETECTING, FixedGame
+from cps_agents.cli import app
+from cps_agents.league.double_oracle import Row, fresh_value, play_rounds
+from cps_baselines.rogue.fixed_game import ASSIGNED, DEFENDERS, DETECTING, FixedGame
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.rogue.problem import ROGUE
@@ -84,7 +84,7 @@ def test_every_assignment_of_laws_is_there_once() -> None:
 @pytest.mark.parametrize("name", ["shll", "llll", "shsr", *DETECTING[:2]])
 def test_a_row_holds_what_the_registered_policy_pays(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     few = ("llll", "shll", "shsr")
-    monkeypatch.setattr("baselines.rogue.fixed_game.DEFENDERS", (*few, *DETECTING))
+    monkeypatch.setattr("cps_baselines.rogue.fixed_game.DEFENDERS", (*few, *DETECTING))
     game = FixedGame(1.3, weight_mps2=0.5, worlds=2)
     attack = game.first()[0]
     paid = game.row(attack)[[*few, *DETECTING].index(name)]
@@ -113,7 +113,7 @@ def test_a_search_improves_on_what_is_known_and_is_repeatable() -> None:
 
 def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma")
-    monkeypatch.setattr("baselines.rogue.fixed_game.DEFENDERS", ("llll", "shll"))
+    monkeypatch.setattr("cps_baselines.rogue.fixed_game.DEFENDERS", ("llll", "shll"))
 
     def row(self: FixedGame, weights: FloatArray) -> FloatArray:
         return np.array([1.0, 2.0]) + weights[:2]

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app, main
-from agents.evaluation.arena import Arena, scores
-from agents.evaluation.comparison import is_better
-from agents.evaluation.statistics import Estimate
-from agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
+from cps_agents.cli import app, main
+from cps_agents.evaluation.arena import Arena, scores
+from cps_agents.evaluation.comparison import is_better
+from cps_agents.evaluation.statistics import Estimate
+from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem

@@ -16,12 +16,12 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents import locking
-from agents.cli import app
-from baselines.interruption import Ended, ending, exit_code
+from cps_agents import locking
+from cps_agents.cli import app
+from cps_baselines.interruption import Ended, ending, exit_code
 from tests.agents.test_locking import COMMANDS, LEARNING
 
-WHOLE = "from agents.cli import main; main()"
+WHOLE = "from cps_agents.cli import main; main()"
 AGAIN = "What was finished is kept: the same command goes on."
 RESUMED = "What was finished is kept: the same command with --resume goes on."
 TRAIN = ("train", "RogueAttack-v0", "--name", "tiny", "--knob", "evaluation_episodes=2")
@@ -125,7 +125,7 @@ def test_every_command_tells_how_to_go_on(
     others = {"train": (*TRAIN, "--seeds", "1"), "oracle": ("oracle", "--task", "x4>4"), "list": ("list",)}
     commands: dict[str, tuple[str, ...]] = {**COMMANDS, **others}
     monkeypatch.setattr(locking.FileLock, "acquire", interrupted)
-    monkeypatch.setattr("agents.catalogue.describe_everything", interrupted)
+    monkeypatch.setattr("cps_agents.catalogue.describe_everything", interrupted)
     out = () if name == "list" else ("--out", str(tmp_path / "out.json"))
     result = CliRunner().invoke(app, [*commands[name], *out])
     assert result.exit_code == 128 + number, result.output

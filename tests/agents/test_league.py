@@ -16,14 +16,14 @@ from typer.testing import CliRunner
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from agents.benchmark import store as stores
-from agents.benchmark.cell import Cell
-from agents.benchmark.store import Store
-from agents.cli import app
-from agents.errors import CommandError
-from agents.league.league import League, Plan, play_league
-from agents.league.players import Venue, make_players, short_name, usual
-from agents.league.standing import standings, strategies
+from cps_agents.benchmark import store as stores
+from cps_agents.benchmark.cell import Cell
+from cps_agents.benchmark.store import Store
+from cps_agents.cli import app
+from cps_agents.errors import CommandError
+from cps_agents.league.league import League, Plan, play_league
+from cps_agents.league.players import Venue, make_players, short_name, usual
+from cps_agents.league.standing import standings, strategies
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from tests.agents.trained import save_tiny
@@ -68,9 +68,9 @@ def test_the_usual_policies_take_part(tmp_path: Path, monkeypatch: pytest.Monkey
     save_tiny(tmp_path / "rogue-tiny.json", "rogue", "attacker")
     save_tiny(tmp_path / "fdi-tiny.json", "fdi", "attacker")
     for module in ("files", "references"):
-        monkeypatch.setattr(f"agents.zoo.{module}.find", lambda name: tmp_path / f"{name}.json")
-    monkeypatch.setattr("agents.league.players.SHIPPED", tmp_path)
-    monkeypatch.setattr("agents.league.players.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
+        monkeypatch.setattr(f"cps_agents.zoo.{module}.find", lambda name: tmp_path / f"{name}.json")
+    monkeypatch.setattr("cps_agents.league.players.SHIPPED", tmp_path)
+    monkeypatch.setattr("cps_agents.league.players.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
     names = usual(find_problem("rogue"), "attacker")
     assert {"square", "switching", "zoo:rogue-tiny"} <= set(names)
     assert not {"mixture", "zoo:fdi-tiny"} & set(names)

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 pytest.importorskip("scipy")
 
-from agents.league.equilibrium import TOLERANCE, dominating, solve
+from cps_agents.league.equilibrium import TOLERANCE, dominating, solve
 
 PENNIES = np.array([[1.0, -1.0], [-1.0, 1.0]])
 ROCK_PAPER_SCISSORS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])

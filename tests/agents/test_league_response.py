@@ -14,18 +14,18 @@ import pytest
 
 pytest.importorskip("scipy")
 
-from agents.benchmark.store import Store
-from agents.cli import main
-from agents.errors import CommandError
-from agents.evaluation.statistics import Estimate
-from agents.league.exploitability import Contest, LeagueValue, gain_over, judge, league_value
-from agents.league.league import Plan, play_league
-from agents.league.players import Venue
-from agents.league.report import document
-from agents.league.response import Trained, against, differing_presets, limited, merged, recipe_of, venue_of
-from agents.league.strategy import mix, strategy_of
-from agents.learning.recipe import Recipe
-from agents.recipes.finding import find_recipe
+from cps_agents.benchmark.store import Store
+from cps_agents.cli import main
+from cps_agents.errors import CommandError
+from cps_agents.evaluation.statistics import Estimate
+from cps_agents.league.exploitability import Contest, LeagueValue, gain_over, judge, league_value
+from cps_agents.league.league import Plan, play_league
+from cps_agents.league.players import Venue
+from cps_agents.league.report import document
+from cps_agents.league.response import Trained, against, differing_presets, limited, merged, recipe_of, venue_of
+from cps_agents.league.strategy import mix, strategy_of
+from cps_agents.learning.recipe import Recipe
+from cps_agents.recipes.finding import find_recipe
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Role

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.league.strategy import Strategy, mix, strategy_of
+from cps_agents.league.strategy import Strategy, mix, strategy_of
 from cps_envs import find_problem
 from cps_envs.core.mixture import Mixture
 

@@ -14,13 +14,13 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
-from agents.cli import main
-from agents.errors import CommandError
-from agents.learning.job import Job
-from agents.learning.learner import learn
-from agents.learning.runs import train_all
-from agents.zoo.files import load
-from baselines.interruption import Ended
+from cps_agents.cli import main
+from cps_agents.errors import CommandError
+from cps_agents.learning.job import Job
+from cps_agents.learning.learner import learn
+from cps_agents.learning.runs import train_all
+from cps_agents.zoo.files import load
+from cps_baselines.interruption import Ended
 from cps_envs.core.documents import DamagedFileError
 from tests.agents.test_learning_parts import CASES, ROGUE, SWARM
 
@@ -196,7 +196,7 @@ def test_a_run_that_ends_before_it_learns_is_not_running(
     def end(*arguments: Any) -> None:
         raise error
 
-    monkeypatch.setattr("agents.learning.training.make_model", end)
+    monkeypatch.setattr("cps_agents.learning.training.make_model", end)
     with pytest.raises(type(error)):
         learn(job(tmp_path))
     assert json.loads((tmp_path / "run.json").read_text())["status"] == "interrupted"

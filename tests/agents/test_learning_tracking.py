@@ -15,13 +15,13 @@ from typer.testing import CliRunner
 
 pytest.importorskip("stable_baselines3")
 
-from agents.cli import app
-from agents.errors import CommandError
-from agents.learning.earlier import read_earlier
-from agents.learning.job import Job
-from agents.learning.learner import learn
-from agents.learning.tracking import Subject, make_tracker
-from agents.zoo.files import load
+from cps_agents.cli import app
+from cps_agents.errors import CommandError
+from cps_agents.learning.earlier import read_earlier
+from cps_agents.learning.job import Job
+from cps_agents.learning.learner import learn
+from cps_agents.learning.tracking import Subject, make_tracker
+from cps_agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
 from tests.agents.test_learning_parts import ROGUE

@@ -14,19 +14,19 @@ from safetensors.numpy import load_file, save_file
 
 pytest.importorskip("cma")
 
-from agents.cli import main
-from agents.errors import CommandError
-from agents.learning.job import Job
-from agents.learning.learner import learn
-from agents.learning.recipe import Recipe, changed
-from agents.learning.runs import train_all
-from agents.learning.scene import Scene
-from agents.learning.search import CHECKPOINT
-from agents.recipes.finding import RECIPES
-from agents.zoo.card import read_card
-from agents.zoo.files import load
-from agents.zoo.merging import merge
-from baselines.disbanding.string_controller import StringController
+from cps_agents.cli import main
+from cps_agents.errors import CommandError
+from cps_agents.learning.job import Job
+from cps_agents.learning.learner import learn
+from cps_agents.learning.recipe import Recipe, changed
+from cps_agents.learning.runs import train_all
+from cps_agents.learning.scene import Scene
+from cps_agents.learning.search import CHECKPOINT
+from cps_agents.recipes.finding import RECIPES
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.files import load
+from cps_agents.zoo.merging import merge
+from cps_baselines.disbanding.string_controller import StringController
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UntrustedCodeError
 from cps_envs.core.lookup import resolve_policy
@@ -115,7 +115,7 @@ def test_a_stopped_search_goes_on_to_the_same_result(whole: Path, tmp_path: Path
 
 
 def test_a_generation_that_was_cut_off_is_played_again(whole: Path, tmp_path: Path, monkeypatch: Any) -> None:
-    import agents.learning.search as module
+    import cps_agents.learning.search as module
 
     play, calls = module.play_scenes, []
 

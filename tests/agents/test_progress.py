@@ -7,8 +7,8 @@ import io
 import pytest
 from rich.console import Console
 
-from agents import progress
-from agents.progress import Progress
+from cps_agents import progress
+from cps_agents.progress import Progress
 
 
 @pytest.fixture

@@ -8,21 +8,21 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from agents.errors import CommandError
-from agents.reliability import determinism
-from agents.reliability.child import run_chunk
-from agents.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
-from agents.reliability.document import document, markdown, publish
-from agents.reliability.faults.comparing import damaged, differing
-from agents.reliability.fuzz import actions, configurations, files
-from agents.reliability.fuzz.judging import Tally, is_refusal
-from agents.reliability.journal import Journal
-from agents.reliability.mutation.mutants import draw
-from agents.reliability.mutation.part import equivalents
-from agents.reliability.mutation.targets import TARGETS
-from agents.reliability.store import Store
-from agents.reliability.suite import run_parts
+from cps_agents.cli import app
+from cps_agents.errors import CommandError
+from cps_agents.reliability import determinism
+from cps_agents.reliability.child import run_chunk
+from cps_agents.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
+from cps_agents.reliability.document import document, markdown, publish
+from cps_agents.reliability.faults.comparing import damaged, differing
+from cps_agents.reliability.fuzz import actions, configurations, files
+from cps_agents.reliability.fuzz.judging import Tally, is_refusal
+from cps_agents.reliability.journal import Journal
+from cps_agents.reliability.mutation.mutants import draw
+from cps_agents.reliability.mutation.part import equivalents
+from cps_agents.reliability.mutation.targets import TARGETS
+from cps_agents.reliability.store import Store
+from cps_agents.reliability.suite import run_parts
 from cps_envs.core.errors import ConfigurationError
 from tests.agents.broken_parts import PART as TOYS
 
@@ -31,7 +31,7 @@ def part_of(*counts: dict[str, int]) -> Part:
     def run(chunk: Chunk, journal: Journal) -> Result:
         return {"counts": counts[chunk.number], "examples": {}}
 
-    rows = [Chunk("toy", "row", number, ("agents/reliability/chunk.py",)) for number in range(len(counts))]
+    rows = [Chunk("toy", "row", number, ("agents/cps_agents/reliability/chunk.py",)) for number in range(len(counts))]
     return Part("toy", "Toys", "About.", {"tried": "tried", "bad": "bad"}, frozenset({"bad"}), lambda: rows, run)
 
 
@@ -106,7 +106,7 @@ def test_finished_pieces_are_kept_until_their_sources_change(tmp_path: Path, mon
     assert found.totals == {"tried": 5, "bad": 1}
     assert found.violations == {"bad": 1}
     next((tmp_path / "toy").glob("*-0.json")).write_text("{", encoding="utf-8")
-    monkeypatch.setattr("agents.reliability.store.stamp", lambda chunk: f"other than {stamp(chunk)}")
+    monkeypatch.setattr("cps_agents.reliability.store.stamp", lambda chunk: f"other than {stamp(chunk)}")
     run_parts([part], Store(tmp_path), 1.0, work=work)
     assert done == [0, 1, 0, 1]
 

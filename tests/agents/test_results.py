@@ -12,25 +12,25 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.benchmark.cell import Cell, Preparation, Result
-from agents.benchmark.store import Store
-from agents.catalogue import policies
-from agents.cli import app
-from agents.errors import CommandError
-from agents.evaluation.arena import HAPPENED, Arena
-from agents.results import examination, rogue
-from agents.results.block import Bar, Block, Contestant, Row
-from agents.results.document import document, merged
-from agents.results.examination import Findings, examine, find_blocks, missing_of
-from agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
-from agents.results.markdown import END, START, readme_table, results_markdown, with_table
-from agents.results.publication import publish, record
-from agents.results.rivals import completed, teacher_of
-from agents.results.searches import best_wave, fixed_plan
-from agents.results.tables import bar_lines, best_baseline, judged_against, overall
-from agents.results.terminal import tables
-from agents.zoo.card import read_card
-from agents.zoo.references import missing_names, weights_of
+from cps_agents.benchmark.cell import Cell, Preparation, Result
+from cps_agents.benchmark.store import Store
+from cps_agents.catalogue import policies
+from cps_agents.cli import app
+from cps_agents.errors import CommandError
+from cps_agents.evaluation.arena import HAPPENED, Arena
+from cps_agents.results import examination, rogue
+from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.results.document import document, merged
+from cps_agents.results.examination import Findings, examine, find_blocks, missing_of
+from cps_agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
+from cps_agents.results.markdown import END, START, readme_table, results_markdown, with_table
+from cps_agents.results.publication import publish, record
+from cps_agents.results.rivals import completed, teacher_of
+from cps_agents.results.searches import best_wave, fixed_plan
+from cps_agents.results.tables import bar_lines, best_baseline, judged_against, overall
+from cps_agents.results.terminal import tables
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.references import missing_names, weights_of
 from cps_envs.core import lookup
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
@@ -383,7 +383,7 @@ def test_metrics_of_declared_blocks_exist() -> None:
 
 
 def examination_metrics(arena: Arena) -> set[str]:
-    from agents.benchmark.cell import problem_of
+    from cps_agents.benchmark.cell import problem_of
 
     return set(problem_of(arena.problem).game(arena.config, 1).metrics())
 
@@ -424,14 +424,14 @@ def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypat
 
 
 def test_what_the_blocks_name_needs_no_consent(monkeypatch: pytest.MonkeyPatch) -> None:
-    entry = EntryPoint("agents.results.robots", "agents.results.robots:find", lookup.SOURCES)
+    entry = EntryPoint("cps_agents.results.robots", "cps_agents.results.robots:find", lookup.SOURCES)
     found = {lookup.GROUP: lookup._registered(lookup.GROUP), lookup.SOURCES: {entry.name: entry}}
     monkeypatch.setattr(lookup, "_registered", lambda group=lookup.GROUP: found[group])
     monkeypatch.delenv("CPS_ENVS_TRUST")
     spec = TESTBED.game(TESTBED.config("mitigated", {}), 1).spec("defender")
-    assert lookup.resolve_policy("agents.results.robots:mitigation?period_s=0.5", spec)
+    assert lookup.resolve_policy("cps_agents.results.robots:mitigation?period_s=0.5", spec)
     with pytest.raises(UnknownNameError, match="no policy of robots 'find'"):
-        lookup.resolve_policy("agents.results.robots:find", spec)
+        lookup.resolve_policy("cps_agents.results.robots:find", spec)
     assert find_problem("cps_envs.testbed.problem:TESTBED") is TESTBED
 
 

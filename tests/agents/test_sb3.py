@@ -24,7 +24,7 @@ from stable_baselines3 import PPO  # noqa: E402
 from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
 from stable_baselines3.common.vec_env import VecMonitor  # noqa: E402
 
-from agents.sb3 import BatchVecEnv, as_sb3  # noqa: E402
+from cps_agents.sb3 import BatchVecEnv, as_sb3  # noqa: E402
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/DisbandingAttack-v0", "cps_envs:cps_envs/DisbandingDefense-v0"
 SMALL = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 10.0, "control_period_s": 0.5}
@@ -186,8 +186,8 @@ def test_missing_library_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> Non
             raise ImportError(f"No module named {name!r}")
         return real(name, *args, **kwargs)
 
-    monkeypatch.delitem(sys.modules, "agents.sb3")
+    monkeypatch.delitem(sys.modules, "cps_agents.sb3")
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(MissingExtraError, match=r"cps-envs\[agents\]"):
-        importlib.import_module("agents.sb3")
+        importlib.import_module("cps_agents.sb3")

@@ -16,20 +16,20 @@ import pytest
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from agents.benchmark.store import Store
-from agents.cli import main
-from agents.errors import CommandError
-from agents.league import self_play
-from agents.league.bounds import Outcome, judge, shares
-from agents.league.equilibrium import solve
-from agents.league.meetings import play_meetings
-from agents.league.players import Player, Venue
-from agents.league.response import Budget, Trained
-from agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
-from agents.league.self_play_report import document, draw
-from agents.league.strategy import mix, strategy_of
-from agents.learning.recipe import Recipe
-from baselines.workers import Workers
+from cps_agents.benchmark.store import Store
+from cps_agents.cli import main
+from cps_agents.errors import CommandError
+from cps_agents.league import self_play
+from cps_agents.league.bounds import Outcome, judge, shares
+from cps_agents.league.equilibrium import solve
+from cps_agents.league.meetings import play_meetings
+from cps_agents.league.players import Player, Venue
+from cps_agents.league.response import Budget, Trained
+from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
+from cps_agents.league.self_play_report import document, draw
+from cps_agents.league.strategy import mix, strategy_of
+from cps_agents.learning.recipe import Recipe
+from cps_baselines.workers import Workers
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, SIGN, Role
 
@@ -208,7 +208,7 @@ def test_the_command_trains_is_interrupted_and_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("sb3_contrib")
-    from agents.learning import runs
+    from cps_agents.learning import runs
 
     counting, jobs = runs._counting, []
 
@@ -252,7 +252,7 @@ def test_what_the_recipes_need_differently_has_to_be_chosen(
         role: Recipe(name=role, problem="rogue", role=role, overrides={"duration_s": float(place + 3)})
         for place, role in enumerate(ROLES)
     }
-    monkeypatch.setattr("agents.recipes.finding.RECIPES", recipes)
+    monkeypatch.setattr("cps_agents.recipes.finding.RECIPES", recipes)
     base = ("rogue", *FEW, "--out", str(tmp_path))
     code, _, told = command(monkeypatch, capsys, *base)
     assert code == 2

@@ -16,17 +16,17 @@ pytest.importorskip("sb3_contrib")
 
 import torch
 
-from agents.errors import CommandError
-from agents.learning.dealing import opponent_of, teacher_of
-from agents.learning.export import network_of_model
-from agents.learning.job import Job
-from agents.learning.learner import learn
-from agents.learning.model import check_fit
-from agents.learning.recipe import IMITATION, Recipe, changed
-from agents.learning.sequence_imitation import imitate_sequences, outputs_of, sequence_loss
-from agents.learning.sequences import collect, joined, read_sequences, write_sequences
-from agents.learning.training_envs import make_envs
-from agents.zoo.files import load
+from cps_agents.errors import CommandError
+from cps_agents.learning.dealing import opponent_of, teacher_of
+from cps_agents.learning.export import network_of_model
+from cps_agents.learning.job import Job
+from cps_agents.learning.learner import learn
+from cps_agents.learning.model import check_fit
+from cps_agents.learning.recipe import IMITATION, Recipe, changed
+from cps_agents.learning.sequence_imitation import imitate_sequences, outputs_of, sequence_loss
+from cps_agents.learning.sequences import collect, joined, read_sequences, write_sequences
+from cps_agents.learning.training_envs import make_envs
+from cps_agents.zoo.files import load
 from cps_envs.registration import find_problem
 from tests.agents.test_learning_parts import CASES, ROGUE, SWARM, build
 

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 pytest.importorskip("optuna")
 pytest.importorskip("stable_baselines3")
 
-from agents.cli import app
+from cps_agents.cli import app
 
 RECIPE = "rogue-attack-ppo"
 SMALL = [

@@ -6,9 +6,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-import agents.warm
-from agents.cli import app
-from agents.warm import Visit, visits, warm
+import cps_agents.warm
+from cps_agents.cli import app
+from cps_agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
 from cps_envs.core.kernel_cache import UNKEPT, compiled, told
 from cps_envs.core.lookup import policy_names
@@ -47,7 +47,7 @@ def test_nothing_is_left_to_compile_after_warming() -> None:
 def little(monkeypatch: pytest.MonkeyPatch) -> list[Visit]:
     """What a problem's visits are for the command."""
     uses = [Visit("rogue", "in passing", lambda: None)]
-    monkeypatch.setattr(agents.warm, "visits", lambda problem: iter(uses))
+    monkeypatch.setattr(cps_agents.warm, "visits", lambda problem: iter(uses))
     return uses
 
 
@@ -76,7 +76,7 @@ def test_the_command_goes_on_after_a_failure_and_says_so(little: list[Visit]) ->
 
 @pytest.mark.usefixtures("little")
 def test_the_command_says_when_nothing_can_be_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("agents.warm.told", told | {UNKEPT})
+    monkeypatch.setattr("cps_agents.warm.told", told | {UNKEPT})
     result = invoke("--problem", "rogue", "--json")
     assert (result.exit_code, json.loads(result.stdout)["kept"]) == (1, False)
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app, main
-from agents.errors import CommandError
-from agents.zoo.card import read_card
-from agents.zoo.files import find, load, shipped_names
-from agents.zoo.merging import merge, without_places
+from cps_agents.cli import app, main
+from cps_agents.errors import CommandError
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.files import find, load, shipped_names
+from cps_agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import PROBLEMS, find_problem

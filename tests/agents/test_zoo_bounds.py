@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.zoo.bounds import rescaling
+from cps_agents.zoo.bounds import rescaling
 from cps_envs.registration import find_problem
 from tests.agents.trained import save_tiny
 

@@ -17,9 +17,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from safetensors.numpy import load_file, save_file
 
-from agents.zoo.card import MOST_BYTES, SHIPPED, read_card
-from agents.zoo.files import load, shipped_names
-from agents.zoo.network import Memory, Network, network_of
+from cps_agents.zoo.card import MOST_BYTES, SHIPPED, read_card
+from cps_agents.zoo.files import load, shipped_names
+from cps_agents.zoo.network import Memory, Network, network_of
 from cps_envs.core.types import Array
 from tests.agents.trained import save_tiny
 
@@ -215,7 +215,7 @@ def seeds_in(card: Path) -> list[str]:
 
 def test_a_kill_before_the_card_leaves_the_old_policy(card: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
-        patched.setattr("agents.zoo.files.write_json", killed)
+        patched.setattr("cps_agents.zoo.files.write_json", killed)
         with pytest.raises(KilledError):
             save_tiny(card, "fdi", "attacker", seeds=3)
     assert seeds_in(card) == ["0"]
@@ -232,12 +232,12 @@ def test_a_kill_after_the_card_leaves_the_new_policy(
 ) -> None:
     card = tmp_path / "other.json" if first else card
     with monkeypatch.context() as patched:
-        patched.setattr("agents.zoo.files.os.replace", replacing_all_but(card.with_suffix(".safetensors")))
+        patched.setattr("cps_agents.zoo.files.os.replace", replacing_all_but(card.with_suffix(".safetensors")))
         with pytest.raises(KilledError):
             save_tiny(card, "fdi", "attacker", seeds=3)
     assert seeds_in(card) == ["0", "1", "2"]
     with monkeypatch.context() as patched:  # and once more, before the next card
-        patched.setattr("agents.zoo.files.write_json", killed)
+        patched.setattr("cps_agents.zoo.files.write_json", killed)
         with pytest.raises(KilledError):
             save_tiny(card, "fdi", "attacker", seeds=4)
     assert seeds_in(card) == ["0", "1", "2"]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.zoo.network import CLIP, MOST_LOG_DEVIATION, PART, Memory, Network, network_of
+from cps_agents.zoo.network import CLIP, MOST_LOG_DEVIATION, PART, Memory, Network, network_of
 
 torch = pytest.importorskip("torch")
 

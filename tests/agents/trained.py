@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from agents.zoo.card import Card
-from agents.zoo.files import save
-from agents.zoo.network import Network
-from agents.zoo.policy import count_actions
+from cps_agents.zoo.card import Card
+from cps_agents.zoo.files import save
+from cps_agents.zoo.network import Network
+from cps_agents.zoo.policy import count_actions
 from cps_envs.core.types import Role
 from cps_envs.registration import find_problem
 

@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import pytest
 
-from baselines.reproduction.claims import Claim, Claims, Finding, joined
-from baselines.reproduction.evidence import NotRunError
-from baselines.reproduction.findings import findings_block, findings_document, findings_summary
-from baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, of_cases, of_number
+from cps_baselines.reproduction.claims import Claim, Claims, Finding, joined
+from cps_baselines.reproduction.evidence import NotRunError
+from cps_baselines.reproduction.findings import findings_block, findings_document, findings_summary
+from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, of_cases, of_number
 
 
 def made() -> Claims[dict[str, float]]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from baselines.reproduction.evidence import Evidence, NotRunError, compute
+from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
 
 
 @dataclass(frozen=True)

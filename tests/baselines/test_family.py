@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.disbanding.families import BROADCAST, LOCAL
-from baselines.disbanding.string_controller import Gains, StringController, shipped_gains
-from baselines.family import FAMILIES, Family, Members, Number, find_family, play_family
-from baselines.rogue.families import SWITCHING
-from baselines.rogue.tuned import tuned
+from cps_baselines.disbanding.families import BROADCAST, LOCAL
+from cps_baselines.disbanding.string_controller import Gains, StringController, shipped_gains
+from cps_baselines.family import FAMILIES, Family, Members, Number, find_family, play_family
+from cps_baselines.rogue.families import SWITCHING
+from cps_baselines.rogue.tuned import tuned
 from cps_envs.core.errors import UnknownNameError, UntrustedCodeError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy
@@ -38,11 +38,11 @@ def test_every_family_has_a_name_and_other_names_are_explained() -> None:
 def test_code_in_a_name_needs_consent(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
     with pytest.raises(UntrustedCodeError, match="--trust"):
-        find_family("baselines.rogue.families:SWITCHING")
+        find_family("cps_baselines.rogue.families:SWITCHING")
     monkeypatch.setenv("CPS_ENVS_TRUST", "1")
-    assert find_family("baselines.rogue.families:SWITCHING") is SWITCHING
+    assert find_family("cps_baselines.rogue.families:SWITCHING") is SWITCHING
     with pytest.raises(UnknownNameError, match="is no family"):
-        find_family("baselines.rogue.tuned:tuned")
+        find_family("cps_baselines.rogue.tuned:tuned")
 
 
 @pytest.mark.parametrize(

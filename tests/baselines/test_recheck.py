@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baselines.disbanding.reproduction.chapter import reproduce_chapter as reproduce_chapter_2
-from baselines.disbanding.reproduction.recheck import CONDITIONS as OTHER_RULES
-from baselines.disbanding.reproduction.recording import Recorded as Course
-from baselines.disbanding.reproduction.scenario import Scenario as Driven
-from baselines.disbanding.reproduction.searching import Search
-from baselines.disbanding.reproduction.selection import needed as behind_chapter_2
-from baselines.hvac.reproduction.experiments import noise_free, undefended
-from baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
-from baselines.hvac.reproduction.recording import Recorded
-from baselines.hvac.reproduction.scenario import Scenario
-from baselines.hvac.reproduction.selection import needed
-from baselines.reproduction.claims import Claim, Finding
-from baselines.reproduction.evidence import Evidence, NotRunError, compute
-from baselines.reproduction.recheck import (
+from cps_baselines.disbanding.reproduction.chapter import reproduce_chapter as reproduce_chapter_2
+from cps_baselines.disbanding.reproduction.recheck import CONDITIONS as OTHER_RULES
+from cps_baselines.disbanding.reproduction.recording import Recorded as Course
+from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
+from cps_baselines.disbanding.reproduction.searching import Search
+from cps_baselines.disbanding.reproduction.selection import needed as behind_chapter_2
+from cps_baselines.hvac.reproduction.experiments import noise_free, undefended
+from cps_baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
+from cps_baselines.hvac.reproduction.recording import Recorded
+from cps_baselines.hvac.reproduction.scenario import Scenario
+from cps_baselines.hvac.reproduction.selection import needed
+from cps_baselines.reproduction.claims import Claim, Finding
+from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
+from cps_baselines.reproduction.recheck import (
     Again,
     Condition,
     Results,
@@ -31,10 +31,10 @@ from baselines.reproduction.recheck import (
     judge_again,
     with_again,
 )
-from baselines.reproduction.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
-from baselines.rogue.reproduction.experiments import ClosedLoop, Ride, Waves, square_waves
-from baselines.rogue.reproduction.parts import behind_claims
-from baselines.rogue.reproduction.recheck import CONDITIONS, WORLDS
+from cps_baselines.reproduction.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
+from cps_baselines.rogue.reproduction.experiments import ClosedLoop, Ride, Waves, square_waves
+from cps_baselines.rogue.reproduction.parts import behind_claims
+from cps_baselines.rogue.reproduction.recheck import CONDITIONS, WORLDS
 
 CLAIM = Claim("X01", "1", "it is one", "1", "m")
 

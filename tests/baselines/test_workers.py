@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
-from baselines.workers import Workers
+from cps_baselines.workers import Workers
 
 FOREVER_S = 600.0
 

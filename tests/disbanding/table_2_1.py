@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from baselines.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
-from baselines.disbanding.mpc import PAPER_MATCHING, MpcSettings, stack_mpc
+from cps_baselines.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
+from cps_baselines.disbanding.mpc import PAPER_MATCHING, MpcSettings, stack_mpc
 from cps_envs.core.kernels import records, unpack, view
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.config import INTERPRETATIONS

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.disbanding.contest import CONTEST
-from baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
-from baselines.disbanding.string_search import START, StringSearch, found_before, search_string
-from baselines.disbanding.timed import distinct
+from cps_baselines.disbanding.contest import CONTEST
+from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
+from cps_baselines.disbanding.string_search import START, StringSearch, found_before, search_string
+from cps_baselines.disbanding.timed import distinct
 from cps_envs.core.documents import Entry, Source
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import policy_names, resolve_policy

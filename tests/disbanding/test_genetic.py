@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.disbanding.genetic import GeneticAlgorithm
-from baselines.disbanding.plan_search import search_plan
+from cps_baselines.disbanding.genetic import GeneticAlgorithm
+from cps_baselines.disbanding.plan_search import search_plan
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines.disbanding.heuristic import (
+from cps_baselines.disbanding.heuristic import (
     FORESIGHT,
     Foresight,
     next_below,

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.disbanding.bounds import least_errors
-from baselines.disbanding.joint import BEST, PAPER, Joint
-from baselines.disbanding.joint_program import CAPS, PENALTIES, design_joint, joint_scratch, solve_joint
-from baselines.disbanding.quadratic_program import HildrethSolver, quadratic_program
+from cps_baselines.disbanding.bounds import least_errors
+from cps_baselines.disbanding.joint import BEST, PAPER, Joint
+from cps_baselines.disbanding.joint_program import CAPS, PENALTIES, design_joint, joint_scratch, solve_joint
+from cps_baselines.disbanding.quadratic_program import HildrethSolver, quadratic_program
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes

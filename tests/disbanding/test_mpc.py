@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.disbanding.mpc import (
+from cps_baselines.disbanding.mpc import (
     BEST_TUNED,
     PAPER_MATCHING,
     Motion,
@@ -16,7 +16,7 @@ from baselines.disbanding.mpc import (
     predictive_command,
     stack_mpc,
 )
-from baselines.disbanding.osqp_solver import OsqpSolver
+from cps_baselines.disbanding.osqp_solver import OsqpSolver
 from cps_envs.core.kernels import unpack
 from cps_envs.disbanding.state import Constants
 from tests.disbanding.table_2_1 import CELLS, LEAD, metrics, run_mpc, start, table_2_1

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.disbanding.corrections import CopyDisbanded, sight_for
-from baselines.disbanding.feedback import LinearFeedback, shipped_weights
-from baselines.disbanding.feedback_search import FeedbackSearch, candidate_costs, search_feedback
-from baselines.disbanding.heuristic import FORESIGHT
-from baselines.disbanding.heuristic_policy import sweep_row
-from baselines.disbanding.plans import Plan, RandomPlan, plan_array
+from cps_baselines.disbanding.corrections import CopyDisbanded, sight_for
+from cps_baselines.disbanding.feedback import LinearFeedback, shipped_weights
+from cps_baselines.disbanding.feedback_search import FeedbackSearch, candidate_costs, search_feedback
+from cps_baselines.disbanding.heuristic import FORESIGHT
+from cps_baselines.disbanding.heuristic_policy import sweep_row
+from cps_baselines.disbanding.plans import Plan, RandomPlan, plan_array
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes

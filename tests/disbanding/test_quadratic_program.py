@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from baselines.disbanding.mpc import PAPER_MATCHING, design_mpc
-from baselines.disbanding.osqp_solver import OsqpSolver
-from baselines.disbanding.quadratic_program import HildrethSolver, QuadraticProgram, quadratic_program
+from cps_baselines.disbanding.mpc import PAPER_MATCHING, design_mpc
+from cps_baselines.disbanding.osqp_solver import OsqpSolver
+from cps_baselines.disbanding.quadratic_program import HildrethSolver, QuadraticProgram, quadratic_program
 
 EXACT: dict[str, Any] = {"sweeps": 100_000, "tolerance": 1e-12}
 

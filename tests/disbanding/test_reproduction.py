@@ -9,23 +9,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.console import to_json
-from baselines.disbanding.reproduction import plot_2_1, plot_2_3, reference
-from baselines.disbanding.reproduction.cells import mean_distance, table_cells
-from baselines.disbanding.reproduction.chapter import Reproduction, reproduce_chapter
-from baselines.disbanding.reproduction.claims import CLAIMS
-from baselines.disbanding.reproduction.evidence import Evidence
-from baselines.disbanding.reproduction.experiments import Experiments
-from baselines.disbanding.reproduction.played import READINGS
-from baselines.disbanding.reproduction.recording import Recorded
-from baselines.disbanding.reproduction.rules import of_points
-from baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
-from baselines.disbanding.reproduction.searching import evaluator
-from baselines.disbanding.reproduction.selection import PARTS, chosen, needed
-from baselines.paper.tables import read_table, velocity_errors
-from baselines.reproduction.evidence import compute
-from baselines.reproduction.recovery import deviation, of_recovery, of_recovery_time, recovery_s
-from baselines.reproduction.verdicts import NEAR, NEAR_SHARE, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_agents.console import to_json
+from cps_baselines.disbanding.reproduction import plot_2_1, plot_2_3, reference
+from cps_baselines.disbanding.reproduction.cells import mean_distance, table_cells
+from cps_baselines.disbanding.reproduction.chapter import Reproduction, reproduce_chapter
+from cps_baselines.disbanding.reproduction.claims import CLAIMS
+from cps_baselines.disbanding.reproduction.evidence import Evidence
+from cps_baselines.disbanding.reproduction.experiments import Experiments
+from cps_baselines.disbanding.reproduction.played import READINGS
+from cps_baselines.disbanding.reproduction.recording import Recorded
+from cps_baselines.disbanding.reproduction.rules import of_points
+from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
+from cps_baselines.disbanding.reproduction.searching import evaluator
+from cps_baselines.disbanding.reproduction.selection import PARTS, chosen, needed
+from cps_baselines.paper.tables import read_table, velocity_errors
+from cps_baselines.reproduction.evidence import compute
+from cps_baselines.reproduction.recovery import deviation, of_recovery, of_recovery_time, recovery_s
+from cps_baselines.reproduction.verdicts import NEAR, NEAR_SHARE, NOT, PARTLY, REPRODUCED, UNKNOWN
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.disbanding.config import PAPER
 

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.catalogue import describe_problem
-from agents.cli import app
-from agents.docs import chapter
+from cps_agents.catalogue import describe_problem
+from cps_agents.cli import app
+from cps_agents.docs import chapter
 from cps_envs import find_problem
 from cps_envs.core.conformance import CHECKS, Check, find_subject, run_check
 from cps_envs.core.errors import UnknownNameError

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.fdi.annealing import anneal
-from baselines.fdi.replay import NoReplayError, replay
+from cps_baselines.fdi.annealing import anneal
+from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.fdi.config import CLIP, A, FdiConfig
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.task import parse_task

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from agents.benchmark.matrix import grids
-from agents.benchmark.report import markdown, tables
-from agents.benchmark.runner import find_benchmarks, run_benchmark, select
-from agents.benchmark.store import Store
-from baselines.fdi.benchmark import BENCHMARK, TASKS
+from cps_agents.benchmark.matrix import grids
+from cps_agents.benchmark.report import markdown, tables
+from cps_agents.benchmark.runner import find_benchmarks, run_benchmark, select
+from cps_agents.benchmark.store import Store
+from cps_baselines.fdi.benchmark import BENCHMARK, TASKS
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.payoff import Metrics

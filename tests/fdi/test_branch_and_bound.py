@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines.fdi.branch_and_bound import AT_REST, PRINTED, Search, error_of, find_injections, make_search
+from cps_baselines.fdi.branch_and_bound import AT_REST, PRINTED, Search, error_of, find_injections, make_search
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.types import FloatArray

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baselines.fdi.continuation import best_from, integer_continuation, legal_continuation
-from baselines.fdi.cross import cross, relaxation_mps
+from cps_baselines.fdi.continuation import best_from, integer_continuation, legal_continuation
+from cps_baselines.fdi.cross import cross, relaxation_mps
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import A, FdiConfig
 from cps_envs.fdi.task import Task, parse_task

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from baselines.fdi import cross as module
-from baselines.fdi.cross import cross, crossing_program, merged, relaxation_mps
-from baselines.fdi.highs import Limits, solve
-from baselines.fdi.polish import polish
-from baselines.fdi.replay import NoReplayError, replay
+from cps_baselines.fdi import cross as module
+from cps_baselines.fdi.cross import cross, crossing_program, merged, relaxation_mps
+from cps_baselines.fdi.highs import Limits, solve
+from cps_baselines.fdi.polish import polish
+from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import IntArray
 from cps_envs.fdi.config import CLIP, PRESETS, A, B, FdiConfig

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.fdi.contest import CONTEST
-from baselines.fdi.detector import ROUNDING
-from baselines.fdi.detectors import FrontRearRedundancy, KinematicResidual, quiet_residual_m
-from baselines.fdi.model_fallback import ModelFallback
+from cps_baselines.fdi.contest import CONTEST
+from cps_baselines.fdi.detector import ROUNDING
+from cps_baselines.fdi.detectors import FrontRearRedundancy, KinematicResidual, quiet_residual_m
+from cps_baselines.fdi.model_fallback import ModelFallback
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from baselines.fdi.cross import Extra, cross
-from baselines.fdi.enumeration import FASTER_MPS, exhaust
-from baselines.fdi.highs import Program
-from baselines.fdi.lifted import Rows
+from cps_baselines.fdi.cross import Extra, cross
+from cps_baselines.fdi.enumeration import FASTER_MPS, exhaust
+from cps_baselines.fdi.highs import Program
+from cps_baselines.fdi.lifted import Rows
 from cps_envs.fdi.config import A
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, known
 from cps_envs.fdi.task import parse_task

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.fdi.branch_and_bound import PRINTED, find_injections, make_search
-from baselines.fdi.reproduction import plot_3_2
-from baselines.fdi.reproduction.course import Course, attack_course
-from baselines.fdi.reproduction.figure import FAR, ROUGH, FigureRow, main_rows
-from baselines.fdi.reproduction.variants import VARIANTS, FigureRun, figure_runs
+from cps_baselines.fdi.branch_and_bound import PRINTED, find_injections, make_search
+from cps_baselines.fdi.reproduction import plot_3_2
+from cps_baselines.fdi.reproduction.course import Course, attack_course
+from cps_baselines.fdi.reproduction.figure import FAR, ROUGH, FigureRow, main_rows
+from cps_baselines.fdi.reproduction.variants import VARIANTS, FigureRun, figure_runs
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
 

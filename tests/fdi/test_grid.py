@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from baselines.fdi.grid import GRID_MPS, GridCell, solve_cell
+from cps_baselines.fdi.grid import GRID_MPS, GridCell, solve_cell
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.fdi.config import A
 from cps_envs.fdi.task import parse_task

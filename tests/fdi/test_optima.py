@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baselines.fdi.replay import replay
-from baselines.fdi.sweep import paper_tasks
+from cps_baselines.fdi.replay import replay
+from cps_baselines.fdi.sweep import paper_tasks
 from cps_envs.fdi.config import CLIP, FIVE, PRESETS, A, B, C, FdiConfig
 from cps_envs.fdi.optima import CONSTANTS, INFEASIBLE, PROVED, TIME_LIMIT, Record, from_text, known, to_text
 from cps_envs.fdi.task import parse_task

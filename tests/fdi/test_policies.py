@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baselines.fdi import replay_policy
-from baselines.fdi.action_form import ActionForm, to_share
-from baselines.fdi.bnb_policy import BranchAndBound
-from baselines.fdi.branch_and_bound import find_injections, make_search
-from baselines.fdi.contest import CONTEST
-from baselines.fdi.random_injection import RandomInjection
-from baselines.fdi.replay_policy import Replay
+from cps_baselines.fdi import replay_policy
+from cps_baselines.fdi.action_form import ActionForm, to_share
+from cps_baselines.fdi.bnb_policy import BranchAndBound
+from cps_baselines.fdi.branch_and_bound import find_injections, make_search
+from cps_baselines.fdi.contest import CONTEST
+from cps_baselines.fdi.random_injection import RandomInjection
+from cps_baselines.fdi.replay_policy import Replay
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes

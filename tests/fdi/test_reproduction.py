@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from agents.console import to_json
-from baselines.fdi.grid import GridCell
-from baselines.fdi.reproduction.cells import MATCH, MISS, NEAR, Cell, table_cells
-from baselines.fdi.reproduction.chapter import Reproduction, reproduce_chapter
-from baselines.fdi.reproduction.continuous import compare, compared, verdict
-from baselines.fdi.reproduction.counts import ALLOWANCE, GOALS, Counts, count_tables
-from baselines.fdi.reproduction.experiments import GridRun, OneHorizonRun, RelaxedSpeeds, four_vehicle_cells
-from baselines.fdi.reproduction.selection import PARTS, QUICK, chosen, needed
-from baselines.fdi.reproduction.settings import (
+from cps_agents.console import to_json
+from cps_baselines.fdi.grid import GridCell
+from cps_baselines.fdi.reproduction.cells import MATCH, MISS, NEAR, Cell, table_cells
+from cps_baselines.fdi.reproduction.chapter import Reproduction, reproduce_chapter
+from cps_baselines.fdi.reproduction.continuous import compare, compared, verdict
+from cps_baselines.fdi.reproduction.counts import ALLOWANCE, GOALS, Counts, count_tables
+from cps_baselines.fdi.reproduction.experiments import GridRun, OneHorizonRun, RelaxedSpeeds, four_vehicle_cells
+from cps_baselines.fdi.reproduction.selection import PARTS, QUICK, chosen, needed
+from cps_baselines.fdi.reproduction.settings import (
     ALL_FOUR,
     BACK_ENDS,
     FOUR_VEHICLES,
@@ -27,9 +27,9 @@ from baselines.fdi.reproduction.settings import (
     TABLES,
     Settings,
 )
-from baselines.paper.collisions import CollisionCell, collision_cells
-from baselines.reproduction.evidence import Evidence, NotRunError
-from baselines.reproduction.verdicts import NOT, PARTLY
+from cps_baselines.paper.collisions import CollisionCell, collision_cells
+from cps_baselines.reproduction.evidence import Evidence, NotRunError
+from cps_baselines.reproduction.verdicts import NOT, PARTLY
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.task import make_task

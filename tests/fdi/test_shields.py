@@ -6,10 +6,10 @@ import gymnasium
 import numpy as np
 import pytest
 
-from baselines.fdi.continuation import legal_continuation
-from baselines.fdi.shield_policy import Shielded
-from baselines.fdi.shield_wrapper import ShieldedInjection
-from baselines.fdi.shields import LpShield, SoundShield, make_shield
+from cps_baselines.fdi.continuation import legal_continuation
+from cps_baselines.fdi.shield_policy import Shielded
+from cps_baselines.fdi.shield_wrapper import ShieldedInjection
+from cps_baselines.fdi.shields import LpShield, SoundShield, make_shield
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play, spec_of, task_settings

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from baselines.fdi.bank import Bank, honest_sets
-from baselines.fdi.contest import CONTEST
-from baselines.fdi.innovation_tests import Chi2, Cusum
-from baselines.fdi.redundant import RedundantCusum
-from baselines.fdi.suspicion import Sums
+from cps_baselines.fdi.bank import Bank, honest_sets
+from cps_baselines.fdi.contest import CONTEST
+from cps_baselines.fdi.innovation_tests import Chi2, Cusum
+from cps_baselines.fdi.redundant import RedundantCusum
+from cps_baselines.fdi.suspicion import Sums
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baselines.fdi import sweep as module
-from baselines.fdi.cross import cross
-from baselines.fdi.sweep import best_start, open_tasks, paper_tasks, sweep
+from cps_baselines.fdi import sweep as module
+from cps_baselines.fdi.cross import cross
+from cps_baselines.fdi.sweep import best_start, open_tasks, paper_tasks, sweep
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.fdi.config import A
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
@@ -24,7 +24,7 @@ TASKS = [parse_task(text, 4) for text in ("x4>4", "v4>4", "x4>1", "xv4>4")]
 def test_the_tasks_are_the_cells_of_the_tables(num_vehicles: int, tables: Any) -> None:
     cells: list[Task] = []
     for table in tables:
-        text = (files("baselines.paper") / f"table_3_{table}.csv").read_text(encoding="utf-8")
+        text = (files("cps_baselines.paper") / f"table_3_{table}.csv").read_text(encoding="utf-8")
         rows = csv.DictReader(text.splitlines())
         cells += [make_task(row["attacked"], int(row["target"]), num_vehicles) for row in rows]
     known = paper_tasks(num_vehicles)

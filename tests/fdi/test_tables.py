@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from baselines.fdi.reproduction.audit import Comparison, comparisons, worst
-from baselines.fdi.reproduction.controls import control_tables
-from baselines.fdi.reproduction.settings import ALL_FOUR, FOUR_VEHICLES, TABLES
-from baselines.paper.collisions import CollisionCell, collision_cells, collision_runs
-from baselines.paper.tables import read_table
-from baselines.reproduction.evidence import Evidence
+from cps_baselines.fdi.reproduction.audit import Comparison, comparisons, worst
+from cps_baselines.fdi.reproduction.controls import control_tables
+from cps_baselines.fdi.reproduction.settings import ALL_FOUR, FOUR_VEHICLES, TABLES
+from cps_baselines.paper.collisions import CollisionCell, collision_cells, collision_runs
+from cps_baselines.paper.tables import read_table
+from cps_baselines.reproduction.evidence import Evidence
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.fdi.task import all_tasks, make_task
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from agents.benchmark.matrix import entries
-from agents.benchmark.runner import find_benchmarks, run_benchmark
-from agents.benchmark.store import Store
-from baselines.hvac.benchmark import BENCHMARK
-from baselines.paper.agreement import verdict
+from cps_agents.benchmark.matrix import entries
+from cps_agents.benchmark.runner import find_benchmarks, run_benchmark
+from cps_agents.benchmark.store import Store
+from cps_baselines.hvac.benchmark import BENCHMARK
+from cps_baselines.paper.agreement import verdict
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.hvac.problem import HVAC
 

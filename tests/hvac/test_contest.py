@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from baselines.hvac.contest import CONTEST
+from cps_baselines.hvac.contest import CONTEST
 from cps_envs.core.lookup import BUILT_IN, policy_names, resolve_policy
 from cps_envs.core.types import ROLES
 from cps_envs.hvac.game import HvacGame

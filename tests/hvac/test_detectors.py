@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from baselines.hvac.filters import FilterChoices
-from baselines.hvac.smoothness import spread_after
+from cps_baselines.hvac.filters import FilterChoices
+from cps_baselines.hvac.smoothness import spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen

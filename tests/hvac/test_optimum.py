@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.hvac.optimum.played import OpenLoop, impact_played
-from baselines.hvac.optimum.program import Quadratic, certified, quadratic, solve
-from baselines.hvac.optimum.response import closed_loop, hats, respond
+from cps_baselines.hvac.optimum.played import OpenLoop, impact_played
+from cps_baselines.hvac.optimum.program import Quadratic, certified, quadratic, solve
+from cps_baselines.hvac.optimum.response import closed_loop, hats, respond
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.problem import HVAC
 from tests.hvac.games import go, started

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.hvac.moving_target import Mtd1, Mtd2, encoded_mean
-from baselines.hvac.replacing import RandomReadings
-from baselines.hvac.stealthy import loss_response
+from cps_baselines.hvac.moving_target import Mtd1, Mtd2, encoded_mean
+from cps_baselines.hvac.replacing import RandomReadings
+from cps_baselines.hvac.stealthy import loss_response
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.hvac.building import discretise

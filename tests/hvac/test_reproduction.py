@@ -10,21 +10,21 @@ import gymnasium
 import numpy as np
 import pytest
 
-from agents.console import to_json
-from baselines.hvac.reproduction import experiments, figures, impacts, reference, rules, weighing
-from baselines.hvac.reproduction.cells import agreement
-from baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
-from baselines.hvac.reproduction.claims import CLAIMS
-from baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, controller_named
-from baselines.hvac.reproduction.evaluation import evaluate
-from baselines.hvac.reproduction.measures import Measure, measures
-from baselines.hvac.reproduction.recording import Recorded
-from baselines.hvac.reproduction.scenario import Outcome, Scenario
-from baselines.hvac.reproduction.selection import FIGURES, PARTS, QUICK, chosen, needed
-from baselines.paper.tables import read_table
-from baselines.reproduction.claims import Claim
-from baselines.reproduction.evidence import Evidence, NotRunError
-from baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_agents.console import to_json
+from cps_baselines.hvac.reproduction import experiments, figures, impacts, reference, rules, weighing
+from cps_baselines.hvac.reproduction.cells import agreement
+from cps_baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
+from cps_baselines.hvac.reproduction.claims import CLAIMS
+from cps_baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, controller_named
+from cps_baselines.hvac.reproduction.evaluation import evaluate
+from cps_baselines.hvac.reproduction.measures import Measure, measures
+from cps_baselines.hvac.reproduction.recording import Recorded
+from cps_baselines.hvac.reproduction.scenario import Outcome, Scenario
+from cps_baselines.hvac.reproduction.selection import FIGURES, PARTS, QUICK, chosen, needed
+from cps_baselines.paper.tables import read_table
+from cps_baselines.reproduction.claims import Claim
+from cps_baselines.reproduction.evidence import Evidence, NotRunError
+from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.building import discretise, weather
 from cps_envs.hvac.sensors import sensor_sets

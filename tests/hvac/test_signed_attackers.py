@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baselines.hvac.listener import Listener
-from baselines.hvac.stealthy import loss_response
+from cps_baselines.hvac.listener import Listener
+from cps_baselines.hvac.stealthy import loss_response
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen

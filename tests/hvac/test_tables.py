@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from baselines.paper.tables import read_table
-from baselines.paper.temperatures import TrackingErrorCell, tracking_errors
+from cps_baselines.paper.tables import read_table
+from cps_baselines.paper.temperatures import TrackingErrorCell, tracking_errors
 from cps_envs.core.errors import UnknownNameError
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.cli import main
-from agents.datasets import write_dataset
-from agents.errors import CommandError
+from cps_agents.cli import main
+from cps_agents.datasets import write_dataset
+from cps_agents.errors import CommandError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
 

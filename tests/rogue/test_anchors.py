@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.rogue.controllers import HeldController
-from baselines.rogue.disband import Disband
-from baselines.rogue.square import SquareWave
-from baselines.rogue.switching import Switching
+from cps_baselines.rogue.controllers import HeldController
+from cps_baselines.rogue.disband import Disband
+from cps_baselines.rogue.square import SquareWave
+from cps_baselines.rogue.switching import Switching
 from cps_envs.core.conformance import check_refinement
 from cps_envs.core.match import Match
 from cps_envs.core.play import finish, play_episodes

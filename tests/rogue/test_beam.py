@@ -8,8 +8,8 @@ from gymnasium.utils import seeding
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from baselines.rogue.beam import BEAMS, Beam, BeamPlanner, plan_by_beam
-from baselines.rogue.switching_search import world_config
+from cps_baselines.rogue.beam import BEAMS, Beam, BeamPlanner, plan_by_beam
+from cps_baselines.rogue.switching_search import world_config
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.match import Match

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from agents.benchmark.matrix import entries
-from agents.benchmark.runner import find_benchmarks, run_benchmark, select
-from agents.benchmark.store import Store
-from baselines.rogue.benchmark import BENCHMARK
-from baselines.rogue.contest import CONTEST
+from cps_agents.benchmark.matrix import entries
+from cps_agents.benchmark.runner import find_benchmarks, run_benchmark, select
+from cps_agents.benchmark.store import Store
+from cps_baselines.rogue.benchmark import BENCHMARK
+from cps_baselines.rogue.contest import CONTEST
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES
 

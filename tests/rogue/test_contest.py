@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from baselines.rogue.contest import CONTEST, constant
-from baselines.rogue.informed import responses
-from baselines.rogue.players import ATTACKERS
+from cps_baselines.rogue.contest import CONTEST, constant
+from cps_baselines.rogue.informed import responses
+from cps_baselines.rogue.players import ATTACKERS
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.problem import ROGUE

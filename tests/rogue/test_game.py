@@ -222,4 +222,4 @@ def test_laws_are_refused_where_accelerations_are_wanted():
     with pytest.raises(ConfigurationError, match='defense_action="mode"'):
         resolve_policy("sliding", started(defense_action="command").spec("defender"))
     with pytest.raises(ConfigurationError, match=CONTROLLERS[0]):
-        resolve_policy("baselines.rogue.controllers:HeldController?controller=lineer", started().spec("defender"))
+        resolve_policy("cps_baselines.rogue.controllers:HeldController?controller=lineer", started().spec("defender"))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from baselines.rogue.division import NOBODY
-from baselines.rogue.monitor import Monitor, strength
+from cps_baselines.rogue.division import NOBODY
+from cps_baselines.rogue.monitor import Monitor, strength
 from cps_envs.rogue.actions import Engine
 from cps_envs.rogue.problem import ROGUE
 from tests.rogue.test_contested import config_of, play

@@ -6,11 +6,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from baselines.rogue.disband import Disband, followed_error
-from baselines.rogue.random_switching import RandomSwitching
-from baselines.rogue.square import SquareWave
-from baselines.rogue.switching import SIZE, Switching, shipped_weights
-from baselines.rogue.switching_search import DEFENDERS, world_config
+from cps_baselines.rogue.disband import Disband, followed_error
+from cps_baselines.rogue.random_switching import RandomSwitching
+from cps_baselines.rogue.square import SquareWave
+from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
+from cps_baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.conformance import check_refinement
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view

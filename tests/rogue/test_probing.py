@@ -8,9 +8,9 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shipped_answers
-from baselines.rogue.switching import Switching
-from baselines.rogue.switching_search import DEFENDERS, world_config
+from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shipped_answers
+from cps_baselines.rogue.switching import Switching
+from cps_baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.problem import ROGUE
@@ -55,7 +55,7 @@ def test_the_shipped_answers_are_complete_and_rise():
 
 @pytest.mark.parametrize(("ratio", "defender"), [(1.0, "sliding_detection"), (1.1, "pd"), (1.3, "sliding_detection")])
 def test_an_answer_does_what_the_file_says(ratio, defender):
-    document = json.loads(files("baselines.rogue").joinpath("probing.json").read_text(encoding="utf-8"))
+    document = json.loads(files("cps_baselines.rogue").joinpath("probing.json").read_text(encoding="utf-8"))
     (row,) = (row for row in document["found"] if row["power_ratio"] == ratio)
     above = document["search"]["above"] if ratio == 1.1 else 0.0
     config = world_config((ratio, ratio + above) if above else ratio, refined=True)
@@ -99,9 +99,9 @@ def test_unknown_controllers_are_refused():
 
 def test_a_tiny_search_writes_a_file_that_plays(monkeypatch):
     pytest.importorskip("cma")
-    from baselines.rogue import probing_search
-    from baselines.rogue.probing_search import ProbingSearch, search_answers
-    from baselines.workers import Workers
+    from cps_baselines.rogue import probing_search
+    from cps_baselines.rogue.probing_search import ProbingSearch, search_answers
+    from cps_baselines.workers import Workers
 
     laws = probing_search.pool()[:2]
     monkeypatch.setattr(probing_search, "pool", lambda: laws)

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
-from baselines.rogue.reproduction import evaluation, parts, reference, summary
-from baselines.rogue.reproduction.chapter import Reproduction, reproduce_chapter
-from baselines.rogue.reproduction.circles import affected, followers, radii_m, shares_of_rings
-from baselines.rogue.reproduction.claims import CLAIMS
-from baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
-from baselines.rogue.reproduction.course import Course
-from baselines.rogue.reproduction.evidence import (
+from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_baselines.rogue.reproduction import evaluation, parts, reference, summary
+from cps_baselines.rogue.reproduction.chapter import Reproduction, reproduce_chapter
+from cps_baselines.rogue.reproduction.circles import affected, followers, radii_m, shares_of_rings
+from cps_baselines.rogue.reproduction.claims import CLAIMS
+from cps_baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
+from cps_baselines.rogue.reproduction.course import Course
+from cps_baselines.rogue.reproduction.evidence import (
     Evidence,
     calm_ride,
     map_rows,
@@ -23,12 +23,12 @@ from baselines.rogue.reproduction.evidence import (
     square_ride,
     swaying_ride,
 )
-from baselines.rogue.reproduction.experiments import FULL_THROTTLE, Ride, Waves, square_waves
-from baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, orderings
-from baselines.rogue.reproduction.headroom import head_room_experiments
-from baselines.rogue.reproduction.heat_map import HeatMap
-from baselines.rogue.reproduction.plot_maps import edges_of
-from baselines.rogue.reproduction.settings import (
+from cps_baselines.rogue.reproduction.experiments import FULL_THROTTLE, Ride, Waves, square_waves
+from cps_baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, orderings
+from cps_baselines.rogue.reproduction.headroom import head_room_experiments
+from cps_baselines.rogue.reproduction.heat_map import HeatMap
+from cps_baselines.rogue.reproduction.plot_maps import edges_of
+from cps_baselines.rogue.reproduction.settings import (
     COURSE_FREQUENCIES_HZ,
     FREQUENCIES_HZ,
     MAPS,

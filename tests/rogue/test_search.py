@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
-from baselines.rogue.reproduction.shipped import shipped_rows
-from baselines.rogue.switching_search import (
+from cps_agents.cli import app
+from cps_baselines.rogue.reproduction.shipped import shipped_rows
+from cps_baselines.rogue.switching_search import (
     ALL,
     DEFENDERS,
     RATIOS,
@@ -27,7 +27,7 @@ TINY = {"generations": 3, "population": 6, "restarts": 1, "worlds": 1, "finalist
 
 
 def shipped():
-    return json.loads(files("baselines.rogue").joinpath("switching.json").read_text(encoding="utf-8"))["found"]
+    return json.loads(files("cps_baselines.rogue").joinpath("switching.json").read_text(encoding="utf-8"))["found"]
 
 
 def test_a_search_is_repeatable_beats_full_throttle_and_leaves_numpy_alone():

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from agents.cli import app
+from cps_agents.cli import app
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.core.types import Array
 from cps_envs.rogue.config import PRESETS, RogueConfig

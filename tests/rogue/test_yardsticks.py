@@ -8,13 +8,13 @@ from itertools import product
 import numpy as np
 import pytest
 
-from baselines.rogue import yardstick_searches, yardsticks
-from baselines.rogue.beam import BEAMS
-from baselines.rogue.identify import Identify, Known
-from baselines.rogue.refinement import Change, change
-from baselines.rogue.switching import shipped_weights
-from baselines.rogue.switching_search import DEFENDERS, SwitchingSearch, switching_damages, world_config
-from baselines.rogue.yardsticks import (
+from cps_baselines.rogue import yardstick_searches, yardsticks
+from cps_baselines.rogue.beam import BEAMS
+from cps_baselines.rogue.identify import Identify, Known
+from cps_baselines.rogue.refinement import Change, change
+from cps_baselines.rogue.switching import shipped_weights
+from cps_baselines.rogue.switching_search import DEFENDERS, SwitchingSearch, switching_damages, world_config
+from cps_baselines.rogue.yardsticks import (
     CONTESTED,
     RATIOS,
     SEARCHES,

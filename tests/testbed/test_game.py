@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from baselines.disbanding.corrections import CopyDisbanded
-from baselines.testbed.mitigation import mitigation
+from cps_baselines.disbanding.corrections import CopyDisbanded
+from cps_baselines.testbed.mitigation import mitigation
 from cps_envs.core.game import Game
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
@@ -134,7 +134,7 @@ def test_models_and_attributes_play_too() -> None:
     learned, game = play(model, SHORT, (0,), EARLY)
     assert model.shape == (1, game.fields["defender"].size)
     assert learned["velocity_error"] != play("none", SHORT, (0,), EARLY)[0]["velocity_error"]
-    named, _ = play("baselines.disbanding.corrections:CopyDisbanded", SHORT, (0,), EARLY)
+    named, _ = play("cps_baselines.disbanding.corrections:CopyDisbanded", SHORT, (0,), EARLY)
     assert named["velocity_error"] == play("copy", SHORT, (0,), EARLY)[0]["velocity_error"]
 
 

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.console import to_json
-from baselines.reproduction.verdicts import NEAR_SHARE, VERDICTS
-from baselines.testbed import chapter
-from baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SEEDS, SHORT, Outcome, Runs
-from baselines.testbed.chapter import Reproduction, reproduce_section
-from baselines.testbed.claims import CLAIMS
-from baselines.testbed.mitigation import mitigation
-from baselines.testbed.reference import Reference, check, references
-from baselines.testbed.results import Results, needed
+from cps_agents.console import to_json
+from cps_baselines.reproduction.verdicts import NEAR_SHARE, VERDICTS
+from cps_baselines.testbed import chapter
+from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SEEDS, SHORT, Outcome, Runs
+from cps_baselines.testbed.chapter import Reproduction, reproduce_section
+from cps_baselines.testbed.claims import CLAIMS
+from cps_baselines.testbed.mitigation import mitigation
+from cps_baselines.testbed.reference import Reference, check, references
+from cps_baselines.testbed.results import Results, needed
 from cps_envs.testbed.config import BASELINE, MITIGATED
 
 PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"

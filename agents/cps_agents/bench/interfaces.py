@@ -1,0 +1,133 @@
+"""Each interface of each id, and CartPole in the same forms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from itertools import cycle
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from cps_agents.bench.clock import Call, calls_per_s, microseconds
+from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import AGENTS, ROLES
+
+PART, ADDED = "interfaces", "added"
+CARTPOLE = "CartPole-v1"
+NUM_ENVS = (1, 64, 1024)
+ACTIONS = 64  # drawn beforehand, so that drawing them is not measured
+CHUNK = 50  # decisions between two looks at the clock, if an episode has so many
+
+
+def short(env_id: str) -> str:
+    """An id without namespace and version: `HvacAttack`."""
+    return env_id.rpartition("/")[2].rpartition("-")[0]
+
+
+def items(problems: list[Problem]) -> Iterator[Item]:
+    """CartPole, and every interface of the problems under the preset `paper`, against the opponent `none`."""
+    for env_id in (CARTPOLE, *(problem.env_id(role) for problem in problems for role in ROLES)):
+        yield Item(PART, f"{short(env_id)} single", partial(_rate, partial(single, env_id), 1))
+        for envs in NUM_ENVS:
+            yield Item(PART, f"{short(env_id)} vector {envs}", partial(_rate, partial(vector, env_id, envs), envs))
+    for problem in problems:
+        yield Item(PART, f"{problem.name} parallel", partial(_rate, partial(parallel, problem), 1))
+
+
+def added_items(problems: list[Problem]) -> Iterator[Item]:
+    """What interfaces add to the game."""
+    for problem in problems:
+        for role in ROLES:
+            yield Item(ADDED, short(problem.env_id(role)), partial(_added, problem.env_id(role)))
+
+
+def _rate(make: Any, envs: int, seconds: float, yardsticks: Yardsticks) -> Values:
+    """Steps of single environments per CPU second; a step of a vector environment counts once for each."""
+    steps = envs * calls_per_s(make(), seconds)
+    return {"steps_per_s": steps, "step_us": 1e6 / steps, "cartpoles": 1e6 / steps / yardsticks.cartpole_us}
+
+
+def _moves(space: Any, neutral: Any) -> Iterator[Any]:
+    """Random actions; only the neutral one of a role that has illegal ones, which could end an episode."""
+    space.seed(0)
+    return cycle([space.sample() if neutral is None else neutral for _ in range(ACTIONS)])
+
+
+def single(env_id: str) -> Call:
+    """A step of `gymnasium.make(id)`, with a reset where an episode has ended."""
+    ours: dict[str, Any] = {} if env_id == CARTPOLE else {"opponent": "none"}
+    env: Any = gymnasium.make(env_id, **ours)
+    _, info = env.reset(seed=0)
+    actions = _moves(env.action_space, _neutral(env.unwrapped) if "action_mask" in info else None)
+
+    def step() -> None:
+        _, _, terminated, truncated, _ = env.step(next(actions))
+        if terminated or truncated:
+            env.reset()
+
+    return step
+
+
+def vector(env_id: str, num_envs: int, *, neutral: bool = False, **options: Any) -> Call:
+    """A step of the native vector form; every action is the `neutral` one where that is asked for."""
+    if env_id != CARTPOLE:
+        options = {"opponent": "none", **options}
+    envs: Any = gymnasium.make_vec(env_id, num_envs, "vector_entry_point", **options)
+    _, info = envs.reset(seed=0)
+    calm = neutral or "action_mask" in info
+    actions = _moves(envs.action_space, np.stack([_neutral(envs)] * num_envs) if calm else None)
+    return lambda: envs.step(next(actions))
+
+
+def parallel(problem: Problem) -> Call:
+    """A step of the PettingZoo form."""
+    env = RolesParallelEnv(problem)
+    _, infos = env.reset(seed=0)
+    draws = {}
+    for role, agent in AGENTS.items():
+        neutral = env.game.neutral_action[role] if "action_mask" in infos[agent] else None
+        draws[agent] = _moves(env.action_space(agent), neutral)
+
+    def step() -> None:
+        env.step({agent: next(draw) for agent, draw in draws.items()})
+        if not env.agents:
+            env.reset()
+
+    return step
+
+
+def _neutral(env: Any) -> Any:
+    return env.game.neutral_action[env.role]
+
+
+def _added(env_id: str, seconds: float, yardsticks: Yardsticks) -> Values:
+    """Microseconds of a neutral decision of one environment: in the game, and what the interfaces add to that.
+
+    The game alone and the interfaces play the same decisions in turns; the least of many rounds counts for each.
+    """
+    env: Any = gymnasium.make(env_id, opponent="none").unwrapped
+    envs: Any = gymnasium.make_vec(env_id, 1, "vector_entry_point", opponent="none")
+    game, role, neutral = env.game, env.role, _neutral(env)
+    batch, everyone, interval = neutral[np.newaxis], np.ones(1, np.bool_), game.decision_interval[role]
+    count = min(CHUNK, game.horizon // interval)
+
+    def physics() -> None:
+        game.advance({role: batch}, everyone, interval)
+        game.observe(role)
+
+    def rounds() -> tuple[float, float, float]:
+        return (
+            microseconds(lambda: env.reset(seed=0), physics, count),
+            microseconds(lambda: env.reset(seed=0), lambda: env.step(neutral), count),
+            microseconds(lambda: envs.reset(seed=0), lambda: envs.step(batch), count),
+        )
+
+    found = [rounds()]
+    while sum(map(sum, found)) * count < seconds * 1e6 or len(found) < 3:
+        found.append(rounds())
+    alone, in_single, in_vector = np.min(found, axis=0).tolist()
+    return {"game_us": alone, "single_us": in_single - alone, "vector_us": in_vector - alone}

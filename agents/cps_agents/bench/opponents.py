@@ -1,0 +1,108 @@
+"""What each opponent costs the environment that asks it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from cps_agents.bench.clock import Call, calls_per_s
+from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.zoo.card import SHIPPED, read_card
+from cps_agents.zoo.files import shipped_names
+from cps_envs.core.errors import ConfigurationError, MissingExtraError
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import ROLES, Role, other
+
+PART = "opponents"
+NUM_ENVS = (1, 64)
+SOLVER = "solver"
+LEFT_OUT = ("none", *NEED_OPTIONS)  # what others are compared with; and a mixture costs what its policies cost
+SOLVERS: Mapping[str, str] = {  # policies that solve a program at each decision, or one at the start of an episode
+    "disbanding.attacker.ga": "ga?generations=1&population=4",  # its search is not counted: keep it short
+    "disbanding.defender.mpc": "mpc",
+    "disbanding.defender.mpc_tuned": "mpc_tuned",
+    "disbanding.defender.joint": "joint",
+    "fdi.attacker.bnb": "bnb",
+    "fdi.attacker.lp_greedy": "lp_greedy",
+    "rogue.attacker.beam": "beam?width=2",  # its search is not counted either
+}
+OPTIONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {  # policies that want more than a preset
+    "disbanding.attacker.plan": ("plan?events=[[10,1],[9,2]]", {}),
+    "disbanding.attacker.every_other": ("every_other", {"attack_budget": 5}),
+    "hvac.defender.mtd1": ("mtd1", {"window_steps": 100}),  # a full window decides, which comes early so
+    "hvac.defender.mtd2": ("mtd2", {"window_steps": 100}),
+}
+
+
+@dataclass(frozen=True)
+class Opponent:
+    """A policy with the configurations that it may fit; the first one that it does is taken."""
+
+    problem: Problem
+    role: Role
+    reference: str
+    presets: tuple[str, ...]
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    solver: bool = False
+
+    def measure(self, seconds: float, yardsticks: Yardsticks) -> Values:
+        """Microseconds of a neutral decision of the other role, and how often those with `none` go into them.
+
+        Solvers are measured with one environment only.
+        """
+        values: dict[str, float] = {}
+        for envs in NUM_ENVS[:1] if self.solver else NUM_ENVS:
+            preset = self._fitting(envs)
+            asked, idle = (
+                1e6 / envs / calls_per_s(self._decision(preset, envs, reference), seconds / 2)
+                for reference in (self.reference, "none")
+            )
+            values |= {f"us_{envs}": asked, f"times_none_{envs}": asked / idle}
+        return values
+
+    def _fitting(self, envs: int) -> str:
+        """The first preset that the policy fits.
+
+        Raises:
+            ConfigurationError: there is none; the message is the last one's.
+        """
+        why: Exception = ConfigurationError("no presets")
+        for preset in self.presets:
+            try:
+                self._decision(preset, envs, self.reference)()
+            except (ConfigurationError, MissingExtraError, TypeError) as error:
+                why = error
+            else:
+                return preset
+        raise ConfigurationError(str(why)) from why
+
+    def _decision(self, preset: str, envs: int, reference: str) -> Call:
+        env_id, options = self.problem.env_id(other(self.role)), dict(self.overrides)
+        made: Any = gymnasium.make_vec(env_id, envs, "vector_entry_point", preset=preset, opponent=reference, **options)
+        made.reset(seed=0)
+        neutral = np.stack([made.game.neutral_action[made.role]] * envs)
+        return lambda: made.step(neutral)
+
+
+def items(problems: list[Problem]) -> Iterator[Item]:
+    """The policies of both roles that have names, and the trained ones."""
+    cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
+    for problem in problems:
+        presets = tuple(problem.presets)
+        for role in ROLES:
+            for name in policy_names(problem.name, role):
+                if name in LEFT_OUT:
+                    continue
+                full = f"{problem.name}.{role}.{name}"
+                reference, overrides = OPTIONS.get(full, (SOLVERS.get(full, name), {}))
+                found = Opponent(problem, role, reference, presets, overrides, solver=full in SOLVERS)
+                yield Item(PART, full, found.measure, SOLVER if found.solver else "")
+            for card in cards:
+                if (card.problem, card.role) == (problem.name, role):
+                    own = Opponent(problem, role, f"zoo:{card.name}", (card.preset,), card.overrides)
+                    yield Item(PART, f"{problem.name}.{role}.zoo:{card.name}", own.measure)

@@ -1,0 +1,121 @@
+"""Speed and memory by size: rows of a table, to which a size is added by a line."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from time import process_time
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+
+from cps_agents.bench.clock import ROUNDS, calls_per_s
+from cps_agents.bench.interfaces import vector
+from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_envs.core.problem import Problem
+from cps_envs.hvac.houses import house
+
+PART = "sizes"
+ENVS = 64
+MANY, FEW = 65, 1  # environments whose memory is compared
+
+
+@dataclass(frozen=True)
+class Size:
+    """A size of a problem; `paper` with some fields replaced."""
+
+    problem: str
+    name: str  # unique in its problem
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    attack: str = ""  # an attacker's policy: then the game alone is measured after its first 10 s, without interface
+    share: float = 0.0  # of the simplest vehicle's speed that is to be reached at least; 0: no target
+    per_s: float = 0.0  # substeps per CPU second to be reached on the machine of docs/speed.md; 0: no target
+    cheaper: tuple[str, float] = ("", 0.0)  # than another size: its name, and the share of its cost that is allowed
+
+
+COLLIDING = {"tau_s": 0.5, "desired_gap_m": 4.0, "takeover_delay_s": 2.0}  # 75 of 100 vehicles in the end
+SIZES = (
+    Size("disbanding", "4 vehicles", {"num_platoons": 2, "vehicles_per_platoon": 2}, cheaper=("100 vehicles", 0.1)),
+    Size("disbanding", "100 vehicles", share=0.035, per_s=2.0e8),
+    Size("disbanding", "1,000 vehicles", {"num_platoons": 100}, share=0.04, cheaper=("100 vehicles", 10.0)),
+    Size("disbanding", "10,000 vehicles", {"num_platoons": 1000}, share=0.04, cheaper=("1,000 vehicles", 10.0)),
+    Size("disbanding", "100, collisions", COLLIDING, attack="plan?events=[[10,1],[9,2]]", share=0.02, per_s=1.3e8),
+    Size("fdi", "4 vehicles", share=0.0008),
+    Size("fdi", "20 vehicles", {"num_vehicles": 20}, share=0.0025, cheaper=("4 vehicles", 5.0)),
+    Size("fdi", "100 vehicles", {"num_vehicles": 100}, share=0.005, cheaper=("20 vehicles", 5.0)),
+    Size("hvac", "4 sensors", share=0.0003),
+    Size("hvac", "8 sensors", {"num_sensors": 8}, share=0.0003),
+    Size("hvac", "4 zones", house(4), share=0.0003),
+    Size("hvac", "16 zones", house(16), share=0.0002),
+    Size("hvac", "64 zones", house(64), share=0.00003),
+    Size("rogue", "5 vehicles", share=0.01),
+    Size("rogue", "30 vehicles", {"num_vehicles": 30, "dt_s": 0.0001}, share=0.015),
+    Size("rogue", "100 vehicles", {"num_vehicles": 100, "dt_s": 0.0005}, share=0.012),
+)
+
+
+def items(problems: list[Problem]) -> Iterator[Item]:
+    """The sizes of some problems."""
+    for problem in problems:
+        for size in SIZES:
+            if size.problem == problem.name:
+                yield Item(PART, f"{problem.name} {size.name}", partial(_measure, problem, size))
+
+
+def _measure(problem: Problem, size: Size, seconds: float, yardsticks: Yardsticks) -> Values:
+    """An attacker's decision that changes nothing, in a native vector environment against `none`."""
+    assert problem.work is not None
+    work = problem.work.per_game_step(problem.config("paper", size.overrides))
+    if size.attack:
+        per_s = work * _attacked(problem, size, seconds)
+    else:
+        game = problem.game(problem.config("paper", size.overrides), 1)
+        work *= game.decision_interval["attacker"]
+        step = vector(problem.env_id("attacker"), ENVS, neutral=True, **size.overrides)
+        per_s = work * ENVS * calls_per_s(step, seconds)
+    values = {
+        "work_per_s": per_s,
+        "substep_ns": 1e9 / per_s,
+        "machine_share": per_s / yardsticks.updates_per_s,
+        "step_us": 1e6 * work / per_s,
+    }
+    return values if size.attack else values | {"episode_kb": episode_kb(problem, size.overrides)}
+
+
+def _attacked(problem: Problem, size: Size, seconds: float) -> float:
+    """Game steps of single episodes per CPU second, from 10 s after the start to the end."""
+    everyone = np.ones(ENVS, np.bool_)
+    match = problem.match(problem.config("paper", size.overrides), ENVS, {"attacker": size.attack})
+    game = match.game
+    before = round(10.0 / game.step_s)
+    spent, best, rounds = 0.0, 0.0, 0
+    while spent < seconds or rounds < ROUNDS:
+        match.reset(everyone, [seeding.np_random(b)[0] for b in range(ENVS)])
+        match.step({}, everyone, before)
+        start = process_time()
+        game.advance({}, everyone, game.horizon - before)
+        last = process_time() - start
+        spent, best, rounds = spent + last, max(best, (game.horizon - before) * ENVS / last), rounds + 1
+    return best
+
+
+def episode_kb(problem: Problem, overrides: Mapping[str, Any]) -> float:
+    """Memory of an environment of a batch, kB: what a batch of 65 takes beyond a batch of one, for each of the 64."""
+    _, few, many = (_traced(problem, overrides, envs) for envs in (FEW, FEW, MANY))  # the first one loads kernels
+    return (many - few) / (MANY - FEW) / 1e3
+
+
+def _traced(problem: Problem, overrides: Mapping[str, Any], envs: int) -> int:
+    tracemalloc.start()
+    try:
+        made: Any = gymnasium.make_vec(
+            problem.env_id("attacker"), envs, "vector_entry_point", opponent="none", **overrides
+        )
+        made.reset(seed=0)
+        return tracemalloc.get_traced_memory()[0]
+    finally:
+        tracemalloc.stop()

@@ -1,0 +1,33 @@
+"""What threads gain. The one table by the clock on the wall: a CPU second of two threads takes half a second."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from time import perf_counter
+
+from cps_agents.bench.clock import calls_per_s
+from cps_agents.bench.interfaces import vector
+from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.machine import available_cores
+from cps_envs.core.problem import Problem
+
+PART = "threads"
+NUM_ENVS = (64, 1024)
+
+
+def items(problems: list[Problem]) -> Iterator[Item]:
+    """The attacker's vector form of each problem under the preset `paper`, against the opponent `none`."""
+    for problem in problems:
+        for envs in NUM_ENVS:
+            yield Item(PART, f"{problem.name} vector {envs}", partial(_measure, problem.env_id("attacker"), envs))
+
+
+def _measure(env_id: str, envs: int, seconds: float, yardsticks: Yardsticks) -> Values:
+    """Steps per second with one thread, and with as many as there are cores."""
+    count = available_cores()
+    alone, together = (
+        envs * calls_per_s(vector(env_id, envs, neutral=True, num_threads=threads), seconds, perf_counter)
+        for threads in (1, count)
+    )
+    return {"threads": count, "alone_per_s": alone, "together_per_s": together, "speed_up": together / alone}

@@ -1,0 +1,112 @@
+"""A benchmark as tables on the terminal and as files: JSON, CSV, Markdown."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from cps_agents.benchmark.matrix import Entry, Grid, entries, every_entry, grids, prepared
+from cps_agents.benchmark.runner import Outcome
+from cps_agents.console import make_table
+from cps_envs import find_problem
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+STYLES = {"match": "green", "near": "yellow", "miss": "red"}
+
+
+def tables(outcome: Outcome) -> list[Table]:
+    """The tables for the terminal."""
+    return [_table(outcome.benchmark.problem, grid) for grid in grids(outcome)]
+
+
+def _table(problem: str, grid: Grid) -> Table:
+    rows = [[heading, *map(_styled, row)] for heading, row in grid.rows]
+    table = make_table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows)
+    table.padding = 0  # narrow: six defenders fit into 80 columns
+    table.columns[0].min_width = max(len(word) for row in rows for word in row[0].split())
+    for column in table.columns[1:]:
+        column.no_wrap = True
+    table.caption, table.caption_justify = "\n".join([grid.legend, *grid.notes]), "left"
+    return table
+
+
+def _styled(entry: Entry) -> str:
+    lines = "\n".join(entry.paper_lines)
+    return f"{entry.text}\n[{STYLES[entry.verdict]}]{lines}[/]" if lines else entry.text
+
+
+def agreement(outcome: Outcome) -> str:
+    """How often our numbers agree with the paper's; empty where the paper prints none."""
+    printed = [entry for entry in every_entry(outcome) if entry.difference is not None]
+    if not printed:
+        return ""
+    distance = sum(abs(entry.difference or 0.0) for entry in printed) / len(printed)
+    counts = ", ".join(f"{sum(entry.verdict == name for entry in printed)} {name}" for name in STYLES)
+    crashes = [entry.crash_agrees for entry in printed if entry.crash_agrees is not None]
+    flags = f"; crash or not agrees in {sum(crashes)} of {len(crashes)}" if crashes else ""
+    return f"{len(printed)} cells printed in the paper: {counts}, {distance:.2f} points away on average{flags}."
+
+
+def markdown(outcome: Outcome) -> str:
+    """All tables as Markdown."""
+    lines = [f"## {outcome.benchmark.problem}", ""]
+    for grid in grids(outcome):
+        lines += [f"### {grid.title}", "", f"{grid.legend}.", ""]
+        lines += [f"| attacker | {' | '.join(grid.columns)} |"]
+        lines += ["|---" * (len(grid.columns) + 1) + "|"]
+        for heading, row in grid.rows:
+            cells = ["<br>".join([*entry.text.split("\n"), *entry.paper_lines]) for entry in row]
+            lines.append(f"| {heading} | {' | '.join(cells)} |")
+        lines += ["", *(f"- {note}" for note in grid.notes), ""]
+    lines += [*(f"- {note}" for note in outcome.benchmark.notes), "", agreement(outcome), ""]
+    return "\n".join(lines)
+
+
+def document(outcomes: Sequence[Outcome], machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
+    """Everything, for machines."""
+    return {**machine, "wall_s": round(wall_s, 1), "problems": [_problem(outcome) for outcome in outcomes]}
+
+
+def _problem(outcome: Outcome) -> dict[str, Any]:
+    benchmark = outcome.benchmark
+    problem = find_problem(benchmark.problem)
+    settings = [
+        {
+            "name": setting.name,
+            "title": setting.title,
+            "config": asdict(problem.config(setting.preset, setting.overrides)),
+            "preparations": prepared(outcome, setting),
+            "cells": [_cell(outcome, entry) for row in entries(outcome, setting) for entry in row],
+        }
+        for setting in benchmark.settings
+    ]
+    return {"problem": problem.name, "version": problem.version, "notes": list(benchmark.notes), "settings": settings}
+
+
+def _cell(outcome: Outcome, entry: Entry) -> dict[str, Any]:
+    metrics = outcome.cells[entry.setting, entry.attacker, entry.defender]["metrics"]
+    extra = {"difference": entry.difference, "verdict": entry.verdict, "crash_agrees": entry.crash_agrees}
+    return {key: value for key, value in asdict(entry).items() if key != "means"} | extra | {"metrics": metrics}
+
+
+def rows_as_csv(outcomes: Sequence[Outcome]) -> str:
+    """One line per meeting: what is shown, the paper's number, and the mean of every metric."""
+    found = [(outcome.benchmark.problem, entry) for outcome in outcomes for entry in every_entry(outcome)]
+    metrics = list(dict.fromkeys(name for _, entry in found for name in entry.means))
+    columns = ("problem", "setting", "attacker", "defender", "episodes", "metric", "value", "deviation")
+    paper = ("paper", "difference", "verdict", "paper_crash")
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow([*columns, *paper, *(f"mean_{name}" for name in metrics)])
+    for problem, entry in found:
+        printed = entry.paper
+        numbers = [problem, *(getattr(entry, name) for name in columns[1:])]
+        numbers += [printed.value if printed else "", "" if entry.difference is None else entry.difference]
+        numbers += [entry.verdict, printed.crash if printed else ""]
+        writer.writerow([*numbers, *(entry.means.get(name, "") for name in metrics)])
+    return text.getvalue()

@@ -1,0 +1,90 @@
+"""What there is: environments, presets and policies, as plain data for the command line and the documents."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import asdict, dataclass
+from importlib.metadata import EntryPoint
+from typing import Any, get_type_hints
+
+import gymnasium
+
+from cps_agents.declarations import UnreadableError, declaration, missing_package
+from cps_envs import PROBLEMS
+from cps_envs.core.lookup import policy_entry, policy_names
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import ROLES, Role
+
+
+@dataclass(frozen=True)
+class PolicyEntry:
+    """A policy that can be asked for by name."""
+
+    name: str
+    summary: str  # first line of its docstring, or of its module's
+    privileged: tuple[str, ...]  # what it needs to know beyond its observations; an oracle if not empty
+    missing: str = ""  # the package without which it cannot be loaded
+
+
+def describe_problem(problem: Problem) -> dict[str, Any]:
+    """Ids, presets and policies of a problem."""
+    return {
+        "name": problem.name,
+        "summary": problem.summary,
+        "gymnasium": {role: f"{problem.namespace}:{problem.env_id(role)}" for role in ROLES},
+        "pettingzoo": pettingzoo_ids(problem),
+        "presets": list(problem.presets),
+        "policies": {role: [asdict(entry) for entry in policies(problem, role)] for role in ROLES},
+    }
+
+
+def describe_everything() -> list[dict[str, Any]]:
+    """Every registered problem."""
+    return [describe_problem(problem) for problem in PROBLEMS.values()]
+
+
+def pettingzoo_ids(problem: Problem) -> dict[str, str]:
+    """PettingZoo's id of a problem, and the functions of its module: parallel, turn-based, decentralised."""
+    module = str(gymnasium.spec(problem.env_id("attacker")).entry_point).partition(":")[0]
+    ids = {"id": f"{problem.namespace}/{problem.name}-v{problem.version}"}
+    offers = {"parallel": "parallel_env", "aec": "env"} | ({"swarm": "swarm_env"} if problem.swarm else {})
+    return ids | {form: f"{module}.{function}" for form, function in offers.items()}
+
+
+def policies(problem: Problem, role: Role) -> list[PolicyEntry]:
+    """The policies of a role that have names."""
+    entries = {name: policy_entry(problem.name, role, name) for name in policy_names(problem.name, role)}
+    return [_describe(name, entry) for name, entry in entries.items() if entry is not None]
+
+
+def _describe(name: str, entry: EntryPoint) -> PolicyEntry:
+    """A policy as its source declares it, or as it is once imported where the source does not show it."""
+    try:
+        declared = declaration(entry.module, entry.attr)
+        missing = missing_package(entry.module)
+    except UnreadableError:
+        return imported_entry(name, entry)
+    return PolicyEntry(name, "", (), missing) if missing else PolicyEntry(name, declared.summary, declared.privileged)
+
+
+def imported_entry(name: str, entry: EntryPoint) -> PolicyEntry:
+    """A policy as it is once imported."""
+    try:
+        target = entry.load()
+    except ModuleNotFoundError as error:
+        return PolicyEntry(name, "", (), missing=error.name or str(error))
+    return PolicyEntry(name, summary_of(target), tuple(sorted(_privileges(target))))
+
+
+def summary_of(target: Any) -> str:
+    """The first sentence or line of a docstring, the module's if the target itself has none."""
+    own = vars(target).get("__doc__") if inspect.isclass(target) else target.__doc__
+    text = own or inspect.getdoc(inspect.getmodule(target)) or ""
+    return inspect.cleandoc(text).partition("\n")[0]
+
+
+def _privileges(target: Any) -> frozenset[str]:
+    """What a policy class, a function that returns a policy, or a policy declares to need."""
+    made = target if inspect.isclass(target) else get_type_hints(target).get("return", target)
+    privileged: frozenset[str] = getattr(made, "privileged", frozenset())
+    return privileged

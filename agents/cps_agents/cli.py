@@ -1,0 +1,151 @@
+"""The command `cps-envs`. Modules of commands import nothing heavy; what a command needs it imports when it runs."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from cps_agents.commands.bench import bench
+from cps_agents.commands.benchmark import benchmark
+from cps_agents.commands.best_response import best_response
+from cps_agents.commands.calibrate_mtd2 import calibrate_mtd2
+from cps_agents.commands.contest import contest
+from cps_agents.commands.coverage import coverage
+from cps_agents.commands.dataset import dataset
+from cps_agents.commands.double_oracle import double_oracle
+from cps_agents.commands.evaluate import evaluate
+from cps_agents.commands.league import league
+from cps_agents.commands.list import list_everything
+from cps_agents.commands.oracle import oracle
+from cps_agents.commands.play import play
+from cps_agents.commands.reliability import reliability
+from cps_agents.commands.reproduce.app import app as reproduce
+from cps_agents.commands.results import results
+from cps_agents.commands.search_feedback import search_feedback
+from cps_agents.commands.search_string import search_string
+from cps_agents.commands.search_switching import search_switching
+from cps_agents.commands.self_play import self_play
+from cps_agents.commands.string_stability import string_stability
+from cps_agents.commands.testbed import drive_robots
+from cps_agents.commands.train import train
+from cps_agents.commands.tune import tune
+from cps_agents.commands.warm import warm
+from cps_agents.commands.zoo import app as zoo
+from cps_agents.console import err
+from cps_agents.errors import explain
+from cps_baselines.interruption import ending, exit_code
+
+WRONG_INPUT = 2
+GOING_ON = ("oracle", "double-oracle")  # from their file, beside the commands that have --resume or --fresh
+
+
+class Commands(TyperGroup):
+    """Turns errors that the user can put right into one message and exit code 2, and signals into a sentence.
+
+    Ctrl-C gives exit code 130, SIGTERM 143.
+    """
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command."""
+        try:
+            with ending():
+                return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            err().print(f"Interrupted. {self._advice(ctx)}".strip(), soft_wrap=True)
+            raise typer.Exit(exit_code(error)) from None
+        except Exception as error:
+            message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
+            if message is None:
+                raise
+            err().print(f"[bold red]Error:[/] {_escaped(message)}", soft_wrap=True)
+            raise typer.Exit(WRONG_INPUT) from error
+
+    def _advice(self, ctx: Any) -> str:
+        """How to go on with the command that was interrupted; empty where there is nothing to go on from."""
+        name = ctx.invoked_subcommand
+        command = self.get_command(ctx, name) if name else None
+        options = {parameter.name for parameter in command.params} if command is not None else set()
+        if "resume" in options:
+            return "What was finished is kept: the same command with --resume goes on."
+        return "What was finished is kept: the same command goes on." if "fresh" in options or name in GOING_ON else ""
+
+
+def _is_control_flow(error: Exception) -> bool:
+    """Whether the error is one of the command-line library's own, or a reader of our output that went away."""
+    return isinstance(error, (typer.Exit, typer.Abort, BrokenPipeError)) or hasattr(error, "exit_code")
+
+
+def _escaped(message: str) -> str:
+    from rich.markup import escape
+
+    return escape(message)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"cps-envs {version('cps-envs')}")
+        raise typer.Exit
+
+
+def _agree(wanted: bool) -> None:
+    if wanted:
+        from cps_envs.core.trust import trust
+
+        trust()
+
+
+app = typer.Typer(
+    cls=Commands,
+    no_args_is_help=True,
+    pretty_exceptions_show_locals=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.callback()
+def options(
+    debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of every error.")] = False,
+    trusting: Annotated[
+        bool, typer.Option("--trust", callback=_agree, help="Run what module:attribute and sb3:FILE name.")
+    ] = False,
+    show_version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Attackers and defenders of cyber-physical systems: play them, judge them, reproduce the paper."""
+
+
+app.command("list")(list_everything)
+app.command("play")(play)
+app.add_typer(reproduce, name="reproduce", cls=Commands)
+app.command("string-stability")(string_stability)
+app.command("testbed")(drive_robots)
+app.command("train")(train)
+app.command("tune")(tune)
+app.add_typer(zoo, name="zoo", cls=Commands)
+app.command("dataset")(dataset)
+app.command("evaluate")(evaluate)
+app.command("results")(results)
+app.command("coverage")(coverage)
+app.command("benchmark")(benchmark)
+app.command("contest")(contest)
+app.command("league")(league)
+app.command("best-response")(best_response)
+app.command("self-play")(self_play)
+app.command("bench")(bench)
+app.command("warm")(warm)
+app.command("reliability")(reliability)
+app.command("oracle")(oracle)
+app.command("search-feedback")(search_feedback)
+app.command("search-string")(search_string)
+app.command("calibrate-mtd2")(calibrate_mtd2)
+app.command("search-switching")(search_switching)
+app.command("double-oracle")(double_oracle)
+
+
+def main() -> None:
+    """Run the command line."""
+    app(prog_name="cps-envs")

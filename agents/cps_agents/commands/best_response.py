@@ -1,0 +1,172 @@
+"""`cps-envs best-response`: how far can a fixed opponent be exploited?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.errors import CommandError
+
+if TYPE_CHECKING:
+    from cps_agents.evaluation.statistics import Estimate
+    from cps_agents.league.exploitability import Contest, Judgement
+    from cps_agents.league.response import Budget, Trained
+    from cps_agents.learning.recipe import Recipe
+
+AGAINST = "The fixed opponent: a policy's name, zoo:NAME, mixture?policies=[...]&weights=[...]; several are mixed."
+KNOWN = "What the response is compared with: a policy's name, or `all` (the default) for analytic and shipped ones."
+LEAGUE = "JSON of `cps-envs league` in the same configuration, to compare with the value of its game."
+
+
+def best_response(
+    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
+    role: Annotated[str, typer.Argument(help="attacker or defender: who is trained.")],
+    against: Annotated[list[str], typer.Option(help=AGAINST)],
+    weights: Annotated[str | None, typer.Option(help="Of several opponents, such as 1,3; equal if left out.")] = None,
+    recipe: Annotated[str | None, typer.Option(help="See `cps-envs train --list`; the role's own if left out.")] = None,
+    preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
+    ] = None,
+    knobs: Annotated[
+        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
+    ] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, searches included.")] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
+    known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
+    league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
+    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="On seeds 0, 1, ...")] = 50,
+    folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("best-response"),
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
+    device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Train a best response to a fixed opponent and report what it gains: a lower bound on exploitability.
+
+    Among the training seeds validation chooses; evaluation seeds judge. No bound from above: a better response may
+    exist that this training did not find.
+    """
+    from cps_agents.files import write_json
+    from cps_agents.league.exploitability import Contest, gain_over, league_value
+    from cps_agents.league.response import Budget, differing_presets, limited, venue_of
+    from cps_agents.league.strategy import mix
+    from cps_agents.locking import alone_in
+    from cps_agents.machine import available_cores, describe
+    from cps_envs.core.errors import require
+    from cps_envs.core.types import ROLES
+
+    chosen = next((each for each in ROLES if each == role), None)
+    if chosen is None:
+        raise CommandError(f"{role!r} is no role: write attacker or defender")
+    for package in ("stable_baselines3", "sb3_contrib"):
+        require(package, extra="agents", purpose="training a best response")
+    strategy = mix(against, _weights(weights))
+    values = {"preset": preset, "overrides": dict(assignments(overrides or []))}
+    given = {name: value for name, value in values.items() if value is not None}
+    given |= assignments(knobs or [], "--knob", "learning_rate=0.001")
+    trained_by = limited(_recipe(problem, chosen, recipe, strategy, given), steps)
+    for name in differing_presets(trained_by, strategy):
+        err().print(
+            f"Note: this trains in preset {trained_by.preset}, but the opponent learned in another: {name}. "
+            "--preset chooses.",
+            markup=False,
+            soft_wrap=True,
+        )
+    contest = Contest(venue_of(trained_by), chosen, strategy, known or ["all"], episodes)
+    budget = Budget(seeds, jobs or available_cores(), describe()["command"], resume=resume, device=device)
+    value = None if league is None else league_value(league, contest.venue)
+    with alone_in(folder):
+        trained, judgement = _run(contest, trained_by, budget, folder)
+        over_value = None if value is None else gain_over(value, judgement.response, chosen)
+        content = _document(contest, trained_by, trained, judgement, over_value) | describe()
+        write_json(folder / "best-response.json", content)
+    if as_json:
+        print_json(content)
+    else:
+        _show(contest, trained, judgement, over_value)
+    err().print(f"Written: {folder / 'best-response.json'}. The response plays as {trained.reference}", soft_wrap=True)
+
+
+def _weights(text: str | None) -> list[float] | None:
+    if text is None:
+        return None
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise CommandError(f"--weights {text!r}: write numbers with commas between them, such as 1,3") from error
+
+
+def _recipe(problem: str, role: Any, name: str | None, strategy: Any, given: dict[str, Any]) -> Recipe:
+    """The recipe with what was asked for, and then with the opponent in the configuration that this gives."""
+    from cps_agents.league.response import against, recipe_of
+    from cps_agents.learning.recipe import changed
+    from cps_envs import find_problem
+
+    recipe = changed(recipe_of(find_problem(problem), role, name), given)
+    return against(recipe, strategy, name=f"{recipe.name}-response")
+
+
+def _run(contest: Contest, recipe: Recipe, budget: Budget, folder: Path) -> tuple[Trained, Judgement]:
+    from cps_agents.benchmark.store import Store
+    from cps_agents.league.exploitability import judge
+    from cps_agents.league.response import respond
+    from cps_agents.progress import Progress
+
+    trained = respond(recipe, folder, budget, recipe.name)
+    with Progress("evaluation pairs", 1) as progress:
+
+        def report(done: int, total: int, label: str) -> None:
+            progress.total = total
+            progress.update(done, label)
+
+        judgement = judge(contest, trained, Store(folder / "cells"), budget.workers, report)
+    return trained, judgement
+
+
+def _document(
+    contest: Contest, recipe: Recipe, trained: Trained, judgement: Judgement, over_value: Estimate | None
+) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    return {
+        "problem": contest.venue.problem,
+        "role": contest.role,
+        "against": contest.opponent.reference,
+        "opponent": dict(zip(contest.opponent.policies, contest.opponent.probabilities, strict=True)),
+        "config": asdict(contest.venue.config),
+        "recipe": asdict(recipe),
+        "budget": {"seeds": len(trained.references), "steps": trained.steps, "cpu_s": trained.cpu_s},
+        "validation": trained.validation,
+        "chosen_seed": trained.seed,
+        "reference": trained.reference,
+        **asdict(judgement),
+        "gain_over_league": None if over_value is None else asdict(over_value),
+    }
+
+
+def _show(contest: Contest, trained: Trained, judgement: Judgement, over_value: Estimate | None) -> None:
+    from cps_agents.league.report import stacked
+    from cps_envs import find_problem
+
+    console = out()
+    rows = [(f"response, seed {trained.seed}", stacked(judgement.response))]
+    rows += [(f"response, all {len(trained.references)} seeds", stacked(judgement.all_seeds))]
+    rows += [(name, stacked(found)) for name, found in judgement.known.items()]
+    unit = find_problem(contest.venue.problem).unit or "return"
+    title = f"{contest.venue.problem}: what the attacker is paid ({unit}); opponent: {contest.opponent.reference}"
+    console.print(make_table(title, (contest.role, "return"), rows))
+    console.print(_verdict(f"the best policy known before, {judgement.best_known},", judgement.gain), markup=False)
+    if over_value is not None:
+        console.print(_verdict("the value of the league's game", over_value), markup=False)
+    console.print(f"Budget: {len(trained.references)} seeds, {trained.steps:,} steps, {trained.cpu_s:.0f} CPU s.")
+
+
+def _verdict(what: str, gain: Estimate) -> str:
+    ends = "" if gain.low is None else f" [{gain.low:.4g}, {gain.high:.4g}]"
+    if gain.mean <= 0 or (gain.low is not None and gain.low <= 0):
+        return f"Over {what} the response gains {gain.mean:.4g}{ends}: this training shows no more than was known."
+    return f"Over {what} the response gains {gain.mean:.4g}{ends}: the opponent can be exploited by at least that."

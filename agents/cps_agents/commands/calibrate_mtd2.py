@@ -1,0 +1,117 @@
+"""`cps-envs calibrate-mtd2`: the threshold eps of the HVAC defender `mtd2`, from attack-free days."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cps_agents.console import assignments, err, make_table, out, print_json
+
+if TYPE_CHECKING:
+    from cps_baselines.hvac.calibration import Calibration, Level
+
+DIGITS = 6
+
+
+def calibrate_mtd2(
+    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
+    ] = None,
+    num_seeds: Annotated[int, typer.Option("--seeds", min=1, help="Days, on seeds 1000, 1001, ...")] = 5,
+    to: Annotated[Path | None, typer.Option("--out", metavar="FILE.json", help="Write the JSON there, too.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Calibrate eps: 1.2 times the largest mean residual of any set while nobody attacks, from 20 samples on.
+
+    Without --preset and --set, for the configurations whose eps comes with the package.
+    """
+    from cps_agents.files import write_json
+    from cps_baselines.hvac.calibration import SEEDS, SHIPPED, Level
+
+    seeds = range(SEEDS[0], SEEDS[0] + num_seeds)
+    own = preset != "paper" or overrides
+    levels = (Level(preset, assignments(overrides or [])),) if own else SHIPPED
+    found = _calibrate(levels, seeds)
+    document = _document(found, seeds)
+    if to is not None:
+        write_json(to, document)
+    if as_json:
+        print_json(document)
+    else:
+        _print(found, seeds)
+    if to is not None:
+        err().print(f"Written: {to}", soft_wrap=True)
+
+
+def _calibrate(levels: tuple[Level, ...], seeds: range) -> list[tuple[Level, Calibration]]:
+    from cps_agents.progress import Progress
+    from cps_baselines.hvac.calibration import calibrate
+
+    total, done = sum(level.config.num_steps for level in levels), 0
+    found = []
+    with Progress("steps", total) as progress:
+        for level in levels:
+
+            def report(step: int, done: int = done) -> None:
+                progress.update(done + step)
+
+            found.append((level, calibrate(level.config, seeds, report=report)))
+            done += level.config.num_steps
+    return found
+
+
+def _document(found: list[tuple[Level, Calibration]], seeds: range) -> dict[str, Any]:
+    from cps_baselines.hvac.calibration import DEFENDER, MARGIN, SETTLING_STEPS
+
+    return {
+        "margin": MARGIN,
+        "settling_steps": SETTLING_STEPS,
+        "defender": DEFENDER,
+        "seeds": list(seeds),
+        "levels": [
+            {
+                "preset": level.preset,
+                "overrides": dict(level.overrides),
+                "threshold_c2": round(calibration.threshold_c2, DIGITS),
+                "configured_c2": level.config.threshold_c2,
+                "largest_set": list(calibration.largest_set),
+                "rejecting_share": calibration.rejecting_share.round(DIGITS),
+            }
+            for level, calibration in found
+        ],
+    }
+
+
+def _print(found: list[tuple[Level, Calibration]], seeds: range) -> None:
+    columns = ("configuration", "eps, C2", "decided by", "eps now", "rejects all")
+    rows = [
+        (
+            _name(level),
+            f"{calibration.threshold_c2:.3f}",
+            ", ".join(f"s{sensor}" for sensor in calibration.largest_set),
+            f"{level.config.threshold_c2:g}",
+            f"{calibration.rejecting_share.mean():.1%}",
+        )
+        for level, calibration in found
+    ]
+    title = f"eps of MTD2 from {len(seeds)} attack-free days, seeds {seeds[0]} to {seeds[-1]}"
+    console = out()
+    console.print(make_table(title, columns, rows))
+    console.print(
+        "rejects all: steps with a full window in which no set passes the eps that the configuration has now."
+    )
+
+
+def _name(level: Level) -> str:
+    return ", ".join(
+        [
+            level.preset,
+            *(
+                f"{name}={value:g}" if isinstance(value, float) else f"{name}={value}"
+                for name, value in level.overrides.items()
+            ),
+        ]
+    )

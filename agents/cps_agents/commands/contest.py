@@ -1,0 +1,122 @@
+"""`cps-envs contest`: is a problem's game worth learning, and how far from the best possible is each policy?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cps_agents.console import err, out, print_json
+
+if TYPE_CHECKING:
+    from cps_agents.benchmark.store import Store
+    from cps_agents.contest.document import Document
+    from cps_agents.contest.played import Effort
+    from cps_baselines.contest import Contest, Variant
+
+FAILED = 1  # exit code where a rule does not hold
+
+
+def contest(
+    problem: Annotated[list[str] | None, typer.Argument(help="Problems, such as hvac; all if left out.")] = None,
+    variant: Annotated[list[str] | None, typer.Option(help="Only this variant; may be repeated.")] = None,
+    budget: Annotated[float, typer.Option(min=1, help="CPU seconds of search against each defender.")] = 300.0,
+    episodes: Annotated[int, typer.Option(min=0, help="Of each meeting; 0: as the contest says.")] = 0,
+    folder: Annotated[Path, typer.Option("--out", help="Where files go; finished work in cells/.")] = Path("contest"),
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Few episodes and short searches: a look, no result.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
+    publish: Annotated[bool, typer.Option("--publish", help="Renew docs/contest.md and contest.json here.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Judge whether a problem's game is a contest.
+
+    Every policy meets every policy of the other side. Beside them play the
+    best constant action, attacks searched against each defender, and
+    references that are told what the others have to infer.
+
+    The first variant is judged by rules: no constant action is best,
+    something can be done, something is left to infer, nobody has won.
+    Exit code 1 means that a rule does not hold.
+
+    Press Ctrl-C at any time: finished work is kept, and the same command
+    continues.
+    """
+    from cps_agents.benchmark.store import Store
+    from cps_agents.contest.contest import choose_variants, find_contests
+    from cps_agents.contest.played import Effort
+    from cps_agents.contest.publication import publish as put
+    from cps_agents.errors import CommandError
+    from cps_agents.locking import alone_in
+    from cps_envs import find_problem
+    from cps_envs.core.errors import require
+
+    if publish and quick:
+        raise CommandError("--quick is a look, no result: leave out --publish")
+    require("cma", extra="baselines", purpose="a contest's searches")
+    require("matplotlib", extra="baselines", purpose="a contest's heat map")
+    contests = find_contests([find_problem(name).name for name in problem or []])
+    chosen = [(each, one) for each in contests for one in choose_variants(each, variant or [])]
+    effort = Effort(4.0, 8, 1, 8, 2, 2, 16) if quick else Effort(budget, episodes)
+    found = []
+    with alone_in(folder):
+        store = Store(folder / "cells", fresh=fresh)
+        for each, one in chosen:
+            found.append(_play(each, one, effort, store, jobs))
+            if not as_json:
+                _show(found[-1])
+        files = [*_write(found, folder), *(put(found, Path()) if publish else [])]
+    if as_json:
+        print_json(found)
+    if quick:
+        err().print("--quick: few episodes and short searches; these are no results.")
+    err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+    broken = [each["problem"] for each in found if each["holds"] is False]
+    if broken and not quick:
+        err().print(f"Not a contest by every rule: {', '.join(broken)}.")
+        raise typer.Exit(FAILED)
+
+
+def _play(each: Contest, one: Variant, effort: Effort, store: Store, jobs: int | None) -> Document:
+    import time
+
+    from cps_agents.contest.contest import play_contest
+    from cps_agents.contest.document import document
+    from cps_agents.machine import available_cores, describe
+    from cps_agents.progress import Progress
+
+    started = time.monotonic()
+    with Progress(f"{each.problem} {one.name}", 1) as progress:
+
+        def report(done: int, total: int, label: str) -> None:
+            progress.total = total
+            progress.update(done, label)
+
+        played = play_contest(each, one, effort, store, jobs or available_cores(), report)
+    if played.reused:
+        err().print(f"{played.reused} pieces of work were there already, --fresh does them again.")
+    return document(played, effort, describe(), time.monotonic() - started)
+
+
+def _write(found: list[Document], folder: Path) -> list[Path]:
+    from cps_agents.contest.tables import draw, markdown
+    from cps_agents.files import write_figure, write_json, write_text
+
+    files = [folder / "contest.json", folder / "contest.md"]
+    write_json(files[0], found)
+    write_text(files[1], "\n".join(map(markdown, found)))
+    for each in found:
+        files.append(folder / f"{each['problem']}-{each['variant']}.png")
+        write_figure(files[-1], draw(each))
+    return files
+
+
+def _show(found: Document) -> None:
+    from cps_agents.contest.tables import terminal, value_line
+
+    console = out()
+    for table in terminal(found):
+        console.print(table)
+    for note in ([value_line(found)] if found["game"] else []) + found["notes"]:
+        console.print(note, markup=False)

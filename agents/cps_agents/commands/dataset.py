@@ -1,0 +1,64 @@
+"""`cps-envs dataset`: episodes between two policies in Minari's format."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cps_agents.console import assignments, err, print_json
+
+if TYPE_CHECKING:
+    from cps_envs.core.types import Role
+
+
+class Side(str, Enum):
+    """Whose experience is kept."""
+
+    attacker = "attacker"
+    defender = "defender"
+
+
+def dataset(
+    problem: Annotated[str, typer.Argument(help="The problem, such as fdi.")],
+    role: Annotated[Side, typer.Option(help="Whose observations, actions and rewards are kept.")],
+    attacker: Annotated[str | None, typer.Option(help="A policy; the preset's own if left out.")] = None,
+    defender: Annotated[str | None, typer.Option(help="A policy; the preset's own if left out.")] = None,
+    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first; the others count up.")] = 10_000_000,
+    name: Annotated[str | None, typer.Option("--id", help="The dataset's, such as cps_envs/fdi/oracle-v0.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Write episodes as a dataset for offline learning.
+
+    Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says; read it with
+    minari.load_dataset(ID). The seeds are far from those that evaluations use.
+    """
+    import re
+
+    from cps_agents.datasets import write_dataset
+    from cps_envs import find_problem
+
+    found = find_problem(problem)
+    changes = dict(assignments(overrides or []))
+    usual = found.opponents.get(preset, {})
+    found.config(preset, changes)
+    players: dict[Role, str] = {
+        "attacker": attacker or usual["attacker"],
+        "defender": defender or usual["defender"],
+    }
+    side: Role = "attacker" if role is Side.attacker else "defender"
+    plain = re.sub(r"[^a-z0-9_]+", "-", f"{players['attacker']}-{players['defender']}".lower()).strip("-")
+    dataset_id = name or f"cps_envs/{problem}/{side}-{plain}-v0"
+    with err().status(f"playing {episodes} episodes"):
+        made = write_dataset(found, side, players, preset, changes, range(seed, seed + episodes), dataset_id)
+    steps = int(made.total_steps)
+    if as_json:
+        print_json({"id": dataset_id, "episodes": episodes, "steps": steps, "players": players, "preset": preset})
+    else:
+        err().print(f"Written: {dataset_id}, {episodes} episodes, {steps:,} steps. minari.load_dataset({dataset_id!r})")

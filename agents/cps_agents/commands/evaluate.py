@@ -1,0 +1,161 @@
+"""`cps-envs evaluate`: any policies on the evaluation seeds, with intervals and paired differences."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cps_agents.commands.play import POLICY
+from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.errors import CommandError, built_by_user
+
+if TYPE_CHECKING:
+    from cps_agents.evaluation.comparison import Comparison, Standing
+    from cps_agents.evaluation.statistics import Estimate
+    from cps_envs.core.types import Role
+
+EVALUATED = "A name from `cps-envs list`, zoo:NAME for all its training seeds, zoo:NAME?seed=3; may be repeated."
+METRIC = "What is measured; `return` is what the attacker is paid."
+MARK = "*"  # of a baseline that the intervals say less about
+MOST = 1_000_000  # evaluation seeds
+
+
+def evaluate(
+    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
+    role: Annotated[str, typer.Argument(help="attacker or defender: who is evaluated.")],
+    policy: Annotated[list[str], typer.Option(help=EVALUATED)],
+    opponent: Annotated[list[str] | None, typer.Option(help=f"{POLICY} May be repeated.")] = None,
+    baseline: Annotated[list[str] | None, typer.Option(help="To compare with, pairwise; may be repeated.")] = None,
+    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each training seed, on seeds 0, 1, ...")] = 50,
+    metric: Annotated[str, typer.Option(help=METRIC)] = "return",
+    per: Annotated[str, typer.Option(help="Another metric of the episode to divide by, as oracle_value_mps.")] = "",
+    certified: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Share of the certified optimum: FILE of `oracle --episodes`.")
+    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Evaluate policies on seeds that training never used.
+
+    Mean, interquartile mean and 95 % bootstrap intervals over training seeds and episodes; differences to the baselines
+    are paired, episode by episode, and count the training seeds of both. Trained policies get the observation and
+    action form they were trained with.
+    """
+    from cps_agents.evaluation.arena import Arena
+    from cps_agents.evaluation.comparison import Comparison
+    from cps_agents.machine import available_cores, describe
+    from cps_envs import find_problem
+    from cps_envs.core.types import ROLES, other
+
+    known: Role | None = next((name for name in ROLES if name == role), None)
+    if known is None:
+        raise CommandError(f"{role!r} is no role: write attacker or defender")
+    found = find_problem(problem)
+    values = assignments(overrides or [])
+    found.config(preset, values)
+    opponents = opponent or [found.opponents[preset][other(known)]]
+    arenas = [Arena(problem, known, name, preset, values, episodes) for name in dict.fromkeys(opponents)]
+    comparison = Comparison(arenas, policy, baseline or [], metric, per)
+    if certified is not None:
+        comparison = _with_certificates(comparison, certified)
+    standings = _compare(comparison, jobs or available_cores())
+    if as_json:
+        heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values), "episodes": episodes}
+        measured = {"metric": metric, "per": comparison.per}
+        print_json({**describe(), **heading, **measured, "standings": [each.to_json() for each in standings]})
+        return
+    for arena in arenas:
+        _print(comparison, known, [each for each in standings if each.opponent == arena.opponent])
+
+
+def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
+    """The comparison with what a file of `cps-envs oracle --episodes` knows of its episodes.
+
+    Raises:
+        CommandError: there is a defender, whom the certificates do not know, or the file does not fit.
+    """
+    from dataclasses import replace
+
+    from cps_agents.evaluation.certified import certified_metrics
+
+    arena = comparison.arenas[0]
+    if (arena.problem, arena.role, *(each.opponent for each in comparison.arenas)) != ("fdi", "attacker", "none"):
+        raise CommandError("--certified is about attackers of fdi without a defender: name the opponent none")
+    known = certified_metrics(path, arena.config, arena.episodes)
+    found, proved = ((known[name] > 0).sum() for name in ("oracle_value_mps", "optimum_proved"))
+    err().print(f"{arena.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
+    return replace(comparison, per=comparison.per or "oracle_bound_mps", known=known)
+
+
+def _compare(comparison: Comparison, workers: int) -> list[Standing]:
+    from cps_agents.evaluation.comparison import compare
+    from cps_agents.progress import Progress
+
+    with built_by_user():
+        total = sum(map(len, comparison.jobs().values()))
+        _check(comparison)
+        with Progress("policies against opponents", total) as progress:
+            return compare(comparison, min(workers, total), progress.update)
+
+
+def _check(comparison: Comparison) -> None:
+    """Refuse a metric that does not exist before anything is played."""
+    from cps_envs import find_problem
+    from cps_envs.core.errors import near
+
+    arena = comparison.arenas[0]
+    metrics = ["return", *find_problem(arena.problem).game(arena.config, 1).metrics()]
+    for name in (comparison.metric, *([comparison.per] if comparison.per else [])):
+        if name not in metrics:
+            raise CommandError(f"{arena.problem} has no metric {name!r}. {near(name, metrics)}")
+
+
+def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> None:
+    opponent = standings[0].opponent
+    rows = [
+        [
+            f"{each.policy} [dim](baseline)[/]" if each.is_baseline else each.policy,
+            f"{each.mean.seeds} x {each.mean.episodes}",
+            f"{each.mean.mean:.4g}",
+            _interval(each.mean),
+            f"{each.iqm.mean:.4g}",
+            *(_difference(each, name, role) for name in comparison.baselines),
+        ]
+        for each in standings
+    ]
+    measured = f"{comparison.metric} / {comparison.per}" if comparison.per else comparison.metric
+    cautions = {name: text for each in standings for name, text in each.cautions.items()}
+    columns = (
+        "policy",
+        "seeds x episodes",
+        "mean",
+        "95 % interval",
+        "IQM",
+        *(f"minus {name}{MARK if name in cautions else ''}" for name in comparison.baselines),
+    )
+    out().print(make_table(f"{role} against {opponent}: {measured}", columns, rows))
+    for name, text in cautions.items():
+        out().print(f"{MARK} {name}: {text}.", markup=False, soft_wrap=True)
+    if comparison.baselines:
+        err().print("Differences: mean and interval; green or red where it excludes zero, for or against the policy.")
+
+
+def _interval(found: Estimate) -> str:
+    return "none" if found.low is None or found.high is None else f"{found.low:.4g} to {found.high:.4g}"
+
+
+def _difference(standing: Standing, baseline: str, role: Role) -> str:
+    from cps_agents.evaluation.comparison import is_better
+
+    if baseline not in standing.differences:
+        return ""
+    found = standing.differences[baseline]
+    text = f"{found.mean:+.4g}\n{_interval(found)}"
+    better = is_better(found, role)
+    return text if better is None else f"[{'green' if better else 'red'}]{text}[/]"

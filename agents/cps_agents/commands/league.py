@@ -1,0 +1,111 @@
+"""`cps-envs league`: everybody against everybody, and the equilibrium."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cps_agents.console import assignments, err, out, print_json
+
+if TYPE_CHECKING:
+    from cps_agents.league.league import League, Plan
+
+NAMES = (
+    "A policy's name, zoo:NAME, with --trust module:attribute, or `all` of the analytic and shipped; may be repeated."
+)
+MOST = 1_000_000  # evaluation seeds
+
+
+def league(
+    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
+    attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
+    defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
+    oracles: Annotated[
+        bool, typer.Option("--oracles", help="`all` includes policies that know more than they observe.")
+    ] = False,
+    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
+    ] = None,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...")] = 50,
+    metric: Annotated[str, typer.Option(help="What is paid; `return` is the attacker's payoff.")] = "return",
+    folder: Annotated[Path, typer.Option("--out", help="Where files go; finished work in cells/.")] = Path("league"),
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Play every attacker against every defender and solve the zero-sum game of the means.
+
+    The value is not that of the means, which favours the side with more policies: strategies are chosen on one half of
+    the episodes and valued on the other. The interval holds the value of the true means.
+
+    Each finished pair is kept at once: an interrupted league goes on where it stopped. Pairs are played again when the
+    code, a version, a trained network or the configuration has changed.
+    """
+    import time
+
+    from cps_agents.league.league import Plan
+    from cps_agents.league.players import Venue
+    from cps_agents.league.report import document
+    from cps_agents.locking import alone_in
+    from cps_agents.machine import available_cores, describe
+    from cps_envs import find_problem
+    from cps_envs.core.errors import require
+
+    require("scipy", extra="baselines", purpose="a league")
+    require("matplotlib", extra="baselines", purpose="a league's heat map")
+    venue = Venue(find_problem(problem).name, preset, assignments(overrides or []))
+    plan = Plan(venue, {"attacker": attackers or [], "defender": defenders or []}, episodes, metric, oracles)
+    started = time.monotonic()
+    with alone_in(folder):
+        found = _play(plan, folder, jobs or available_cores(), fresh)
+        wall_s = time.monotonic() - started
+        files = _write(found, document(found, describe(), wall_s), folder)
+    if as_json:
+        print_json(document(found, describe(), wall_s))
+    else:
+        _show(found)
+    reused = found.payoffs.reused
+    again = f"; {reused} pairs had been played before, --fresh plays them again" if reused else ""
+    err().print(f"{wall_s:.0f} s{again}. Written: {', '.join(map(str, files))}", soft_wrap=True)
+
+
+def _play(plan: Plan, folder: Path, jobs: int, fresh: bool) -> League:
+    from cps_agents.benchmark.store import Store
+    from cps_agents.league.league import play_league
+    from cps_agents.progress import Progress
+
+    with Progress(f"{plan.venue.problem} pairs", 1) as progress:
+
+        def report(done: int, total: int, label: str) -> None:
+            progress.total = total
+            progress.update(done, label)
+
+        return play_league(plan, Store(folder / "cells", fresh=fresh), jobs, report)
+
+
+def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
+    from cps_agents.files import write_figure, write_json, write_text
+    from cps_agents.league.report import draw, rows_as_csv
+
+    files = [folder / f"{found.plan.venue.problem}.{suffix}" for suffix in ("json", "csv", "png")]
+    write_json(files[0], content)
+    write_text(files[1], rows_as_csv(found))
+    write_figure(files[2], draw(found))
+    return files
+
+
+def _show(found: League) -> None:
+    from cps_agents.league.report import tables, verdict
+
+    console = out()
+    for table in tables(found, console.width):
+        console.print(table)
+    console.print(verdict(found), markup=False)
+    for missing in found.left_out:
+        console.print(f"Left out: {missing.role} {missing.reference}: {missing.reason}", markup=False)
+    for player in (*found.attackers, *found.defenders):
+        if player.form:
+            console.print(f"{player.role} {player.name} plays in its own form: {dict(player.form)}", markup=False)

@@ -1,0 +1,44 @@
+"""`cps-envs list`: what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import typer
+
+from cps_agents.console import make_table, out, print_json
+
+
+def list_everything(
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """List problems, environments, presets and policies."""
+    from cps_agents.catalogue import describe_everything
+
+    problems = describe_everything()
+    if as_json:
+        print_json(problems)
+        return
+    console = out()
+    for problem in problems:
+        console.print(f"[bold]{problem['name']}[/]: {problem['summary']}\n")
+        console.print(make_table("Environments", ("Interface", "Id"), _environments(problem), left=2))
+        for role, policies in problem["policies"].items():
+            rows = [(policy["name"], _remark(policy)) for policy in policies]
+            console.print(make_table(f"Policies: {role}", ("Name", "What it does"), rows, left=2))
+    console.print("An oracle knows more than it observes. With --trust a policy can also be named as module:attribute.")
+
+
+def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
+    rows = [(f"gymnasium, {role}", name) for role, name in problem["gymnasium"].items()]
+    rows += [(f"pettingzoo, {form}", name) for form, name in problem["pettingzoo"].items()]
+    return [*rows, ("presets", ", ".join(problem["presets"]))]
+
+
+def _remark(policy: Mapping[str, Any]) -> str:
+    if policy["missing"]:
+        return f'[yellow]needs {policy["missing"]}: pip install "cps-envs\\[baselines]"[/]'
+    if policy["privileged"]:
+        return f"{policy['summary']} [magenta](oracle: {', '.join(policy['privileged'])})[/]"
+    return str(policy["summary"])

@@ -1,0 +1,176 @@
+"""`cps-envs oracle`: certified impact speeds of false data injection."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cps_agents.console import assignments, err, make_table, out, print_json
+
+if TYPE_CHECKING:
+    from cps_envs.fdi.config import FdiConfig
+    from cps_envs.fdi.optima import Record
+    from cps_envs.fdi.task import Task
+
+    Records = dict[Task, Record]
+
+
+def oracle(
+    preset: Annotated[str, typer.Option(help="Preset of the problem fdi.")] = "paper",
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Override a field; may be repeated.")
+    ] = None,
+    task: Annotated[
+        list[str] | None,
+        typer.Option(help="Sensors and target such as 'x4>4'; may be repeated. If left out: every cell of the tables."),
+    ] = None,
+    episodes: Annotated[
+        int | None, typer.Option(min=1, help="Certify the first evaluation episodes, as in preset 'drawn'.")
+    ] = None,
+    time_limit: Annotated[
+        float, typer.Option(min=0.0, metavar="SECONDS", help="For each integer program, or each episode; 0: none.")
+    ] = 20.0,
+    anneal: Annotated[int, typer.Option(min=0, help="Attacks that a local search tries for each task.")] = 100_000,
+    exhaust: Annotated[
+        float, typer.Option(min=0.0, metavar="CPU SECONDS", help="Exhaustive search for each open task.")
+    ] = 20.0,
+    gap: Annotated[float, typer.Option(min=0.0, max=1.0, help="Relative gap to stop at; 0 proves the optimum.")] = 0.0,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Tasks at a time; as many as cores if left out.")] = None,
+    backend: Annotated[str, typer.Option(help="Of joblib: loky, threading, dask, ray.")] = "loky",
+    improve: Annotated[bool, typer.Option("--improve", help="Go on with tasks that are not proved.")] = False,
+    to: Annotated[
+        Path | None, typer.Option("--out", help="File to write and to go on from; results/oracle/<preset>.json.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """The highest impact speed that false data injection can reach, and a bound that proves it.
+
+    Mixed-integer programs by HiGHS: for each task the bound with continuous injections (LP), the speed of the best
+    attack found, and a bound that no attack exceeds. Each finished task is kept at once: an interrupted run goes on
+    where it stopped.
+    """
+    from cps_agents.commands.oracle_episodes import certify_episodes
+    from cps_agents.files import write_text
+    from cps_agents.locking import alone_at
+    from cps_agents.machine import available_cores
+    from cps_baselines.fdi.cross import Extra
+    from cps_baselines.fdi.sweep import open_tasks, paper_tasks, sweep
+    from cps_envs.fdi.optima import to_text
+    from cps_envs.fdi.problem import FDI
+    from cps_envs.fdi.task import parse_task
+
+    config = FDI.config(preset, assignments(settings or []))
+    jobs = jobs or available_cores()
+    if episodes is not None:
+        path = to or Path("results") / "oracle" / f"{preset}-episodes.json"
+        limits = {"time_limit_s": time_limit, "jobs": jobs, "backend": backend}
+        certify_episodes(config, episodes, path, **limits, as_json=as_json)  # type: ignore[arg-type]
+        return
+    named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
+    tasks = list(dict.fromkeys(named)) or paper_tasks(config.num_vehicles)
+    path = to or Path("results") / "oracle" / f"{preset}.json"
+    with alone_at(path):
+        known, commands = _earlier(path, config)
+        left = open_tasks(tasks, known, improve=improve)
+        header = _header(commands)
+        solved = sweep(
+            config,
+            left,
+            dict(known),
+            time_limit_s=time_limit,
+            gap=gap,
+            extra=Extra(anneal, exhaust),
+            jobs=jobs,
+            backend=backend,
+        )
+        known = _kept(solved, len(left), known, lambda records: write_text(path, to_text(header, config, records)))
+    chosen = [known[wanted] for wanted in tasks]
+    if as_json:
+        print_json(_document(header, config, chosen))
+    else:
+        _show(config, chosen)
+    err().print(f"{len(left)} tasks solved, {len(chosen) - len(left)} known before: {path}", soft_wrap=True)
+
+
+def _kept(
+    solved: Iterable[Record], count: int, earlier: Records, write: Callable[[Collection[Record]], None]
+) -> Records:
+    """Every finished task, each written at once beside the earlier ones, with a line of progress."""
+    from cps_agents.progress import Progress
+
+    records = dict(earlier)
+    with Progress("tasks", count) as progress:
+        for done, record in enumerate(solved, 1):
+            records[record.task] = record
+            write(records.values())
+            progress.update(done, f"{record.task}: {record.status}")
+    return records
+
+
+def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
+    """The records that a file holds already and the commands that found them; nothing where there is none.
+
+    Raises:
+        DamagedFileError: it holds something else.
+        CommandError: it holds optima of another configuration.
+    """
+    from cps_agents.errors import CommandError
+    from cps_envs.core.documents import read_entry
+    from cps_envs.fdi.optima import KIND, REMEDY, constants, from_entry
+
+    if not path.exists():
+        return {}, []
+    document = read_entry(path, KIND, REMEDY)
+    values, records = from_entry(document)
+    differing = [name for name, value in constants(config).items() if values.get(name) != value]
+    if differing:
+        raise CommandError(
+            f"{path} holds optima of another configuration ({', '.join(differing)}). Name another file with --out, or "
+            "delete it."
+        )
+    commands = document.get("commands")
+    return records, [] if commands is None else [command.text() for command in commands.rows()]
+
+
+def _header(earlier: list[str]) -> dict[str, Any]:
+    from importlib.metadata import version
+
+    from cps_agents.machine import describe
+
+    command = describe()["command"]
+    commands = [*earlier, command] if command not in earlier[-1:] else earlier
+    versions = {package: version(package) for package in ("cps-envs", "highspy", "numpy")}
+    return {"commands": commands, "versions": versions}
+
+
+def _document(header: Mapping[str, Any], config: FdiConfig, records: Iterable[Record]) -> Any:
+    from cps_envs.fdi.optima import to_text
+
+    return json.loads(to_text(header, config, records))
+
+
+def _show(config: FdiConfig, records: list[Record]) -> None:
+    columns = ("Task", "Status", "LP", "Value", "Bound", "Gap %", "Time s")
+    rows = [_cells(record) for record in records]
+    title = f"Impact speed in m/s, {config.num_vehicles} vehicles, {config.horizon} steps of {config.dt_s:g} s"
+    console = out()
+    console.print(make_table(title, columns, rows, left=2))
+    reachable = sum(record.lp_mps is not None for record in records)
+    found, closed = (sum(getattr(record, name) for record in records) for name in ("feasible", "closed"))
+    console.print(
+        f"{len(records)} tasks: {reachable} reachable with continuous injections, {found} with a known attack, "
+        f"{closed} closed (proved or infeasible)."
+    )
+
+
+def _cells(record: Record) -> tuple[str, ...]:
+    def number(value: float | None, digits: int) -> str:
+        return "-" if value is None else f"{value:.{digits}f}"
+
+    gap = None if record.gap is None else 100 * record.gap
+    speeds = (number(value, 4) for value in (record.lp_mps, record.value_mps, record.bound_mps))
+    return (str(record.task), record.status, *speeds, number(gap, 2), number(record.wall_s, 1))

@@ -1,0 +1,47 @@
+"""`cps-envs play`: episodes between two policies."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cps_agents.console import assignments
+
+if TYPE_CHECKING:
+    from cps_envs.core.types import Role
+
+POLICY = "A name from `cps-envs list`, name?option=value, or with --trust module:attribute; the preset's if left out."
+RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png (one picture)."
+
+
+def play(
+    problem: Annotated[str, typer.Argument(help="The problem, such as disbanding, or with --trust module:attribute.")],
+    attacker: Annotated[str | None, typer.Option(help=POLICY)] = None,
+    defender: Annotated[str | None, typer.Option(help=POLICY)] = None,
+    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first episode; the others count up.")] = 0,
+    episodes: Annotated[int, typer.Option(min=1, help="How many, played as one batch.")] = 1,
+    render: Annotated[str | None, typer.Option(help=RENDER)] = None,
+    fps: Annotated[float, typer.Option(help="Frames per second of a film.")] = 10.0,
+    speed: Annotated[float, typer.Option(help="Game seconds per second of film.")] = 10.0,
+    at: Annotated[float | None, typer.Option(help="Game second of a picture; the end if left out.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Play episodes between an attacker and a defender and print their metrics."""
+    from cps_agents.episodes import show_episodes
+    from cps_agents.film import Film
+    from cps_envs import find_problem
+
+    found = find_problem(problem)
+    config = found.config(preset, assignments(overrides or []))
+    film = Film(render, fps, speed, at) if render is not None else None
+    usual = found.opponents[preset]
+    players: dict[Role, str] = {
+        "attacker": attacker or usual["attacker"],
+        "defender": defender or usual["defender"],
+    }
+    show_episodes(found, preset, config, players, range(seed, seed + episodes), film=film, as_json=as_json)

@@ -1,0 +1,156 @@
+"""`cps-envs self-play`: double oracle over a problem."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cps_agents.commands.league import NAMES
+from cps_agents.console import assignments, err, out, print_json
+
+if TYPE_CHECKING:
+    from cps_agents.league.bounds import Outcome
+    from cps_agents.league.players import Venue
+    from cps_agents.league.response import Budget
+    from cps_agents.league.self_play import Game, Iteration, Pool
+    from cps_agents.learning.recipe import Recipe
+    from cps_envs.core.types import Role
+
+RECIPE = "See `cps-envs train --list`; the role's own if left out."
+
+
+def self_play(
+    problem: Annotated[str, typer.Argument(help="The problem, such as rogue.")],
+    iterations: Annotated[int, typer.Option(min=1, help="In all; more of them go on with --resume.")] = 5,
+    attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
+    defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
+    attacker_recipe: Annotated[str | None, typer.Option(help=RECIPE)] = None,
+    defender_recipe: Annotated[str | None, typer.Option(help=RECIPE)] = None,
+    preset: Annotated[str | None, typer.Option(help="Of the environment; that of the recipes if left out.")] = None,
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
+    ] = None,
+    knobs: Annotated[
+        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of both recipes; may be repeated.")
+    ] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Of each run, rounded up to whole updates.")] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Training seeds of each response.")] = 1,
+    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Of each pair.")] = 50,
+    folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("self-play"),
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with what is there.")] = False,
+    device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Let both roles answer each other: solve the matrix of all policies, train best responses, add them, again.
+
+    Starts from the analytic policies and the shipped ones. Every finished pair, run and iteration is kept at once:
+    --resume goes on after an interruption at any point.
+    """
+    from cps_agents.league.response import Budget, limited
+    from cps_agents.league.self_play import claim
+    from cps_agents.locking import alone_in
+    from cps_agents.machine import available_cores, describe
+    from cps_envs import find_problem
+    from cps_envs.core.errors import require
+
+    for package in ("stable_baselines3", "sb3_contrib"):
+        require(package, extra="agents", purpose="self-play")
+    require("matplotlib", extra="baselines", purpose="the figure of self-play")
+    names: dict[Role, str | None] = {"attacker": attacker_recipe, "defender": defender_recipe}
+    values = assignments(overrides or [])
+    given: dict[str, Any] = {**assignments(knobs or [], "--knob", "learning_rate=0.001")}
+    venue, recipes = _settings(find_problem(problem).name, names, preset, values, given)
+    recipes = {role: limited(recipe, steps) for role, recipe in recipes.items()}
+    budget = Budget(seeds, jobs or available_cores(), describe()["command"], device=device)
+    chosen: dict[Role, list[str]] = {"attacker": attackers or ["all"], "defender": defenders or ["all"]}
+    with alone_in(folder):
+        game = _game(venue, chosen, recipes, episodes, budget, folder)
+        claim(folder, game, resume)
+        outcome = _play(game, folder, iterations, budget)
+    if as_json:
+        print_json(_document(outcome))
+    else:
+        _show(outcome)
+    written = ", ".join(str(folder / f"self-play.{suffix}") for suffix in ("json", "png"))
+    err().print(f"Written: {written}", soft_wrap=True)
+
+
+def _settings(
+    problem: str, names: dict[Role, str | None], preset: str | None, values: Any, given: dict[str, Any]
+) -> tuple[Venue, dict[Role, Recipe]]:
+    """One configuration for both recipes: what they need together, and what is asked for."""
+    from cps_agents.league.players import Venue
+    from cps_agents.league.response import merged, recipe_of
+    from cps_agents.learning.recipe import changed
+    from cps_envs import find_problem
+
+    recipes = {role: recipe_of(find_problem(problem), role, name) for role, name in names.items()}
+    needed = [{key: each for key, each in recipe.overrides.items() if key not in values} for recipe in recipes.values()]
+    presets = [{"preset": recipe.preset} for recipe in recipes.values()] if preset is None else [{"preset": preset}]
+    venue = Venue(problem, merged(presets, "a recipe")["preset"], {**merged(needed, "a recipe"), **values})
+    settled = {"preset": venue.preset, "overrides": dict(venue.overrides)}
+    return venue, {role: changed(recipe, {**given, **settled}) for role, recipe in recipes.items()}
+
+
+def _game(
+    venue: Venue,
+    references: dict[Role, list[str]],
+    recipes: dict[Role, Recipe],
+    episodes: int,
+    budget: Budget,
+    folder: Path,
+) -> Game:
+    """With those of the policies asked for that can play."""
+    from cps_agents.benchmark.store import Store
+    from cps_agents.league.league import Plan, check_anybody, line_up
+    from cps_agents.league.self_play import Game
+    from cps_baselines.workers import Workers
+    from cps_envs.core.types import ROLES
+
+    with Workers(budget.workers) as pool:
+        players, left_out = line_up(Plan(venue, references, episodes), Store(folder / "cells"), pool)
+    for missing in left_out:
+        err().print(f"Left out: {missing.role} {missing.reference}: {missing.reason}", markup=False, soft_wrap=True)
+    for role in ROLES:
+        check_anybody(role, players, left_out)
+    start = {role: [player.reference for player in players[role]] for role in ROLES}
+    return Game(venue, start, recipes, episodes, budget.seeds)
+
+
+def _play(game: Game, folder: Path, iterations: int, budget: Budget) -> Outcome:
+    """Iterate; after each iteration the results are judged and written."""
+    from cps_agents.files import write_figure, write_json
+    from cps_agents.league.bounds import judge
+    from cps_agents.league.self_play import iterate
+    from cps_agents.league.self_play_report import draw
+
+    outcomes = []
+
+    def report(pool: Pool, done: list[Iteration]) -> None:
+        outcomes.append(judge(game, pool, done, folder, budget.workers))
+        write_json(folder / "self-play.json", _document(outcomes[-1]))
+        write_figure(folder / "self-play.png", draw(outcomes[-1]))
+
+    iterate(game, folder, iterations, budget, report)
+    return outcomes[-1]
+
+
+def _document(outcome: Outcome) -> dict[str, Any]:
+    from cps_agents.league.self_play_report import document
+    from cps_agents.machine import describe
+
+    return document(outcome, describe())
+
+
+def _show(outcome: Outcome) -> None:
+    from cps_agents.league.self_play_report import table
+    from cps_envs.core.types import ROLES
+
+    console = out()
+    console.print(table(outcome))
+    for role in ROLES:
+        console.print(f"The final {role} plays as {outcome.final[role].reference}", markup=False, soft_wrap=True)
+    console.print(f"Training: {outcome.steps:,} steps, {outcome.cpu_s:.0f} CPU s.")

@@ -1,0 +1,58 @@
+"""`cps-envs testbed`: a disbanding defender on the nine simulated robots of section 2.5."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cps_agents.commands.play import RENDER
+from cps_agents.console import assignments
+from cps_agents.errors import CommandError
+
+if TYPE_CHECKING:
+    from cps_envs.core.types import Role
+
+DEFENDER = (
+    "Any defender of the disbanding problem: a name from `cps-envs list`, name?option=value; also module:attribute."
+)
+PERIOD = "The paper's mitigation with this t_s in s, in place of --defender; the paper has 0.5 and 1."
+ATTACKER = "Any attacker of the disbanding problem; the leading platoon at 20 s if left out."
+
+
+def drive_robots(
+    defender: Annotated[str | None, typer.Option(help=f"{DEFENDER}; none if left out.")] = None,
+    period: Annotated[float | None, typer.Option(metavar="SECONDS", help=PERIOD)] = None,
+    attacker: Annotated[str | None, typer.Option(help=ATTACKER)] = None,
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the first episode; the others count up.")] = 0,
+    episodes: Annotated[int, typer.Option(min=1, help="How many, played as one batch.")] = 1,
+    render: Annotated[str | None, typer.Option(help=RENDER)] = None,
+    fps: Annotated[float, typer.Option(help="Frames per second of a film.")] = 10.0,
+    speed: Annotated[float, typer.Option(help="Seconds of the experiment per second of film.")] = 4.0,
+    at: Annotated[float | None, typer.Option(help="Second of a picture; the end if left out.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Nine simulated robots on a circle: three platoons, of which the leading one disbands.
+
+    A defender sees the robots as vehicles on a road ten times as large. Collision avoidance acts on all of them, as in
+    the disbanding problem; only the mitigation of the paper (--period) replaces it once a platoon has disbanded.
+    """
+    from cps_agents.episodes import show_episodes
+    from cps_agents.film import Film
+    from cps_baselines.testbed.mitigation import mitigation
+    from cps_envs.testbed.problem import TESTBED
+
+    if period is not None and defender is not None:
+        raise CommandError("--period is the paper's mitigation and --defender another one: give one of them")
+    preset = "paper" if period is None else "mitigated"
+    config = TESTBED.config(preset, assignments(overrides or []))
+    film = Film(render, fps, speed, at) if render is not None else None
+    usual = TESTBED.opponents[preset]
+    players: dict[Role, str] = {
+        "attacker": attacker or usual["attacker"],
+        "defender": mitigation(period, config) if period is not None else defender or usual["defender"],
+    }
+    show_episodes(TESTBED, preset, config, players, range(seed, seed + episodes), film=film, as_json=as_json)

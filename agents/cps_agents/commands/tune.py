@@ -1,0 +1,88 @@
+"""`cps-envs tune`: search the knobs of a recipe with Optuna."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.errors import CommandError
+
+if TYPE_CHECKING:
+    from cps_agents.learning.study import Tried
+
+RANGE = (
+    "A knob to search and where: learning_rate=1e-5:1e-3:log, epochs=2:10, activation=tanh|relu, "
+    "hidden=[64,64]|[128,128]; may be repeated. If left out: what usually matters for the algorithm."
+)
+
+
+def tune(
+    name: Annotated[str, typer.Argument(metavar="RECIPE", help="A recipe or an environment id, as for `train`.")],
+    trials: Annotated[int, typer.Option(min=1, help="In all; more of them go on with an earlier study.")] = 20,
+    ranges: Annotated[list[str] | None, typer.Option("--range", metavar="KNOB=RANGE", help=RANGE)] = None,
+    overrides: Annotated[
+        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
+    ] = None,
+    knobs: Annotated[
+        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Set for all trials; may be repeated.")
+    ] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per run; the recipe's own if left out.")] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Training seeds of each trial; their mean counts.")] = 1,
+    sampler_seed: Annotated[int, typer.Option(min=0, help="Of Optuna's sampler (TPE).")] = 0,
+    folder: Annotated[Path, typer.Option("--out", help="Where the study and its runs go.")] = Path("tune"),
+    jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; as many as cores if left out.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Search the knobs of a recipe: each trial trains with other values and is judged on validation seeds.
+
+    Finished trials are kept at once, and the same command goes on after an interruption. The result is a choice, not a
+    figure to publish: train the winner on five seeds and judge it with `cps-envs evaluate`.
+    """
+    from cps_agents.learning.recipe import changed
+    from cps_agents.learning.study import Study, usual_ranges
+    from cps_agents.machine import available_cores
+    from cps_agents.recipes.finding import find_recipe
+    from cps_envs.core.errors import require
+
+    require("optuna", extra="tune", purpose="tuning")
+    require("stable_baselines3", extra="agents", purpose="tuning")
+    given = dict(assignments(knobs or [], "--knob", "learning_rate=0.001"))
+    if steps is not None:
+        given["total_steps"] = steps
+    if overrides:
+        given["overrides"] = dict(assignments(overrides))
+    recipe = changed(find_recipe(name), given)
+    searched = dict(_split(text) for text in ranges) if ranges else usual_ranges(recipe)
+    study = Study(recipe, searched, seeds, folder / recipe.name, sampler_seed)
+    tried = study.run(trials, jobs or available_cores())
+    if as_json:
+        print_json([row._asdict() for row in tried])
+        return
+    _show(name, tried, list(searched), given)
+    err().print(f"Kept: {study.path}. More trials go on with it.", soft_wrap=True)
+
+
+def _split(text: str) -> tuple[str, str]:
+    knob, equals, values = text.partition("=")
+    if not (knob and equals and values):
+        raise CommandError(f"--range {text!r}: write KNOB=LOW:HIGH, KNOB=LOW:HIGH:log or KNOB=A|B|C")
+    return knob.strip(), values.strip()
+
+
+def _show(name: str, tried: list[Tried], knobs: list[str], fixed: Mapping[str, Any]) -> None:
+    best_first = sorted(tried, key=lambda row: -row.score)
+    rows = [(str(row.number), f"{row.score:.4g}", *(_short(row.values[knob]) for knob in knobs)) for row in best_first]
+    console = out()
+    console.print(make_table("Trials, the best first", ("trial", "validation", *knobs), rows))
+    values = {**fixed, **best_first[0].values}
+    chosen = " ".join(f"--knob {shlex.quote(f'{knob}={_short(value)}')}" for knob, value in values.items())
+    console.print(f"Train it: cps-envs train {name} {chosen}", markup=False, soft_wrap=True)
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value).replace(" ", "").replace("'", '"')

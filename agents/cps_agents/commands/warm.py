@@ -1,0 +1,90 @@
+"""`cps-envs warm`: compile the kernels ahead."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cps_agents.console import err, make_table, out, print_json
+
+if TYPE_CHECKING:
+    from cps_agents.warm import Visit, Warmed
+    from cps_envs.core.problem import Problem
+
+FAILED = 1
+
+
+def warm(
+    only: Annotated[list[str] | None, typer.Option("--problem", help="Compile this one; may be repeated.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Use so many processes, by default all cores.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Compile all kernels now, so that nothing has to wait for them later.
+
+    Every preset, interface and policy of a problem is used for a moment.
+    What was compiled before is loaded, so a second call takes seconds.
+    Press Ctrl-C at any time: finished kernels are kept.
+
+    Exit codes: 0 all kernels are there; 1 something failed or could
+    not be kept; 2 wrong input.
+    """
+    from dataclasses import asdict
+
+    from cps_agents.machine import available_cores
+
+    found = _warm(_problems(only or []), jobs or available_cores())
+    kept = all(each.kept for each in found)
+    if as_json:
+        print_json({"problems": [asdict(each) for each in found], "kept": kept})
+    else:
+        rows = [(each.problem, str(each.uses), str(each.compiled), f"{each.cpu_s:.1f}") for each in found]
+        out().print(make_table("Kernels", ("Problem", "Uses", "Compiled", "CPU s"), rows))
+    for each in found:
+        for failure in each.failed:
+            err().print(f"{each.problem}, {failure}", soft_wrap=True, markup=False)
+    if not kept or any(each.failed for each in found):
+        raise typer.Exit(FAILED)
+
+
+def _problems(names: list[str]) -> list[Problem]:
+    """Those that are named, by default all of them, the test bed too."""
+    from cps_envs import PROBLEMS, find_problem
+    from cps_envs.testbed.problem import TESTBED
+
+    if not names:
+        return [*PROBLEMS.values(), TESTBED]
+    return [TESTBED if name == TESTBED.name else find_problem(name) for name in names]
+
+
+def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
+    """Each problem's, in processes of their own if there are several of both."""
+    from cps_agents.progress import Progress
+    from cps_agents.warm import visits
+    from cps_baselines.workers import Workers
+
+    todo = [(problem.name, list(visits(problem))) for problem in problems]
+    done, total = 0, sum(len(uses) for _, uses in todo)
+    found = {}
+    with Progress("warm", total) as progress, Workers(min(jobs, len(todo))) as workers:
+        progress.say(f"{total} presets, interfaces and policies of {', '.join(name for name, _ in todo)}")
+
+        def report(visit: Visit) -> None:
+            nonlocal done
+            progress.update(done, f"{visit.problem}, {visit.what}")
+            done += 1
+
+        alone = partial(_one, report=report)  # in this process: it can tell more
+        for (name, _), warmed in workers.run(alone if len(todo) == 1 or jobs == 1 else _one, todo):
+            progress.say(f"{name}: {warmed.compiled} kernels compiled in {warmed.cpu_s:.0f} CPU s")
+            found[name] = warmed
+            progress.update(done := sum(each.uses for each in found.values()))
+    return [found[name] for name, _ in todo]
+
+
+def _one(item: tuple[str, list[Visit]], report: Callable[[Visit], None] = lambda visit: None) -> Warmed:
+    from cps_agents.warm import warm
+
+    return warm(*item, report)

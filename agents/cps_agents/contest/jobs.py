@@ -1,0 +1,122 @@
+"""The pieces of work of a contest beside its meetings: screening constant actions, and searching responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+
+from cps_agents.benchmark.cell import Result, problem_of
+from cps_agents.contest.search import Judge, run_search
+from cps_agents.zoo.references import form_of
+from cps_baselines.contest import Search
+from cps_envs.core.config import configure
+from cps_envs.core.documents import Entry
+from cps_envs.core.types import SIGN, FloatArray, Role, other
+
+
+@dataclass(frozen=True)
+class Ground:
+    """A configuration as plain data."""
+
+    problem: str
+    variant: str
+    preset: str
+    overrides: Mapping[str, Any]
+
+    def judge(self, role: Role, rivals: Sequence[str]) -> Judge:
+        """Scores of a role's policies against rivals: what the role is paid, the mean over the rivals, (E,)."""
+        from cps_envs.core.play import play_episodes
+
+        problem = problem_of(self.problem)
+        config = problem.config(self.preset, self.overrides)
+        configs = {rival: configure(config, form_of(rival, config)) for rival in rivals}
+
+        def scores(policy: str, seeds: Sequence[int]) -> FloatArray:
+            paid = [
+                play_episodes(problem, configs[rival], {role: policy, other(role): rival}, seeds)["return"]
+                for rival in rivals
+            ]
+            found: FloatArray = SIGN[role] * np.mean(paid, axis=0)
+            return found
+
+        return scores
+
+
+@dataclass(frozen=True)
+class Screening:
+    """Some policies of a role on a few episodes against each rival."""
+
+    kind: ClassVar[str] = "screening"
+    ground: Ground
+    role: Role
+    policies: tuple[str, ...]
+    rivals: tuple[str, ...]
+    episodes: int
+    first_seed: int
+    weights: Mapping[str, str] = field(default_factory=dict)  # hashes of the trained policies
+
+    @property
+    def problem(self) -> str:
+        """The problem's name."""
+        return self.ground.problem
+
+    @property
+    def label(self) -> str:
+        """For progress and file names."""
+        return f"{self.ground.problem} {self.ground.variant} constants of the {self.role} {self.policies[0]}"[:80]
+
+    def run(self) -> Result:
+        """`scores` of the policies."""
+        judge = self.ground.judge(self.role, self.rivals)
+        seeds = range(self.first_seed, self.first_seed + self.episodes)
+        return {"scores": [float(judge(policy, seeds).mean()) for policy in self.policies]}
+
+    def check(self, result: Entry) -> None:
+        """A finite score for each policy."""
+        result["scores"].numbers(len(self.policies))
+        result["cpu_s"].number(0)
+
+
+@dataclass(frozen=True)
+class Response:
+    """A role's searches against fixed rivals; they share the budget equally."""
+
+    kind: ClassVar[str] = "response"
+    ground: Ground
+    role: Role
+    name: str  # whom it responds to
+    rivals: tuple[str, ...]
+    searches: tuple[Search, ...]
+    budget_s: float  # CPU time
+    episodes: int  # of a candidate, against each rival
+    first_seed: int
+    weights: Mapping[str, str] = field(default_factory=dict)  # hashes of the trained policies
+
+    @property
+    def problem(self) -> str:
+        """The problem's name."""
+        return self.ground.problem
+
+    @property
+    def label(self) -> str:
+        """For progress and file names."""
+        return f"{self.ground.problem} {self.ground.variant} {self.role} responds to {self.name}"
+
+    def run(self) -> Result:
+        """`found`: what each search found."""
+        judge = self.ground.judge(self.role, self.rivals)
+        share_s = self.budget_s / len(self.searches)
+        found = [run_search(search, judge, share_s, self.episodes, self.first_seed) for search in self.searches]
+        return {"found": [asdict(each) for each in found]}
+
+    def check(self, result: Entry) -> None:
+        """What each search found."""
+        if len(found := result["found"].rows()) != len(self.searches):
+            raise result["found"].error(f"a list of {len(self.searches)} findings")
+        for each in found:
+            each["policy"].text()
+            each["score"].number()
+        result["cpu_s"].number(0)

@@ -1,0 +1,123 @@
+"""Searching the numbers of a policy with CMA-ES, within a budget of CPU time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from cps_baselines.contest import Search
+from cps_envs.core.errors import require
+from cps_envs.core.types import FloatArray
+
+STEP = 0.3  # first standard deviation, of a range
+FINALISTS = 6  # candidates that are compared once more at the end, on the same fresh episodes
+FINAL_SHARE = 0.2  # of the budget that is kept for them
+
+Judge = Callable[[str, Sequence[int]], FloatArray]  # a policy's scores on some seeds, (E,); more is better
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What a search found."""
+
+    search: str
+    policy: str
+    score: float  # on the last, common episodes of the search
+    candidates: int  # policies tried
+    episodes: int
+
+
+@dataclass
+class _Account:
+    """What has been spent, and the best of each generation."""
+
+    judge: Judge
+    ends_s: float  # of this process's CPU clock
+    seed: int  # the next one
+    candidates: int = 0
+    episodes: int = 0
+
+    def play(self, policy: str, seeds: range) -> float:
+        self.candidates += 1
+        self.episodes += len(seeds)
+        return float(self.judge(policy, seeds).mean())
+
+    def draw(self, count: int) -> range:
+        self.seed += count
+        return range(self.seed - count, self.seed)
+
+    def is_spent(self) -> bool:
+        return time.process_time() >= self.ends_s
+
+
+def run_search(search: Search, judge: Judge, budget_s: float, episodes: int, first_seed: int) -> Candidate:
+    """The best policy found in `budget_s` CPU seconds; each generation plays `episodes` new ones, from `first_seed` on.
+
+    The middle of the ranges is tried first, so even the smallest budget has a result. A search that has converged
+    begins again elsewhere.
+    """
+    cma = require("cma", extra="baselines", purpose="searching policies")  # importing it is not charged
+    start_s = time.process_time()
+    account = _Account(judge, start_s + (1 - FINAL_SHARE) * budget_s, first_seed)
+    names = list(search.ranges)
+    low, high = (np.array([search.ranges[name][end] for name in names], np.float64) for end in (0, 1))
+    origin = np.array([search.start.get(name, np.mean(search.ranges[name])) for name in names], np.float64)
+
+    def reference(place: FloatArray) -> str:
+        return with_options(search.policy, dict(zip(names, low + place[: len(names)] * (high - low), strict=True)))
+
+    shares = (origin - low) / np.where(high > low, high - low, 1.0)
+    first = reference(shares)
+    best = {first: account.play(first, account.draw(episodes))}
+    generator = np.random.default_rng(first_seed)
+    while names and not account.is_spent():
+        best |= _evolve(cma, account, shares, reference, episodes)
+        shares = generator.random(len(names))
+    account.ends_s = start_s + budget_s
+    return _final(account, search.name, [first], best, episodes)
+
+
+def _evolve(
+    cma: Any, account: _Account, shares: FloatArray, reference: Callable[[FloatArray], str], episodes: int
+) -> dict[str, float]:
+    """The best policy of each generation, and the mean of the population, with their scores."""
+    place = np.resize(shares, max(len(shares), 2))  # CMA-ES needs two numbers; a second one has no effect
+    options = {"bounds": [0.0, 1.0], "seed": account.seed % 2**31, "verbose": -9, "verb_disp": 0, "verb_log": 0}
+    strategy = cma.CMAEvolutionStrategy(np.clip(place, 0.02, 0.98), STEP, options)
+    best: dict[str, float] = {}
+    while not account.is_spent() and not strategy.stop():
+        seeds = account.draw(episodes)
+        places = strategy.ask()
+        policies = [reference(np.asarray(each)) for each in places]
+        scores: list[float] = []
+        for policy in policies:
+            scores.append(account.play(policy, seeds))
+            if account.is_spent():
+                break
+        else:
+            strategy.tell(places, [-score for score in scores])
+            best[reference(np.clip(strategy.mean, 0.0, 1.0))] = float(np.mean(scores))
+        best[policies[int(np.argmax(scores))]] = max(scores)
+    return best
+
+
+def _final(account: _Account, name: str, first: Sequence[str], best: dict[str, float], episodes: int) -> Candidate:
+    """The finalists on the same fresh episodes, twice as many as a generation's."""
+    late = list(best)[-FINALISTS // 2 :]
+    finalists = dict.fromkeys([*first, *late, *sorted(best, key=lambda policy: -best[policy])[: FINALISTS // 2]])
+    seeds = account.draw(2 * episodes)
+    scores = {policy: account.play(policy, seeds) for policy in finalists}
+    policy = max(scores, key=lambda each: scores[each])
+    return Candidate(name, policy, scores[policy], account.candidates, account.episodes)
+
+
+def with_options(policy: str, options: dict[str, float]) -> str:
+    """A reference with options appended, to four digits."""
+    if not options:
+        return policy
+    texts = [f"{name}={np.format_float_positional(float(f'{value:.4g}'), trim='-')}" for name, value in options.items()]
+    return f"{policy}{'&' if '?' in policy else '?'}{'&'.join(texts)}"

@@ -1,0 +1,93 @@
+"""What `cps-envs coverage` simulates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cps_agents.coverage.case import Case
+from cps_agents.coverage.draws import EVEN, Noise, Spread, crashes, game, heavy, normal, pair, single, skewed, strata
+from cps_agents.evaluation.statistics import ONE_SEED, interquartile_mean
+
+MEANS, MIDDLES, STRATA = "mean of a policy", "interquartile mean", "mean over settings"
+DIFFERENCES, VALUES = "paired difference, none in truth", "value of a game"
+SMALL = Spread(0.5, 1.0, 1.0)  # the luck of training is half as large as that of an episode
+ROCK_PAPER_SCISSORS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
+
+
+def all_cases() -> list[Case]:
+    """Every case, group by group."""
+    return [*_means(), *_middles(), *_strata(), *_differences(), *_values()]
+
+
+def _means() -> Iterator[Case]:
+    for seeds, episodes in ((10, 50), (5, 50), (3, 20), (2, 50), (2, 10)):
+        yield _mean(f"{seeds} seeds x {episodes} episodes", seeds, episodes, EVEN)
+    yield _mean("5 x 50, only seeds differ", 5, 50, Spread(1.0, 0.0, 0.0))
+    yield _mean("5 x 50, only episodes differ", 5, 50, Spread(0.0, 1.0, 0.0))
+    yield _mean("5 x 50, all is noise", 5, 50, Spread(0.0, 0.0, 1.0), "longer than it had to be")
+    for kind, note in ((skewed, ""), (crashes, "one of 20 episodes pays: too rare for so few")):
+        for episodes in (50, 10):
+            yield _mean(f"1 x {episodes}, {kind.__name__}", 1, episodes, Spread(0.0, 1.0, 0.0, kind), note)
+    yield _mean("5 x 50, crashes", 5, 50, Spread(0.5, 0.5, 1.0, crashes))
+
+
+def _mean(title: str, seeds: int, episodes: int, spread: Spread, note: str = "") -> Case:
+    return Case(MEANS, title, partial(single, seeds=seeds, episodes=episodes, spread=spread), note)
+
+
+def _middles() -> Iterator[Case]:
+    for kind in (normal, heavy):
+        spread = Spread(0.5, 1.0, 1.0, kind)
+        draw = partial(single, seeds=5, episodes=50, spread=spread, statistic=interquartile_mean)
+        yield Case(MIDDLES, f"5 x 50, {kind.__name__} noise", draw)
+
+
+def _strata() -> Iterator[Case]:
+    for shared, title in ((False, "a seed's luck differs in each"), (True, "a seed is as good in all")):
+        draw = partial(strata, count=3, seeds=5, episodes=20, spread=SMALL, shared=shared)
+        yield Case(STRATA, f"3 settings of 5 x 20, {title}", draw)
+
+
+def _differences() -> Iterator[Case]:
+    for seeds, others, episodes in ((5, 5, 50), (3, 3, 20), (5, 2, 50), (2, 2, 50)):
+        yield _difference(f"trained {seeds} seeds v trained {others}, {episodes} episodes", seeds, others, episodes)
+    title = "trained 5 seeds v trained 5, 50 episodes, seeds differ much"
+    yield _difference(title, 5, 5, 50, spread=Spread(2.0, 1.0, 1.0))
+    yield _difference("trained 5 seeds v analytic, 50 episodes", 5, 1, 50, trained=False)
+    yield _difference("analytic v analytic, 50 episodes", 1, 1, 50, spread=Spread(0.0, 1.0, 1.0))
+    yield _difference("trained 5 seeds v trained 1, 50 episodes", 5, 1, 50, note=f"marked in tables: {ONE_SEED}")
+
+
+def _difference(
+    title: str,
+    seeds: int,
+    others: int,
+    episodes: int,
+    *,
+    spread: Spread = SMALL,
+    trained: bool = True,
+    note: str = "",
+) -> Case:
+    draw = partial(pair, seeds=seeds, baseline_seeds=others, episodes=episodes, spread=spread, trained=trained)
+    return Case(DIFFERENCES, title, draw, note)
+
+
+def _values() -> Iterator[Case]:
+    for episodes in (10, 50):
+        for rows, columns in ((10, 4), (2, 1), (20, 1), (20, 20)):
+            yield _value(f"{rows} x {columns} equal policies", episodes, means=np.zeros((rows, columns)))
+        yield _value("rock, paper, scissors", episodes, means=ROCK_PAPER_SCISSORS)
+        for size in (5, 20):
+            yield _value(f"{size} x {size}, means drawn", episodes, shape=(size, size))
+    yield _value("20 x 20 equal policies, skewed noise", 10, skewed, means=np.zeros((20, 20)))
+    yield _value("20 x 1 equal policies, skewed noise", 10, skewed, means=np.zeros((20, 1)))
+    yield _value("5 x 5, means drawn, crashes", 50, crashes, shape=(5, 5))
+    yield _value("5 x 5, means drawn, seeds shared", 10, shape=(5, 5), shared=3.0)
+
+
+def _value(title: str, episodes: int, kind: Noise = normal, **options: Any) -> Case:
+    return Case(VALUES, f"{title}, {episodes} episodes", partial(game, episodes=episodes, kind=kind, **options))

@@ -1,0 +1,76 @@
+"""Files that are either whole or not there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from cps_agents.console import to_json
+
+DPI = 130  # of figures
+DRAFTS = ".drafts"  # folder of files that are being written
+ATTEMPTS = 100  # to make it
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path to write to, with the suffix of `path`; it takes the place of `path` when all went well.
+
+    It lies in a hidden folder, where nobody who lists the files beside `path` finds it half written.
+
+    Raises:
+        OSError: the file cannot be written; the message names `path`.
+    """
+    drafts = path.parent / DRAFTS
+    draft = drafts / f"{os.getpid()}-{path.name}"
+    try:
+        _begin(draft)
+        yield draft
+        _flush(draft)
+        os.replace(draft, path)
+    except OSError as error:
+        if error.filename is None or DRAFTS in Path(str(error.filename)).parts:
+            raise OSError(error.errno, f"it cannot be written: {error.strerror}", str(path)) from error
+        raise
+    finally:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+            drafts.rmdir()  # if nobody else writes there
+
+
+def _begin(draft: Path) -> None:
+    """Make an empty file and its folder, which another process may be about to remove."""
+    for attempts_left in reversed(range(ATTEMPTS)):
+        try:
+            draft.parent.mkdir(parents=True, exist_ok=True)
+            draft.touch()
+            return
+        except (FileExistsError, FileNotFoundError):  # removed between two looks at it
+            if not attempts_left:
+                raise
+
+
+def _flush(path: Path) -> None:
+    """Have the file's content on the disk before its name is there."""
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file at once."""
+    with replacing(path) as draft:
+        draft.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write a JSON file at once."""
+    write_text(path, to_json(value) + "\n")
+
+
+def write_figure(path: Path, figure: Any) -> None:
+    """Write a matplotlib figure at once, in the format of the path's suffix."""
+    with replacing(path) as draft:
+        figure.savefig(draft, dpi=DPI)

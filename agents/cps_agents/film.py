@@ -1,0 +1,135 @@
+"""Showing an episode: on the screen, as a film (MP4, GIF) or as a picture (PNG)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cps_agents.errors import CommandError
+from cps_agents.files import replacing
+from cps_envs.core.errors import near, require
+from cps_envs.core.game import Game
+from cps_envs.core.match import Match
+from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, Renderer
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import Array, FloatArray
+
+SCREEN = "human"
+SUFFIXES = (".mp4", ".gif", ".png")
+Shoot = Callable[[Array], None]
+
+
+@dataclass(frozen=True)
+class Film:
+    """Where an episode is shown, and how fast.
+
+    Raises:
+        CommandError: the target is neither "human" nor a file of a known kind, or a number makes no sense.
+    """
+
+    target: str
+    fps: float = FRAMES_PER_SECOND
+    speed: float = 10.0  # game seconds per second of film
+    at_s: float | None = None  # of a picture; None = the end of the episode
+
+    def __post_init__(self) -> None:
+        if self.target != SCREEN and self.suffix not in SUFFIXES:
+            offered = ", ".join(f"FILE{suffix}" for suffix in SUFFIXES)
+            hint = near(self.suffix, SUFFIXES) if self.suffix else ""
+            raise CommandError(f"--render {self.target!r}: write {SCREEN}, or {offered}. {hint}".rstrip())
+        for name, value in (("--fps", self.fps), ("--speed", self.speed)):
+            if not 0 < value < np.inf:
+                raise CommandError(f"{name} {value:g} must be above 0")
+        if self.at_s is not None and self.suffix != ".png":
+            raise CommandError("--at chooses the moment of a picture: use it with --render FILE.png")
+
+    @property
+    def suffix(self) -> str:
+        """The kind of file, lower case."""
+        return Path(self.target).suffix.lower()
+
+    def stops(self, game: Game) -> list[int]:
+        """The game steps at which a frame is taken."""
+        if self.suffix == ".png":
+            wanted = game.horizon if self.at_s is None else round(self.at_s / game.step_s)
+            if not 0 <= wanted <= game.horizon:
+                raise CommandError(f"--at {self.at_s:g}: the episode lasts from 0 to {game.horizon * game.step_s:g} s")
+            return [wanted]
+        fps = FRAMES_PER_SECOND if self.target == SCREEN else self.fps
+        stride = max(self.speed / fps / game.step_s, 1.0)
+        return [*np.unique(np.arange(0, game.horizon, stride).round().astype(int)).tolist(), game.horizon]
+
+    def camera(self, renderer: Renderer) -> AbstractContextManager[Callable[[], None]]:
+        """A function that takes a frame of the first environment, as long as the context is open."""
+        return _screen(renderer) if self.target == SCREEN else _recorder(self, renderer)
+
+
+def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int, int], None]) -> FloatArray:
+    """Play a match that has been reset to its end, showing its first environment; returns the payoff (B,)."""
+    game, stops = match.game, film.stops(match.game)
+    payoff, now, running, renderer = np.zeros(game.num_envs), 0, True, Renderer(problem, game)
+    with ExitStack() as stack:
+        shoot = stack.enter_context(film.camera(renderer))
+        for place, stop in enumerate([*stops, game.horizon]):
+            watched = place < len(stops) and renderer.remembers
+            while stop > now and not game.terminated.all():
+                if watched:
+                    renderer.watch()
+                stride = 1 if watched else stop - now
+                payoff += match.step({}, ~game.terminated, stride)
+                now += stride
+            if running and place < len(stops):
+                shoot()
+                running = film.suffix == ".png" or not game.terminated[0]
+            report(min(place + 1, len(stops)), len(stops))
+    return payoff
+
+
+@contextmanager
+def _screen(renderer: Renderer) -> Iterator[Callable[[], None]]:
+    def shoot() -> None:
+        try:
+            renderer.show()
+        except RuntimeError as error:
+            raise CommandError(f"no window can be opened ({error}): use --render FILE.mp4, .gif or .png") from error
+
+    try:
+        yield shoot
+    finally:
+        renderer.close()
+
+
+@contextmanager
+def _recorder(film: Film, renderer: Renderer) -> Iterator[Callable[[], None]]:
+    with replacing(Path(film.target)) as draft, _writer(draft, film) as write:
+        yield lambda: write(renderer.frame())
+
+
+def _writer(path: Path, film: Film) -> AbstractContextManager[Shoot]:
+    imageio = require("imageio.v2", extra="render", purpose=f"writing {film.target}")
+    if film.suffix == ".png":
+        return nullcontext(lambda frame: imageio.imwrite(path, frame))
+    if film.suffix == ".gif":
+        return _animation(path, film.fps)
+    require("imageio_ffmpeg", extra="render", purpose=f"writing {film.target}")
+    return _movie(imageio.get_writer(path, fps=film.fps, codec="libx264", macro_block_size=2))
+
+
+@contextmanager
+def _movie(writer: Any) -> Iterator[Shoot]:
+    with writer as opened:
+        yield opened.append_data
+
+
+@contextmanager
+def _animation(path: Path, fps: float) -> Iterator[Shoot]:
+    """A GIF by pillow, imageio's own engine for it, with a quick reduction of the colours."""
+    images = require("PIL.Image", extra="render", purpose="writing a GIF")
+    frames: list[Any] = []
+    yield lambda frame: frames.append(images.fromarray(frame).quantize(256, method=images.Quantize.FASTOCTREE))
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=1000.0 / fps, loop=0)

@@ -1,0 +1,160 @@
+"""The cross-play matrix of a problem: who takes part, what everybody is paid, and the equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import TypeAlias
+
+from cps_agents.benchmark.store import Store
+from cps_agents.errors import CommandError
+from cps_agents.evaluation.statistics import Estimate, estimate
+from cps_agents.league.equilibrium import Equilibrium, dominating, solve
+from cps_agents.league.meetings import RETURN, Payoffs, Report, has_played, play_meetings
+from cps_agents.league.players import ALL, Admission, Player, Venue, admit, check_known, make_players, usual
+from cps_agents.league.value import game_value
+from cps_baselines.workers import Workers
+from cps_envs import find_problem
+from cps_envs.core.types import ROLES, FloatArray, Role, other
+
+Dominators: TypeAlias = list[FloatArray | None]
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A policy that does not take part."""
+
+    role: Role
+    reference: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Who is asked to take part; the evaluation seeds 0, 1, ... are played."""
+
+    venue: Venue
+    references: Mapping[Role, Sequence[str]]  # `all` stands for the usual ones
+    episodes: int
+    metric: str = RETURN
+    oracles: bool = False  # whether the usual ones include those that know more than they observe
+
+    @property
+    def seeds(self) -> range:
+        """The episodes' seeds."""
+        return range(self.episodes)
+
+    def wanted(self, role: Role) -> list[str]:
+        """The references of a role."""
+        known = usual(find_problem(self.venue.problem), role)
+        named = self.references.get(role) or [ALL]
+        return list(dict.fromkeys(each for name in named for each in (known if name == ALL else [name])))
+
+
+@dataclass(frozen=True)
+class League:
+    """The result."""
+
+    plan: Plan
+    attackers: list[Player]
+    defenders: list[Player]
+    left_out: list[LeftOut]
+    payoffs: Payoffs
+
+    @cached_property
+    def cells(self) -> list[list[Estimate]]:
+        """Mean and interval of each pair, attackers in rows."""
+        return [[estimate([values[None]]) for values in row] for row in self.payoffs.values]
+
+    @cached_property
+    def equilibrium(self) -> Equilibrium:
+        """Of the means."""
+        return solve(self.payoffs.means)
+
+    @cached_property
+    def value(self) -> Estimate:
+        """Of the game of the true means; without an interval for a single episode."""
+        return game_value(self.payoffs.values)
+
+    @cached_property
+    def dominated(self) -> dict[Role, Dominators]:
+        """By which strategy of its own role each policy is strictly dominated."""
+        means = self.payoffs.means
+        return {"attacker": dominating(means), "defender": dominating(-means.T)}
+
+    def players(self, role: Role) -> list[Player]:
+        """Those of a role."""
+        return self.attackers if role == "attacker" else self.defenders
+
+
+def play_league(plan: Plan, store: Store, workers: int, report: Report = lambda done, total, label: None) -> League:
+    """Play everybody against everybody.
+
+    Policies that cannot play the configuration are left out; so are oracles that nobody asked for by name.
+
+    Raises:
+        CommandError: a name that nothing has, or nobody left of a role.
+    """
+    with Workers(workers) as pool:
+        players, left_out = line_up(plan, store, pool)
+        for role in ROLES:
+            check_anybody(role, players, left_out)
+        attackers, defenders = players["attacker"], players["defender"]
+        payoffs = play_meetings(
+            plan.venue, attackers, defenders, plan.seeds, store=store, pool=pool, metric=plan.metric, report=report
+        )
+    return League(plan, attackers, defenders, left_out, payoffs)
+
+
+def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Player]], list[LeftOut]]:
+    """Who of those asked can play, by role, and who is left out.
+
+    Raises:
+        CommandError: a name that nothing has.
+    """
+    asked = {role: make_players(plan.venue, role, plan.wanted(role)) for role in ROLES}
+    admissions = _admit(plan, asked, store, pool)
+    left_out = [found for role in ROLES for found in _left_out(plan, asked[role], admissions)]
+    gone = {(found.role, found.reference) for found in left_out}
+    present = {role: [player for player in asked[role] if (role, player.reference) not in gone] for role in ROLES}
+    return present, left_out
+
+
+def _admit(
+    plan: Plan, players: Mapping[Role, Sequence[Player]], store: Store, pool: Workers
+) -> dict[tuple[Role, str], Admission]:
+    """By role and reference; those that have played before need not show that they can."""
+    entries = [
+        (player, has_played(plan.venue, player, players[other(role)], plan.seeds, store))
+        for role in ROLES
+        for player in players[role]
+    ]
+    found = pool.run(partial(admit, plan.venue), entries)
+    return {(player.role, player.reference): admission for (player, _), admission in found}
+
+
+def _left_out(plan: Plan, players: Sequence[Player], admissions: Mapping[tuple[Role, str], Admission]) -> list[LeftOut]:
+    found = []
+    for player in players:
+        admission = admissions[player.role, player.reference]
+        named = player.reference in (plan.references.get(player.role) or ())
+        reason = admission.refusal
+        if named:
+            check_known(player, admission)
+        elif admission.privileged and not plan.oracles:
+            reason = f"an oracle, which knows its {' and its '.join(admission.privileged)}: --oracles lets it in"
+        if reason:
+            found.append(LeftOut(player.role, player.reference, reason))
+    return found
+
+
+def check_anybody(role: Role, players: Mapping[Role, Sequence[Player]], left_out: Sequence[LeftOut]) -> None:
+    """Whether somebody is left to play a role.
+
+    Raises:
+        CommandError: nobody is.
+    """
+    if not players[role]:
+        reasons = "; ".join(f"{found.reference}: {found.reason}" for found in left_out if found.role == role)
+        raise CommandError(f"no {role} can play this configuration. {reasons}")

@@ -1,0 +1,155 @@
+"""A league as tables on the terminal and as files: JSON, CSV, a heat map."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from cps_agents.console import make_table
+from cps_agents.evaluation.statistics import Estimate
+from cps_agents.heatmap import draw_matrix
+from cps_agents.league.league import League
+from cps_agents.league.standing import Standing, standings, strategies
+from cps_agents.league.strategy import mix
+from cps_envs import find_problem
+from cps_envs.core.types import ROLES, Role
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+NAME_WIDTH, CELL_WIDTH = 26, 17  # in a terminal
+
+
+def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
+    """Everything, for machines."""
+    plan, problem = league.plan, find_problem(league.plan.venue.problem)
+    return {
+        **machine,
+        "wall_s": round(wall_s, 1),
+        "problem": problem.name,
+        "version": problem.version,
+        "preset": plan.venue.preset,
+        "overrides": dict(plan.venue.overrides),
+        "config": asdict(plan.venue.config),
+        "metric": plan.metric,
+        "first_seed": plan.seeds.start,
+        "episodes": plan.episodes,
+        "equilibrium": {
+            "value": league.value.mean,
+            "low": league.value.low,
+            "high": league.value.high,
+            "value_of_means": league.equilibrium.value,
+            "gap": league.equilibrium.gap,
+            **{role: _strategy(found) for role, found in strategies(league).items()},
+        },
+        "attackers": [_standing(found) for found in standings(league, "attacker")],
+        "defenders": [_standing(found) for found in standings(league, "defender")],
+        "left_out": [asdict(found) for found in league.left_out],
+        "cells": [
+            {**asdict(cell), "values": values, "attacker": attacker, "defender": defender, "cpu_s": cpu_s}
+            for attacker, defender, cell, values, cpu_s in _pairs(league)
+        ],
+    }
+
+
+def _strategy(shares: Mapping[str, float]) -> dict[str, Any]:
+    return {"probabilities": dict(shares), "reference": mix(list(shares), list(shares.values())).reference}
+
+
+def _standing(found: Standing) -> dict[str, Any]:
+    return {
+        "name": found.player.name,
+        "reference": found.player.reference,
+        "form": dict(found.player.form),
+        "probability": found.probability,
+        "best_opponent": found.best_opponent,
+        "payoff": {"mean": found.payoff.mean, "low": found.payoff.low, "high": found.payoff.high},
+        "dominated_by": found.dominated_by,
+    }
+
+
+def _pairs(league: League) -> Iterator[tuple[str, str, Estimate, list[float], float]]:
+    for i, attacker in enumerate(league.attackers):
+        for j, defender in enumerate(league.defenders):
+            values = league.payoffs.values[i, j].tolist()
+            yield attacker.name, defender.name, league.cells[i][j], values, float(league.payoffs.cpu_s[i, j])
+
+
+def rows_as_csv(league: League) -> str:
+    """One line per pair."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["attacker", "defender", "metric", "episodes", "mean", "low", "high", "cpu_s"])
+    for attacker, defender, cell, _, cpu_s in _pairs(league):
+        ends = ["" if end is None else end for end in (cell.low, cell.high)]
+        writer.writerow([attacker, defender, league.plan.metric, cell.episodes, cell.mean, *ends, cpu_s])
+    return text.getvalue()
+
+
+def tables(league: League, width: int) -> list[Table]:
+    """The matrix, in parts that fit into `width` columns of text, and how each role's policies stand."""
+    columns = [defender.name for defender in league.defenders]
+    beside = max((width - NAME_WIDTH) // CELL_WIDTH, 1)
+    made = []
+    for first in range(0, len(columns), beside):
+        rows = [
+            [attacker.name, *map(stacked, row[first : first + beside])]
+            for attacker, row in zip(league.attackers, league.cells, strict=True)
+        ]
+        title = f"{league.plan.venue.problem}: {league.plan.metric}, mean and 95 % interval" if first == 0 else ""
+        made.append(make_table(title, ["attacker", *columns[first : first + beside]], rows))
+    return [*made, *(_standings_table(league, role) for role in ROLES)]
+
+
+def _standings_table(league: League, role: Role) -> Table:
+    best, least = ("best defender", "least payoff") if role == "attacker" else ("best attacker", "most payoff")
+    rows = [
+        (
+            found.player.name,
+            f"{found.probability:.1%}" if found.probability else "-",
+            found.best_opponent,
+            stacked(found.payoff),
+            dominated_text(found),
+        )
+        for found in standings(league, role)
+    ]
+    return make_table(f"Equilibrium: {role}", (role, "plays", best, least, "dominated by"), rows)
+
+
+def dominated_text(found: Standing) -> str:
+    """What dominates a policy, in words."""
+    return " or ".join(found.dominated_by)
+
+
+def verdict(league: League) -> str:
+    """The value of the game in a sentence."""
+    value = league.value
+    ends = "" if value.low is None else f", 95 % interval {value.low:.4g} to {value.high:.4g}"
+    return f"Value of the game: {value.mean:.4g}{ends}."
+
+
+def stacked(found: Estimate) -> str:
+    """A mean above its interval, for a terminal."""
+    ends = "" if found.low is None else f"\n[dim]{found.low:.3g} .. {found.high:.3g}[/]"
+    return f"{found.mean:.4g}{ends}"
+
+
+def draw(league: League) -> Any:
+    """The matrix as a matplotlib figure, with the equilibrium's probabilities beside the names."""
+    means = league.payoffs.means
+    texts = [
+        [f"{cell.mean:.3g}" + ("" if cell.low is None else f"\n{cell.low:.3g}..{cell.high:.3g}") for cell in row]
+        for row in league.cells
+    ]
+    rows, columns = ([_heading(found) for found in standings(league, role)] for role in ROLES)
+    venue, plan = league.plan.venue, league.plan
+    title = f"{venue.problem}, preset {venue.preset}: {plan.metric} of {plan.episodes} episodes, mean and 95 % interval"
+    limits = (min(float(means.min()), 0.0), max(float(means.max()), 1e-9))
+    return draw_matrix(means, texts, rows, columns, title=f"{title}\n{verdict(league)}", axis="defender", limits=limits)
+
+
+def _heading(found: Standing) -> str:
+    return f"{found.player.name}\nplays {found.probability:.0%}" if found.probability else found.player.name

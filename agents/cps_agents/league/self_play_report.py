@@ -1,0 +1,100 @@
+"""A self-play as a table, JSON and a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from cps_agents.console import make_table
+from cps_agents.evaluation.statistics import Estimate
+from cps_agents.league.bounds import Bounds, Outcome
+from cps_agents.league.report import stacked
+from cps_agents.league.self_play import Profile
+from cps_envs.core.errors import require
+from cps_envs.core.types import ROLES
+from cps_envs.registration import find_problem
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+FIGURE_INCHES = (8.0, 3.4)
+
+
+def document(outcome: Outcome, machine: Mapping[str, Any]) -> dict[str, Any]:
+    """Everything, for machines."""
+    return {
+        **machine,
+        "game": outcome.game.to_json(),
+        "pool": {role: {player.name: player.reference for player in outcome.pool[role]} for role in ROLES},
+        "budget": {"iterations": len(outcome.iterations), "steps": outcome.steps, "cpu_s": round(outcome.cpu_s, 1)},
+        "iterations": [
+            {
+                "iteration": iteration.number + 1,
+                **_profile(iteration.profile, bounds),
+                "responses": {role: asdict(found) for role, found in iteration.responses.items()},
+            }
+            for iteration, bounds in zip(outcome.iterations, outcome.bounds, strict=True)
+        ],
+        "final": _profile(outcome.final, outcome.final_bounds),
+    }
+
+
+def _profile(profile: Profile, bounds: Bounds) -> dict[str, Any]:
+    strategies = {role: {**asdict(found), "reference": found.reference} for role, found in profile.items()}
+    return {"profile": strategies, "bounds": asdict(bounds)}
+
+
+def table(outcome: Outcome) -> Table:
+    """One line per profile."""
+    names = [*(str(iteration.number + 1) for iteration in outcome.iterations), "final"]
+    rows = [
+        (
+            name,
+            *map(stacked, (found.secured, found.value, found.conceded, found.exploitability)),
+            "-" if found.at_most is None else f"{found.at_most:.4g}",
+            f"{found.best_attacker}\n{found.best_defender}",
+        )
+        for name, found in zip(names, [*outcome.bounds, outcome.final_bounds], strict=True)
+    ]
+    columns = ("profile", "secured", "value", "conceded", "gap", "gap, at most", "best replies")
+    venue = outcome.game.venue
+    unit = find_problem(venue.problem).unit or "return"
+    title = f"{venue.problem}: what profiles pay the attacker ({unit}), against all policies found"
+    return make_table(title, columns, rows)
+
+
+def draw(outcome: Outcome) -> Any:
+    """Exploitability, and what both sides secure and concede, by iteration, as a matplotlib figure.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    figures: Any = require("matplotlib.figure", extra="baselines", purpose="drawing self-play")
+    figure = figures.Figure(figsize=FIGURE_INCHES, layout="constrained")
+    left, right = figure.subplots(1, 2)
+    places = np.arange(1, len(outcome.bounds) + 2)
+    every = [*outcome.bounds, outcome.final_bounds]
+    _line(left, places, [found.exploitability for found in every], "lower bound", "black")
+    left.axhline(0.0, color="grey", linewidth=0.8)
+    left.set_ylabel("exploitability (return)")
+    _line(right, places, [found.conceded for found in every], "defender concedes at least", "tab:red")
+    _line(right, places, [found.value for found in every], "both play the profile", "black")
+    _line(right, places, [found.secured for found in every], "attacker secures at most", "tab:blue")
+    right.set_ylabel("return")
+    for axes in (left, right):
+        axes.set_xticks(places, [*map(str, places[:-1]), "final"])
+        axes.set_xlabel("iteration")
+        axes.legend(fontsize=7)
+    venue = outcome.game.venue
+    figure.suptitle(f"{venue.problem}, preset {venue.preset}: self-play, mean and 95 % interval", fontsize=9)
+    return figure
+
+
+def _line(axes: Any, places: Any, found: Sequence[Estimate], label: str, color: str) -> None:
+    means = np.array([each.mean for each in found])
+    low = np.array([each.mean if each.low is None else each.low for each in found])
+    high = np.array([each.mean if each.high is None else each.high for each in found])
+    axes.errorbar(places, means, [means - low, high - means], label=label, color=color, marker="o", capsize=3)

@@ -1,0 +1,196 @@
+"""Everything that decides how a policy is trained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+from cps_agents.errors import CommandError
+from cps_agents.learning.scene import Scene
+from cps_envs.core.errors import near
+from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Role
+
+if TYPE_CHECKING:
+    from cps_envs.core.game import Game
+
+SEARCH = "cma-es"
+LEAST_POPULATION = 4
+IMITATION = "recurrent-imitation"
+RECURRENT = ("recurrent-ppo", IMITATION)
+ALGORITHMS = ("ppo", "maskable-ppo", *RECURRENT, "sac", "dqn", SEARCH)
+ACTIVATIONS = ("tanh", "relu")
+LOSSES = ("squared", "logistic")
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """The knobs of a training run; a recipe of a problem and role gives its own values with its reasons.
+
+    A step is one decision of one agent: `num_envs` of them, in the swarm form times the agents, are made at once.
+
+    Raises:
+        CommandError: a value that makes no sense.
+    """
+
+    name: str = ""  # of the trained policy
+    problem: str = ""
+    role: Role = "attacker"
+    algorithm: str = "ppo"
+    opponent: str = ""  # a policy's name; the preset's own if empty
+    preset: str = "learning"
+    overrides: Mapping[str, Any] = field(default_factory=dict)  # of the preset's fields
+    swarm: bool = False  # one network for all agents of the role's team, each with its own sensors and reward
+    unseen: tuple[str, ...] = ()  # fields of the observation that the network does not get
+    focus: Mapping[str, float] = field(default_factory=dict)  # units of fields whose values near zero tell most
+    hold: int = 1  # decisions of the environment that an action is kept for
+    played_hold: int = 0  # the same where the trained network plays, which may look more often; 0: as `hold`
+    bootstrap: bool = False  # value what would come after the last step; for observations that do not tell the time
+    reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
+
+    total_steps: int = 1_000_000  # of recurrent-imitation: decisions that the teacher labels
+    num_envs: int = 64
+    steps_per_update: int = 128  # of each environment (PPO)
+    batch_size: int = 2048
+    epochs: int = 4  # over the steps of an update (PPO)
+    learning_rate: float = 3e-4
+    final_learning_rate: float = 0.0  # reached linearly
+    discount: float = 0.995
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    entropy_bonus: float = 0.0
+    value_weight: float = 0.5
+    target_kl: float = 0.0  # an update ends early beyond 1.5 times this; 0: never
+    max_grad_norm: float = 0.5
+
+    hidden: tuple[int, ...] = (64, 64)  # units of the layers, of policy and value each
+    memory_units: int = 64  # of the LSTM (recurrent-ppo, recurrent-imitation)
+    activation: str = "tanh"
+    initial_deviation: float = 0.5  # of Gaussian actions
+    neutral_bonus: float = 0.0  # added to the first logits of the neutral action, for roles that should mostly wait
+
+    buffer_size: int = 300_000  # SAC, DQN
+    learning_starts: int = 10_000
+    updates_per_step: float = 0.1  # gradient steps for each step of all environments together (SAC, DQN)
+    exploration_share: float = 0.3  # of the run in which DQN's random moves fade out
+
+    teacher: str = ""  # an analytic policy that the network imitates first; none if empty
+    teachers: Mapping[str, str] = field(default_factory=dict)  # instead: for each opponent the teacher against it
+    variations: tuple[
+        Mapping[str, Any], ...
+    ] = ()  # further overrides, among which taught and validated episodes divide
+    teacher_loss: str = "squared"  # for continuous actions; "logistic" for those that are mostly at their bounds
+    teacher_episodes: int = 64  # in a round
+    teacher_rounds: int = 1  # from the second on the network plays and the teacher says what it would have done
+    teacher_noise: float = 0.0  # deviation of what disturbs the actions that a teacher plays, to show how to recover
+    teacher_epochs: int = 20  # over all demonstrations, in a round
+    value_warm_up: int = 0  # updates of the value alone before the imitated policy may change
+
+    family: str = ""  # of policies whose numbers are searched (CMA-ES, of which a step is an episode)
+    population: int = 14  # candidates in a generation
+    search_deviation: float = 0.4  # of the first generation, in the steps of the family's numbers
+    scenes: tuple[Scene, ...] = (Scene(16),)  # what judges a candidate
+
+    search_steps: int = 0  # of a search for plans that the network imitates first; for few, deterministic starts
+    self_imitation: int = 0  # steps, before each update (PPO), towards the own best episode of every start
+
+    evaluations: int = 10  # in the course of a run, on validation seeds
+    evaluation_episodes: int = 32
+    evaluation_metric: str = "return"  # what chooses the best checkpoint
+
+    def __post_init__(self) -> None:
+        if self.algorithm not in ALGORITHMS:
+            raise CommandError(f"there is no algorithm {self.algorithm!r}. {near(self.algorithm, ALGORITHMS)}")
+        counts = ("hold", "total_steps", "num_envs", "steps_per_update", "batch_size", "epochs", "evaluation_episodes")
+        for name in counts:
+            if getattr(self, name) < 1:
+                raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")
+        if self.population < LEAST_POPULATION or self.search_deviation <= 0 or not self.scenes:
+            raise CommandError(
+                f"population has to be at least {LEAST_POPULATION}, search_deviation above 0, scenes at least one"
+            )
+        if not 0 < self.discount <= 1 or self.learning_rate <= 0 or self.reward_scale <= 0:
+            raise CommandError("discount has to lie in (0, 1], learning_rate and reward_scale above 0")
+        if self.activation not in ACTIVATIONS:
+            raise CommandError(f"there is no activation {self.activation!r}. {near(self.activation, ACTIVATIONS)}")
+        if self.teacher_loss not in LOSSES:
+            raise CommandError(f"teacher_loss = {self.teacher_loss!r} is none of {', '.join(LOSSES)}")
+        if self.algorithm == IMITATION and not self.taught:
+            raise CommandError(f"{IMITATION} needs a teacher: add --knob teacher=NAME, a policy of the {self.role}")
+        if self.swarm and self.role != "defender":
+            raise CommandError("only defenders have a swarm form")
+
+    @property
+    def taught(self) -> bool:
+        """Whether the network begins with the imitation of a teacher."""
+        return bool(self.teacher or self.teachers)
+
+    def masks(self, game: Game) -> BoolArray | None:
+        """What may be played (B, k) in training, None where everything may; a recipe may take away what is useless."""
+        return game.action_mask(self.role)
+
+    def learned(self, game: Game, rewards: FloatArray, ended: BoolArray) -> FloatArray:
+        """The rewards (B,) to learn from instead of the agents' own; evaluations and reports keep those.
+
+        A recipe that shapes them says why the best policy stays the best.
+        """
+        return rewards
+
+    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
+        """What episodes that end with `outcome`, (B,) each, are worth, the higher the better: what is searched for."""
+        worth: FloatArray = SIGN[self.role] * outcome[self.evaluation_metric]
+        return worth
+
+    def score(self, outcome: Mapping[str, Array]) -> float:
+        """What chooses the best checkpoint, the higher the better, from what validation episodes end with (B,) each."""
+        return float(self.values(outcome).mean())
+
+
+def changed(recipe: Recipe, values: Mapping[str, Any]) -> Recipe:
+    """The recipe with some knobs set otherwise.
+
+    Raises:
+        CommandError: no such knob, a value of another type, or an opponent that the recipe's teachers do not know.
+    """
+    known = {entry.name for entry in fields(recipe)}
+    fitting: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in known:
+            raise CommandError(f"a recipe has no knob {name!r}. {near(name, known)}")
+        fitting[name] = _scenes(value) if name == "scenes" else _fitting(name, value, getattr(recipe, name))
+    teachers = fitting.get("teachers", recipe.teachers)
+    if teachers and (opponent := fitting.get("opponent")):
+        if opponent not in teachers:
+            raise CommandError(
+                f"{recipe.name} has no teacher against {opponent!r}. {near(opponent, teachers)} Name one: "
+                """--knob 'teachers={"OPPONENT":"TEACHER"}'"""
+            )
+        fitting["teachers"] = {opponent: teachers[opponent]}
+    return replace(recipe, **fitting)
+
+
+def _fitting(name: str, value: Any, present: Any) -> Any:
+    if isinstance(present, tuple) and isinstance(value, list):
+        return tuple(value)
+    if isinstance(present, float) and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if isinstance(present, Mapping) and isinstance(value, Mapping):
+        return {**present, **value}
+    if type(value) is not type(present):
+        raise CommandError(f"{name} = {value!r} should be like {present!r}")
+    return value
+
+
+def _scenes(value: Any) -> tuple[Scene, ...]:
+    """Scenes as JSON has them: `[{"episodes": 16, "opponent": "lead"}]`.
+
+    Raises:
+        CommandError: something else.
+    """
+    try:
+        found = tuple(Scene(**scene) for scene in value)
+    except TypeError as error:
+        raise CommandError(f'scenes should be like [{{"episodes": 16, "opponent": "lead"}}], got {value!r}') from error
+    if not all(type(scene.episodes) is int and scene.episodes > 0 for scene in found):
+        raise CommandError("every scene needs a whole number of episodes, at least 1")
+    return found

@@ -1,0 +1,129 @@
+"""One training run from start to end, or from where it stopped."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import torch
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
+
+from cps_agents.errors import CommandError
+from cps_agents.learning.aggregation import aggregate, begin_taught
+from cps_agents.learning.best_episodes import BestEpisodes, SelfImitation
+from cps_agents.learning.callback import TrainingCallback
+from cps_agents.learning.demonstrations import Demonstrations, demonstrate, join
+from cps_agents.learning.export import network_of_model
+from cps_agents.learning.imitation import imitate
+from cps_agents.learning.job import Job
+from cps_agents.learning.learner import Report
+from cps_agents.learning.model import CLASSES, check_fit, make_model
+from cps_agents.learning.plan_search import search_plans
+from cps_agents.learning.presentation import make_card, policy_of
+from cps_agents.learning.recipe import IMITATION, RECURRENT
+from cps_agents.learning.recording import recording, resumption_of
+from cps_agents.learning.run import Run
+from cps_agents.learning.scaling import scaling_of, wander
+from cps_agents.learning.seeds import training_seed
+from cps_agents.learning.training_envs import TrainingEnvs, make_envs
+from cps_agents.learning.values import ValueWarmUp
+from cps_agents.learning.writer import TrackerWriter
+
+
+def train(job: Job, report: Report) -> None:
+    """Train with stable-baselines3; see `learner.learn`.
+
+    Raises:
+        CommandError: the algorithm does not fit the environment, or the checkpoint is damaged.
+    """
+    torch.set_num_threads(1)
+    run = job.run
+    envs = make_envs(job.recipe, training_seed(job.seed, resumption_of(job)))
+    check_fit(job.recipe, envs)
+
+    def note(steps: int, text: str) -> None:
+        run.write(phase=text)
+        report(steps, text)
+
+    with recording(job) as tracker:
+        callback = TrainingCallback(run, envs, report)
+        best = BestEpisodes()
+        model = _load(run, envs, job.device) if run.checkpoint.is_file() else None
+        if job.recipe.algorithm == IMITATION:
+            with _interruptible(callback, in_step=False):
+                aggregate(model, run, job.device, envs, callback, tracker, report)
+        else:
+            model = model or _begin(job, envs, best, note)
+            model.set_logger(Logger(folder=None, output_formats=[TrackerWriter(tracker)]))
+            run.write(phase="learning")
+            with _interruptible(callback, in_step=True):
+                _learn(model, run, callback, best)
+    envs.close()
+
+
+def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> BaseAlgorithm:
+    """An untrained model, or one that imitates the teacher, or the best plans of a search."""
+    recipe, seed = job.recipe, training_seed(job.seed)
+    if recipe.algorithm in RECURRENT and recipe.taught:
+        return begin_taught(job.run, job.device, envs, report)
+    shown = demonstrate(recipe, range(seed, seed + recipe.teacher_episodes)) if recipe.taught else None
+    if recipe.search_steps:
+        search_plans(envs, recipe, best, seed, lambda steps, mean: report(0, f"search, {steps:,} steps: {mean:.3g}"))
+        shown = best.demonstrations()
+    scaling = scaling_of(envs, recipe, shown.observations if shown else wander(envs, seed))
+    model = make_model(recipe, envs, scaling, job.seed, job.device)
+    if shown is not None and recipe.search_steps:
+        loss = imitate(model.policy, shown, recipe, np.random.default_rng(seed))
+        report(0, f"imitation of the best plans: loss {loss:.3g}")
+    elif shown is not None:
+        _imitate(model, shown, job, envs, report)
+    return model
+
+
+def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, envs: TrainingEnvs, report: Report) -> None:
+    """Rounds of imitation; from the second on the student plays and the teacher corrects it."""
+    recipe, seed = job.recipe, training_seed(job.seed)
+    generator = np.random.default_rng(seed)
+    card = make_card(job.run, envs, {})
+    for number in range(recipe.teacher_rounds):
+        if number > 0:
+            first = seed + number * recipe.teacher_episodes
+            student = policy_of(card, network_of_model(model, recipe.activation))
+            shown = join(shown, demonstrate(recipe, range(first, first + recipe.teacher_episodes), student))
+        loss = imitate(model.policy, shown, recipe, generator)
+        report(0, f"imitation, round {number + 1}: loss {loss:.3g}")
+
+
+def _load(run: Run, envs: TrainingEnvs, device: str) -> BaseAlgorithm:
+    try:
+        return CLASSES[run.recipe.algorithm].load(run.checkpoint, env=envs, device=device)
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile, RuntimeError, KeyError) as error:
+        raise CommandError(f"{run.checkpoint} is damaged ({error}): delete the folder and train again") from error
+
+
+def _learn(model: BaseAlgorithm, run: Run, callback: TrainingCallback, best: BestEpisodes) -> None:
+    recipe = run.recipe
+    left = recipe.total_steps - model.num_timesteps
+    callbacks: list[BaseCallback] = [callback]
+    if recipe.value_warm_up:
+        callbacks.append(ValueWarmUp(recipe.value_warm_up))
+    if recipe.self_imitation:
+        seed = training_seed(run.seed)
+        callbacks.append(SelfImitation(best, recipe.self_imitation, recipe.batch_size, seed))
+    if left > 0:
+        model.learn(left, callback=callbacks, reset_num_timesteps=model.num_timesteps == 0)
+
+
+@contextmanager
+def _interruptible(callback: TrainingCallback, *, in_step: bool) -> Iterator[None]:
+    """Lets an interruption leave a policy; `in_step`: the model is worth a checkpoint at any time."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if getattr(callback, "model", None) is not None:
+            callback.save_unfinished(checkpoint=in_step)
+        raise

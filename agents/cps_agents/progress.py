@@ -1,0 +1,72 @@
+"""Progress of long work on stderr: a bar on a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING
+
+from cps_agents.console import err
+
+if TYPE_CHECKING:
+    from rich.progress import Progress as Bar
+
+LINE_EVERY_S = 10.0
+
+
+class Progress:
+    """Counts up to `total`; use it as a context manager."""
+
+    def __init__(self, title: str, total: int) -> None:
+        self.title, self.total = title, total
+        self._console = err()
+        self._bar: Bar | None = None
+        self._shown = (0, "")  # what the last line, or the start, said
+        self._started = self._last_line = time.monotonic()
+
+    def __enter__(self) -> Progress:
+        if self._console.is_terminal:
+            self._bar = _make_bar(self._console)
+            self._bar.add_task(self.title, total=self.total, note="")
+            self._bar.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def update(self, done: int, note: str = "") -> None:
+        """Show that `done` of the total is finished."""
+        if self._bar is not None:
+            self._bar.update(self._bar.task_ids[0], total=self.total, completed=done, note=note)
+            return
+        now = time.monotonic()
+        if (done, note) == self._shown:
+            return
+        finished = done >= self.total and done != self._shown[0]
+        if finished or now - self._last_line >= LINE_EVERY_S:
+            self._last_line, self._shown = now, (done, note)
+            self._console.print(f"{self.title}: {done}/{self.total} after {now - self._started:.0f} s  {note}".rstrip())
+
+    def say(self, line: str) -> None:
+        """Print a line that stays, above the bar where there is one."""
+        console = self._console if self._bar is None else self._bar.console
+        console.print(line, soft_wrap=True)
+
+
+def _make_bar(console: object) -> Bar:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    assert isinstance(console, Console)
+    return Bar(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=16),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        TextColumn("[dim]{task.fields[note]}", markup=True),
+        console=console,
+    )

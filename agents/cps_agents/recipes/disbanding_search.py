@@ -1,0 +1,67 @@
+"""Recipes of `DisbandingDefense` by policy search: the numbers of the controller `string`, one set for all vehicles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cps_agents.learning.recipe import SEARCH, Recipe
+from cps_agents.learning.scene import Scene
+from cps_envs.core.types import Array, FloatArray, Role
+
+LEAST_GAP_M = 1.5  # a smaller gap costs a point per metre
+# The chapter's own attacks, on the roads of its tables and a little beyond.
+TABLE_ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 5.2)}
+# Up to three platoons disbanded 5 to 130 s apart, or at random times, mostly near the front.
+PAUSES = ",".join(f'"timed?pause_s={pause_s}"' for pause_s in (5, 15, 30, 50, 75, 100, 130))
+WORST = f'mixture?policies=["random?front_bias=3",{PAUSES}]'
+ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 6.0), "attack_budget": (1, 3), "duration_s": 150.0}
+
+
+@dataclass(frozen=True)
+class DisbandingDefenseSearch(Recipe):
+    """Every vehicle by its own sensors, its predecessor's radio and the broadcast of the disbanded vehicle ahead.
+
+    A third of the episodes disturb the actuators, which a controller that follows closely has to get through.
+    """
+
+    name: str = "disbanding-defense-cma"
+    problem: str = "disbanding"
+    role: Role = "defender"
+    algorithm: str = SEARCH
+    family: str = "disbanding-broadcast"
+    preset: str = "paper"
+    overrides: Mapping[str, Any] = field(
+        default_factory=lambda: {"tau_s": (0.08, 0.55), "collision_penalty": 1.0, "report": "safety"}
+    )
+    opponent: str = "lead"
+    scenes: tuple[Scene, ...] = (
+        Scene(3, overrides={**TABLE_ROADS, "duration_s": 100.0}),  # by then all drive on
+        Scene(4, "table_2_3", overrides=TABLE_ROADS),
+        Scene(3, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),
+        Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
+    )
+    population: int = 12
+    search_deviation: float = 0.25
+    total_steps: int = 12 * 12 * 20  # 20 generations
+    evaluations: int = 4
+    evaluation_episodes: int = 24
+
+    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
+        """Less the attacker's payoff and what a small gap costs."""
+        worth: FloatArray = -outcome["return"] - np.maximum(0.0, LEAST_GAP_M - outcome["smallest_gap_m"])
+        return worth
+
+
+@dataclass(frozen=True)
+class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
+    """The same without the broadcast: every vehicle by its own sensors and its predecessor's radio alone."""
+
+    name: str = "disbanding-defense-local-cma"
+    family: str = "disbanding-local"
+    search_deviation: float = 0.2
+    total_steps: int = 12 * 12 * 15  # 15 generations
+    evaluations: int = 3

@@ -1,0 +1,138 @@
+"""The same seeds give the same trajectories, bit for bit, whatever surrounds the process."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from typing import Any
+
+from cps_agents.reliability.chunk import ROOT, Chunk, Part, Result
+from cps_agents.reliability.journal import Journal
+
+ENVS, STEPS = 8, 60  # of a trajectory
+PYTHONS = ("python3.10", "python3.11", "python3.12", "python3.13")
+VARIANTS: Mapping[str, Mapping[str, str]] = {  # what is changed about the process
+    "again": {},
+    "other hash seeds": {"PYTHONHASHSEED": "1"},
+    "four threads of libraries": {"OMP_NUM_THREADS": "4", "OPENBLAS_NUM_THREADS": "4", "NUMBA_NUM_THREADS": "4"},
+    "two threads of ours": {"RELIABILITY_THREADS": "2"},
+    "kernels compiled anew": {"NUMBA_CACHE_DIR": "fresh"},
+    "kernels compiled for any processor": {"NUMBA_CACHE_DIR": "fresh", "NUMBA_CPU_NAME": "generic"},
+    "kernels as plain Python": {"NUMBA_DISABLE_JIT": "1"},
+}
+OTHERS = "other versions of Python"
+
+
+def chunks() -> list[Chunk]:
+    """One for each variant."""
+    sources = (
+        "cps_envs",
+        "baselines/cps_baselines",
+        "agents/cps_agents/zoo",
+        "agents/cps_agents/reliability/determinism.py",
+    )
+    return [Chunk("determinism", row, 0, sources, limit_s=7200, silence_s=7200) for row in (*VARIANTS, OTHERS)]
+
+
+def run(chunk: Chunk, journal: Journal) -> Result:
+    """Compare trajectories of another process with those of a plain one."""
+    if chunk.row == OTHERS:
+        return _other_pythons()
+    with tempfile.TemporaryDirectory() as folder:
+        change = {name: folder if value == "fresh" else value for name, value in VARIANTS[chunk.row].items()}
+        return _compared(chunk.row, _hashes(sys.executable, {}), _hashes(sys.executable, change))
+
+
+def _other_pythons() -> Result:
+    total: Result = {"counts": dict.fromkeys(PART.columns, 0), "examples": {}, "lines": []}
+    own = _hashes(sys.executable, {})
+    for name in PYTHONS:
+        path = shutil.which(name)
+        if path is None or name == f"python3.{sys.version_info.minor}":
+            continue
+        try:
+            found = _compared(name, own, _hashes(path, {}))
+        except subprocess.CalledProcessError:
+            total["lines"].append(f"{name} is installed, but without the packages that we need: not compared.")
+            continue
+        total["examples"].update(found["examples"])
+        for column, count in found["counts"].items():
+            total["counts"][column] += count
+    if not total["counts"]["trajectories"]:
+        total["lines"].append("No other version of Python with the packages that we need was there to compare with.")
+    return total
+
+
+def _compared(name: str, one: Mapping[str, str], other: Mapping[str, str]) -> Result:
+    different = [key for key in one if other.get(key) != one[key]]
+    examples = {"different": f"{name}: {', '.join(different)}"} if different else {}
+    return {"counts": {"trajectories": len(one) * ENVS, "different": len(different) * ENVS}, "examples": examples}
+
+
+def _hashes(python: str, change: Mapping[str, str]) -> dict[str, str]:
+    """A hash of the trajectories of each environment and preset, from a process of its own.
+
+    Raises:
+        subprocess.CalledProcessError: the process fails.
+    """
+    surroundings = {**os.environ, "PYTHONPATH": str(ROOT), **change}
+    command = [python, "-m", "cps_agents.reliability.determinism"]
+    done = subprocess.run(command, env=surroundings, check=True, capture_output=True, text=True)
+    found: dict[str, str] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def hashes(steps: int = STEPS) -> dict[str, str]:
+    """By environment and preset: a hash of everything that the vector interface returned under random legal actions."""
+    from cps_envs import PROBLEMS
+    from cps_envs.core.types import ROLES
+
+    found = {}
+    for problem in PROBLEMS.values():
+        for role in ROLES:
+            for preset in ("paper", "learning"):
+                found[f"{problem.env_id(role)} {preset}"] = _hash(problem.env_id(role), preset, steps)
+    return found
+
+
+def _hash(env_id: str, preset: str, steps: int) -> str:
+    import gymnasium
+    import numpy as np
+
+    from cps_envs.core.conformance.actors import Crew
+
+    env: Any = gymnasium.make_vec(env_id, num_envs=ENVS, preset=preset)
+    if env.game.threaded:
+        env.game.use_threads(int(os.environ.get("RELIABILITY_THREADS", "1")))
+    crew, digest = Crew(env, 5), hashlib.sha256()
+    observation, info = env.reset(seed=11)
+    digest.update(observation.tobytes())
+    for _ in range(steps):
+        observation, rewards, terminated, truncated, info = env.step(crew.act(info))
+        for array in (observation, np.asarray(rewards), terminated, truncated):
+            digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+PART = Part(
+    name="determinism",
+    title="The same seeds, the same trajectories",
+    about=(
+        f"{ENVS} episodes of each environment in the presets `paper` and `learning` run for {STEPS} steps under random "
+        "legal actions. All observations, rewards and ends are hashed. Then another process does the same in other "
+        "surroundings, and the hashes must be equal: bit for bit."
+    ),
+    columns={"trajectories": "trajectories", "different": "different"},
+    forbidden=frozenset({"different"}),
+    chunks=chunks,
+    run=run,
+)
+
+if __name__ == "__main__":
+    print(json.dumps(hashes()))

@@ -1,0 +1,87 @@
+"""Command lines put together from the real options and odd values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+import typer
+from typer.testing import CliRunner
+
+import cps_agents.cli
+import cps_agents.errors
+from cps_agents.reliability.chunk import Chunk
+from cps_agents.reliability.fuzz.judging import Tally, limited
+from cps_agents.reliability.fuzz.values import Generator, pick
+
+INPUTS = 150  # of a chunk
+PATIENCE_S = 1.5  # CPU seconds for a command that was accepted
+LEFT_OUT = ("reliability", "warm", "bench")  # nothing in them but time, or this command itself
+NO_OPTIONS = ("--help", "--publish", "--trust", "--jobs", "--debug")  # said of each, or nothing to be tried here
+WORDS = (
+    *("", " ", "none", "nan", "-1", "0", "1", "1e400", "1_000", "0x10", "²", "%s", "\x00", "[", "a" * 3000, "../x"),
+    *("rogue", "hvac", "fdi", "disbanding", "paper", "learning", "easy", "attacker", "defender", "ppo", "cpu"),
+    *("HvacAttack-v0", "rogue-attack-ppo", "zoo:hvac-attack-ppo", "square", "pd", "mtd2", "all", "os:system", "sb3:x"),
+    *("duration_s=4", "duration_s=", "=1", "duration_s=nan", "unknown=1", "tau_s=[1,2]", "tau_s={}", "x=[[[["),
+    *("missing/folder", "missing.json", "/proc/nothing", "here.json", "broken.json", "2", "3", "true", "--", "-x"),
+)
+
+
+def commands(chunk: Chunk, tally: Tally) -> None:
+    """Each command with options and values drawn from real and odd ones, in an empty folder."""
+    rng = np.random.default_rng([chunk.number, 8])
+    Path("here.json").write_text("{}", encoding="utf-8")
+    Path("broken.json").write_text("{", encoding="utf-8")
+    found = list(_leaves((), typer.main.get_command(cps_agents.cli.app)))
+    explained: list[Exception] = []
+    explain = cps_agents.errors.explain
+
+    def remember(error: Exception) -> str | None:
+        explained.append(error)
+        return explain(error)
+
+    def run(words: Sequence[str]) -> str | None:
+        explained.clear()
+        with patch.object(cps_agents.cli, "explain", remember):
+            outcome = CliRunner().invoke(cps_agents.cli.app, list(words))
+        if explained:
+            raise explained[-1]
+        if outcome.exit_code == 2:
+            raise ValueError(outcome.output or "nothing was said")
+        if outcome.exception is not None and not isinstance(outcome.exception, SystemExit):
+            raise outcome.exception
+        return f"exit code {outcome.exit_code}: {outcome.output[-200:]}" if outcome.exit_code else None
+
+    for _ in range(INPUTS):
+        name, command = pick(found, rng)
+        words = [*name, *_options(command, rng)]
+        tally.attempt(" ".join(map(ascii, words))[:400], limited(lambda words=words: run(words), PATIENCE_S))  # type: ignore[misc]
+
+
+def _leaves(name: tuple[str, ...], command: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every command that is no group, with the words that call it."""
+    inside = getattr(command, "commands", None)
+    if inside is None:
+        yield name, command
+        return
+    for word, each in inside.items():
+        if word not in LEFT_OUT:
+            yield from _leaves((*name, word), each)
+
+
+def _options(command: Any, rng: Generator) -> list[str]:
+    words: list[str] = []
+    for parameter in command.params:
+        option = parameter.opts[0]
+        if option == "--jobs":
+            words += ["--jobs", "1"]
+        if option in NO_OPTIONS or rng.random() < 0.6:
+            continue
+        values = [] if getattr(parameter, "is_flag", False) else [pick(WORDS, rng)]
+        words += values if parameter.param_type_name == "argument" else [option, *values]
+    if rng.random() < 0.1:
+        words.append(pick(WORDS, rng))
+    return words

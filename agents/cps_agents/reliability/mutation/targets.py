@@ -1,0 +1,47 @@
+"""Which modules are mutated, and the tests nearest to each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+CORE = ("match", "environments", "frame_skip", "mixture", "policy_state")
+
+
+@dataclass(frozen=True)
+class Target:
+    """A module and the tests that have to notice a mutant, quick and near ones first.
+
+    Its kernels run as plain Python (NUMBA_DISABLE_JIT=1), so that a mutant costs no compilation.
+    """
+
+    path: str
+    tests: tuple[str, ...]
+    mutants: int = 20  # drawn from all
+
+
+def _core(*names: str) -> tuple[str, ...]:
+    return tuple(f"tests/core/test_{name}.py" for name in names)
+
+
+TARGETS = (
+    Target("cps_envs/core/match.py", _core(*CORE), 40),
+    Target("cps_envs/core/interfaces/vector_env.py", _core("reset_masks", "environments", "frame_skip", "edges"), 40),
+    Target("cps_envs/core/actions.py", _core("actions")),
+    Target("cps_envs/core/clock.py", _core("clock", "match", "environments")),
+    Target("cps_envs/core/mixture.py", _core("mixture", "policy")),
+    Target("cps_envs/core/streams.py", _core("streams")),
+    Target("cps_envs/core/fields.py", _core("fields")),
+    Target(
+        "agents/cps_agents/zoo/network.py", ("tests/agents/test_zoo_network.py", "tests/agents/test_zoo_damage.py"), 40
+    ),
+    Target("cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_reference.py",)),
+    Target("cps_envs/disbanding/payoff.py", ("tests/disbanding/test_game.py",)),
+    Target("cps_envs/fdi/dynamics.py", ("tests/fdi/test_game.py", "tests/fdi/test_model.py", "tests/fdi/test_duel.py")),
+    Target("cps_envs/fdi/payoff.py", ("tests/fdi/test_game.py", "tests/fdi/test_duel.py")),
+    Target("cps_envs/hvac/dynamics.py", ("tests/hvac/test_building.py", "tests/hvac/test_reference.py")),
+    Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_game.py", "tests/hvac/test_reference.py")),
+    Target("cps_envs/rogue/dynamics.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")),
+    Target("cps_envs/rogue/payoff.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_game.py")),
+    Target("agents/cps_agents/evaluation/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
+    Target("agents/cps_agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py",), 40),
+)

@@ -1,0 +1,109 @@
+"""What the disbanding defenders found by policy search have to reach: targets, safety, robustness."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from cps_agents.evaluation.arena import Arena
+from cps_agents.results.block import Bar, Block, Contestant, Row
+
+TAUS_S = (0.1, 0.3, 0.5)
+EPISODES = 20
+LEFT_OUT = {
+    "informed": "is told the truth",
+    "joint": "is told the state and solves one program for all vehicles",
+}
+BROADCAST = Contestant("broadcast", "zoo:disbanding-defense-cma", "searched, broadcast")
+LOCAL = Contestant("local_signals", "zoo:disbanding-defense-local-cma", "searched, local signals")
+BASELINES = (Contestant("feedback"),)  # and every other registered defender; see `rivals`
+COLLISIONS, GAP = "collided_intact>0", "smallest_gap_m"
+SAFE = (
+    Bar(value=0.0, metric="collided_intact", or_equal=True, by_mean=True),
+    Bar(value=1.5, metric=GAP, less=False, or_equal=True, by_mean=True),
+)
+# Means at tau = 0.1, 0.3 and 0.5 s that the searched policies should reach, by table, x_d in m and policy.
+LIMITS: Mapping[tuple[str, float, str], tuple[float, float, float]] = {
+    ("2.2", 5.0, "broadcast"): (15.5, 15.9, 16.7),
+    ("2.2", 4.0, "broadcast"): (15.9, 16.5, 17.4),
+    ("2.3", 5.0, "broadcast"): (26.8, 28.2, 29.9),
+    ("2.3", 4.0, "broadcast"): (27.5, 29.1, 31.0),
+    ("2.2", 5.0, "local_signals"): (16.5, 16.8, 18.0),
+    ("2.2", 4.0, "local_signals"): (17.1, 17.6, 18.5),
+    ("2.3", 5.0, "local_signals"): (27.8, 28.9, 30.6),
+}
+
+
+def _cell(table: str, attack: str, metric: str, gap_m: float, number: int) -> Row:
+    overrides = {"tau_s": TAUS_S[number], "desired_gap_m": gap_m, "report": "safety"}
+    arena = Arena("disbanding", "defender", attack, "paper", overrides, 1, f"{attack}-{TAUS_S[number]}-{gap_m:g}")
+    limits = tuple(
+        Bar(value=LIMITS[table, gap_m, each.name][number], or_equal=True, by_mean=True, of=(each.name,))
+        for each in (BROADCAST, LOCAL)
+        if (table, gap_m, each.name) in LIMITS
+    )
+    title = f"Table {table}, tau = {TAUS_S[number]} s, x_d = {gap_m:g} m"
+    return Row(title, (arena,), (Bar(every=True), *limits, *SAFE), metric)
+
+
+CELLS = Block(
+    name="disbanding-defense-searched",
+    title="disbanding defenders by policy search, the twelve cells of Tables 2.2 and 2.3",
+    target="below every analytic defender and the stated means at each tau, no collision, no gap below 1.5 m.",
+    problem="disbanding",
+    role="defender",
+    metric="velocity_error_intact",
+    learned=(BROADCAST, LOCAL),
+    baselines=BASELINES,
+    rows=tuple(
+        _cell(*table, gap_m, number)
+        for table in (("2.2", "lead", "velocity_error_intact"), ("2.3", "table_2_3", "velocity_error_all"))
+        for gap_m in (5.0, 4.0)
+        for number in range(len(TAUS_S))
+    ),
+    unit="percent",
+    shown=("collided_intact", GAP),
+    notes=("Table 2.2 counts the intact vehicles, Table 2.3 all. The cells lie among what the search plays.",),
+    left_out=LEFT_OUT,
+)
+
+
+def _robust(title: str, attack: str, overrides: Mapping[str, Any], *, preset: str = "easy") -> Row:
+    settings = {"report": "safety", **overrides}
+    name = "-".join(character for character in title.lower().replace(",", " ").split())
+    return Row(title, (Arena("disbanding", "defender", attack, preset, settings, EPISODES, name),))
+
+
+LAGS: Mapping[str, Any] = {"tau_s": (0.08, 0.55)}
+NOISE: Mapping[str, Any] = {"correction_noise_mps2": 0.5}
+ROBUST = Block(
+    name="disbanding-defense-robust",
+    title="disbanding defenders by policy search on unseen roads",
+    target="below every analytic defender in every row, paired, with collisions in at most 2 % of the episodes.",
+    problem="disbanding",
+    role="defender",
+    metric="return",
+    learned=(BROADCAST, LOCAL),
+    baselines=BASELINES,
+    rows=(
+        _robust("easy, random", "random", {}),
+        _robust("easy, lead", "lead", {}),
+        _robust("easy, spread", "spread", {}),
+        _robust("lag 0.08 to 0.55 s, lead", "lead", LAGS),
+        _robust("lag 0.08 to 0.55 s, spread", "spread", LAGS),
+        _robust("actuator noise 0.5 m/s2, lead", "lead", NOISE),
+        *(
+            _robust(f"actuator noise 0.5 m/s2, second attack {pause_s} s later", f"timed?pause_s={pause_s}", NOISE)
+            for pause_s in (5, 40, 130)
+        ),
+    ),
+    bars=(
+        Bar(every=True),
+        Bar(value=2.0, metric=COLLISIONS, or_equal=True, by_mean=True),
+    ),
+    unit="points of E_v and of the penalty for collisions",
+    shown=(COLLISIONS, GAP),
+    notes=(f"{COLLISIONS} is the percentage of episodes in which an intact vehicle collides.",),
+    left_out=LEFT_OUT,
+)
+BLOCKS = (CELLS, ROBUST)

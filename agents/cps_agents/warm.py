@@ -1,0 +1,183 @@
+"""Compiling ahead what a first use would have to wait for: every interface, preset and policy of a problem, briefly."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeAlias
+
+import gymnasium
+import numpy as np
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode
+
+from cps_agents.zoo.card import SHIPPED, read_card
+from cps_agents.zoo.files import shipped_names
+from cps_envs.core.errors import ConfigurationError, MissingExtraError
+from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
+from cps_envs.core.interfaces.swarm_env import SwarmEnv
+from cps_envs.core.kernel_cache import NOTICE, UNKEPT, compiled, told
+from cps_envs.core.lookup import policy_names
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import ROLES, Role
+
+Overrides: TypeAlias = Mapping[str, Any]
+DECISIONS = 3  # enough for kernels that run between decisions, and for an episode's end
+ENVS = 2
+CHEAP = {
+    "ga": "ga?generations=1&population=4",
+    "beam": "beam?width=2",
+}  # policies that search at the start of an episode
+
+
+@dataclass(frozen=True)
+class Visit:
+    """A short use of a problem, whose kernels are compiled by it if they are not yet."""
+
+    problem: str
+    what: str
+    play: Callable[[], None]
+
+
+def visits(problem: Problem) -> Iterator[Visit]:
+    """Everything of a problem that brings kernels of its own."""
+    for preset in problem.presets:
+        yield from _interfaces(problem, preset)
+    for name, value in _variants(problem):
+        yield Visit(problem.name, f"{name}={value}", partial(_try, problem, {name: value}))
+    for role in ROLES:
+        for name in policy_names(problem.name, role):
+            yield Visit(problem.name, f"{role} {name}", partial(_policy, problem, role, CHEAP.get(name, name)))
+    for name in shipped_names():
+        card = read_card(SHIPPED / f"{name}.json")
+        if card.problem == problem.name:
+            played = partial(_match, problem, card.preset, card.overrides, {card.role: f"zoo:{name}"})
+            yield Visit(problem.name, f"{card.role} zoo:{name}", played)
+
+
+def _interfaces(problem: Problem, preset: str) -> Iterator[Visit]:
+    """Those of the problem's ids; a problem without ids, such as the test bed, is played from inside."""
+    if problem.env_id("attacker") not in gymnasium.registry:
+        yield Visit(problem.name, preset, partial(_match, problem, preset, {}, problem.opponents[preset]))
+        return
+    for role in ROLES:
+        env_id = problem.env_id(role)
+        yield Visit(problem.name, f"{preset}: {role}, single", partial(_single, env_id, preset))
+        yield Visit(problem.name, f"{preset}: {role}, vector", partial(_vector, env_id, preset))
+    yield Visit(
+        problem.name, f"{preset}: parallel", partial(_agents, partial(RolesParallelEnv, problem, preset=preset))
+    )
+    if problem.swarm:
+        made = partial(SwarmEnv, problem, problem.swarm, preset=preset)
+        yield Visit(problem.name, f"{preset}: swarm", partial(_agents, made))
+
+
+def _variants(problem: Problem) -> Iterator[tuple[str, str]]:
+    """Each choice of each field of the configuration that is a word; other forms of actions have other kernels."""
+    for field in dataclasses.fields(problem.presets["paper"]):
+        if isinstance(field.default, str):
+            yield from ((field.name, choice) for choice in field.metadata.get("choices", ()) if choice != field.default)
+
+
+def _try(problem: Problem, overrides: Overrides) -> None:
+    """Play a configuration, if it is one: a field may ask for another one."""
+    try:
+        _match(problem, "paper", overrides, problem.opponents["paper"])
+    except ConfigurationError:
+        return
+
+
+def _policy(problem: Problem, role: Role, name: str) -> None:
+    """Play a policy in the first preset that it fits."""
+    for preset in problem.presets:
+        try:
+            return _match(problem, preset, {}, {role: name})
+        except (ConfigurationError, MissingExtraError, TypeError):
+            continue  # it needs options, another configuration, or a package that is not installed
+
+
+def _match(problem: Problem, preset: str, overrides: Overrides, players: Mapping[Any, str]) -> None:
+    """Play both roles from inside, and look at everything that both roles may see."""
+    match = problem.match(problem.config(preset, overrides), ENVS, players)
+    game, everyone = match.game, np.ones(ENVS, np.bool_)
+    match.reset(everyone, [seeding.np_random(b)[0] for b in range(ENVS)])
+    for step in range(DECISIONS):
+        envs = everyone if step == 0 else np.arange(ENVS) > 0  # also some of them
+        match.step({}, envs, min(game.horizon // DECISIONS, max(game.decision_interval.values())))
+        for role in ROLES:
+            game.observe(role)
+            game.action_mask(role)
+    game.metrics()
+
+
+def _single(env_id: str, preset: str) -> None:
+    env: Any = gymnasium.make(env_id, preset=preset).unwrapped
+    _, info = env.reset(seed=0)
+    neutral = env.game.neutral_action[env.role]
+    for _ in range(DECISIONS):
+        _, _, terminated, truncated, _ = env.step(neutral if "action_mask" in info else env.action_space.sample())
+        if terminated or truncated:
+            break
+    env.close()
+
+
+def _vector(env_id: str, preset: str) -> None:
+    """Batches with both ways of starting anew, which they do after two decisions."""
+    for mode in (AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP):
+        options: dict[str, Any] = {"preset": preset, "autoreset_mode": mode, "max_episode_steps": 2}
+        envs: Any = gymnasium.make_vec(env_id, ENVS, "vector_entry_point", **options)
+        _, info = envs.reset(seed=0)
+        neutral = np.stack([envs.game.neutral_action[envs.role]] * ENVS)
+        for _ in range(DECISIONS + 1):
+            envs.step(neutral if "action_mask" in info else envs.action_space.sample())
+        envs.close()
+
+
+def _agents(make: Callable[[], Any]) -> None:
+    """An environment of PettingZoo's."""
+    env = make()
+    _, infos = env.reset(seed=0)
+    for _ in range(DECISIONS):
+        if env.agents:
+            env.step({agent: _legal(env.action_space(agent), infos[agent]) for agent in env.agents})
+    env.close()
+
+
+def _legal(space: Any, info: Mapping[str, Any]) -> Any:
+    if "action_mask" not in info:
+        return space.sample()
+    mask = info["action_mask"]
+    return space.sample(mask=mask) if hasattr(space, "n") else np.zeros(space.shape, np.int64)
+
+
+@dataclass
+class Warmed:
+    """What warming a problem came to."""
+
+    problem: str
+    uses: int = 0
+    compiled: int = 0  # kernels; 0 where all of them were there
+    cpu_s: float = 0.0
+    failed: list[str] = dataclasses.field(default_factory=list)  # uses that ended with an error, and the error
+    kept: bool = True  # in a folder, for later processes
+
+
+def warm(problem: str, uses: Sequence[Visit], report: Callable[[Visit], None] = lambda visit: None) -> Warmed:
+    """Make visits to a problem; a failure is noted and the next visit can go on."""
+    told.add(NOTICE)  # whoever asks for this knows what happens
+    found = Warmed(problem)
+    for visit in uses:
+        report(visit)
+        before, start = len(compiled), time.process_time()
+        try:
+            visit.play()
+        except Exception as error:
+            found.failed.append(f"{visit.what}: {type(error).__name__}: {error}")
+        found.uses += 1
+        found.compiled += len(compiled) - before
+        found.cpu_s += time.process_time() - start
+    found.kept = UNKEPT not in told
+    return found

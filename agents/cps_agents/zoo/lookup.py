@@ -1,0 +1,58 @@
+"""Policies by source: `zoo:NAME`, `zoo:PATH` for trained policies, `sb3:FILE.zip` for stable-baselines3 models."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from cps_agents.zoo.files import find, load
+from cps_agents.zoo.numbers import Numbers, member
+from cps_agents.zoo.policy import TrainedPolicy
+from cps_envs.core.errors import UnknownNameError, require
+from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.trust import require_trust
+
+
+def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool = True) -> Policy:
+    """A shipped policy by its name, or one of your own by the path of its card or of its training run.
+
+    `seed` chooses a training seed (`zoo:hvac-attack-ppo?seed=3`), the best by validation if left out.
+    """
+    from cps_envs import PROBLEMS
+
+    card, network = load(find(name), seed)
+    version = PROBLEMS[spec.problem].version if spec.problem in PROBLEMS else None
+    if isinstance(network, Numbers):
+        return member(spec, card, network, version)
+    return TrainedPolicy(spec, card, network, deterministic=deterministic, version=version)
+
+
+def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO") -> Policy:
+    """A stable-baselines3 model of your own; `algorithm` is the class that saved it, such as MaskablePPO.
+
+    The file is read with pickle, which can run any code.
+
+    Raises:
+        UnknownNameError: there is no such file or algorithm.
+        UntrustedCodeError: the user has not agreed to run what the file holds, see `cps_envs.trust`.
+        MissingExtraError: stable-baselines3 is not installed.
+        ValueError: the file is damaged, or a model of another algorithm.
+    """
+    if not Path(path).is_file():
+        raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
+    require_trust(f"sb3:{path}")
+    found = _algorithm(algorithm)
+    try:
+        loaded: Policy = found.load(path, device="cpu")
+    except Exception as error:  # whatever zipfile, pickle and torch raise
+        raise ValueError(f"{path} is no {algorithm} model, or damaged: {error}") from error
+    return loaded
+
+
+def _algorithm(name: str) -> Any:
+    purpose = "playing a model of stable-baselines3"
+    for package in ("stable_baselines3", "sb3_contrib"):
+        module = require(package, extra="agents", purpose=purpose)
+        if hasattr(module, name):
+            return getattr(module, name)
+    raise UnknownNameError(f"neither stable-baselines3 nor sb3-contrib has an algorithm {name!r}")

@@ -1,0 +1,60 @@
+"""A trained policy that is no network: the numbers of a family of policies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cps_agents.zoo.card import Card
+from cps_agents.zoo.policy import check_role
+from cps_baselines.family import find_family
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.types import Array, FloatArray
+
+TENSOR = "numbers"
+MOST = 1e6  # size of a number in a file; no search comes near
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What a search has found, (k,), in the order of the card's names."""
+
+    values: FloatArray
+
+    def tensors(self) -> dict[str, Array]:
+        """The array by its name, for a file."""
+        return {TENSOR: np.ascontiguousarray(self.values)}
+
+
+def numbers_of(tensors: Mapping[str, Array], count: int) -> Numbers:
+    """The numbers of a file's arrays.
+
+    Raises:
+        ValueError: there are not `count` of them, or one is not finite or far too large.
+    """
+    if set(tensors) != {TENSOR}:
+        raise ValueError(f"it should hold one array, {TENSOR!r}, and has {sorted(tensors)}")
+    values = tensors[TENSOR]
+    if values.dtype != np.float64 or values.shape != (count,):
+        raise ValueError(f"it has {values.dtype} numbers of shape {values.shape}, the card names {count}")
+    if not np.all(np.abs(values) <= MOST):
+        raise ValueError("a number is not finite, or far too large")
+    return Numbers(values)
+
+
+def member(spec: RoleSpec, card: Card, numbers: Numbers, version: int | None) -> Policy:
+    """The policy of a card's family with these numbers; `version` is that of the problem.
+
+    Raises:
+        ConfigurationError: it is of another role or version, or the family has other numbers by now.
+        UnknownNameError: there is no such family.
+        UntrustedCodeError: the card names code that the user has not agreed to run.
+    """
+    check_role(card, spec, version)
+    family = find_family(card.family)
+    if (family.problem, family.role, family.names) != (card.problem, card.role, card.numbers):
+        raise ConfigurationError(f"{card.name} has other numbers than the family {card.family} has now: train anew")
+    return family.build(spec, numbers.values[np.newaxis])

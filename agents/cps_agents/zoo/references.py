@@ -1,0 +1,97 @@
+"""What lies behind a policy's reference: training seeds, files, and the action form a network was trained with."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from cps_agents.zoo.card import Card, read_card
+from cps_agents.zoo.files import find, read_pair
+from cps_envs.core.errors import UnknownNameError
+from cps_envs.registration import find_problem
+
+PREFIX = "zoo:"
+NAMED = re.compile(r'zoo:([^?"&,\]]+)')  # also inside mixture?policies=["zoo:..."]
+TRAINED = re.compile(r'(^|")(zoo|sb3):')
+FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a role sees and acts, not what happens
+    ("disbanding", "defender"): ("defense_action", "control_period_s"),
+    ("fdi", "attacker"): ("attack_action", "share_levels", "mask", "shield"),
+    ("fdi", "defender"): ("share_rear_range", "correction_levels"),
+    ("hvac", "attacker"): ("attack_action", "attacker_view", "kalman_filters"),
+    ("hvac", "defender"): ("kalman_filters",),
+    ("rogue", "attacker"): ("attack_hold_s",),
+    ("rogue", "defender"): ("defense_action", "control_period_s", "orders"),
+}
+
+
+def card_of(reference: str) -> Card | None:
+    """The card of a trained policy's reference; None for other policies.
+
+    Raises:
+        UnknownNameError: there is no such trained policy.
+    """
+    name = reference.partition("?")[0]
+    return read_card(find(name.removeprefix(PREFIX))) if name.startswith(PREFIX) else None
+
+
+def by_training_seed(reference: str) -> dict[int | None, str]:
+    """A reference for each training seed of a trained policy, unless it names one itself; others stand alone."""
+    card = card_of(reference)
+    query = reference.partition("?")[2]
+    if card is None or any(part.startswith("seed=") for part in query.split("&")):
+        return {None: reference}
+    joint = "&" if query else "?"
+    return {int(seed): f"{reference}{joint}seed={seed}" for seed in card.seeds}
+
+
+def is_trained(reference: str) -> bool:
+    """Whether training made a policy, or one of a mixture."""
+    return bool(TRAINED.search(reference))
+
+
+def is_missing(reference: str) -> bool:
+    """Whether a reference names a trained policy that is not there."""
+    return bool(missing_names(reference))
+
+
+def missing_names(reference: str) -> list[str]:
+    """The trained policies in a reference that are not there."""
+    return [name for name in NAMED.findall(reference) if not _exists(name)]
+
+
+def weights_of(reference: str) -> dict[str, str]:
+    """Hashes of the trained policies in a reference, weights and how they play: results hold as long as these stay."""
+    found = {}
+    for name in NAMED.findall(reference):
+        if _exists(name):
+            card, data = read_pair(find(name))
+            digest = hashlib.sha256(data)
+            digest.update(repr(replace(card, evaluation={}, command="", versions={})).encode())
+            found[name] = digest.hexdigest()[:16]
+    return found
+
+
+def form_of(reference: str, config: Any) -> dict[str, Any]:
+    """The overrides that give `config` the observation and action form a trained policy was trained with."""
+    card = card_of(reference) if not is_missing(reference) else None
+    if card is None:
+        return {}
+    trained = find_problem(card.problem).config(card.preset, card.overrides)
+    if type(trained) is not type(config):  # of another problem
+        return {}
+    names = FORMS.get((card.problem, card.role), ())
+    form = {name: getattr(trained, name) for name in names if getattr(trained, name) != getattr(config, name)}
+    if (card.problem, card.role) == ("fdi", "attacker") and trained.tasks and not config.tasks:
+        form["tasks"] = str(config.fixed_task)  # the same task, told by the observation
+    return form
+
+
+def _exists(name: str) -> bool:
+    try:
+        find(name)
+    except UnknownNameError:
+        return False
+    return True

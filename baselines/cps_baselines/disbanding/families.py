@@ -1,0 +1,74 @@
+"""The controller of `string` as families of policies whose numbers a search chooses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController
+from cps_baselines.disbanding.string_loop import StringLoop
+from cps_baselines.disbanding.string_search import START
+from cps_baselines.disbanding.string_search import STEP as SEARCHED_STEP
+from cps_baselines.family import Family, Number
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import FloatArray
+from cps_envs.disbanding.config import DisbandingConfig
+from cps_envs.disbanding.problem import DISBANDING
+
+VEHICLES = ("leader", "other")
+BROADCAST_ONLY = ("ahead_closing", "ahead_acceleration", "ahead_command")
+AGE = "forgetting"  # of no use where what is known is never old
+STEP = SEARCHED_STEP._replace(gap=0.05, predecessor_command=0.3)
+# By hand: close behind everybody, leaders at 12 m, by the predecessor's command, which keeps a string together at any
+# lag; what the broadcast tells comes in by the search.
+OTHER = START._replace(
+    gap=0.1, wanted_m=4.5, closing=1.5, predecessor=0.0, predecessor_command=1.0, ahead_closing=0.0, ahead_command=0.0
+)
+FOLLOWING = (OTHER._replace(wanted_m=12.0), OTHER)
+WARNED = tuple(own._replace(closing=1.0) for own in FOLLOWING)  # those told at once can be softer
+ALWAYS = 0.0  # acts at all times: one that joins in late meets those ahead that have followed closely
+
+
+def _gains(start: Sequence[Gains], *unused: str) -> tuple[Number, ...]:
+    """The numbers of both classes of vehicles with their starts, but for the unused ones."""
+    return tuple(
+        Number(f"{vehicle}.{name}", getattr(own, name), getattr(STEP, name))
+        for vehicle, own in zip(VEHICLES, start, strict=True)
+        for name in Gains._fields
+        if name not in unused
+    )
+
+
+def _table(numbers: tuple[Number, ...], values: FloatArray) -> FloatArray:
+    """The gains (B, 2, 17) of values (B, k); gains without a number are zero."""
+    gains = np.zeros((len(values), *SHAPE))
+    places = {f"{v}.{name}": (i, j) for i, v in enumerate(VEHICLES) for j, name in enumerate(Gains._fields)}
+    for column, number in enumerate(numbers):
+        if number.name in places:
+            gains[(slice(None), *places[number.name])] = values[:, column]
+    return gains
+
+
+def _broadcast(spec: RoleSpec, values: FloatArray) -> StringController:
+    return StringController(spec, form="informed", gains=_table(BROADCAST.numbers, values), detection_mps=math.inf)
+
+
+def _local(spec: RoleSpec, values: FloatArray) -> StringController:
+    gains = _table(LOCAL.numbers, values)
+    return StringController(spec, form="local", gains=gains, detection_mps=ALWAYS)
+
+
+def _broadcast_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
+    return StringLoop(config, num_envs, _broadcast(DISBANDING.game(config, 1).spec("defender"), values))
+
+
+def _local_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
+    return StringLoop(config, num_envs, _local(DISBANDING.game(config, 1).spec("defender"), values))
+
+
+# Acts on a warning that is never lost or old, as that of the dissertation.
+BROADCAST = Family("disbanding", "defender", _gains(WARNED, AGE), _broadcast, _broadcast_loop)
+# Needs no warning, as it acts at all times; each vehicle knows itself, and what its predecessor does and commands.
+LOCAL = Family("disbanding", "defender", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local, _local_loop)

@@ -1,0 +1,138 @@
+"""Families of policies: one controller each, whose named numbers a search may choose."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from cps_envs.core.errors import UnknownNameError, near
+from cps_envs.core.game import Game
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask, begins
+from cps_envs.core.problem import Problem
+from cps_envs.core.seen import Seen
+from cps_envs.core.trust import require_trust
+from cps_envs.core.types import Array, FloatArray, Role, other
+
+FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
+    "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
+    "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
+    "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
+}
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number of a family, and how a search moves it."""
+
+    name: str
+    start: float
+    step: float  # how far it is worth moving: the unit of the search
+    by_factors: bool = False  # moves by factors of exp(step), and keeps its sign
+
+
+@dataclass(frozen=True)
+class Family:
+    """Policies of one role that differ in their numbers only.
+
+    `build(spec, values)` makes a policy that plays episode b of a batch by row b of `values` (B, k), in the order of
+    `numbers`. `loop(config, num_envs, values)` may make a game in which that policy plays its role by itself, which
+    saves the way through Python; the episodes have to be the same.
+    """
+
+    problem: str
+    role: Role
+    numbers: tuple[Number, ...]
+    build: Callable[[RoleSpec, FloatArray], Policy]
+    loop: Callable[[Any, int, FloatArray], Game] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the numbers, in order."""
+        return tuple(number.name for number in self.numbers)
+
+    def values(self, points: FloatArray) -> FloatArray:
+        """The numbers (P, k) at points (P, k) of the search, whose origin is the start and whose unit is the step."""
+        start, step = np.array([(number.start, number.step) for number in self.numbers]).T
+        by_factors = np.array([number.by_factors for number in self.numbers])
+        moved = points * step
+        found: FloatArray = np.where(by_factors, start * np.exp(np.where(by_factors, moved, 0.0)), start + moved)
+        return found
+
+
+def play_family(
+    family: Family, problem: Problem, config: Any, opponent: PolicyReference, values: FloatArray, seeds: Sequence[int]
+) -> dict[str, Array]:
+    """One episode per seed by the numbers in its row of `values` (B, k), see `core.play.play_episodes`."""
+    rival = other(family.role)
+    if family.loop is not None:
+        looped = replace(problem, game=partial(_looped, family.loop, values))
+        return play_episodes(looped, config, {rival: opponent}, seeds)
+    policy = Members(problem.game(config, 1).spec(family.role), family, values)
+    return play_episodes(problem, config, {family.role: policy, rival: opponent}, seeds)
+
+
+def _looped(loop: Callable[[Any, int, FloatArray], Game], values: FloatArray, config: Any, num_envs: int) -> Game:
+    return loop(config, num_envs, values)
+
+
+class Members(AnalyticPolicy):
+    """Plays episode b of a match by row b of `values`, (B, k), also when other episodes have ended.
+
+    With one row, (1, k), it plays every episode by it.
+    """
+
+    masked = True
+
+    def __init__(self, spec: RoleSpec, family: Family, values: FloatArray) -> None:
+        super().__init__(spec)
+        self.family, self.sets = family, values
+        self._rows = np.arange(len(values))
+        self._policy = family.build(spec, values)
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """The row of each episode, and the state of the family's policy."""
+        rows = np.arange(len(generators)) % len(self.sets)
+        policy: Any = self._of(rows)
+        return (rows, *((policy.begin(generators, knowledge) if begins(policy) else None) or ()))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """What each episode's policy plays."""
+        assert state is not None  # begun
+        policy = self._of(state[0])
+        actions, own = ask(policy, seen, state[1:] or (() if begins(policy) else None))
+        return actions, (state[0], *(own or ()))
+
+    def _of(self, rows: Array) -> Policy:
+        """The policy of episodes with these rows (B,)."""
+        if len(self.sets) > 1 and not np.array_equal(rows, self._rows):
+            self._rows, self._policy = rows, self.family.build(self.spec, self.sets[rows])
+        return self._policy
+
+
+def find_family(reference: str) -> Family:
+    """The family of a name, or of `module:attribute`, which runs code and needs the user's consent.
+
+    Raises:
+        UnknownNameError: there is none.
+        UntrustedCodeError: `module:attribute` without consent, see `cps_envs.trust`.
+    """
+    place = FAMILIES.get(reference, reference)
+    module, colon, attribute = place.partition(":")
+    if not colon:
+        raise UnknownNameError(f"there is no family of policies {reference!r}. {near(reference, FAMILIES)}")
+    if reference not in FAMILIES:
+        require_trust(reference)
+    try:
+        found = getattr(importlib.import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise UnknownNameError(f"no family of policies can be imported from {reference!r}: {error}") from error
+    if not isinstance(found, Family):
+        raise UnknownNameError(f"{reference!r} is no family of policies: it should be a cps_baselines.family.Family")
+    return found

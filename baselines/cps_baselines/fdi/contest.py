@@ -1,0 +1,105 @@
+"""What `cps-envs contest fdi` plays: attackers that hide in disturbances against defenders that watch a filter."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from itertools import product
+
+from cps_baselines.contest import Column, Contest, Search, Side, Variant
+from cps_baselines.schedule import Entrant
+
+VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
+PAIRED = VEHICLES - 1  # gaps with a rear sensor
+EXACT = "plans for exact sensors and certified optima; with a filter nothing is certified"
+UNFILTERED = "compares exact readings; with noise it doubts everything"
+OTHER_SPACES = "trained in preset `easy` or `defense`, whose observations are others"
+
+
+def constant_attacks() -> Iterator[str]:
+    """The same level on all attacked sensors, then one level of ranges and another of range-rates."""
+    yield from (f"always?action={level}" for level in range(2 * LEVELS + 1))
+    for ranges, rates in product((0, 10, 15, 20, 25, 30, 40), repeat=2):
+        if ranges != rates:
+            yield always([ranges] * (VEHICLES + PAIRED) + [rates] * (VEHICLES + PAIRED))
+
+
+def constant_defences() -> Iterator[str]:
+    """Each set of radars never believed; no ranges; no range-rates; each correction of one or all vehicles."""
+    units = VEHICLES + PAIRED
+    none = [CORRECTIONS] * VEHICLES
+    for trust in product((1, 0), repeat=units):
+        yield always([*trust, *trust, *none])
+    yield always([0] * units + [1] * units + none)
+    yield always([1] * units + [0] * units + none)
+    for level in range(2 * CORRECTIONS + 1):
+        if level != CORRECTIONS:
+            yield always([1] * 2 * units + [level] * VEHICLES)
+            for vehicle in range(VEHICLES):
+                yield always([1] * 2 * units + [*none[:vehicle], level, *none[vehicle + 1 :]])
+
+
+def always(action: list[int]) -> str:
+    """The reference of a constant action."""
+    return f"always?action={json.dumps(action, separators=(',', ':'))}"
+
+
+TRACKER = {
+    "margin": (-1.0, 3.0),
+    "late": (-1.0, 3.0),
+    "swing": (-1.0, 3.0),
+    "swing_s": (0.0, 5.0),
+    "range_part": (0.0, 1.5),
+}
+SWING = {"swing_s": (0.0, 6.0), "open": (0.0, 1.0), "close": (0.0, 1.0), "range_part": (0.0, 1.0)}
+CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 30.0), "release_s": (0.1, 6.0)}
+
+CONTEST = Contest(
+    problem="fdi",
+    attackers=Side(
+        policies=tuple(map(Entrant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker"))),
+        constants=tuple(constant_attacks()),
+        searches=(
+            Search("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
+            Search("swing", "swing", SWING, {"swing_s": 2.0, "open": 0.9, "close": 0.9, "range_part": 0.9}),
+        ),
+        margin_neutral=0.5,
+        left_out={
+            **dict.fromkeys(("bnb", "lp_greedy", "oracle", "shielded"), EXACT),
+            **dict.fromkeys(("zoo:fdi-attack-ppo", "zoo:fdi-attack-disturbed-ppo"), OTHER_SPACES),
+        },
+    ),
+    defenders=Side(
+        policies=tuple(map(Entrant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only"))),
+        constants=tuple(constant_defences()),
+        informed=(Entrant("informed"),),
+        searches=(Search("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
+        margin_informed=0.1,
+        margin_neutral=0.3,
+        left_out={
+            **dict.fromkeys(("kinematic", "redundancy", "model"), UNFILTERED),
+            "zoo:fdi-defense-ppo": OTHER_SPACES,
+        },
+    ),
+    variants=(
+        Variant("learning", "Tasks drawn, a quarter of the episodes without attack"),
+        Variant("v4", "Range-rate of the lead", overrides={"tasks": "v4>4", "attack_share": 1.0}),
+        Variant("xv4", "Both sensors of the lead", overrides={"tasks": "xv4>4", "attack_share": 1.0}),
+        Variant(
+            "rears", "A vehicle's radar and its neighbour's", overrides={"tasks": "xv1+rv2>1", "attack_share": 1.0}
+        ),
+    ),
+    win_tolerance=0.1,
+    columns=(
+        Column("collided_pairs", "episodes with a collision", over="share", form="{:.0%}"),
+        Column("detected", "alarm before the collision", over="share", form="{:.0%}"),
+        Column("false_alarm", "alarm on an honest reading", over="share", form="{:.0%}"),
+        Column("false_alarm", "the same, nobody attacks", over="share", form="{:.0%}", against="none"),
+        Column("smallest_gap_m", "smallest gap (m)", over="smallest"),
+    ),
+    notes=(
+        "An alarm is a reading that is replaced for 0.5 s without a break; it is false where the reading is honest.",
+        "Nothing bounds an attack on a defended platoon from above: those values are the best that a search found.",
+        "`chi2` lets its gate reject honest sensors once the filter is deceived: it can be worse than no defence.",
+    ),
+)

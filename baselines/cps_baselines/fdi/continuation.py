@@ -1,0 +1,160 @@
+"""What an attacker can still do from a given state: go on legally, or collide as fast as possible.
+
+An episode goes on legally when it reaches the last step, or a collision of any pair before it, without an illegal
+injection. With continuous injections a linear program decides: infeasible is a certain dead end, feasible is no
+guarantee with whole levels. A mixed-integer program finds the levels themselves.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from cps_baselines.fdi.highs import Limits, Program, Solution, load, run, solve
+from cps_baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack
+from cps_envs.core.types import FloatArray, IntArray
+from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.sensors import Sensors
+from cps_envs.fdi.task import Task
+
+SAME_MPS = 1e-6  # of two endings that are this alike the longer is taken
+
+
+class Plan(NamedTuple):
+    """The fastest collision of the target with continuous injections."""
+
+    speed_mps: float  # impact speed, 0 or more; no whole levels are faster
+    levels: FloatArray  # (k, q) in units of the resolution, not whole; the last one leads to the collision
+
+
+class Ending(NamedTuple):
+    """`steps` more injections; then the pair collides, or anything may happen where it is None. Pairs count from 0."""
+
+    steps: int
+    pair: int | None = None
+
+
+def legal_continuation(config: FdiConfig, task: Task, error: FloatArray, step: int) -> bool:
+    """Whether continuous injections can go on legally from e(step) = `error` (2n,); False is a certain dead end."""
+    return step >= config.horizon or next(_reachable(config, task.sensors, error, step), None) is not None
+
+
+def integer_continuation(
+    config: FdiConfig, task: Task, error: FloatArray, step: int, time_limit_s: float = 1.0
+) -> IntArray | None:
+    """Levels (k, q) that go on legally from e(step) = `error` (2n,) to the last step or to a collision of any pair.
+
+    None where there are none, or where none were found in `time_limit_s` for each of the endings.
+    """
+    if step >= config.horizon:
+        return np.zeros((0, task.sensors.count), np.int64)
+    for ending in _reachable(config, task.sensors, error, step):
+        program = _program(config, task.sensors, ending, strict=True)
+        whole = np.ones(len(program.cost), np.bool_)
+        found = solve(replace(_shifted(program, error), integer=whole), Limits(time_limit_s))
+        if found.columns is not None:
+            levels: IntArray = np.rint(found.columns).astype(np.int64).reshape(ending.steps, -1)
+            return levels
+    return None
+
+
+def best_from(
+    config: FdiConfig, task: Task, error: FloatArray, step: int, lengths: Sequence[int] | None = None
+) -> Plan | None:
+    """The fastest collision of the target that continuous injections reach from e(step) = `error` (2n,).
+
+    `lengths` are the numbers of injections to consider; all up to the horizon if left out. From rest the longest alone
+    will do, since waiting is free there. None where no collision is reached: whole levels reach none either. The plan
+    depends on the arguments alone, not on what was asked before.
+    """
+    best = fastest_from(config, task, error, step, lengths)
+    if best is None:
+        return None
+    speed_mps, ending = best
+    found = solve(_shifted(_loaded(config, task.sensors, ending, fastest=True).program, error))
+    if found.columns is None:
+        return None
+    return Plan(speed_mps, found.columns.reshape(ending.steps, -1))
+
+
+def fastest_from(
+    config: FdiConfig, task: Task, error: FloatArray, step: int, lengths: Sequence[int] | None = None
+) -> tuple[float, Ending] | None:
+    """Speed (m/s, 0 or more) and ending of the plan of `best_from`, which are quicker to tell than the plan."""
+    target, best_mps, ending = task.target - 1, -np.inf, None
+    for steps in sorted(range(1, config.horizon - step + 1) if lengths is None else lengths, reverse=True):
+        reached_mps = _closing(config, task, error, Ending(steps, target))
+        if reached_mps > best_mps + SAME_MPS:
+            best_mps, ending = reached_mps, Ending(steps, target)
+    return None if ending is None else (max(0.0, best_mps), ending)
+
+
+def _closing(config: FdiConfig, task: Task, error: FloatArray, ending: Ending) -> float:
+    """-e_v of the target at its collision, m/s; -inf where it is out of reach."""
+    found = _loaded(config, task.sensors, ending, fastest=True).solve(error)
+    drift = lift(config, task.sensors).drift[ending.steps, config.num_vehicles + task.target - 1]
+    return -found.objective - float(drift @ error)
+
+
+def _reachable(config: FdiConfig, sensors: Sensors, error: FloatArray, step: int) -> Iterator[Ending]:
+    """Legal endings of an episode with continuous injections: the last step first, then collisions, soonest first."""
+    remaining = config.horizon - step
+    if _possible(config, sensors, error, Ending(remaining)):
+        yield Ending(remaining)
+    for steps in range(1, remaining):
+        if not _possible(config, sensors, error, Ending(steps)):
+            return  # nor is anything longer
+        for pair in range(config.num_vehicles):
+            if _possible(config, sensors, error, Ending(steps, pair)):
+                yield Ending(steps, pair)
+
+
+def _possible(config: FdiConfig, sensors: Sensors, error: FloatArray, ending: Ending) -> bool:
+    return _loaded(config, sensors, ending, fastest=False).solve(error).columns is not None
+
+
+class _Loaded:
+    """A linear program in a solver, which begins where its last solution was; rows move with the state."""
+
+    def __init__(self, program: Program) -> None:
+        self.program, self._solver, self._lock = program, load(program), threading.Lock()
+        self._rows = np.arange(len(program.rows.lower), dtype=np.int32)
+
+    def solve(self, error: FloatArray) -> Solution:
+        """Solve from the error (2n,)."""
+        rows = _shifted(self.program, error).rows
+        with self._lock:
+            self._solver.changeRowsBounds(len(self._rows), self._rows, rows.lower, rows.upper)
+            return run(self._solver)
+
+
+@lru_cache(maxsize=1024)
+def _loaded(config: FdiConfig, sensors: Sensors, ending: Ending, *, fastest: bool) -> _Loaded:
+    program = _program(config, sensors, ending)
+    if fastest and ending.pair is not None:
+        speed = lift(config, sensors).errors[ending.steps, config.num_vehicles + ending.pair]
+        program = replace(program, cost=speed[: len(program.cost)].copy())
+    return _Loaded(program)
+
+
+def _program(config: FdiConfig, sensors: Sensors, ending: Ending, *, strict: bool = False) -> Program:
+    """Legal levels (k q,) up to an ending, without cost."""
+    rows = legal_rows(config, sensors, ending.steps, strict=strict)
+    if ending.pair is not None:
+        margin_m = STRICT_GAP_M if strict else -STRICT_GAP_M
+        touch_m = -config.desired_gap_m - margin_m
+        rows = stack([rows, end_rows(config, sensors, ending.steps, ending.pair, -np.inf, touch_m)])
+    levels = np.tile(lift(config, sensors).levels, ending.steps).astype(np.float64)
+    return Program(np.zeros(len(levels)), rows, -levels, levels)
+
+
+def _shifted(program: Program, error: FloatArray) -> Program:
+    """The program from the state e(0) = error (2n,) instead of rest."""
+    offset = program.rows.drift @ error
+    rows = program.rows._replace(lower=program.rows.lower - offset, upper=program.rows.upper - offset)
+    return replace(program, rows=rows)

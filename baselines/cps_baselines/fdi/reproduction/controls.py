@@ -1,0 +1,62 @@
+"""Rules that know less than we do, and how often they agree with the printed tables about feasibility."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from cps_baselines.fdi.reproduction.experiments import OneHorizonRun, RelaxedSpeeds
+from cps_baselines.fdi.reproduction.settings import ALL_FOUR, FOUR_VEHICLES, RELAXED
+from cps_baselines.paper.collisions import CollisionCell, collision_cells
+from cps_baselines.reproduction.evidence import Evidence, NotRunError
+
+FASTEST_MPS = 1.75  # an impact slower than this counts as none; inferred from the printed speeds
+
+
+@dataclass(frozen=True)
+class TableControls:
+    """Cells of a table whose feasibility agrees with the paper; None where a rule was not computed."""
+
+    table: str
+    cells: int
+    target_attacked: int  # feasible iff the target is an attacked vehicle
+    relaxed: int | None  # set C, linear programs, at FASTEST_MPS
+    one_horizon: int | None  # set A, m = 20, integers
+    one_horizon_fast: int | None  # the same at FASTEST_MPS
+
+
+def control_tables(evidence: Evidence, tables: Sequence[str]) -> list[TableControls]:
+    """The rules on each table, after 3.6 on all tables with four vehicles where all are asked for."""
+    found = []
+    for table in tables:
+        found.append(_controls(evidence, table, collision_cells(table)))
+        if table == FOUR_VEHICLES[-1] and set(FOUR_VEHICLES) <= set(tables):
+            every = [cell for each in FOUR_VEHICLES for cell in collision_cells(each)]
+            found.append(_controls(evidence, ALL_FOUR, every))
+    return found
+
+
+def _controls(evidence: Evidence, table: str, cells: Sequence[CollisionCell]) -> TableControls:
+    def relaxed(cell: CollisionCell) -> bool:
+        return (evidence[RelaxedSpeeds(RELAXED)][cell.task] or 0.0) >= FASTEST_MPS
+
+    def one_horizon(cell: CollisionCell) -> bool:
+        return evidence[OneHorizonRun(cell.task)] is not None
+
+    def one_horizon_fast(cell: CollisionCell) -> bool:
+        return (evidence[OneHorizonRun(cell.task)] or 0.0) >= FASTEST_MPS
+
+    def agreeing(rule: Callable[[CollisionCell], bool]) -> int | None:
+        try:
+            return sum(rule(cell) == cell.feasible for cell in cells)
+        except (NotRunError, KeyError):
+            return None
+
+    return TableControls(
+        table,
+        len(cells),
+        sum((cell.task.target in cell.task.sensors.vehicles) == cell.feasible for cell in cells),
+        agreeing(relaxed),
+        agreeing(one_horizon),
+        agreeing(one_horizon_fast),
+    )

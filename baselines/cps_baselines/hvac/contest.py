@@ -1,0 +1,133 @@
+"""What `cps-envs contest` plays of the HVAC problem."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from cps_baselines.contest import Column, Contest, Search, Side, Variant
+from cps_baselines.schedule import Entrant
+
+NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
+SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
+    **{name: name for name in ("ramp", "root_ramp", "mimic", "brink", "tracker", "listener")},
+    **{f"noisy_{name}": f"{name}?keep_noise=true" for name in ("ramp", "mimic", "shaped")},
+    "noisy_root": NOISY_ROOT,
+}
+READINGS = tuple(value / 6.0 for value in range(-6, 7))  # 10 to 40 C in steps of 2.5 C, in shares of the sensor range
+BIASES_C = (1.0, 2.0, 3.0, 5.0, 8.0, 15.0)
+HALF_RANGE_C, SENSORS, CHOICES = 15.0, 4, 32  # of preset `learning`
+SHAPE = {"rate_c_per_h": (0.0, 6.0), "exponent": (0.2, 2.0), "cap_c": (0.5, 15.0), "delay_h": (0.0, 6.0)}
+ONE_SIGN = dict.fromkeys(("w1", "w2", "w3", "w4"), (0.0, 1.0))
+BOTH_SIGNS = dict.fromkeys(("w1", "w2", "w3", "w4"), (-1.0, 1.0))
+BRINK = {"margin_c2": (0.0, 0.35), "gain": (0.05, 1.0), "most": (0.5, 8.0)}
+TRACK = {"level": (0.05, 1.5), "gain": (0.05, 1.0), "noise": (0.3, 1.5), "cap_c": (0.5, 15.0)}
+A_RAMP = {"rate_c_per_h": 0.7, "exponent": 1.0, "cap_c": 12.0, "delay_h": 0.3, **dict.fromkeys(ONE_SIGN, 0.8)}
+A_TRACKER = {"level": 0.4, "gain": 0.5, "noise": 1.0, "cap_c": 12.0}
+UNFIT = "trained in `easy`: it sees and chooses other estimates"
+
+
+def _signed() -> Iterator[Entrant]:
+    for name, policy in SIGNED.items():
+        joint = "&" if "?" in policy else "?"
+        yield Entrant(name, policy=policy)
+        yield Entrant(f"{name}_warm", policy=f"{policy}{joint}warmer=true")
+
+
+def _forged() -> Iterator[str]:
+    """Every sensor reads the same all day, is off by the same, or reads an end of the range."""
+    for reading in READINGS:
+        yield _action([reading] * SENSORS, 1.0)
+    for base in (-1.0, 0.0):
+        for bias_c in BIASES_C:
+            for sign in (-1.0, 1.0):
+                yield _action([sign * bias_c / HALF_RANGE_C] * SENSORS, base)
+    for corner in range(1, 2**SENSORS - 1):
+        yield _action([1.0 if corner >> s & 1 else -1.0 for s in range(SENSORS)], 1.0)
+
+
+def _action(shares: list[float], base: float) -> str:
+    numbers = ",".join(f"{value:.6g}" for value in (*shares, base))
+    return f"always?action=[{numbers}]"
+
+
+ATTACKERS = Side(
+    policies=(
+        *(Entrant(name) for name in ("none", "constant", "sine", "random")),
+        Entrant("constant_28", policy="constant?reading_c=28", title="constant, 28 C"),
+        Entrant("constant_40", policy="constant?reading_c=40", title="constant, 40 C"),
+        *_signed(),
+    ),
+    constants=tuple(_forged()),
+    searches=(
+        Search("shaped-cold", "shaped?keep_noise=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
+        Search("shaped-warm", "shaped?keep_noise=true&warmer=true", {**SHAPE, **ONE_SIGN}, A_RAMP),
+        Search("shaped-mixed", "shaped?keep_noise=true", {**SHAPE, **BOTH_SIGNS}),
+        Search("tracker-cold", "tracker", TRACK, A_TRACKER),
+        Search("tracker-warm", "tracker?warmer=true", TRACK, A_TRACKER),
+        Search("brink-cold", "brink", BRINK),
+        Search("brink-warm", "brink?warmer=true", BRINK),
+    ),
+    margin_neutral=20.0,
+    left_out={
+        "opportunist": "judges a defender by its choices, which `learning` hides from the attacker",
+        "zoo:hvac-attack-ppo": UNFIT,
+        "zoo:hvac-attack-mtd1-ppo": UNFIT,
+    },
+)
+DEFENDERS = Side(
+    policies=tuple(Entrant(name) for name in ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),
+    constants=tuple(f"always?action={choice}" for choice in range(CHOICES)),
+    informed=(Entrant("informed"), Entrant("truth")),
+    searches=(
+        Search(
+            "cusum",
+            "cusum",
+            {"kappa": (0.1, 1.0), "limit": (4.0, 30.0), "quiet": (0.1, 0.8), "release_h": (1.0, 12.0)},
+            {"kappa": 0.25, "limit": 18.0, "quiet": 0.4, "release_h": 4.0},
+        ),
+        Search(
+            "largest",
+            "largest",
+            {"kappa": (0.1, 1.0), "limit": (4.0, 40.0), "release_h": (1.0, 16.0)},
+            {"kappa": 0.2, "limit": 20.0, "release_h": 8.0},
+        ),
+    ),
+    margin_informed=2.0,
+    margin_neutral=20.0,
+    left_out={
+        "zoo:hvac-defense-ppo": UNFIT,
+        "mtd2_calibrated": "no threshold is shipped for `learning`: its recipe makes MTD2 worse where heat drifts",
+    },
+)
+VARIANTS = (
+    Variant("learning", "Learning"),
+    *(
+        Variant(f"liars-{count}", f"Learning, {count} of 4 sensors lie", overrides=_liars)
+        for count, _liars in (
+            (1, {"compromised_weights": (), "num_compromised": 1}),
+            (2, {"compromised_weights": (), "num_compromised": 2}),
+            (3, {"compromised_weights": (), "num_compromised": 3}),
+        )
+    ),
+    Variant("hard", "Hard: heat drifts by 150 W in every zone", preset="hard"),
+)
+
+CONTEST = Contest(
+    problem="hvac",
+    attackers=ATTACKERS,
+    defenders=DEFENDERS,
+    variants=VARIANTS,
+    win_tolerance=2.0,
+    columns=(
+        Column("return", "median, C2", over="median"),
+        Column("flawed_steps", "steps on a lie", form="{:.0f}"),
+        Column("model_steps", "steps without sensors", form="{:.0f}"),
+        Column("energy_kwh", "kWh", form="{:.1f}"),
+    ),
+    notes=(
+        "A day's A_impact has a long tail: a few days with three liars carry the means, medians are a third of them. "
+        "Compare defenders on the same days, as excess over `informed`.",
+        "A fifth of the days has no compromised sensor, whoever attacks.",
+        "`truth` is told the temperatures and picks the nearest estimate; `informed` is told who lies.",
+    ),
+)

@@ -1,0 +1,66 @@
+"""Defenders that are told what a defender has to find out: who lies, or what the temperatures are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cps_baselines.hvac.filters import FilterChoices
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
+from cps_envs.hvac.sensors import sensor_sets
+
+
+class Informed(AnalyticPolicy):
+    """Is told which sensors are compromised, and believes the Kalman filter of all others.
+
+    Raises:
+        ConfigurationError: a configuration without Kalman filters.
+    """
+
+    privileged = frozenset({"truth"})
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self._filters = FilterChoices(spec.config)
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """The filter (B,) of each episode."""
+        intact = np.stack([~known["truth"]["compromised"] for known in knowledge])
+        return (self._filters.index_of(intact),)
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """Choices (B,)."""
+        assert state is not None
+        return self._filters.choices(state[0], seen), state
+
+
+class Truth(AnalyticPolicy):
+    """Is told the true temperatures, and picks the estimate that is nearest to them: the floor of all defences.
+
+    Nearest is by the sum of squared differences over the zones. Before the window is full it takes the model's choice,
+    the recursive least squares, as the others do.
+    """
+
+    privileged = frozenset({"truth"})
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self._model = len(sensor_sets(spec.config)) + 1
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """The true temperatures (B,), as views that change with the episode."""
+        views = np.empty(len(knowledge), object)
+        for b, known in enumerate(knowledge):
+            views[b] = known["truth"]["temperature"]
+        return (views,)
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """Choices (B,)."""
+        assert state is not None
+        true = np.stack(list(state[0]))
+        error = ((seen["estimate"] - true[:, np.newaxis]) ** 2).sum(axis=2)
+        return np.where(seen["ready"] > 0.5, error.argmin(axis=1), self._model), state

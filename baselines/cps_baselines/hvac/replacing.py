@@ -1,0 +1,100 @@
+"""Attacks that replace readings by a signal of their own: a constant, a sine, or random values."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from cps_baselines.hvac.clock import attack_age
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray
+from cps_envs.hvac.attack import absolute_action
+from cps_envs.hvac.config import HvacConfig
+
+
+class Replacing(AnalyticPolicy):
+    """Base: every compromised sensor shows what `readings` says, without noise.
+
+    Raises:
+        ConfigurationError: readings from `low_c` to `high_c` do not fit the sensors, or the configuration's attacker
+            only adds biases.
+    """
+
+    def __init__(self, spec: RoleSpec, low_c: float, high_c: float) -> None:
+        super().__init__(spec)
+        self.config: HvacConfig = spec.config
+        for reading_c in (low_c, high_c):
+            absolute_action(self.config, np.array([[reading_c]]))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """Actions (B, S + 1)."""
+        return absolute_action(self.config, self.readings(seen, state)), state
+
+    @abstractmethod
+    def readings(self, seen: Seen, state: State) -> FloatArray:
+        """Readings (B, S) or (B, 1), C."""
+
+
+class Constant(Replacing):
+    """The negative bias of chapter 4: compromised sensors read 22 C, so that the controller heats."""
+
+    def __init__(self, spec: RoleSpec, reading_c: float = 22.0) -> None:
+        super().__init__(spec, reading_c, reading_c)
+        self.reading_c = reading_c
+        self._action = absolute_action(self.config, np.array([[reading_c]]))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The same action at all times, (B, S + 1)."""
+        return self._action.repeat(len(seen), axis=0), state
+
+    def readings(self, seen: Seen, state: State) -> FloatArray:
+        """The same at all times."""
+        return np.full((len(seen), 1), self.reading_c)
+
+
+class Sine(Replacing):
+    """The sinusoidal attack of chapter 4: 22 + 3 sin(2 pi tau / 7200 s) C; its numbers are calibrated."""
+
+    def __init__(
+        self, spec: RoleSpec, mean_c: float = 22.0, amplitude_c: float = 3.0, period_s: float = 7200.0
+    ) -> None:
+        super().__init__(spec, mean_c - abs(amplitude_c), mean_c + abs(amplitude_c))
+        if not period_s > 0:
+            raise ConfigurationError(f"period_s = {period_s}: a sine needs a positive period")
+        self.mean_c, self.amplitude_c, self.period_s = mean_c, amplitude_c, period_s
+
+    def readings(self, seen: Seen, state: State) -> FloatArray:
+        """The same for all sensors of an episode."""
+        angle = 2.0 * np.pi * attack_age(seen, self.config) * self.config.step_s / self.period_s
+        readings: FloatArray = (self.mean_c + self.amplitude_c * np.sin(angle))[:, np.newaxis]
+        return readings
+
+
+class RandomReadings(Replacing):
+    """The random attack of chapter 4: uniform on [18, 26] C, anew for each step and sensor; its numbers are calibrated.
+
+    Raises:
+        ConfigurationError: `low_c` above `high_c`, besides what all replacing attacks refuse.
+    """
+
+    def __init__(self, spec: RoleSpec, low_c: float = 18.0, high_c: float = 26.0) -> None:
+        super().__init__(spec, low_c, high_c)
+        if low_c > high_c:
+            raise ConfigurationError(f"low_c = {low_c} lies above high_c = {high_c}; exchange them")
+        self.low_c, self.high_c = low_c, high_c
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """Readings (B, K, S), C, of the whole episode, counted from the onset."""
+        shape = (self.config.num_steps, self.config.num_sensors)
+        return (np.stack([generator.uniform(self.low_c, self.high_c, shape) for generator in generators]),)
+
+    def readings(self, seen: Seen, state: State) -> FloatArray:
+        """What was drawn for each sensor."""
+        assert state is not None
+        drawn: FloatArray = state[0][np.arange(len(seen)), attack_age(seen, self.config)]
+        return drawn

@@ -1,0 +1,70 @@
+"""The attack-free, noise-free day of Figs. 4.2 and 4.3, read zone by zone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cps_baselines.hvac.reproduction.experiments import ENERGIES_W, noise_free
+from cps_baselines.hvac.reproduction.recording import Course
+from cps_baselines.reproduction.evidence import Evidence
+
+START_H, NOON_H, AFTERNOON_H = 1.0, 12.0, 13.0  # all zones start 1 C below the reference; that is over after an hour
+OUTER_ZONES = (3, 4)  # which face the outside
+
+
+@dataclass(frozen=True)
+class ZoneDay:
+    """What one zone went through."""
+
+    zone: int
+    morning_error_c: float  # largest |x - x_r| from START_H to noon
+    afternoon_error_c: float  # largest after AFTERNOON_H
+    morning_heating_w: float  # mean from START_H to noon
+    heated_hours: tuple[int, ...]  # hours of that time in which it was heated at all
+    below_share: float  # of all heated steps: measured below the reference; 0 without any
+
+
+@dataclass(frozen=True)
+class EnergyDay:
+    """Zone 1 under one input energy."""
+
+    energy_w: float
+    usual_level_percent: float  # the most frequent level of the heated steps
+    on_share: float  # of all steps
+    largest_error_c: float  # from START_H on
+
+
+def zone_days(evidence: Evidence) -> list[ZoneDay]:
+    """Fig. 4.2."""
+    course = evidence[noise_free(ENERGIES_W[0])]
+    return [_zone_day(course, zone) for zone in range(1, course.config.num_zones + 1)]
+
+
+def energy_days(evidence: Evidence) -> list[EnergyDay]:
+    """Fig. 4.3."""
+    days = []
+    for energy_w in ENERGIES_W:
+        course = evidence[noise_free(energy_w)]
+        level = course.level_percent[:, 0, 0]
+        levels, counts = np.unique(level[level > 0].round(6), return_counts=True)
+        largest = course.tracking_error_c[course.between(START_H, 24.0), 0, 0].max()
+        usual = float(levels[counts.argmax()]) if len(levels) else 0.0
+        days.append(EnergyDay(energy_w, usual, float(np.mean(level > 0)), float(largest)))
+    return days
+
+
+def _zone_day(course: Course, zone: int) -> ZoneDay:
+    error, heating = course.tracking_error_c[:, 0, zone - 1], course.heating_w[:, 0, zone - 1]
+    morning = course.between(START_H, NOON_H)
+    hours = [hour for hour in range(int(START_H), int(NOON_H)) if heating[course.between(hour, hour + 1.0)].any()]
+    readings = course.reading_c[:-1, 0, zone - 1][heating > 0]
+    return ZoneDay(
+        zone,
+        morning_error_c=float(error[morning].max()),
+        afternoon_error_c=float(error[course.between(AFTERNOON_H, 24.0)].max()),
+        morning_heating_w=float(heating[morning].mean()),
+        heated_hours=tuple(hours),
+        below_share=float(np.mean(readings < course.config.reference_c)) if len(readings) else 0.0,
+    )

@@ -1,0 +1,135 @@
+"""What a chapter says in words, claim by claim, and the functions that check it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from cps_baselines.paper.tables import read_table
+from cps_baselines.reproduction.evidence import NotRunError
+from cps_baselines.reproduction.verdicts import UNKNOWN
+
+SHOWN_UNITS = {
+    "bool": "",
+    "platoon index": "",
+    "set index": "",
+    "percent": "%",
+    "percent of E": "% of E",
+    "degC": "°C",
+    "degC^2": "°C²",
+}
+Value = float | bool | Sequence[float] | None
+Source = TypeVar("Source")  # what a chapter's claims are checked against
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim as the paper makes it."""
+
+    id: str  # "P01"
+    figure: str  # figure, table or section, "2.1b"
+    text: str
+    paper: str  # a number, several separated by semicolons, or "yes"
+    unit: str
+
+    @property
+    def number(self) -> float:
+        """The paper's value where it is a number."""
+        return float(self.paper)
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """The paper's values where there are one or several."""
+        return tuple(map(float, self.paper.split(";")))
+
+    @property
+    def paper_shown(self) -> str:
+        """The paper's value with its unit."""
+        value = self.paper.replace(";", ", ")
+        return f"{value} {SHOWN_UNITS.get(self.unit, self.unit)}".rstrip()
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What our code finds about a claim."""
+
+    value: Value  # the number or answer beside the paper's; None where there is none
+    shown: str  # the same with its unit and what else is worth knowing, for readers
+    verdict: str  # one of verdicts.VERDICTS
+
+
+Judge = Callable[[Source, Claim], Finding]
+
+
+class Claims(Generic[Source]):
+    """The claims of one table of the paper, columns id, figure, claim, paper_value and unit; one function checks each.
+
+        CLAIMS: Claims[Evidence] = Claims("claims_ch2")
+
+        @CLAIMS.judges("P01", "P02")
+        def share(evidence: Evidence, claim: Claim) -> Finding: ...
+
+        CLAIMS.evaluate(evidence)
+
+    Modules that register functions have to be imported before `evaluate`.
+    """
+
+    def __init__(self, table: str) -> None:
+        self._table = table
+        self._judges: dict[str, Judge[Source]] = {}
+
+    @property
+    def judged(self) -> Collection[str]:
+        """The ids that a function has been registered for."""
+        return self._judges.keys()
+
+    def judges(self, *ids: str) -> Callable[[Judge[Source]], Judge[Source]]:
+        """Register the function that checks these claims.
+
+        Raises:
+            ValueError: another one does so already.
+        """
+
+        def register(judge: Judge[Source]) -> Judge[Source]:
+            for name in ids:
+                if name in self._judges:
+                    raise ValueError(f"claim {name} is checked twice")
+                self._judges[name] = judge
+            return judge
+
+        return register
+
+    def printed(self) -> list[Claim]:
+        """All claims in the paper's order."""
+        return [
+            Claim(row["id"], row["figure"], row["claim"], row["paper_value"], row["unit"])
+            for row in read_table(self._table)
+        ]
+
+    def evaluate(self, evidence: Source, only: Sequence[str] = ()) -> list[tuple[Claim, Finding]]:
+        """Every claim, or those named, with what we find; what was not simulated in this run stays open.
+
+        Raises:
+            LookupError: nothing has been registered for a claim.
+        """
+        return [(claim, self._finding(evidence, claim)) for claim in self.printed() if not only or claim.id in only]
+
+    def _finding(self, evidence: Source, claim: Claim) -> Finding:
+        judge = self._judges.get(claim.id)
+        if judge is None:
+            raise LookupError(f"nothing checks claim {claim.id}: register a function with judges({claim.id!r})")
+        try:
+            return judge(evidence, claim)
+        except NotRunError as missing:
+            return Finding(None, f"left out of this run: {missing}", UNKNOWN)
+
+
+def applying(count: int, total: int, things: str) -> str:
+    """Of how many things a claim speaks, where it drops some; said wherever it does."""
+    return f"{count} of {total} {things} apply"
+
+
+def joined(values: Sequence[float], form: str = ".0f") -> str:
+    """Numbers separated by slashes."""
+    return " / ".join(format(value, form) for value in values)

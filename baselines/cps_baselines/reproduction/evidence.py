@@ -1,0 +1,72 @@
+"""The results of experiments, and computing them in this process or in several."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from typing import Any, Protocol, TypeVar
+
+from cps_baselines.workers import Workers
+
+Result = TypeVar("Result", covariant=True)
+Report = Callable[[float, str], None]  # share of the work done, what was finished last
+
+
+class Experiment(Hashable, Protocol[Result]):
+    """Anything that can be computed alone, in any process, and whose result is a plain value."""
+
+    @property
+    def cost(self) -> float:
+        """How long it takes, relative to others."""
+        ...
+
+    @property
+    def label(self) -> str:
+        """A few words for a progress bar."""
+        ...
+
+    def run(self) -> Result:
+        """Compute it."""
+        ...
+
+
+class NotRunError(LookupError):
+    """The experiment was left out of this run."""
+
+
+class Evidence:
+    """Results by experiment."""
+
+    def __init__(self, results: Mapping[Experiment[Any], Any]) -> None:
+        self._results = results
+
+    @property
+    def results(self) -> Mapping[Experiment[Any], Any]:
+        """All of them."""
+        return self._results
+
+    def __getitem__(self, experiment: Experiment[Result]) -> Result:
+        """The result of an experiment; NotRunError where it was left out."""
+        if experiment not in self._results:
+            raise NotRunError(experiment.label)
+        result: Result = self._results[experiment]
+        return result
+
+
+def compute(
+    experiments: Iterable[Experiment[Any]], jobs: int = 1, report: Report | None = None
+) -> dict[Experiment[Any], Any]:
+    """Run every distinct experiment once, the long ones first, in `jobs` processes (1: in this one)."""
+    todo = sorted(dict.fromkeys(experiments), key=lambda experiment: -experiment.cost)
+    total, done = sum(experiment.cost for experiment in todo), 0.0
+    results = {}
+    with Workers(min(jobs, len(todo))) as workers:
+        for experiment, result in workers.run(_run, todo):
+            results[experiment] = result
+            done += experiment.cost
+            if report is not None:
+                report(done / total, experiment.label)
+    return results
+
+
+def _run(experiment: Experiment[Any]) -> Any:
+    return experiment.run()

@@ -1,0 +1,100 @@
+"""What `cps-envs contest` plays of the rogue-vehicle problem."""
+
+from __future__ import annotations
+
+import json
+from itertools import product
+
+from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
+from cps_baselines.rogue.players import ATTACKERS, DEFENDERS
+from cps_baselines.schedule import Entrant
+from cps_envs.rogue.config import LEARNING
+from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
+
+FRONT_CLASSES = ((0, 2), (2, 4), (4, LEARNING.max_vehicles))  # places from the rear that have the same law
+RATIOS = (1.0, 1.1, 1.2, 1.3)
+OTHER_SPACES = "trained in preset easy, where observations and actions have other sizes"
+WEIGHT = (-2.0, 2.0)
+FORM = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias")
+
+
+def constant(laws: tuple[int, ...], modified: int = 0) -> str:
+    """The action of one law for each class of places, as a policy."""
+    orders = [0] * (2 * LEARNING.max_vehicles)
+    for law, (first, end) in zip(laws, FRONT_CLASSES, strict=True):
+        orders[2 * first : 2 * end] = [law, modified] * (end - first)
+    return f"always?action={json.dumps(orders, separators=(',', ':'))}"
+
+
+SWITCHING = Search("switching", "tuned", dict.fromkeys(FORM, WEIGHT) | {"hysteresis": (0.0, 1.0)})
+RAMMING = Search(
+    "strike", "strike", {"strike_s": (0.5, 9.0), "period_s": (10.0, 40.0), "effort": (-1.0, 1.0)}, {"effort": 0.9}
+)
+BRAKING = Search("brake", "strike", RAMMING.ranges, {"effort": -0.9})
+MONITOR = Search(
+    "monitor",
+    "monitor",
+    {
+        "margin_mps": (0.3, 3.0),
+        "slack_mps2": (0.5, 5.0),
+        "threshold_mps": (0.3, 5.0),
+        "release_s": (2.0, 40.0),
+        "near_m": (0.0, 30.0),
+        "near_strong_m": (10.0, 60.0),
+        "strong_mps2": (0.2, 1.5),
+        "horizon_s": (0.0, 3.0),
+    },
+)
+
+CONTEST = Contest(
+    problem="rogue",
+    attackers=Side(
+        policies=(*ATTACKERS, Entrant("gains")),
+        constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),
+        searches=(SWITCHING, RAMMING, BRAKING),
+        margin_neutral=5.0,
+        left_out={
+            "tuned": "a family for searches; what was found with it is `contested`",
+            "probe": "knows the six controllers of preset `paper`; `identify` does the same for this one",
+            "beam": "plans every episode anew for seconds, on copies of the world; see docs/rogue.md",
+            **dict.fromkeys(("zoo:rogue-attack-ppo", "zoo:rogue-attack-recurrent"), OTHER_SPACES),
+        },
+    ),
+    defenders=Side(
+        policies=(*DEFENDERS, Entrant("pd_detection")),
+        constants=(
+            *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
+            *(constant((law,) * 3, 1) for law in range(2, len(CONTROLLERS)) if CONTROLLERS[law] != "human"),
+        ),
+        informed=(Entrant("informed"),),
+        searches=(MONITOR,),
+        margin_informed=1.0,
+        margin_neutral=5.0,
+        left_out={
+            "zoo:rogue-defense-ppo": OTHER_SPACES,
+        },
+    ),
+    variants=(
+        Variant("learning", "Platoons of 4 to 8, ratio 1 to 1.3"),
+        *(Variant(f"ratio-{ratio:g}", f"Power ratio {ratio:g}", overrides={"power_ratio": ratio}) for ratio in RATIOS),
+    ),
+    win_tolerance=1.0,
+    columns=(
+        Column("damage", "damage, m/s", form="{:.1f}"),
+        Column("formation_cost_s", "formation cost, s", form="{:.0f}"),
+        Column("collisions", "episodes with a collision", "share"),
+        Column("false_alarms", "false alarms, nobody attacks", form="{:.1f}", against="none"),
+    ),
+    constraint=Constraint(
+        harm=Column("damage", "damage, m/s"),
+        cost=Column("formation_cost_s", "formation cost, s"),
+        reference="sliding",
+    ),
+    notes=(
+        "The attacker is paid the damage and 0.2 m/s for each second of formation cost, which counts intact vehicles.",
+        "Read with a constraint: of the defenders whose formation cost is at most that of `sliding`, the one with the "
+        "least damage. Means over all attackers; `open` where the interval of the paired difference contains zero.",
+        "`informed` is told the seat, the onset and the attacker; its laws against each were searched.",
+        "False alarms are those of the vehicles' own detectors that blame an intact neighbour.",
+    ),
+)

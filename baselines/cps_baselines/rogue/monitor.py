@@ -1,0 +1,201 @@
+"""Extension beyond the paper: a coordinator that looks for the vehicle that does not do what its law asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cps_baselines.rogue.controllers import require_modes
+from cps_baselines.rogue.division import NOBODY, Division, divide, division_of
+from cps_baselines.rogue.reading import read, vehicles
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, unpack
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.rogue.actions import Engine, engine_of
+from cps_envs.rogue.controllers import DRIVEN, HUMAN, LINEAR, REAR, SLIDING, drive_behind, drive_freely, linear, sliding
+from cps_envs.rogue.state import Rules, rules_of
+
+MEMORY_S = 3.0  # chosen: of the mean strength
+
+
+class Knobs(NamedTuple):
+    """When the monitor suspects somebody."""
+
+    period_s: float  # between two looks
+    margin_mps: float
+    slack_mps2: float
+    threshold_mps: float
+    ceiling_mps: float  # of the sums; from there a suspect is released after `release_s`
+    strong_mps2: float
+
+
+class Monitor(AnalyticPolicy):
+    """All drive by the law `before`; while somebody is suspected, by `apart`, or in danger `evade`: see `Division`.
+
+    A suspect whose acceleration was once, in the mean of some seconds, more than `strong_mps2` beyond that of an intact
+    engine is strong: then `evade_strong` and `near_strong_m` hold.
+
+    Each vehicle has a one-sided CUSUM: its acceleration beyond what its law could ask for, were its gap rates
+    wrong by up to `margin_mps`, less `slack_mps2`, added up over time. Whoever has the largest sum above
+    `threshold_mps` is the suspect, until its sum, which falls by the slack, has come down to zero: at the latest
+    `release_s` after it last disobeyed. The rate of false alarms is set by the threshold.
+
+    Raises:
+        ConfigurationError: unknown letters, knobs that are not above zero, or an environment that marks the seized
+            vehicle or takes accelerations.
+    """
+
+    def __init__(
+        self,
+        spec: RoleSpec,
+        before: str = "f",
+        apart: str = "fffff",
+        evade: str = "sslll",
+        evade_strong: str = "ssssl",
+        near_m: float = 20.0,
+        near_strong_m: float = 40.0,
+        strong_mps2: float = 0.75,
+        horizon_s: float = 1.0,
+        margin_mps: float = 1.0,
+        slack_mps2: float = 3.0,
+        threshold_mps: float = 4.0,
+        release_s: float = 10.0,
+    ) -> None:
+        super().__init__(spec)
+        require_modes(spec, self)
+        if not spec.config.hidden:
+            raise ConfigurationError('the monitor gives orders to the seized vehicle too; it needs orders="all"')
+        if min(margin_mps, slack_mps2, threshold_mps, release_s) <= 0:
+            raise ConfigurationError(
+                f"margin_mps = {margin_mps}, slack_mps2 = {slack_mps2}, threshold_mps = {threshold_mps} and release_s "
+                f"= {release_s} have to be above 0"
+            )
+        ceiling_mps = max(threshold_mps, slack_mps2 * release_s)
+        self.divisions = (
+            division_of(before, apart, evade, near_m, horizon_s),
+            division_of(before, apart, evade_strong, near_strong_m, horizon_s),
+        )
+        suspicion = (margin_mps, slack_mps2, threshold_mps, ceiling_mps)
+        self._knobs = pack(Knobs(spec.decision_interval_s, *suspicion, strong_mps2))
+        self._rules, self._engine = rules_of(spec.config), pack(engine_of(spec.config))
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """The sums (B, n) in m/s, the suspects (B,), nobody at first, and their strengths (B,) in m/s2."""
+        count = len(generators)
+        return np.zeros((count, self.spec.config.num_orders)), np.full(count, NOBODY), np.zeros(count)
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The controllers (B, 2 n) of all vehicles."""
+        assert state is not None  # begun
+        sums, suspects, strengths = (part.copy() for part in state)
+        actions = np.zeros((len(seen), 2 * sums.shape[1]), np.int64)
+        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
+        _watch(*shown, self._knobs, self._rules, self._engine, self.divisions, sums, suspects, strengths, actions)
+        return actions, (sums, suspects, strengths)
+
+
+@kernel
+def _watch(
+    observation: Observation,
+    offsets: Array,
+    scale: FloatArray,
+    knobs: Array,
+    rules: Array,
+    engine: Array,
+    divisions: tuple[Division, Division],
+    sums: FloatArray,
+    suspects: IntArray,
+    strengths: FloatArray,
+    actions: IntArray,
+) -> None:
+    """Bring the sums (B, n), the suspects (B,) and their strengths (B,) up to date; fill the actions (B, 2 n)."""
+    weak, strong = divisions
+    at, k = offsets[0], unpack(Knobs, knobs, 0)
+    r, e, values = unpack(Rules, rules, 0), unpack(Engine, engine, 0), np.empty(observation.shape[1])
+    for b in range(suspects.size):
+        for entry in range(values.size):
+            values[entry] = read(observation, scale, b, entry)
+        count, loudest = vehicles(values, at, sums.shape[1]), 0
+        for i in range(count):
+            excess = disobedience(values, at, i, count, k.margin_mps, r, e) - k.slack_mps2
+            sums[b, i] = clip(sums[b, i] + k.period_s * excess, 0.0, k.ceiling_mps)
+            loudest = i if sums[b, i] > sums[b, loudest] else loudest
+        before = suspects[b]
+        if before != NOBODY and sums[b, before] == 0.0:
+            suspects[b] = NOBODY
+        if sums[b, loudest] > k.threshold_mps and (suspects[b] == NOBODY or sums[b, loudest] > sums[b, suspects[b]]):
+            suspects[b] = loudest
+        if suspects[b] == NOBODY or suspects[b] != before:
+            strengths[b] = 0.0
+        elif strengths[b] <= k.strong_mps2:  # a strong one stays strong
+            beyond = strength(values[at.speed + before], values[at.acceleration + before], e)
+            strengths[b] += k.period_s / MEMORY_S * (beyond - strengths[b])
+        if strengths[b] > k.strong_mps2:
+            divide(strong, suspects[b], values, at, count, actions[b])
+        else:
+            divide(weak, suspects[b], values, at, count, actions[b])
+
+
+@inlined
+def strength(speed: float, acceleration: float, e: Engine) -> float:
+    """How far (m/s2) an acceleration is beyond that of an intact engine at full effort, on the nearer side."""
+    drag = e.drag_per_s * speed
+    most, least = e.drive_mps2 * e.max_effort - drag, e.drive_mps2 * e.min_effort - drag
+    return float(max(acceleration - most, least - acceleration))
+
+
+@inlined
+def disobedience(values: FloatArray, at: Record, i: int, count: int, margin_mps: float, r: Rules, e: Engine) -> float:
+    """How far (m/s2) the acceleration of vehicle `i` lies outside what its law asks for, rates off by the margin."""
+    least = asked(values, at, i, count, -margin_mps, r, e)
+    most = asked(values, at, i, count, margin_mps, r, e)
+    done = values[at.acceleration + i]
+    return float(max(least - done, done - most, 0.0))
+
+
+@inlined
+def asked(values: FloatArray, at: Record, i: int, count: int, shift_mps: float, r: Rules, e: Engine) -> float:
+    """The acceleration (m/s2) that vehicle `i` has by its law within its limits, with a shift of its gap rate."""
+    speed = max(values[at.speed + i], 0.0)
+    effort = clip(
+        (wanted(values, at, i, count, shift_mps, r) + e.drag_per_s * speed) / e.drive_mps2, r.min_effort, r.max_effort
+    )
+    return float(e.drive_mps2 * effort - e.drag_per_s * speed)
+
+
+@inlined
+def wanted(values: FloatArray, at: Record, i: int, count: int, shift_mps: float, r: Rules) -> float:
+    """The acceleration (m/s2) that the law in force wants, as in `dynamics.decide`."""
+    ahead, behind = at.gap_error + i, at.gap_error + i - 1
+    rates = at.gap_rate - at.gap_error
+    speed, leads, trails = values[at.speed + i], i == count - 1, i == 0
+    front_e = values[at.reference_error] if leads else values[ahead]
+    front_d = values[at.reference_speed] - speed if leads else values[ahead + rates]
+    rear_e = 0.0 if trails else values[behind]
+    rear_d = 0.0 if trails else values[behind + rates]
+    law, growth = law_of(values, at, i), values[at.growth + i]
+    if law == LINEAR:
+        return linear(front_e - rear_e, front_d - rear_d + shift_mps, r)
+    if law == SLIDING:
+        return sliding(front_e - rear_e, front_d - rear_d + shift_mps, r.max_acceleration_mps2, r)
+    if law == REAR:
+        error = 0.0 if trails else growth - rear_e
+        return sliding(error, shift_mps - rear_d, r.max_acceleration_mps2, r)
+    if law == HUMAN:
+        if leads:
+            return drive_freely(speed, values[at.reference_speed] + shift_mps, r)
+        return drive_behind(front_e + r.separation_m, front_d + shift_mps, speed, values[at.reference_speed], r)
+    return sliding(front_e if leads else front_e - growth, front_d + shift_mps, r.max_acceleration_mps2, r)
+
+
+@inlined
+def law_of(values: FloatArray, at: Record, i: int) -> int:
+    """The law in force of vehicle `i`."""
+    first, law = at.law + i * len(DRIVEN), 0
+    for k in range(1, len(DRIVEN)):
+        law = k if values[first + k] > values[first + law] else law
+    return law

@@ -1,0 +1,113 @@
+"""Extension beyond the paper: an attacker that probes, finds out which controller it faces, and plays the answer to it.
+
+`identify` does the same in preset `learning`. Here the answers depend on the power ratio too, and each controller is
+answered as soon as it can be told from the others.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cps_baselines.rogue.identify import trace_of
+from cps_baselines.rogue.reading import recalled
+from cps_baselines.rogue.switching import switch
+from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, IntArray
+
+LOOKS_S = (0.3, 5.2, 8.8)  # after the onset: `pd`, detectors and disbanders are told apart in this order
+ROUNDING = 1e-3  # of a power ratio that is read from an observation
+
+
+class Answers(NamedTuple):
+    """What was searched against K controllers at R power ratios; a ratio's answers hold up to the next one."""
+
+    against: tuple[str, ...]  # (K,)
+    ratios: FloatArray  # (R,) rising
+    probes: FloatArray  # (R, 7) weights of `Switching`
+    weights: FloatArray  # (R, K, 7) played from the look `at` on
+    at: IntArray  # (R, K) of `LOOKS_S`
+    traces: FloatArray  # (R, K, looks, 5) what the attacker sees in the mean at each look while it probes
+
+
+@lru_cache(maxsize=1)
+def shipped_answers() -> Answers:
+    """The answers that come with the package."""
+    return answers_of(json.loads(files("cps_baselines.rogue").joinpath("probing.json").read_text(encoding="utf-8")))
+
+
+def answers_of(document: Mapping[str, Any]) -> Answers:
+    """The answers of a file that `cps-envs search-switching --probe` wrote."""
+    rows = document["found"]
+    cells = [row["answers"] for row in rows]
+
+    def table(name: str) -> FloatArray:
+        return np.array([[cell[name] for cell in row.values()] for row in cells])
+
+    return Answers(
+        tuple(cells[0]),
+        np.array([row["power_ratio"] for row in rows]),
+        np.array([row["probe"] for row in rows]),
+        table("weights"),
+        np.searchsorted(LOOKS_S, table("answer_s") - ROUNDING),
+        table("traces"),
+    )
+
+
+class Probe(AnalyticPolicy):
+    """Switches by a probe, and by the answer to a controller from the moment on that it is recognised.
+
+    It compares what it sees at each of `LOOKS_S` with the mean traces of the controllers, and answers the nearest one
+    once that one is known to be recognisable. With `against` it is told the controller, and answers at the same time.
+    `row` (B,) are rows of `answers` to answer by instead, as searches do.
+
+    Raises:
+        ConfigurationError: nothing was searched against that controller.
+    """
+
+    def __init__(
+        self, spec: RoleSpec, against: str = "", answers: Answers | None = None, row: IntArray | None = None
+    ) -> None:
+        super().__init__(spec)
+        self.answers = answers or shipped_answers()
+        self.row = row
+        if against:
+            if against not in self.answers.against:
+                raise ConfigurationError(
+                    f"no answer was searched against {against!r}. {near(against, self.answers.against)}"
+                )
+            self.row = np.array([self.answers.against.index(against)])
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The actions (B, 1), each -1 or 1; the state holds onsets in s, signs and the rows in use (B,), -1 first."""
+        known, now_s = self.answers, self.spec.config.duration_s - seen["time_left_s"]
+        onset_s = recalled(now_s + seen["until_onset_s"], seen, state)
+        sign, row = np.ones(len(seen)), np.full(len(seen), -1)
+        if state is not None:
+            sign, row = np.where(seen.start, sign, state[1]), np.where(seen.start, row, state[2])
+        ratio = np.searchsorted(known.ratios - ROUNDING, seen["power_ratio"], side="right").clip(1) - 1
+        for look, look_s in enumerate(LOOKS_S):
+            due = (row < 0) & (abs(now_s - onset_s - look_s) < self.spec.decision_interval_s / 2)
+            if due.any():
+                row = np.where(due, self._recognised(seen, ratio, look), row)
+        sets = np.where((row < 0)[:, np.newaxis], known.probes[ratio], known.weights[ratio, row])
+        sign = switch(seen, self.spec.config.separation_m, sets, sign)
+        return sign[:, np.newaxis], (onset_s, sign, row)
+
+    def _recognised(self, seen: Seen, ratio: IntArray, look: int) -> IntArray:
+        """The rows (B,) to answer by from this look on, -1 where the probe goes on."""
+        known = self.answers
+        if self.row is None:
+            distances = ((trace_of(seen)[:, np.newaxis] - known.traces[ratio, :, look]) ** 2).sum(axis=2)
+            row: IntArray = distances.argmin(axis=1)
+        else:
+            row = np.resize(self.row, len(seen))
+        recognisable = (known.at[ratio, row] <= look) | (look == len(LOOKS_S) - 1)
+        return np.where(recognisable, row, -1)

@@ -1,0 +1,80 @@
+"""Extension beyond the paper: an attacker that strikes for a moment and then behaves until it is trusted again."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cps_baselines.rogue.reading import linear_effort, read, since_onset
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import kernel, pack, unpack
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Observation
+from cps_envs.rogue.actions import Engine, action_for, engine_of
+
+
+class Pattern(NamedTuple):
+    """What is repeated from the onset on."""
+
+    duration_s: float  # of the episode
+    hold_s: float  # between two decisions
+    strike_s: float
+    period_s: float
+    effort: float  # while striking
+    proportional_per_s2: float  # while behaving
+    derivative_per_s: float
+
+
+class Strike(AnalyticPolicy):
+    """Full effort for `strike_s` in every `period_s`; between strikes it keeps its place as an intact vehicle does.
+
+    `effort` 1 rams the vehicle ahead, -1 brakes in front of the vehicle behind. In between it follows the linear law
+    (5.15) of its own sensors, held from decision to decision, so that a defender that looks for disobedience
+    finds little.
+
+    Raises:
+        ConfigurationError: a strike that is not shorter than its period, or an effort beyond 1.
+    """
+
+    def __init__(self, spec: RoleSpec, strike_s: float = 3.0, period_s: float = 12.0, effort: float = 1.0) -> None:
+        super().__init__(spec)
+        if not (0 < strike_s < period_s and -1 <= effort <= 1):
+            raise ConfigurationError(
+                f"strike_s = {strike_s} has to be above 0 and below period_s = {period_s}, and effort = {effort} "
+                "within [-1, 1]"
+            )
+        config, hold_s = spec.config, spec.decision_interval_s
+        effort = config.max_effort * effort if effort > 0 else -config.min_effort * effort
+        gains = (config.proportional_gain, config.derivative_gain)
+        self._pattern = pack(Pattern(config.duration_s, hold_s, strike_s, period_s, effort, *gains))
+        self._engine = pack(engine_of(config))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
+        since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
+        actions = np.empty((len(seen), 1))
+        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
+        _strike(*shown, since_s, self._pattern, self._engine, actions)
+        return actions, (onset_s,)
+
+
+@kernel
+def _strike(
+    observation: Observation,
+    offsets: Array,
+    scale: FloatArray,
+    since_s: FloatArray,
+    pattern: Array,
+    engine: Array,
+    actions: FloatArray,
+) -> None:
+    """Fill the actions (B, 1) of times `since_s` (B,) after the onset."""
+    at, p, e = offsets[0], unpack(Pattern, pattern, 0), unpack(Engine, engine, 0)
+    for b in range(since_s.size):
+        speed, ratio = read(observation, scale, b, at.speed), read(observation, scale, b, at.power_ratio)
+        effort = linear_effort(observation, scale, b, at, (p.proportional_per_s2, p.derivative_per_s), e)
+        if (since_s[b] + 0.5 * p.hold_s) % p.period_s < p.strike_s:
+            effort = p.effort
+        actions[b, 0] = action_for(effort, speed, ratio, e)

@@ -1,0 +1,113 @@
+"""Extension beyond the paper: an attacker in closed loop, with weights found by `switching_search`."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from importlib.resources import files
+
+import numpy as np
+
+from cps_baselines.rogue.reading import read, recalled
+from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.kernels import inlined, kernel
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Observation
+
+SIGNALS = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate", "speed_excess", "one")
+RATE_MPS, EXCESS_MPS = 5.0, 10.0
+SIZE = len(SIGNALS) + 1  # the last weight is the hysteresis
+
+
+@lru_cache(maxsize=1)
+def shipped_weights() -> dict[tuple[str, float], FloatArray]:
+    """The weights (7,) that come with the package, by the defender and the power ratio they were found against."""
+    text = files("cps_baselines.rogue").joinpath("switching.json").read_text(encoding="utf-8")
+    return {(row["against"], row["power_ratio"]): np.array(row["weights"]) for row in json.loads(text)["found"]}
+
+
+class Switching(AnalyticPolicy):
+    """Full effort with the sign of a linear form in five signals, kept while the form is within a hysteresis.
+
+    The form is w . [(gap_f - sigma)/sigma, rate_f/(5 m/s), (gap_r - sigma)/sigma, rate_r/(5 m/s), (v - v_ref)/(10 m/s),
+    1]; the sign changes where it exceeds |w_7|, and is + at the start. `weights` is (7,), or (B, 7) with one set per
+    episode. Without, those that the search found against a defender, or against `all`, at the nearest power ratio.
+
+    Raises:
+        ConfigurationError: `weights` has another shape, or nothing was searched against that defender.
+    """
+
+    def __init__(self, spec: RoleSpec, weights: FloatArray | None = None, against: str = "all") -> None:
+        super().__init__(spec)
+        if weights is None:
+            self.ratios, self.sets = _found_against(against)
+        else:
+            self.ratios, self.sets = np.ones(1), np.asarray(weights, np.float64)
+            if self.sets.shape[-1] != SIZE or self.sets.ndim > 2:
+                raise ConfigurationError(f"weights of shape (7,) or (B, 7) were expected, got {self.sets.shape}")
+        self.searched = weights is None
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The actions (B, 1), each -1 or 1, which are also the state (B,)."""
+        sign = recalled(np.ones(len(seen)), seen, state)
+        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
+        _switch(*shown, self.spec.config.separation_m, self.ratios, np.atleast_2d(self.sets), self.searched, sign)
+        return sign[:, np.newaxis], (sign,)
+
+
+def switch(seen: Seen, separation_m: float, weights: FloatArray, sign: FloatArray) -> FloatArray:
+    """The signs (B,) after those of the last decision, by weights (B, 7)."""
+    signs, shown = sign.copy(), (seen.observation, seen.fields.offsets, seen.fields.scale)
+    _switch(*shown, separation_m, np.ones(1), weights, False, signs)
+    return signs
+
+
+@kernel
+def _switch(
+    observation: Observation,
+    offsets: Array,
+    scale: FloatArray,
+    separation_m: float,
+    ratios: FloatArray,
+    sets: FloatArray,
+    searched: bool,
+    sign: FloatArray,
+) -> None:
+    """Bring the signs (B,) of the last decision up to date."""
+    at = offsets[0]
+    for b in range(sign.size):
+        row = nearest(ratios, read(observation, scale, b, at.power_ratio)) if searched else b % sets.shape[0]
+        weights = sets[row]
+        form = weights[0] * (read(observation, scale, b, at.front_gap_error) / separation_m)
+        form += weights[1] * (read(observation, scale, b, at.front_gap_rate) / RATE_MPS)
+        form += weights[2] * (read(observation, scale, b, at.rear_gap_error) / separation_m)
+        form += weights[3] * (read(observation, scale, b, at.rear_gap_rate) / RATE_MPS)
+        excess = read(observation, scale, b, at.speed) - read(observation, scale, b, at.reference_speed)
+        form += weights[4] * (excess / EXCESS_MPS)
+        form += weights[5]
+        if abs(form) > abs(weights[6]):
+            sign[b] = np.sign(form)
+
+
+@inlined
+def nearest(values: FloatArray, value: float) -> int:
+    """The index of the nearest of some values."""
+    best = 0
+    for k in range(values.size):
+        if abs(value - values[k]) < abs(value - values[best]):
+            best = k
+    return best
+
+
+def _found_against(defender: str) -> tuple[FloatArray, FloatArray]:
+    """Power ratios (R,) and the weights (R, 7) found at them."""
+    known = shipped_weights()
+    rows = {ratio: weights for (name, ratio), weights in known.items() if name == defender}
+    if not rows:
+        names = dict.fromkeys(name for name, _ in known)
+        raise ConfigurationError(
+            f"no switching was searched against {defender!r}. {near(defender, names)} `cps-envs search-switching` "
+            "searches against any registered defender."
+        )
+    return np.array(list(rows)), np.stack(list(rows.values()))
