@@ -21,6 +21,8 @@ from cps_envs.core.types import Array, FloatArray
 
 SCREEN = "human"
 SUFFIXES = (".mp4", ".gif", ".png")
+SPEED = 10.0  # game seconds per second of film
+GIF_FRAMES, GIF_COLOURS = 100, 64  # at most, so that it fits into a page
 Shoot = Callable[[Array], None]
 
 
@@ -34,7 +36,7 @@ class Film:
 
     target: str
     fps: float = FRAMES_PER_SECOND
-    speed: float = 10.0  # game seconds per second of film
+    speed: float | None = None  # game seconds per second of film; None = 10, and faster where a GIF would get long
     at_s: float | None = None  # of a picture; None = the end of the episode
 
     def __post_init__(self) -> None:
@@ -43,7 +45,7 @@ class Film:
             hint = near(self.suffix, SUFFIXES) if self.suffix else ""
             raise CommandError(f"--render {self.target!r}: write {SCREEN}, or {offered}. {hint}".rstrip())
         for name, value in (("--fps", self.fps), ("--speed", self.speed)):
-            if not 0 < value < np.inf:
+            if value is not None and not 0 < value < np.inf:
                 raise CommandError(f"{name} {value:g} must be above 0")
         if self.at_s is not None and self.suffix != ".png":
             raise CommandError("--at chooses the moment of a picture: use it with --render FILE.png")
@@ -61,7 +63,9 @@ class Film:
                 raise CommandError(f"--at {self.at_s:g}: the episode lasts from 0 to {game.horizon * game.step_s:g} s")
             return [wanted]
         fps = FRAMES_PER_SECOND if self.target == SCREEN else self.fps
-        stride = max(self.speed / fps / game.step_s, 1.0)
+        stride = max((self.speed or SPEED) / fps / game.step_s, 1.0)
+        if self.suffix == ".gif" and self.speed is None:
+            stride = max(stride, game.horizon / (GIF_FRAMES - 1))
         return [*np.unique(np.arange(0, game.horizon, stride).round().astype(int)).tolist(), game.horizon]
 
     def camera(self, renderer: Renderer) -> AbstractContextManager[Callable[[], None]]:
@@ -97,6 +101,8 @@ def _screen(renderer: Renderer) -> Iterator[Callable[[], None]]:
             renderer.show()
         except RuntimeError as error:
             raise CommandError(f"no window can be opened ({error}): use --render FILE.mp4, .gif or .png") from error
+        if renderer.hidden:
+            raise CommandError("there is no display to open a window on: use --render FILE.mp4, .gif or .png")
 
     try:
         yield shoot
@@ -128,8 +134,11 @@ def _movie(writer: Any) -> Iterator[Shoot]:
 
 @contextmanager
 def _animation(path: Path, fps: float) -> Iterator[Shoot]:
-    """A GIF by pillow, imageio's own engine for it, with a quick reduction of the colours."""
+    """A GIF by pillow, imageio's own engine for it; all frames share their colours, so that what stays is kept once."""
     images = require("PIL.Image", extra="render", purpose="writing a GIF")
-    frames: list[Any] = []
-    yield lambda frame: frames.append(images.fromarray(frame).quantize(256, method=images.Quantize.FASTOCTREE))
-    frames[0].save(path, save_all=True, append_images=frames[1:], duration=1000.0 / fps, loop=0)
+    frames: list[Array] = []
+    yield lambda frame: frames.append(frame.copy())
+    some = np.concatenate(frames[:: max(1, len(frames) // 8)])
+    palette = images.fromarray(some).quantize(GIF_COLOURS, method=images.Quantize.MAXCOVERAGE)
+    first, *others = [images.fromarray(frame).quantize(palette=palette, dither=images.Dither.NONE) for frame in frames]
+    first.save(path, save_all=True, append_images=others, duration=1000.0 / fps, loop=0)

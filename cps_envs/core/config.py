@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from cps_envs.core.errors import ConfigurationError, near, shown
+from cps_envs.core.errors import ConfigurationError, UnknownOptionError, near, shown
 
 Range = float | tuple[float, float]  # an exact value, or the bounds of a uniform draw at each reset
 IntRange = int | tuple[int, int]
@@ -50,12 +50,16 @@ def configure(base: Config, overrides: Mapping[str, Any]) -> Config:
     """`base` with some fields replaced and everything checked.
 
     Raises:
-        ConfigurationError: an unknown field, a wrong type or a value out of bounds; the message names the remedy.
+        UnknownOptionError: an unknown field; the message names the near ones.
+        ConfigurationError: a wrong type or a value out of bounds; the message names the remedy.
     """
     fields = {field.name for field in dataclasses.fields(base)}  # type: ignore[arg-type]
     for name in overrides:
         if name not in fields:
-            raise ConfigurationError(f"{type(base).__name__} has no field {name!r}. {near(name, fields)}")
+            raise UnknownOptionError(
+                f"{type(base).__name__} has no field {name!r} (unexpected keyword argument {name!r}). "
+                f"{near(name, fields)}"
+            )
     return dataclasses.replace(base, **{name: _field(name, value) for name, value in overrides.items()})  # type: ignore[type-var]
 
 

@@ -12,6 +12,10 @@ class ConfigurationError(ValueError):
     """A configuration value that the problem cannot be built with."""
 
 
+class UnknownOptionError(ConfigurationError, TypeError):
+    """An argument that an environment does not have; also a TypeError, as of any function with keyword arguments."""
+
+
 class UnknownNameError(LookupError):
     """A name that nothing is registered under."""
 

@@ -52,10 +52,11 @@ def declare(problem: Problem, module: str, *, attack: str, defense: str, rhythm:
 
     parallel_env.__doc__ = (
         f"Attacker and defender in a `pettingzoo.ParallelEnv`, {rhythm}.\n\n"
-        f"Arguments: `preset`, `render_mode` and any field of `{config}`."
+        f"Arguments: `preset`, `render_mode`, `max_cycles` (steps at most) and any field of `{config}`."
     )
     swarm_env.__doc__ = (
-        f"{swarm}\n\nArguments: `preset`, `opponent` (an attacker), `render_mode` and any field of `{config}`."
+        f"{swarm}\n\nArguments: `preset`, `opponent` (an attacker), `render_mode`, `max_cycles` and any field of "
+        f"`{config}`."
     )
     for function in (parallel_env, env, swarm_env):
         function.__module__, function.__qualname__ = module, function.__name__  # so that it can be pickled

@@ -63,6 +63,7 @@ class Problem:
     opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
     viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
     swarm: Role | None = None  # the role that also has a decentralised form, one agent for each member of its team
+    discrete: tuple[Role, ...] = ()  # roles with MultiDiscrete actions, which also come with Discrete ones
     namespace: str = "cps_envs"  # of the ids; a package of your own takes its own
     unit: str = ""  # of what the attacker is paid, such as "m/s"
     work: Work | None = None  # what `cps-envs bench` counts beside steps
@@ -98,6 +99,10 @@ class Problem:
         """Gymnasium's id of a role, such as `cps_envs/HvacAttack-v0`."""
         side = {"attacker": "Attack", "defender": "Defense"}[role]
         return f"{self.namespace}/{self.name.capitalize()}{side}-v{self.version}"
+
+    def discrete_id(self, role: Role) -> str:
+        """Gymnasium's id of a role with Discrete actions, such as `cps_envs/RogueDefenseDiscrete-v0`."""
+        return self.env_id(role).replace("-v", "Discrete-v")
 
     def document(self, text: str, role: Role) -> str:
         """A docstring with the tables of the preset `paper` put in place of its placeholders."""

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import gymnasium
 import pettingzoo
+from gymnasium.envs.registration import WrapperSpec
 
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
+
+DISCRETE = WrapperSpec("DiscreteActions", "cps_envs.core.interfaces.discrete:DiscreteActions", {})
 
 
 def class_name(problem: Problem, role: Role) -> str:
@@ -21,6 +24,10 @@ def register(problem: Problem, module: str) -> None:
         if env_id not in gymnasium.registry:
             gymnasium.register(
                 id=env_id, entry_point=f"{module}:{name}Env", vector_entry_point=f"{module}:{name}VectorEnv"
+            )
+        if role in problem.discrete and problem.discrete_id(role) not in gymnasium.registry:
+            gymnasium.register(
+                id=problem.discrete_id(role), entry_point=f"{module}:{name}Env", additional_wrappers=(DISCRETE,)
             )
     both = f"{problem.namespace}/{problem.name}-v{problem.version}"  # PettingZoo reads "..._v0" as the same id
     if both not in pettingzoo.parallel_registry:

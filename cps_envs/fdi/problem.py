@@ -35,6 +35,7 @@ FDI = Problem(
         for preset in PRESETS
     },
     viewer="cps_envs.fdi.picture.viewer:Viewer",
+    discrete=("attacker", "defender"),
     unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

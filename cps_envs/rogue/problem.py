@@ -40,6 +40,7 @@ ROGUE = Problem(
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
     swarm="defender",
+    discrete=("defender",),
     unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

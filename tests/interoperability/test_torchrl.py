@@ -12,7 +12,7 @@ import cps_envs  # noqa: F401
 
 pytest.importorskip("torchrl")
 
-from torchrl.envs import GymWrapper, PettingZooWrapper
+from torchrl.envs import GymEnv, PettingZooWrapper
 from torchrl.envs.utils import check_env_specs
 
 # TorchRL reads a MultiDiscrete of one entry as a number, which NumPy 2.4 refuses to convert: two attacked sensors.
@@ -22,7 +22,7 @@ IDS = sorted(env_id for env_id in gymnasium.registry if str(env_id).startswith("
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_single_environments(env_id: str) -> None:
-    env = GymWrapper(gymnasium.make(env_id, **OPTIONS.get(env_id, {})))
+    env = GymEnv(env_id, **OPTIONS.get(env_id, {}))
     check_env_specs(env)
     reward = env.rollout(5)["next", "reward"]
     assert np.isfinite(reward.numpy()).all()

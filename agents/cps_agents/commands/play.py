@@ -27,7 +27,10 @@ def play(
     episodes: Annotated[int, typer.Option(min=1, help="How many, played as one batch.")] = 1,
     render: Annotated[str | None, typer.Option(help=RENDER)] = None,
     fps: Annotated[float, typer.Option(help="Frames per second of a film.")] = 10.0,
-    speed: Annotated[float, typer.Option(help="Game seconds per second of film.")] = 10.0,
+    speed: Annotated[
+        float | None,
+        typer.Option(help="Game seconds per second of film; 10 if left out, and faster where a GIF would get long."),
+    ] = None,
     at: Annotated[float | None, typer.Option(help="Game second of a picture; the end if left out.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:

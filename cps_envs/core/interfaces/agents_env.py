@@ -13,7 +13,7 @@ from pettingzoo import ParallelEnv
 
 from cps_envs.core.actions import SHOWN
 from cps_envs.core.errors import shown
-from cps_envs.core.interfaces.options import check_options
+from cps_envs.core.interfaces.options import check_count, check_options
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
 from cps_envs.core.problem import Problem
@@ -35,8 +35,11 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         players: Mapping[Role, PolicyReference],
         config: Any,
         render_mode: str | None,
+        max_cycles: int | None = None,
     ) -> None:
         check_render_mode(render_mode)
+        self._most = None if max_cycles is None else check_count("max_cycles", max_cycles)
+        self._cycles = 0
         self.problem, self.config, self.render_mode = problem, config, render_mode
         self.metadata = {
             "name": f"{name}_v{problem.version}",
@@ -59,7 +62,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
             self._generator = seeding.np_random(seed)[0]
         check_options(options)
         self._match.reset(self._envs, [self._generator])
-        self.agents = self.possible_agents[:]
+        self.agents, self._cycles = self.possible_agents[:], 0
         if self.render_mode == "human":
             self._renderer.show()
         return self._observations(), self._infos()
@@ -76,7 +79,8 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         self._check_agents(actions)
         payoff = self._match.step(self._moves(actions), self._envs, self._interval())
         terminated = bool(self.game.terminated[0])
-        truncated = not terminated and bool(self.game.elapsed[0] >= self.game.horizon)
+        self._cycles += 1
+        truncated = not terminated and bool(self.game.elapsed[0] >= self.game.horizon or self._cycles == self._most)
         if self.render_mode == "human":
             self._renderer.show()
         rewards = dict(zip(self.agents, self._rewards(payoff), strict=True))

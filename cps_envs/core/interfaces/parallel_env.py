@@ -22,9 +22,15 @@ class RolesParallelEnv(AgentsEnv):
     """
 
     def __init__(
-        self, problem: Problem, *, preset: str = "paper", render_mode: str | None = None, **overrides: Any
+        self,
+        problem: Problem,
+        *,
+        preset: str = "paper",
+        render_mode: str | None = None,
+        max_cycles: int | None = None,
+        **overrides: Any,
     ) -> None:
-        super().__init__(problem, problem.name, {}, problem.config(preset, overrides), render_mode)
+        super().__init__(problem, problem.name, {}, problem.config(preset, overrides), render_mode, max_cycles)
         self.possible_agents = [AGENTS[role] for role in ROLES]
         self.observation_spaces: dict[str, spaces.Space[Any]] = {
             AGENTS[role]: self.game.fields[role].space() for role in ROLES

@@ -26,12 +26,13 @@ class SwarmEnv(AgentsEnv):
         preset: str = "paper",
         opponent: PolicyReference | None = None,
         render_mode: str | None = None,
+        max_cycles: int | None = None,
         **overrides: Any,
     ) -> None:
         config, rival = problem.config(preset, overrides), other(role)
         self.role = role
         self.opponent = problem.opponents[preset][rival] if opponent is None else opponent
-        super().__init__(problem, f"{problem.name}_swarm", {rival: self.opponent}, config, render_mode)
+        super().__init__(problem, f"{problem.name}_swarm", {rival: self.opponent}, config, render_mode, max_cycles)
         self.team = self.game.team(role)
         self.possible_agents = list(self.team.agents)
         self._space = self.team.fields.space()

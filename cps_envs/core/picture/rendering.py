@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 from typing import Any
 
+import gymnasium
+
 from cps_envs.core.errors import ConfigurationError, require, shown
 from cps_envs.core.game import Game
 from cps_envs.core.problem import Problem
@@ -58,6 +60,11 @@ class Renderer:
             self._window = Window(f"cps_envs {self._problem.name}")
         self._window.show(self.frame(b))
 
+    @property
+    def hidden(self) -> bool:
+        """Whether frames are shown in a window that nobody sees."""
+        return self._window is not None and self._window.hidden
+
     def render(self, mode: str | None) -> Array | None:
         """What `Env.render` returns in a mode."""
         if mode == "rgb_array":
@@ -87,7 +94,8 @@ class Window:
         pygame = self._pygame
         if self._screen is None:
             pygame.display.init()
-            self._check_driver()
+            if self.hidden:
+                gymnasium.logger.warn("there is no display to open a window on: frames are drawn, but nobody sees them")
             self._screen = pygame.display.set_mode((frame.shape[1], frame.shape[0]))
             pygame.display.set_caption(self._title)
             self._clock = pygame.time.Clock()
@@ -96,16 +104,11 @@ class Window:
         pygame.display.flip()
         self._clock.tick(FRAMES_PER_SECOND)
 
-    def _check_driver(self) -> None:
-        """Refuse to draw on a screen that nobody sees, unless that was asked for.
-
-        Raises:
-            ConfigurationError: there is no display.
-        """
+    @property
+    def hidden(self) -> bool:
+        """Whether SDL found no display and draws off screen, though that was not asked for."""
         driver = self._pygame.display.get_driver()
-        if driver in HIDDEN_DRIVERS and os.environ.get("SDL_VIDEODRIVER") != driver:
-            self._pygame.display.quit()
-            raise ConfigurationError('there is no display to open a window on; use render_mode="rgb_array", or a file')
+        return driver in HIDDEN_DRIVERS and os.environ.get("SDL_VIDEODRIVER") != driver
 
     def close(self) -> None:
         """Close the window."""
