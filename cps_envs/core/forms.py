@@ -31,13 +31,25 @@ class Forms:
     swarm_env: Callable[..., SwarmEnv]
 
 
-def declare(problem: Problem, module: str, *, attack: str, defense: str, rhythm: str, swarm: str = "") -> Forms:
+def declare(
+    problem: Problem,
+    module: str,
+    *,
+    attack: str,
+    defense: str,
+    rhythm: str,
+    swarm: str = "",
+    story: str = "",
+    threats: str = "",
+) -> Forms:
     """The forms of a problem for the module of this name.
 
     `attack` and `defense` are the documentation pages of the two roles, with `{observation_table}` and
-    `{parameter_table}` for what the problem itself knows. `rhythm` says when the parallel form's agents act, as in
+    `{parameter_table}` for what the problem itself knows, `{story}` for what the game is about, and `{threats}` for who
+    knows what, who can touch what, and what it costs. `rhythm` says when the parallel form's agents act, as in
     "every 0.1 s", and `swarm` what the agents of a decentralised defence are.
     """
+    pages = [page.replace("{story}", story).replace("{threats}", threats) for page in (attack, defense)]
     config = type(problem.presets["paper"]).__name__
 
     def parallel_env(**kwargs: Any) -> RolesParallelEnv:
@@ -61,8 +73,8 @@ def declare(problem: Problem, module: str, *, attack: str, defense: str, rhythm:
     for function in (parallel_env, env, swarm_env):
         function.__module__, function.__qualname__ = module, function.__name__  # so that it can be pickled
     return Forms(
-        attack=_classes(problem, "attacker", module, attack),
-        defense=_classes(problem, "defender", module, defense),
+        attack=_classes(problem, "attacker", module, pages[0]),
+        defense=_classes(problem, "defender", module, pages[1]),
         parallel_env=parallel_env,
         env=env,
         swarm_env=swarm_env,

@@ -1,13 +1,34 @@
 """The documentation pages of the environments: what the disbanding problem shows to whoever plays it."""
 
+STORY = """\
+Cars drive in platoons: a computer keeps each car a few metres behind the next one, at 112 km/h. One sensor failure is
+enough to dissolve a platoon, because its drivers then take over and want far more room. So an attacker who can spoof
+a sensor in the right platoon at the right time starts a wave of braking that runs through all the traffic behind. The
+defender cannot undo the attack. It may only ask the platoons behind to make room early and gently, without stopping
+or crashing themselves.
+"""
+
+THREATS = """\
+| | attacker | defender |
+|---|---|---|
+| touches | 1 to 3 platoons; in `learning` also one radio link at a time | accelerations of intact vehicles |
+| sees | speeds and gaps of every platoon | every vehicle's speed, gap and command |
+| knows | when it will strike, and whether it may at all | who is disbanded; in `learning` late, by a bad radio |
+| pays for | each attack counts against its budget | collisions; in `learning` also noise |
+"""
+
 ATTACK = """\
 Disband platoons of vehicles so that the traffic behind them suffers.
 
+## Story
+{story}
 ## Description
 N = 10 platoons of n = 10 vehicles drive in one lane at 31 m/s. A disbanded platoon falls back to human drivers, who
 want much larger gaps: it slows down, and everything upstream is disturbed. The attacker chooses which platoons to
 disband, and when; the defender corrects the commanded accelerations of the intact vehicles upstream.
 
+## Threat Model
+{threats}
 ## Action Space
 `Discrete(N + 1)`, once per second: 0 waits, i disbands the paper's platoon i (1 = rear, N = front). A platoon
 can be disbanded once, from 1 s on, while the budget lasts; anything else means waiting. `info["action_mask"]` and
@@ -49,10 +70,14 @@ Dissertation, chapter 2: equations (2.1) to (2.9), Tables 2.1 to 2.3.
 DEFENSE = """\
 Correct the commands of intact vehicles so that a disbanded platoon disturbs the traffic as little as possible.
 
+## Story
+{story}
 ## Description
 The other side of `DisbandingAttack`: platoons disband ahead, and the intact vehicles upstream may add a correction
 to the acceleration that their platoon law commands. Collision avoidance (2.6) acts last and cannot be overridden.
 
+## Threat Model
+{threats}
 ## Action Space
 `Box(-1, 1, (M,), float32)` every 0.1 s, one entry per vehicle from front to rear, times 6 m/s2 (u_max - u_min);
 with `defense_action="platoon"` `(N,)`, row i - 1 for the paper's platoon i. A correction below 0.05 m/s2 leaves the

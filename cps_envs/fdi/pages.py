@@ -1,8 +1,26 @@
 """The documentation pages of the environments: what false data injection shows to whoever plays it."""
 
+STORY = """\
+Every car of a platoon measures its distance to the next one, and how fast that distance changes. The attacker has
+taken over a few of these sensors. It adds small lies to what they report, and wants two cars to hit each other as
+hard as possible. A lie has to be possible: readings and commands stay within their limits. In the duel a filter
+watches the readings, so that a lie also has to look like noise. The defender decides which readings to believe.
+"""
+
+THREATS = """\
+| | attacker | defender |
+|---|---|---|
+| touches | the readings of its sensors, in whole steps | which readings are used, and small corrections |
+| sees | true gaps and speeds; in `learning` the filter's prediction | reported and expected readings, last commands |
+| knows | which sensors are attacked, from when on, whether at all | none of this |
+| pays for | in `learning` a lie that is rejected is wasted | small charges for replaced readings and corrections |
+"""
+
 ATTACK = """\
 Make two vehicles of a platoon collide by adding to what their sensors report.
 
+## Story
+{story}
 ## Description
 n = 4 vehicles keep gaps of 5 m at constant speed; each follows its front range and range-rate sensors and looks
 back at its follower. The attacker adds whole multiples of the sensor's resolution to the readings of the attacked
@@ -14,6 +32,8 @@ those of the rear sensors too. Disturbances last for 1 s, and a lie can hide in 
 and the filter's prediction, and knows from when on injections work; in a quarter of the episodes they never do. An
 injection is added to the readings of the next step.
 
+## Threat Model
+{threats}
 ## Action Space
 `MultiDiscrete`, every 0.2 s, one entry per attacked sensor (ranges by vehicle, then range-rates), or one per sensor
 of the platoon where tasks are drawn. Entry a of a range sensor injects (a - 100) 0.5 m (201 levels), of a
@@ -70,6 +90,8 @@ gains, limits, sampling time and horizons; those here are chosen, and others fit
 DEFENSE = """\
 Decide which sensor readings of a platoon to believe, so that falsified ones cause no collision.
 
+## Story
+{story}
 ## Description
 The other side of `FdiAttack`, an extension: the paper has no defender. It sees what the sensors reported in the
 last step, what a model of the platoon expected, and the commands; never the true errors. Preset `defense` adds
@@ -79,6 +101,8 @@ In preset `learning` a Kalman filter predicts the readings of all front and rear
 the defender does not trust. The defender judges readings before the vehicles use them. It does not know whether there
 is an attack, when it begins, and which sensors lie; honest readings are noisy, and disturbances last for 1 s.
 
+## Threat Model
+{threats}
 ## Action Space
 `MultiDiscrete`, every step: first 2n entries, 1 = use the reading, 0 = replace it (ranges of vehicles 1..n, then
 range-rates), by the rear sensor of the vehicle ahead where that is shared (`share_rear_range`), else by the model's

@@ -1,13 +1,33 @@
 """The documentation pages of the environments: what the HVAC problem shows to whoever plays it."""
 
+STORY = """\
+A computer heats a house by what its temperature sensors say. An attacker has taken over some of the sensors and shows
+readings of its choice: the rooms get too hot or too cold while the display says that all is well. The defender does
+not know who lies. It moves the target: at each step it chooses a set of sensors to believe, and the liars hope to be
+in it.
+"""
+
+THREATS = """\
+| | attacker | defender |
+|---|---|---|
+| touches | the readings of the compromised sensors | which sensors, filter or model the controller believes |
+| sees | true temperatures; in `paper` and `easy` the last choice | all readings, residuals, estimates, heating |
+| knows | who is compromised, and from when on | neither |
+| pays for | nothing | nothing, but in `learning` the model alone drifts away |
+"""
+
 ATTACK = """\
 Forge temperature sensors of a heated building so that its rooms leave the 25 C that they should have.
 
+## Story
+{story}
 ## Description
 A model predictive controller heats four zones to 25 C by what the sensors say, every 120 s for a day. From the
 onset on the attacker replaces the readings of the compromised sensors. The defender feeds the controller with the
 raw readings, or with an estimate from a set of sensors that it believes, or with the model alone.
 
+## Threat Model
+{threats}
 ## Action Space
 `Box(-1, 1, (S + 1,), float32)` at every step: one entry per sensor, then what the forged readings are based on.
 Half the sensor range, 15 C, is the unit of an entry `a`; the reading of a compromised sensor at the next step is
@@ -65,11 +85,15 @@ Dissertation, chapter 4 and appendix C: equations (4.1) to (4.33), Algorithms 3 
 DEFENSE = """\
 Choose which temperature sensors to believe while some of them lie.
 
+## Story
+{story}
 ## Description
 The other side of `HvacAttack`: from the onset on some sensors of a heated building show what the attacker wants.
 At every step the defender chooses what its controller gets: the raw readings, an estimate of all temperatures from
 a set of sensors by a moving-horizon observer over the last N_e = 200 samples, or the model's prediction.
 
+## Threat Model
+{threats}
 ## Action Space
 `Discrete(sets + 2)`, 14 sets with four sensors and 64 with eight, in the order of
 `cps_envs.hvac.sensors.sensor_sets`. With `kalman_filters=True`, as in presets `learning` and `hard`, it is

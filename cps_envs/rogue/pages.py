@@ -1,8 +1,26 @@
 """The documentation pages of the environments: what the rogue-vehicle problem shows to whoever plays it."""
 
+STORY = """\
+One car in the middle of a platoon no longer obeys its computer: somebody else drives it. It can only accelerate and
+brake, and it wants the cars around it to collide. Rocking back and forth does it, if the rhythm is right for the
+controllers of the others. The defender drives the honest cars. They can ignore the car ahead or the one behind, or
+hand over to their drivers, but first they have to find out which car is the rogue.
+"""
+
+THREATS = """\
+| | attacker | defender |
+|---|---|---|
+| touches | the effort of the seized vehicle | controllers and separations of the others, or their accelerations |
+| sees | its own speed, the gaps ahead and behind | all gaps, speeds, orders and alarms; noisy in `learning` |
+| knows | who is seized, from when on, with what engine | in `paper` who is seized; in `learning` nothing |
+| pays for | nothing | leaving the formation, in `easy` and `learning` |
+"""
+
 ATTACK = """\
 Drive one vehicle of a platoon so that its neighbours collide as hard as possible.
 
+## Story
+{story}
 ## Description
 Five vehicles drive at 25 m/s, 9 m apart between centres. The middle one is seized: it accelerates and brakes as the
 attacker wants, while the others keep the platoon, detect the attack and follow or leave the attacker. A seized
@@ -10,6 +28,8 @@ vehicle may have a stronger engine than the others (`power_ratio`). Vehicles are
 In preset `learning` there are 4 to 8 vehicles, any but the leader is seized, the defender is not told which, and a
 quarter of the episodes has no attack: then the action has no effect.
 
+## Threat Model
+{threats}
 ## Action Space
 `Box(-1, 1, (1,), float32)` every 0.1 s (`attack_hold_s`), the effort held until then: -1 is F-, full braking, 1 is
 F+, full driving, and 0 the effort that keeps the speed of the moment, with linear interpolation on each side;
@@ -53,6 +73,8 @@ Dissertation, chapter 5: equations (5.1) to (5.15), Table 5.1, Figs. 5.1 to 5.11
 DEFENSE = """\
 Drive the intact vehicles of a platoon so that the one that an attacker drives does little damage.
 
+## Story
+{story}
 ## Description
 The other side of `RogueAttack`. The vehicles' controllers and detectors run inside the simulation at every integration
 step. Every 0.1 s the defender selects each vehicle's controller or, with `defense_action="command"`, its acceleration.
@@ -61,6 +83,8 @@ ignores its own from then on, and it reports what an intact vehicle in its place
 A detector integrates, for each side, the square of what the neighbour's acceleration is beyond
 closing the error with us; the first to pass `alarm_threshold` raises the vehicle's alarm for good.
 
+## Threat Model
+{threats}
 ## Action Space
 `MultiDiscrete([6, 2] * (n - 1))`: for each intact vehicle from the rear to the leader (with `orders="all"` for each of
 the n vehicles; where n is drawn, for the most there can be, and those beyond the leader have no effect) its controller,

@@ -1,0 +1,164 @@
+"""The pages of the environments: one for each role of a problem, and one for what its roles share."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+from gymnasium.envs.registration import load_env_creator
+
+from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
+from cps_agents.site.diagram import LOOPS, diagram
+from cps_envs import PROBLEMS
+from cps_envs.core.problem import Problem
+from cps_envs.core.registration import class_name
+from cps_envs.core.types import ROLES, Role
+
+MARK = "<!-- Written by `make pages` from the docstrings of environments and policies; do not edit. -->\n"
+BEST = 5  # policies that the page of a role ranks
+ENDS = "## References"  # what we add goes before it
+
+
+def pages(docs: Path) -> dict[str, str]:
+    """The text of each page by its file name; `docs` has the results of the contests."""
+    contests = json.loads((docs / "contest.json").read_text(encoding="utf-8"))
+    found = {"environments/index.md": index()}
+    for problem in PROBLEMS.values():
+        found[f"environments/{problem.name}.md"] = "\n".join(shared(problem)).rstrip() + "\n"
+        found |= {_file(problem, role): "\n".join(page(problem, role, contests)).rstrip() + "\n" for role in ROLES}
+        if problem.name in LOOPS:
+            found[f"images/{problem.name}-loop.svg"] = diagram(problem.name)
+    return found
+
+
+def index() -> str:
+    """The page that lists all environments."""
+    lines = ["# Environments\n", MARK, "| id | decides for | problem |", "|---|---|---|"]
+    for problem in PROBLEMS.values():
+        for role in ROLES:
+            name = class_name(problem, role)
+            lines.append(f"| [`{problem.env_id(role)}`]({name}.md) | {role} | {problem.summary} |")
+    discrete = [f"`{problem.discrete_id(role)}`" for problem in PROBLEMS.values() for role in problem.discrete]
+    lines.append(
+        f"\n{', '.join(discrete)}: roles with MultiDiscrete actions for agents that know only Discrete ones. An action "
+        "changes one entry; the others are held."
+    )
+    lines.append("\nBoth roles at once, one agent for each vehicle, presets and policies:\n")
+    lines += [f"- [{problem.name}]({problem.name}.md)" for problem in PROBLEMS.values()]
+    names = [f"{problem.name}" for problem in PROBLEMS.values()]
+    names += [class_name(problem, role) for problem in PROBLEMS.values() for role in ROLES]
+    lines += ["\n```{toctree}\n:hidden:\n", *names, "```"]
+    return "\n".join(lines) + "\n"
+
+
+def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterator[str]:
+    """The parts of a role's page: its docstring with pictures, presets, policies and the best results known."""
+    name = class_name(problem, role)
+    made: Any = load_env_creator(str(gymnasium.spec(problem.env_id(role)).entry_point))
+    text = inspect.getdoc(made) or ""
+    before, _, after = text.partition("\n## Threat Model\n")
+    head, _, closing = after.partition(f"\n{ENDS}\n")
+    yield f"# {name}\n\n{MARK}"
+    yield f"![An episode of {problem.name}](../images/{problem.name}.gif)\n"
+    yield before
+    yield f"![What each side has its hands on](../images/{problem.name}-loop.svg)\n"
+    yield f"## Threat Model\n\n{head}"
+    yield f"## Presets\n\n{_presets(problem)}\n"
+    yield f"## Baselines\n\n{_policies(policies(problem, role))}\n"
+    yield from _best(problem, role, contests)
+    yield f"## Code to Start\n\n```python\n{_snippet(problem, role)}\n```\n"
+    yield f"{ENDS}\n\n{closing}"
+
+
+def shared(problem: Problem) -> Iterator[str]:
+    """The parts of a problem's page: PettingZoo's interfaces, teams, presets, policies of both roles."""
+    links = " and ".join(f"[{class_name(problem, role)}]({class_name(problem, role)}.md)" for role in ROLES)
+    yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}.\n"
+    for form, function in pettingzoo_ids(problem).items():
+        if form != "id":
+            module, _, attribute = function.rpartition(".")
+            yield f"## `{function}`\n\n{inspect.getdoc(getattr(import_module(module), attribute)) or ''}\n"
+    yield from _teams(problem)
+    yield f"## Presets\n\n{_presets(problem)}\n"
+    for role in ROLES:
+        yield f"## Policies of the {role}\n\n{_policies(policies(problem, role))}\n"
+
+
+def _file(problem: Problem, role: Role) -> str:
+    return f"environments/{class_name(problem, role)}.md"
+
+
+def _snippet(problem: Problem, role: Role) -> str:
+    made = f'"{problem.namespace}:{problem.env_id(role)}"'
+    return (
+        "import gymnasium\n\n"
+        f'env = gymnasium.make({made}, preset="learning")\n'
+        "observation, info = env.reset(seed=0)\n"
+        'action = env.action_space.sample(info.get("action_mask"))\n'
+        "observation, reward, terminated, truncated, info = env.step(action)\n\n"
+        f'envs = gymnasium.make_vec({made}, num_envs=64, vectorization_mode="vector_entry_point")'
+    )
+
+
+def _teams(problem: Problem) -> Iterator[str]:
+    """What the agents of decentralised roles observe."""
+    game = problem.game(problem.presets["paper"], 1)
+    for role in ROLES:
+        try:
+            team = game.team(role)
+        except TypeError:
+            continue
+        first, last = team.agents[0], team.agents[-1]
+        yield f"## The {role} as a team\n"
+        yield f"{len(team.agents)} agents, `{first}` to `{last}`; each acts in `{team.action_space}`.\n"
+        yield f"{team.fields.table()}\n"
+
+
+def _presets(problem: Problem) -> str:
+    """How each preset differs from `paper`."""
+    paper = vars(problem.presets["paper"])
+    lines = ["| Preset | Attacker by default | Defender by default | Differs from `paper` in |", "|---|---|---|---|"]
+    for name, config in problem.presets.items():
+        changed = [f"`{field} = {value!r}`" for field, value in vars(config).items() if value != paper[field]]
+        players = problem.opponents[name]
+        differences = ", ".join(changed) or "-"
+        lines.append(f"| `{name}` | `{players['attacker']}` | `{players['defender']}` | {differences} |")
+    return "\n".join(lines)
+
+
+def _policies(entries: list[PolicyEntry]) -> str:
+    lines = ["| Name | What it does | Knows beyond what it observes |", "|---|---|---|"]
+    for entry in entries:
+        summary = entry.summary or f"needs {entry.missing}"
+        lines.append(f"| `{entry.name}` | {summary} | {', '.join(entry.privileged) or '-'} |")
+    return "\n".join(lines)
+
+
+def _best(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterator[str]:
+    """The best policies of preset `learning` and the yardsticks beside them, from the last contest."""
+    found = [each for each in contests if each["problem"] == problem.name and each["variant"] == "learning"]
+    if not found:
+        return
+    (contest,) = found
+    entries = contest[f"{role}s"]
+    sign = -1.0 if role == "attacker" else 1.0
+    ranked = sorted(
+        (each for each in entries if each["kind"] == "policy"), key=lambda each: sign * each["score"]["mean"]
+    )
+    others = [each for each in entries if each["kind"] != "policy"]
+    yield "## Best Known Results\n"
+    yield (
+        f"What the attacker is paid in preset `learning`, in {contest['unit']}: the mean over the policies of the "
+        f"other side, with its 95 % interval. {'More' if role == 'attacker' else 'Less'} is better. "
+        "[The contest](../contest.md) has every pair, and says who counts.\n"
+    )
+    yield "| policy | kind | paid |\n|---|---|---|"
+    for each in (*ranked[:BEST], *others):
+        score = each["score"]
+        yield f"| {each['name']} | {each['kind']} | {score['mean']:.2f} ({score['low']:.2f} to {score['high']:.2f}) |"
+    yield ""

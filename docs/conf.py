@@ -1,0 +1,43 @@
+"""How Sphinx builds the site: `make docs`."""
+
+from __future__ import annotations
+
+from importlib.metadata import version as version_of
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+project = "cps_envs"
+author = "the cps_envs contributors"
+copyright = f"2026, {author}"
+release = version_of("cps-envs")
+
+extensions = ["myst_parser", "sphinx_copybutton"]
+myst_enable_extensions = ["colon_fence"]
+myst_heading_anchors = 4
+source_suffix = {".md": "markdown"}
+exclude_patterns = ["_build"]
+
+html_theme = "furo"
+html_title = "cps_envs"
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#0f766e", "color-brand-content": "#0f766e"},
+    "dark_css_variables": {"color-brand-primary": "#5eead4", "color-brand-content": "#5eead4"},
+}
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+copybutton_prompt_text = r">>> |\$ "
+copybutton_prompt_is_regexp = True
+
+PLACES = {"](SECURITY.md": "](security.md", "](CONTRIBUTING.md": "](contributing.md", "](examples/": "](../examples/"}
+
+
+def setup(app: Sphinx) -> None:
+    """Let links of the files beside docs/, which pages include, lead to the pages."""
+    app.connect("include-read", _mend)
+
+
+def _mend(_app: Sphinx, _path: Path, _document: str, content: list[str]) -> None:
+    for link, page in PLACES.items():
+        content[0] = content[0].replace(link, page)
