@@ -23,7 +23,7 @@ ALL := $(VENV)/.installed-all
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow train results lint style types bench reliability docs clean clean-cache
+.PHONY: help setup benchmark test test-slow train results lint style types bench reliability pages docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -61,8 +61,13 @@ bench: $(LIGHT) ## measure the speed of environments and opponents
 reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes on where it stopped)
 	$(BIN)/cps-envs reliability --publish $(ARGS)
 
-docs: $(LIGHT) ## write the generated tables in docs/environments.md anew
+pages: $(LIGHT) ## write the generated pages of docs/ anew
 	$(BIN)/python -m cps_agents.docs
+
+docs: $(ALL) ## build the site, into build/site
+	$(BIN)/python -m cps_agents.docs
+	$(BIN)/python -m sphinx -W --keep-going -b html docs build/site
+	@echo "Open build/site/index.html"
 
 clean: clean-cache ## remove what can be rebuilt, the virtual environment too; keeps results/ and runs/
 	rm -rf $(VENV) build dist .coverage htmlcov .hypothesis .mypy_cache .pytest_cache .ruff_cache
@@ -72,11 +77,12 @@ clean-cache: ## remove numba's compiled kernels (see CONTRIBUTING.md)
 
 $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) --upgrade "pip>=25.1"
 
 $(LIGHT): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
-	$(INSTALL) --editable ".[baselines,render]"
+	$(INSTALL) --editable ".[cli,baselines,genetic,render]"
 	@touch $@
 
 $(ALL): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
-	$(INSTALL) --editable ".[all]"
+	$(INSTALL) --editable ".[all]" --group dev
 	@touch $(LIGHT) $@
