@@ -14,6 +14,8 @@ def main() -> None:
     except ModuleNotFoundError as error:
         if error.name not in NEEDED:
             raise
-        print(f'cps-envs needs the package {error.name!r}. Install it with: pip install "cps-envs[cli]"', file=sys.stderr)
+        print(
+            f'cps-envs needs the package {error.name!r}. Install it with: pip install "cps-envs[cli]"', file=sys.stderr
+        )
         sys.exit(2)
     run()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cps_agents.results.document import Document
+from cps_agents.results.front import front_table
 from cps_agents.results.judging import ENOUGH_SEEDS
 from cps_agents.results.tables import (
     Block,
@@ -45,7 +46,7 @@ def results_markdown(document: Document) -> str:
 
 def readme_table(document: Document) -> str:
     """The section between the markers of the README."""
-    return "\n".join([START, *_summary(document), END])
+    return "\n".join([START, *front_table(document), END])
 
 
 def with_table(text: str, document: Document) -> str:

@@ -1,0 +1,139 @@
+"""The table on the first page: one row for each role, beside the paper's method and what is possible."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from cps_agents.results.document import Document
+from cps_agents.results.tables import Block, number, optimum, score_text
+
+HEAD = ("role", "what counts", "paper's method", "best computed", "learned", "best possible")
+
+
+@dataclass(frozen=True)
+class Front:
+    """The row of the results that stands for a role."""
+
+    role: str
+    counts: str  # what the numbers are, and whether more or less is better
+    block: str
+    row: str
+    learned: str
+    paper: str = ""  # the baseline that is the paper's method; the paper has none if empty
+    possible: str = ""  # where the row does not say what is
+
+
+FRONTS = (
+    Front(
+        "disbanding, attacker",
+        "slower traffic, collisions ↑",
+        "disbanding-attack-plans",
+        "every K and tau",
+        "learned",
+        "ga",
+    ),
+    Front(
+        "disbanding, defender",
+        "slower traffic, % ↓",
+        "disbanding-defense-searched",
+        "Table 2.2, tau = 0.1 s, x_d = 5 m",
+        "broadcast",
+        "mpc",
+        "bound 11.9",  # gaps of 1 m; python -m cps_baselines.disbanding.yardsticks bounds
+    ),
+    Front(
+        "false data, attacker",
+        "share of the best impact ↑",
+        "fdi-attack",
+        "one sensor, 14 tasks",
+        "learned",
+        "bnb",
+    ),
+    Front(
+        "false data, defender",
+        "impact, m/s ↓",
+        "fdi-defense",
+        "against zoo:fdi-attack-disturbed-ppo",
+        "learned",
+    ),
+    Front(
+        "HVAC, attacker",
+        "error by 3 of 4 sensors, °C² ↑",
+        "hvac-attack",
+        "mtd2, 3 of 4 sensors",
+        "learned",
+        "constant",
+    ),
+    Front(
+        "HVAC, defender",
+        "error over all attacks, °C² ↓",
+        "hvac-defense",
+        "the mix",
+        "learned",
+        "mtd2",
+    ),
+    Front(
+        "rogue, attacker",
+        "damage, m/s ↑",
+        "rogue-attack",
+        "all six, ratio 1",
+        "recurrent",
+        "square",
+    ),
+    Front(
+        "rogue, defender",
+        "damage, m/s ↓",
+        "rogue-defense",
+        "against zoo:rogue-attack-ppo, ratio 1",
+        "learned",
+        "disband_7",
+    ),
+)
+
+
+def front_table(document: Document, fronts: tuple[Front, ...] = FRONTS) -> Iterator[str]:
+    """The lines of the table; roles that the document does not have are left out."""
+    blocks = {block["name"]: block for problem in document["problems"].values() for block in problem["blocks"]}
+    yield f"| {' | '.join(HEAD)} |"
+    yield "|---" * len(HEAD) + "|"
+    for front in fronts:
+        row = _row(blocks, front.block, front.row)
+        if row is not None:
+            yield f"| {' | '.join(_cells(front, blocks, row))} |"
+
+
+def _row(blocks: Mapping[str, Block], block: str, title: str) -> Mapping[str, Any] | None:
+    rows = blocks[block]["rows"] if block in blocks else []
+    return next((row for row in rows if row["title"] == title), None)
+
+
+def _cells(front: Front, blocks: Mapping[str, Block], row: Mapping[str, Any]) -> list[str]:
+    block = blocks[front.block]
+    possible = front.possible or optimum(block, row).rpartition("; ")[2].partition(" (")[0]
+    return [
+        front.role,
+        front.counts,
+        _number(block, row, front.paper) if front.paper else "none",
+        _best(block, row),
+        score_text(block, row, front.learned, beside=False),
+        possible or "not known",
+    ]
+
+
+def _number(block: Block, row: Mapping[str, Any], name: str) -> str:
+    titles = {each["name"]: each["title"] for each in block["baselines"]}
+    score = row["scores"].get(name)
+    return f"{titles[name]} {number(block, row, score['mean'])}" if score else "not played"
+
+
+def _best(block: Block, row: Mapping[str, Any]) -> str:
+    """The best baseline that is not told more than its role may know."""
+    sign = 1.0 if block["role"] == "attacker" else -1.0
+    known = {
+        each["name"]: sign * row["scores"][each["name"]]["mean"]
+        for each in block["baselines"]
+        if not each["optimum"] and each["name"] in row["scores"]
+    }
+    return _number(block, row, max(known, key=lambda name: known[name])) if known else "none"
