@@ -23,7 +23,7 @@ ALL := $(VENV)/.installed-all
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow train results lint style types bench reliability pages docs clean clean-cache
+.PHONY: help setup benchmark test test-slow train results lint style types bench peers reliability pages docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -57,6 +57,9 @@ types: $(ALL) ## check types only
 
 bench: $(LIGHT) ## measure the speed of environments and opponents
 	$(BIN)/cps-envs bench $(ARGS)
+
+peers: $(ALL) ## try the packages of others on our wheel, into docs/peers.md (needs much disk)
+	$(BIN)/python -m peers $(ARGS)
 
 reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes on where it stopped)
 	$(BIN)/cps-envs reliability --publish $(ARGS)
