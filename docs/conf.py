@@ -12,10 +12,14 @@ author = "the cps_envs contributors"
 copyright = f"2026, {author}"
 release = version_of("cps-envs")
 
-extensions = ["myst_parser", "sphinx_copybutton"]
+extensions = ["myst_nb", "sphinx_copybutton"]
+nb_execution_mode = "cache"  # notebooks are run when they have changed
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+nb_execution_cache_path = "../build/notebooks"
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
-source_suffix = {".md": "markdown"}
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
 exclude_patterns = ["_build"]
 
 html_theme = "furo"
