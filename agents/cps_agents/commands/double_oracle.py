@@ -31,7 +31,7 @@ def double_oracle(
     ),
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Solve the rogue game between all fixed laws and switching attackers.
+    """Solve the rogue game of the paper between fixed control laws and switching attackers.
 
     The defender mixes 504 fixed choices: a law for each of the four intact
     vehicles, or detection. Each round solves the matrix game, searches a
