@@ -108,10 +108,3 @@ def test_command_prints_a_table():
     assert result.exit_code == 0, result.output
     assert "eps of MTD2 from 1 attack-free days" in result.stdout
     assert "easy" in result.stdout
-
-
-@pytest.mark.parametrize("arguments", [["--set", "windows=3"], ["--preset", "papr"], ["--set", "num_sensors=5"]])
-def test_command_refuses_what_cannot_be(arguments):
-    result = run(*arguments)
-    assert result.exit_code == 2
-    assert "Error" in result.output

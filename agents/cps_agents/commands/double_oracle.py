@@ -43,10 +43,11 @@ def double_oracle(
     from cps_agents.league.double_oracle import fresh_value, play_rounds
     from cps_agents.locking import alone_at
     from cps_agents.progress import Progress
-    from cps_baselines.rogue.fixed_game import FixedGame
     from cps_envs.core.errors import require
 
     require("cma", extra="baselines", purpose="searching attacks")
+    from cps_baselines.rogue.fixed_game import FixedGame
+
     games = [FixedGame(each, weight, seed=seed) for each in ratio or (1.0, 1.3)]
     found: list[dict[str, Any]] = []
     with alone_at(to), Progress("rounds", rounds * len(games)) as progress:
