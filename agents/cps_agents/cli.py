@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.metadata import version
 from typing import Annotated, Any
 
@@ -73,6 +74,14 @@ class Commands(TyperGroup):
         return "What was finished is kept: the same command goes on." if "fresh" in options or name in GOING_ON else ""
 
 
+class Panels(Commands):
+    """The commands in the order of the panels."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """All names."""
+        return [name for panel in PANELS.values() for name in panel]
+
+
 def _is_control_flow(error: Exception) -> bool:
     """Whether the error is one of the command-line library's own, or a reader of our output that went away."""
     return isinstance(error, (typer.Exit, typer.Abort, BrokenPipeError)) or hasattr(error, "exit_code")
@@ -98,7 +107,7 @@ def _agree(wanted: bool) -> None:
 
 
 app = typer.Typer(
-    cls=Commands,
+    cls=Panels,
     no_args_is_help=True,
     pretty_exceptions_show_locals=False,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -118,32 +127,43 @@ def options(
     """Attackers and defenders of cyber-physical systems: play them, judge them, reproduce the paper."""
 
 
-app.command("list")(list_everything)
-app.command("play")(play)
-app.add_typer(reproduce, name="reproduce", cls=Commands)
-app.command("string-stability")(string_stability)
-app.command("testbed")(drive_robots)
-app.command("train")(train)
-app.command("tune")(tune)
-app.add_typer(zoo, name="zoo", cls=Commands)
-app.command("dataset")(dataset)
-app.command("evaluate")(evaluate)
-app.command("results")(results)
-app.command("coverage")(coverage)
-app.command("benchmark")(benchmark)
-app.command("contest")(contest)
-app.command("league")(league)
-app.command("best-response")(best_response)
-app.command("self-play")(self_play)
-app.command("bench")(bench)
-app.command("warm")(warm)
-app.command("reliability")(reliability)
-app.command("oracle")(oracle)
-app.command("search-feedback")(search_feedback)
-app.command("search-string")(search_string)
-app.command("calibrate-mtd2")(calibrate_mtd2)
-app.command("search-switching")(search_switching)
-app.command("double-oracle")(double_oracle)
+PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the order of the help
+    "Play": {"list": list_everything, "play": play, "testbed": drive_robots},
+    "Learn": {
+        "train": train,
+        "zoo": zoo,
+        "tune": tune,
+        "best-response": best_response,
+        "self-play": self_play,
+        "dataset": dataset,
+        "search-feedback": search_feedback,
+        "search-string": search_string,
+        "search-switching": search_switching,
+    },
+    "Judge": {
+        "evaluate": evaluate,
+        "benchmark": benchmark,
+        "league": league,
+        "results": results,
+        "contest": contest,
+        "coverage": coverage,
+    },
+    "Paper": {
+        "reproduce": reproduce,
+        "string-stability": string_stability,
+        "oracle": oracle,
+        "double-oracle": double_oracle,
+        "calibrate-mtd2": calibrate_mtd2,
+    },
+    "Tools": {"warm": warm, "bench": bench, "reliability": reliability},
+}
+
+for panel, commands in PANELS.items():
+    for name, command in commands.items():
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name, cls=Commands, rich_help_panel=panel)
+        else:
+            app.command(name, rich_help_panel=panel)(command)
 
 
 def main() -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
-    from rich.table import Table
+
+    from cps_agents.table import Table
 
 
 def out() -> Console:
@@ -42,17 +43,25 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{value!r} cannot be written as JSON")
 
 
-def make_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], *, left: int = 1) -> Table:
-    """A table whose first `left` columns are text and whose others are numbers."""
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
+def make_table(
+    title: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    left: int = 1,
+    caption: Sequence[str] = (),
+    breaks: Collection[int] = (),
+) -> Table:
+    """A table whose first `left` columns are text and whose others are numbers, with the lines of a caption below.
 
-    table = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE_HEAD)
-    for place, column in enumerate(columns):
-        table.add_column(column, justify="left" if place < left else "right", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    return table
+    Cells may carry rich's markup. A line is drawn after the rows in `breaks`.
+    """
+    from rich.text import Text
+
+    from cps_agents.table import Table
+
+    cells = [[Text.from_markup(cell) for cell in row] for row in rows]
+    return Table(title, [Text(column) for column in columns], cells, left, caption, breaks)
 
 
 def json_value(text: str) -> Any:

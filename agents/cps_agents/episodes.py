@@ -76,11 +76,8 @@ def _print(
         f"attacker [bold]{heading['attacker']}[/] against defender [bold]{heading['defender']}[/]"
     )
     count = len(outcome["return"])
-    width = max((console.width - 32) // 11, 1)  # episodes beside each other
-    for first in range(0, count, width):
-        envs = range(first, min(first + width, count))
-        rows = [(name, *(_number(values[b]) for b in envs)) for name, values in outcome.items()]
-        console.print(make_table("", ("Metric", *(f"seed {seed + b}" for b in envs)), rows))
+    numbers = [(name, *map(_number, values)) for name, values in outcome.items()]
+    console.print(make_table("", ("Metric", *(f"seed {seed + b}" for b in range(count))), numbers))
     if count > 1:
         rows = [
             (name, *map(_number, (values.mean(), values.std(), values.min(), values.max())))

@@ -207,13 +207,6 @@ def test_an_interrupted_command_prints_and_says_so(measured: Findings) -> None:
     assert "Interrupted: 6 of" in result.stderr
 
 
-@pytest.mark.parametrize("arguments", [("--problem", "rouge"), ("--part", "size")])
-def test_unknown_names_are_the_users_mistake(arguments: tuple[str, str]) -> None:
-    result = invoke(*arguments)
-    assert result.exit_code == 2
-    assert "Did you mean" in result.stderr
-
-
 def test_help_begins_with_verbs() -> None:
     assert (bench.__doc__ or "").startswith("Measure")
     assert "face" not in invoke("--help").stdout.lower().replace("interface", "")

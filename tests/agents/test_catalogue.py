@@ -14,12 +14,12 @@ from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_id
 from cps_agents.declarations import UnreadableError, declaration, missing_package
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry
-from cps_envs.core.problem import Later
+from cps_envs.core.problem import Later, Problem
 from cps_envs.core.types import ROLES
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
-def test_sources_say_what_importing_says(problem):
+def test_sources_say_what_importing_says(problem: Problem) -> None:
     pytest.importorskip("scipy")
     for role in ROLES:
         for entry in policies(problem, role):
@@ -27,7 +27,7 @@ def test_sources_say_what_importing_says(problem):
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
-def test_what_a_problem_imports_later_is_there(problem):
+def test_what_a_problem_imports_later_is_there(problem: Problem) -> None:
     config = problem.presets["paper"]
     game = problem.game(config, 1)
     for role in ROLES:
@@ -52,13 +52,13 @@ def test_what_a_problem_imports_later_is_there(problem):
         "_list(list(RECIPES.values()), False)",
     ],
 )
-def test_listings_do_not_load_the_compiler(code):
+def test_listings_do_not_load_the_compiler(code: str) -> None:
     code += "; import sys; print(sorted({'numba', 'scipy', 'torch'} & set(sys.modules)))"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert printed.splitlines()[-1] == "[]"
 
 
-def test_later_is_a_value_and_names_its_function():
+def test_later_is_a_value_and_names_its_function() -> None:
     later = Later("cps_envs.core.types:other")
     assert later == Later("cps_envs.core.types:other")
     assert later("attacker") == "defender"
@@ -97,7 +97,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return folder.name
 
 
-def test_a_source_shows_summary_privileges_and_what_is_missing(package):
+def test_a_source_shows_summary_privileges_and_what_is_missing(package: str) -> None:
     made, own = declaration(f"{package}.mine", "make"), declaration(f"{package}.mine", "Mine")
     assert (made.summary, own.summary) == ("Make one.", "What the module says.")
     assert made.privileged == own.privileged == ("model", "opponent")
@@ -107,12 +107,12 @@ def test_a_source_shows_summary_privileges_and_what_is_missing(package):
         declaration(f"{package}.mine", "table")
 
 
-def test_a_policy_that_cannot_be_loaded_says_what_it_lacks(package):
+def test_a_policy_that_cannot_be_loaded_says_what_it_lacks(package: str) -> None:
     entry = imported_entry("mine", EntryPoint("disbanding.attacker.mine", f"{package}.mine:make", "cps_envs.policies"))
     assert (entry.summary, entry.missing) == ("", "nowhere_to_be_found")
 
 
-def test_presets_and_roles_are_listed():
+def test_presets_and_roles_are_listed() -> None:
     found = describe_problem(PROBLEMS["hvac"])
     assert found["presets"] == list(PROBLEMS["hvac"].presets)
     assert {entry["name"] for entry in found["policies"]["defender"]} >= {"none", "mtd2", "mixture"}

@@ -58,23 +58,6 @@ def test_improving_keeps_the_better(tmp_path: Path) -> None:
     assert tight.value_mps >= loose.value_mps
 
 
-@pytest.mark.parametrize(
-    ("arguments", "remedy"),
-    [
-        (("--preset", "papr"), "Did you mean 'paper'?"),
-        (("--set", "horizn=3"), "Did you mean 'horizon'?"),
-        (("--task", "y4>4"), "names no sensors"),
-        (("--task", "x4"), "must read like x4>4"),
-        (("--backend", "loki", "--jobs", "2"), "loki"),
-    ],
-)
-def test_wrong_input(tmp_path: Path, arguments: tuple[str, ...], remedy: str) -> None:
-    result = invoke(*arguments, "--out", str(tmp_path / "optima.json"))
-    assert result.exit_code == 2
-    assert remedy in " ".join(result.stderr.split())
-    assert "Traceback" not in result.output
-
-
 @pytest.mark.parametrize("content", ["{}", "nonsense", None])
 def test_files_of_something_else(tmp_path: Path, content: str | None) -> None:
     path = tmp_path / "optima.json"

@@ -94,7 +94,14 @@ def test_a_masked_opponent_is_handed_its_masks(attacker: MaskablePPO) -> None:
     seen = []
 
     class Spy:
-        def predict(self, observation, state=None, episode_start=None, deterministic=False, action_masks=None):  # type: ignore[no-untyped-def]
+        def predict(
+            self,
+            observation: Any,
+            state: Any = None,
+            episode_start: Any = None,
+            deterministic: bool = False,
+            action_masks: Any = None,
+        ) -> Any:
             seen.append(action_masks)
             actions, state = attacker.predict(observation, state, episode_start, deterministic, action_masks)
             assert action_masks[np.arange(len(actions)), actions].all()

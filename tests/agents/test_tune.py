@@ -49,23 +49,6 @@ def test_a_study_goes_on_where_it_stopped(tmp_path: Path) -> None:
     assert (other.exit_code, "another --out" in other.output) == (2, True)
 
 
-@pytest.mark.parametrize(
-    ("given", "remedy"),
-    [
-        ("learning_rate", "LOW:HIGH"),
-        ("learning_rate=1:0", "LOW:HIGH"),
-        ("learning_rate=0:1:log", "LOW above 0"),
-        ("learning_rat=1:2", "learning_rate"),
-        ("epochs=many:few", "LOW:HIGH"),
-    ],
-)
-def test_a_wrong_range_is_refused_with_a_remedy(given: str, remedy: str, tmp_path: Path) -> None:
-    result = tune(tmp_path, "--range", given)
-    assert result.exit_code == 2
-    assert remedy in result.output
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_trial_that_cannot_train_is_said(tmp_path: Path) -> None:
     result = tune(tmp_path, "--range", "discount=0.9|1.5", "--sampler-seed", "0", "--trials", "1")
     assert result.exit_code == 2

@@ -81,12 +81,6 @@ def test_the_command_says_when_nothing_can_be_kept(monkeypatch: pytest.MonkeyPat
     assert (result.exit_code, json.loads(result.stdout)["kept"]) == (1, False)
 
 
-def test_an_unknown_problem_is_the_users_mistake() -> None:
-    result = invoke("--problem", "rouge")
-    assert result.exit_code == 2
-    assert "Did you mean 'rogue'?" in result.stderr
-
-
 def test_an_interrupt_gives_130(little: list[Visit]) -> None:
     def interrupted() -> None:
         raise KeyboardInterrupt

@@ -9,7 +9,7 @@ from cps_envs.core.clock import count_late, mark_due, mark_ends, restart, tick
 
 
 @pytest.mark.parametrize("interval", [1, 3])
-def test_decisions_are_due_in_marked_environments_at_multiples_of_the_interval(interval):
+def test_decisions_are_due_in_marked_environments_at_multiples_of_the_interval(interval: int) -> None:
     elapsed, envs = np.arange(12), np.arange(12) % 5 != 0
     due = np.ones(12, np.bool_)
     assert mark_due(elapsed, envs, interval, due) == due.sum() > 0
@@ -18,13 +18,13 @@ def test_decisions_are_due_in_marked_environments_at_multiples_of_the_interval(i
     assert not due.any()
 
 
-def test_time_passes_in_marked_environments_only():
+def test_time_passes_in_marked_environments_only() -> None:
     elapsed, envs = np.array([4, 5, 6]), np.array([True, False, True])
     assert tick(elapsed, envs, 10) == 16
     assert elapsed.tolist() == [14, 5, 16]
 
 
-def test_an_environment_ends_by_physics_or_else_by_the_clock():
+def test_an_environment_ends_by_physics_or_else_by_the_clock() -> None:
     ended, elapsed = np.array([True, True, False, False, True]), np.array([3, 12, 12, 3, 3])
     envs = np.array([True, True, True, True, False])
     terminated, truncated = np.ones((2, 5), np.bool_)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import gymnasium
 import numpy as np
 import pytest
@@ -9,16 +11,17 @@ from gymnasium.utils import seeding
 
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.mixture import Block, Mixture, _gather
+from cps_envs.core.types import Array
 from tests.core.toy import TOY
 
 MEMBERS = ("cps_envs.core.policy:Idle", "tests.core.toy_policies:Approach", "tests.core.toy_policies:Wander")
 
 
-def mixture(policies=MEMBERS, weights=None, num_envs=1):
+def mixture(policies: Any = MEMBERS, weights: Any = None, num_envs: int = 1) -> Mixture:
     return Mixture(TOY.game(TOY.config("paper", {}), num_envs).spec("attacker"), policies, weights)
 
 
-def play(opponent, num_envs, seed, steps=40):
+def play(opponent: Mixture | str, num_envs: int, seed: int, steps: int = 40) -> Array:
     """Observations of a batch in which the mixture attacks, across several episodes."""
     envs = gymnasium.make_vec("toys/ToyDefense-v0", num_envs=num_envs, opponent=opponent)
     still = np.zeros(envs.action_space.shape, np.float32)
@@ -26,7 +29,7 @@ def play(opponent, num_envs, seed, steps=40):
 
 
 @pytest.mark.parametrize("member", MEMBERS)
-def test_a_mixture_of_one_is_that_one(member):
+def test_a_mixture_of_one_is_that_one(member: str) -> None:
     whole, alone = play(mixture((member,)), 3, 7, 10), play(member, 3, 7, 10)
     if "Wander" in member:  # the draw of the member comes first
         assert whole.shape == alone.shape
@@ -34,26 +37,26 @@ def test_a_mixture_of_one_is_that_one(member):
         np.testing.assert_array_equal(whole, alone)
 
 
-def test_environments_are_independent():
+def test_environments_are_independent() -> None:
     batch = play(mixture(), 6, 11)
     for b in range(6):
         np.testing.assert_array_equal(batch[:, b], play(mixture(), 1, 11 + b)[:, 0])
 
 
-def test_weights_are_the_shares_of_the_episodes():
+def test_weights_are_the_shares_of_the_episodes() -> None:
     player = mixture(MEMBERS, [1, 0, 3])
     drawn, *_ = player.begin([seeding.np_random(seed)[0] for seed in range(2000)], [{}] * 2000)
     shares = np.bincount(drawn, minlength=3) / 2000
     np.testing.assert_allclose(shares, [0.25, 0, 0.75], atol=0.04)
 
 
-def test_by_name():
+def test_by_name() -> None:
     options = 'policies=["tests.core.toy_policies:Approach","cps_envs.core.policy:Idle"]&weights=[1,2]'
     assert play(f"cps_envs.core.mixture:Mixture?{options}", 2, 0, 5).shape[1] == 2
 
 
 @pytest.mark.parametrize("policies", ["none", 3, [], {}])
-def test_policies_that_are_no_list_are_refused(policies):
+def test_policies_that_are_no_list_are_refused(policies: Any) -> None:
     with pytest.raises(ConfigurationError, match="a mixture needs policies, such as"):
         mixture(policies=policies)
 
@@ -61,29 +64,29 @@ def test_policies_that_are_no_list_are_refused(policies):
 @pytest.mark.parametrize(
     "weights", [["a"] * 3, [[1], [1, 2], 3], 3, [1], [1, -1, 1], [0, 0, 0], [np.nan, 1, 1], [np.inf, 1, 1]]
 )
-def test_weights_that_do_not_fit_are_refused(weights):
+def test_weights_that_do_not_fit_are_refused(weights: Any) -> None:
     with pytest.raises(ConfigurationError, match="weights"):
         mixture(weights=weights)
 
 
-def test_an_empty_mixture_is_refused():
+def test_an_empty_mixture_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="needs policies"):
         mixture(())
 
 
-def test_unknown_members_are_refused():
+def test_unknown_members_are_refused() -> None:
     with pytest.raises(UnknownNameError):
         mixture(("nobody",))
 
 
-def test_probabilities_are_the_weights_in_shares():
+def test_probabilities_are_the_weights_in_shares() -> None:
     np.testing.assert_array_equal(mixture(MEMBERS, [1, 0, 3]).probabilities, [0.25, 0, 0.75])
 
 
-def test_states_are_put_together_row_by_row():
+def test_states_are_put_together_row_by_row() -> None:
     one, other = Block(2, (np.array([10, 20]),)), Block(2, (np.array([30, 40]),))
 
-    def blocks(*found):
+    def blocks(*found: Any) -> Any:
         array = np.empty(len(found), object)
         array[:] = found
         return array

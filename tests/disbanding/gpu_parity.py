@@ -21,7 +21,7 @@ SIZES: dict[str, Any] = {"num_platoons": (3, 4), "vehicles_per_platoon": 3, "tak
 
 
 @cuda.jit
-def launch(state, constants, correction, closing, num_steps):  # type: ignore[no-untyped-def]
+def launch(state: Any, constants: Any, correction: Any, closing: Any, num_steps: int) -> None:
     b = cuda.grid(1)
     if b < state.step.size:
         advance_episode(view(state, b), unpack(Constants, constants, b), correction[b], closing[b], num_steps)

@@ -13,13 +13,13 @@ from cps_envs.disbanding.problem import DISBANDING
 
 # Independent estimates of the specification's authors, at gaps of x_d and of 1 m.
 @pytest.mark.parametrize(("tau_s", "wide", "narrow"), [(0.1, 15.19, 11.93), (0.3, 15.63, 12.37), (0.5, 16.42, 13.16)])
-def test_the_bound_of_the_lead_attack(tau_s, wide, narrow):
+def test_the_bound_of_the_lead_attack(tau_s: float, wide: float, narrow: float) -> None:
     config = DISBANDING.config("paper", {"tau_s": tau_s})
     assert least_errors(config, 5.0)["velocity_error_intact"][0] == pytest.approx(wide, abs=0.02)
     assert least_errors(config, 1.0)["velocity_error_intact"][0] == pytest.approx(narrow, abs=0.02)
 
 
-def test_a_smaller_gap_lowers_the_bound_evenly():
+def test_a_smaller_gap_lowers_the_bound_evenly() -> None:
     config = DISBANDING.config("paper", {})
     found = [least_errors(config, gap_m)["velocity_error_intact"][0] for gap_m in (1.0, 2.0, 3.0, 4.0)]
     slope = np.diff(found)
@@ -29,7 +29,7 @@ def test_a_smaller_gap_lowers_the_bound_evenly():
 
 
 @pytest.mark.parametrize("defender", ["none", "heuristic", "copy", "feedback", "string", "informed"])
-def test_nobody_beats_the_bound_at_its_own_smallest_gap(defender):
+def test_nobody_beats_the_bound_at_its_own_smallest_gap(defender: str) -> None:
     overrides = {"attack_budget": 1, "quiet_share": 0.2}
     config, seeds = DISBANDING.config("learning", overrides), range(600_000, 600_008)
     outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": defender}, seeds)
@@ -42,21 +42,21 @@ def test_nobody_beats_the_bound_at_its_own_smallest_gap(defender):
 
 # Independent estimates for platoons 10 and 9 at 2 s and 100 s, at gaps of x_d, on a coarse grid of states.
 @pytest.mark.parametrize(("tau_s", "estimate"), [(0.1, 25.66), (0.5, 27.74)])
-def test_the_reference_of_two_attacks(tau_s, estimate):
+def test_the_reference_of_two_attacks(tau_s: float, estimate: float) -> None:
     found = least_error_of_two(DISBANDING.config("paper", {"tau_s": tau_s}), 5.0)[0]
     assert estimate - 1.0 < found < estimate + 0.1  # a finer search finds lower sums, never higher ones
     alone = least_errors(DISBANDING.config("paper", {"tau_s": tau_s}), 5.0, time_s=2.0)["velocity_error_all"][0]
     assert found > alone
 
 
-def test_a_longer_search_lowers_the_reference_and_smaller_gaps_do():
+def test_a_longer_search_lowers_the_reference_and_smaller_gaps_do() -> None:
     config = DISBANDING.config("paper", {})
     short, long = (least_error_of_two(config, 3.0, search=TwoAttackSearch(generations=count))[0] for count in (10, 40))
     assert long <= short
     assert least_error_of_two(config, 1.0, search=TwoAttackSearch(generations=40))[0] < long
 
 
-def test_episodes_without_these_two_attacks_have_no_reference():
+def test_episodes_without_these_two_attacks_have_no_reference() -> None:
     config = DISBANDING.config("paper", {"attack_budget": 2})
     apart = "plan?events=[[10,2],[8,60]]"
     assert np.isnan(least_error_of_two(config, 3.0, attacker=apart)[0])
@@ -64,7 +64,7 @@ def test_episodes_without_these_two_attacks_have_no_reference():
 
 
 @pytest.mark.parametrize("defender", ["mpc", "copy", "feedback", "string", "local", "informed", "joint"])
-def test_nobody_without_a_collision_beats_the_reference_of_two(defender):
+def test_nobody_without_a_collision_beats_the_reference_of_two(defender: str) -> None:
     checked = 0
     for tau_s in (0.1, 0.5):
         config = DISBANDING.config("paper", {"tau_s": tau_s, "report": "safety"})

@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
 
 
-def started(seeds=(0,), preset="learning", **overrides):
+def started(seeds: Sequence[int] = (0,), preset: str = "learning", **overrides: Any) -> DisbandingGame:
     game = DisbandingGame(DISBANDING.config(preset, overrides), len(seeds))
     game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
     return game
 
 
-def go(game, attack=0, correction=None, num_steps=10):
+def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, num_steps: int = 10) -> Array:
     actions = {"attacker": np.full(game.num_envs, attack)}
     if correction is not None:
         actions["defender"] = correction
     return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
-def test_new_draws_shift_no_old_one():
+def test_new_draws_shift_no_old_one() -> None:
     easy, contested = started(range(5), "easy"), started(range(5))
     for name in ("tau_s", "desired_gap_m", "num_vehicles"):
         assert np.array_equal(easy.constants[name], contested.constants[name])
@@ -31,7 +35,7 @@ def test_new_draws_shift_no_old_one():
         assert np.array_equal(getattr(easy.state, name), getattr(contested.state, name))
 
 
-def test_an_element_that_is_off_draws_nothing():
+def test_an_element_that_is_off_draws_nothing() -> None:
     generators = [np.random.default_rng(3) for _ in range(2)]
     for generator, overrides in zip(generators, ({}, {"warning": "relayed", "report": "safety"}), strict=True):
         game = DisbandingGame(DISBANDING.config("paper", overrides), 1)
@@ -44,7 +48,7 @@ def test_an_element_that_is_off_draws_nothing():
     assert drawn[0] == fresh.bit_generator.state["state"]["state"]
 
 
-def test_a_share_of_the_episodes_is_quiet_and_the_others_open_at_any_time():
+def test_a_share_of_the_episodes_is_quiet_and_the_others_open_at_any_time() -> None:
     game = started(range(400))
     quiet = game.budget == 0
     assert abs(quiet.mean() - 0.25) < 4 * np.sqrt(0.25 * 0.75 / 400)
@@ -60,7 +64,7 @@ def test_a_share_of_the_episodes_is_quiet_and_the_others_open_at_any_time():
     assert 0 <= losses.min() < 0.02 < 0.28 < losses.max() < 0.3
 
 
-def test_in_a_quiet_episode_nothing_is_legal_but_waiting():
+def test_in_a_quiet_episode_nothing_is_legal_but_waiting() -> None:
     game = started((0,), quiet_share=1.0)
     for _ in range(100):
         assert game.action_mask("attacker")[0].tolist() == [True] + [False] * 19
@@ -69,7 +73,7 @@ def test_in_a_quiet_episode_nothing_is_legal_but_waiting():
     assert game.state.jam_place[0] == -1
 
 
-def test_attacks_open_late_and_keep_a_pause():
+def test_attacks_open_late_and_keep_a_pause() -> None:
     game = started((0,), quiet_share=0.0, earliest_attack_s=7, attack_budget=2)
     legal = []
     for second in range(16):
@@ -80,14 +84,14 @@ def test_attacks_open_late_and_keep_a_pause():
     assert legal == [second == 7 or second >= 12 for second in range(16)]
 
 
-def test_members_hear_of_the_attack_one_after_the_other():
+def test_members_hear_of_the_attack_one_after_the_other() -> None:
     plain = started((4,), "paper").state.takeover_delay_s[0]
     told = started((4,), "paper", member_delay_s=0.5, attacked_member=3).state.takeover_delay_s[0]
     hops = np.array([2, 1, 0, 1, 2, 3, 4, 5, 6, 7])
     np.testing.assert_allclose(told - plain, np.tile(0.5 * hops, 10))
 
 
-def test_some_drivers_brake_when_they_take_over():
+def test_some_drivers_brake_when_they_take_over() -> None:
     braking = {"braking_share": 0.3, "braking_mps2": (2.0, 5.0), "braking_s": (0.5, 1.5)}
     game = started(range(30), "paper", **braking)
     brakes = game.state.braking_s > 0
@@ -103,7 +107,7 @@ def test_some_drivers_brake_when_they_take_over():
     assert np.all(game.state.command[:, 0] >= 0)
 
 
-def test_actuators_add_noise_to_corrections_only():
+def test_actuators_add_noise_to_corrections_only() -> None:
     setting = {"correctable": "intact", "control_period_s": 0.01}
     noisy, exact = (started(range(20), "paper", correction_noise_mps2=deviation, **setting) for deviation in (0.5, 0.0))
     correction = np.zeros((20, 100))
@@ -124,13 +128,13 @@ def test_actuators_add_noise_to_corrections_only():
     assert not np.array_equal(drawn, before)
 
 
-def test_noise_is_added_to_the_limited_command_and_the_correction():
+def test_noise_is_added_to_the_limited_command_and_the_correction() -> None:
     game = started((1,), "paper", correction_noise_mps2=0.5, correctable="intact", control_period_s=0.01)
     go(game, correction=np.full((1, 100), 0.2), num_steps=1)
     np.testing.assert_allclose(game.state.command[0], 1.2 + game.state.noise_mps2[0], atol=1e-9)  # the law says 0
 
 
-def test_safety_metrics_are_reported_on_demand():
+def test_safety_metrics_are_reported_on_demand() -> None:
     assert "smallest_gap_m" not in started(preset="paper").metrics()
     game = started((0,), "paper", report="safety", correctable="intact")
     assert game.metrics()["smallest_gap_m"][0] == pytest.approx(5.0)
@@ -144,6 +148,6 @@ def test_safety_metrics_are_reported_on_demand():
     assert game.metrics()["smallest_gap_m"][0] <= gaps.min() + 1e-9
 
 
-def test_a_member_beyond_the_platoon_is_refused():
+def test_a_member_beyond_the_platoon_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="attacked_member"):
         DISBANDING.config("paper", {"attacked_member": 11})

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -14,21 +13,12 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.disbanding.config import EASY, PAPER, DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
 
-FIELDS = {field.name: field for field in dataclasses.fields(DisbandingConfig)}
-SWITCHES = [name for name, field in FIELDS.items() if isinstance(field.default, bool)]
-NUMBERS = [name for name, field in FIELDS.items() if not field.metadata["choices"] and name not in SWITCHES]
-CHOICES = [name for name, field in FIELDS.items() if field.metadata["choices"]]
-junk = st.one_of(
-    st.sampled_from([None, "fast", math.nan, math.inf, -math.inf, True, (1, 2, 3), (2.0, 1.0), {}, [math.nan, 1.0]]),
-    st.text(max_size=5),
-)
 
-
-def make(**overrides):
+def make(**overrides: Any) -> DisbandingConfig:
     return DISBANDING.config("paper", overrides)
 
 
-def test_paper_is_table_2_1_and_deterministic():
+def test_paper_is_table_2_1_and_deterministic() -> None:
     assert (PAPER.num_platoons, PAPER.vehicles_per_platoon, PAPER.duration_s) == (10, 10, 180.0)
     assert (PAPER.proportional_gain, PAPER.derivative_gain, PAPER.headway_s) == (1.0, 5.0, 1.5)
     assert PAPER.gap_spread == PAPER.speed_spread_mps == PAPER.takeover_delay_s == PAPER.collision_penalty == 0.0
@@ -37,42 +27,11 @@ def test_paper_is_table_2_1_and_deterministic():
     assert PAPER.periods_per_second == 10
 
 
-def test_learning_draws_what_the_specification_says():
+def test_learning_draws_what_the_specification_says() -> None:
     assert EASY.tau_s == (0.1, 0.5)
     assert EASY.desired_gap_m == (4.0, 6.0)
     assert EASY.collision_penalty == 0.3
     assert EASY.max_budget == 3
-
-
-@given(name=st.sampled_from(NUMBERS), value=junk)
-def test_junk_is_refused_by_name(name, value):
-    with pytest.raises(ConfigurationError, match=name):
-        make(**{name: value})
-
-
-@given(name=st.sampled_from(SWITCHES), value=junk | st.integers(0, 1))
-def test_a_switch_is_on_or_off(name, value):
-    if isinstance(value, bool):
-        assert getattr(make(**{name: value}), name) is value
-    else:
-        with pytest.raises(ConfigurationError, match=f"{name}.*must be True or False"):
-            make(**{name: value})
-
-
-@given(name=st.sampled_from(CHOICES), value=st.text(max_size=8))
-def test_unknown_choices_are_refused_with_the_known_ones(name, value):
-    choices = FIELDS[name].metadata["choices"]
-    if value not in choices:
-        with pytest.raises(ConfigurationError, match=choices[0]):
-            make(**{name: value})
-
-
-@given(name=st.sampled_from(NUMBERS), data=st.data())
-def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
-    rule = FIELDS[name].metadata
-    beyond = data.draw(st.sampled_from([rule["low"] - 1, rule["high"] + 1]))
-    with pytest.raises(ConfigurationError, match=name):
-        make(**{name: beyond})
 
 
 @pytest.mark.parametrize(
@@ -93,21 +52,12 @@ def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
         ({"standstill_rule": True, "desired_gap_m": 1.5, "gap_spread": 0.4}, "smaller gap_spread"),
     ],
 )
-def test_combinations_that_cannot_be_right(overrides, remedy):
+def test_combinations_that_cannot_be_right(overrides: dict[str, Any], remedy: str) -> None:
     with pytest.raises(ConfigurationError, match=remedy):
         make(**overrides)
 
 
-def test_unknown_preset_names_the_known_ones():
-    with pytest.raises(ConfigurationError, match="'paper'"):
-        DISBANDING.config("papr", {})
-
-
-def test_lists_from_json_are_ranges():
-    assert make(tau_s=[0.2, 0.4]).tau_s == (0.2, 0.4)
-
-
 @given(part=st.sampled_from([0.01, 0.02, 0.05, 0.1, 0.25, 1.0]), count=st.integers(1, 2000))
-def test_multiples(part, count):
+def test_multiples(part: float, count: int) -> None:
     assert is_multiple(part * count, part)
     assert not is_multiple(part * (count + 0.5), part)

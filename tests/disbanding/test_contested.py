@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,23 +17,33 @@ from cps_envs.core.documents import Entry, Source
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, Role
+from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
 
 OPEN = {"quiet_share": 0.0, "earliest_attack_s": 1, "attack_budget": 3, "jam_budget_s": 4}
 UNSEEN = range(700_000, 700_100)  # neither tuned on nor searched with
 
 
-def play(attacker, defender, seeds, on_step=None, preset="learning", **overrides):
+def play(
+    attacker: str,
+    defender: str,
+    seeds: Sequence[int],
+    on_step: Callable[..., Any] | None = None,
+    preset: str = "learning",
+    **overrides: Any,
+) -> dict[str, Array]:
     players = {"attacker": attacker, "defender": defender}
     return play_episodes(DISBANDING, DISBANDING.config(preset, overrides), players, seeds, on_step=on_step)
 
 
-def moves(attacker, defender="none", **overrides):
+def moves(attacker: str, defender: str = "none", **overrides: Any) -> tuple[Any, ...]:
     """When the platoons of one episode are disbanded {platoon: s}, and where the radio is blocked [(s, link)]."""
     jams, last = [], {}
 
-    def look(game):
+    def look(game: DisbandingGame) -> None:
         place = int(game.state.jam_place[0])
         if game.elapsed[0] % 10 == 0 and place >= 0:
             jams.append((round(game.elapsed[0] / 10), place + 1))
@@ -41,18 +53,18 @@ def moves(attacker, defender="none", **overrides):
     return {10 - p: t for p, t in enumerate(last["times"]) if np.isfinite(t)}, jams
 
 
-def spec_of(role, preset="learning", **overrides):
+def spec_of(role: Role, preset: str = "learning", **overrides: Any) -> RoleSpec:
     return DISBANDING.game(DISBANDING.config(preset, overrides), 1).spec(role)
 
 
-def test_a_timed_attack_keeps_its_times():
+def test_a_timed_attack_keeps_its_times() -> None:
     assert moves("timed?pause_s=20")[0] == {10: 1.0, 9: 21.0, 8: 41.0}
     assert moves("timed?first=2&second=2&third=2&delay_s=3&pause_s=10")[0] == {9: 4.0, 8: 14.0, 7: 24.0}
     assert moves("timed?pause_s=50&by_s=30")[0] == {10: 1.0, 9: 30.0, 8: 35.0}  # 5 s later is legal
     assert moves("timed?pause_s=20", earliest_attack_s=7, attack_budget=2)[0] == {10: 7.0, 9: 27.0}
 
 
-def test_a_jam_comes_before_or_after_its_attack():
+def test_a_jam_comes_before_or_after_its_attack() -> None:
     attacks, jams = moves("timed?pause_s=20&jam=2&jam_s=-2")
     assert attacks == {10: 3.0, 9: 23.0, 8: 43.0}  # put off by the jam
     assert jams == [(second, 2) for second in (2, 3, 4)]  # seen at whole seconds; on from 1 s for 4 s
@@ -61,7 +73,7 @@ def test_a_jam_comes_before_or_after_its_attack():
     assert jams == [(second, 3) for second in (27, 28, 29)]
 
 
-def test_the_adaptive_attacker_tells_defenders_apart():
+def test_the_adaptive_attacker_tells_defenders_apart() -> None:
     knobs = "slow_s=40&middle_s=45&fast_s=50"
     undefended, defended = (moves(f"adaptive?{knobs}", defender)[0] for defender in ("none", "informed"))
     assert undefended[10] == defended[10] == 1.0
@@ -69,18 +81,18 @@ def test_the_adaptive_attacker_tells_defenders_apart():
     assert defended[9] == 51.0
 
 
-def test_places_are_made_distinct():
+def test_places_are_made_distinct() -> None:
     assert distinct([1, 1, 1], 10).tolist() == [1, 2, 3]
     assert distinct([9.6, 10, 3.2], 10).tolist() == [10, 1, 3]
     with pytest.raises(ConfigurationError, match="platoon 11"):
         distinct([11], 10)
 
 
-def observed(**overrides):
+def observed(**overrides: Any) -> Array:
     """Observations in the middle of an attack, (2, size), and the game."""
     found = {}
 
-    def look(game):
+    def look(game: DisbandingGame) -> None:
         if game.elapsed[0] == 150:
             found["rows"] = game.observe("defender")
 
@@ -88,7 +100,7 @@ def observed(**overrides):
     return found["rows"]
 
 
-def test_the_searched_controller_is_its_formula():
+def test_the_searched_controller_is_its_formula() -> None:
     spec, rows = spec_of("defender"), observed()
     generator = np.random.default_rng(0)
     gains = np.array(START) + 0.1 * generator.standard_normal(SHAPE)
@@ -114,7 +126,7 @@ def test_the_searched_controller_is_its_formula():
 
 
 @pytest.mark.parametrize("defender", ["copy", "feedback", "string", "local"])
-def test_a_vehicle_acts_on_itself_its_predecessor_and_its_record(defender):
+def test_a_vehicle_acts_on_itself_its_predecessor_and_its_record(defender: str) -> None:
     spec, rows = spec_of("defender"), observed()
     changed, q = rows.copy(), 43
     own = {"speed": (q, q - 1), "acceleration": (q, q - 1), "law_command": (q,), "mitigable": (q,)}
@@ -132,7 +144,7 @@ def test_a_vehicle_acts_on_itself_its_predecessor_and_its_record(defender):
     assert (before != 0).any()
 
 
-def test_own_detection_needs_a_slow_neighbour_and_outlasts_it():
+def test_own_detection_needs_a_slow_neighbour_and_outlasts_it() -> None:
     spec = spec_of("defender")
     rows = observed(hop_delay_s=2.0)
     part = spec.fields.slices["speed"]
@@ -156,17 +168,17 @@ def test_own_detection_needs_a_slow_neighbour_and_outlasts_it():
         resolve_policy("feedback?detection_mps=-1", spec)
 
 
-def test_a_jam_does_not_concern_who_believes_no_radio():
+def test_a_jam_does_not_concern_who_believes_no_radio() -> None:
     quiet, jammed = (play(f"timed?delay_s=5&jam={jam}&jam_s=2", "local", range(3), **OPEN) for jam in (0, 1))
     assert np.array_equal(quiet["return"], jammed["return"])
 
 
-def test_the_reference_is_told_at_once():
+def test_the_reference_is_told_at_once() -> None:
     setting = OPEN | {"attack_budget": 2}
     spec, shown = spec_of("defender", **setting), []
     policy = resolve_policy("informed", spec)
 
-    def look(game):
+    def look(game: DisbandingGame) -> None:
         if game.elapsed[0] == 150:
             told, _ = policy.begin([None, None], [{"truth": game.truth(b)} for b in range(2)])
             truth = {name: np.stack([t[name] for t in told]) for name in told[0]}
@@ -184,14 +196,14 @@ def test_the_reference_is_told_at_once():
         assert np.allclose(view[f"ahead_{name}"][:, 10:], known[:, [19]], atol=unit)
 
 
-def test_nobody_ahead_is_disbanded_means_nothing_is_told():
+def test_nobody_ahead_is_disbanded_means_nothing_is_told() -> None:
     spec, rows = spec_of("defender"), observed()
     quiet = {name: np.zeros((2, 100)) for name in ("position", "speed", "acceleration", "command")}
     quiet["disbanding_s"] = np.full((2, 10), np.inf)
     assert np.array_equal(resolve_policy("informed", spec)._corrected(rows, quiet), rows)
 
 
-def test_old_defenders_wait_for_the_warning():
+def test_old_defenders_wait_for_the_warning() -> None:
     rows = observed(hop_delay_s=1.0, hop_loss=0.3)
     spec = spec_of("defender")
     warned = Seen(spec.fields, rows)["warned"] > 0.5
@@ -200,7 +212,7 @@ def test_old_defenders_wait_for_the_warning():
         assert not actions[:, 10:][~warned].any(), name
 
 
-def test_the_search_is_seeded_and_says_where_it_began():
+def test_the_search_is_seeded_and_says_where_it_began() -> None:
     small = StringSearch(trials=8, population=4, draws=2, attackers=("lead",))
     first, second = search_string(small), search_string(small)
     assert first == second
@@ -209,7 +221,7 @@ def test_the_search_is_seeded_and_says_where_it_began():
     assert further["gains"] != first["gains"]
 
 
-def test_the_search_can_be_for_another_radio():
+def test_the_search_can_be_for_another_radio() -> None:
     small = StringSearch(trials=4, population=4, draws=2, attackers=("lead",))
     silent = replace(small, overrides={"hop_delay_s": 1.0, "quiet_share": 0.0})
     found = search_string(silent)
@@ -217,7 +229,7 @@ def test_the_search_can_be_for_another_radio():
     assert found["cost"] != search_string(small)["cost"]
 
 
-def test_shipped_numbers_of_every_form_are_there():
+def test_shipped_numbers_of_every_form_are_there() -> None:
     for form in ("warned", "local", "informed"):
         gains, threshold = shipped_gains(form)
         assert gains.shape == SHAPE
@@ -228,7 +240,7 @@ def test_shipped_numbers_of_every_form_are_there():
         StringController(spec_of("defender"), gains=np.zeros((2, 15)))
 
 
-def test_the_contest_names_every_registered_policy():
+def test_the_contest_names_every_registered_policy() -> None:
     for role, side in (("attacker", CONTEST.attackers), ("defender", CONTEST.defenders)):
         playing = {entrant.name for entrant in (*side.policies, *side.informed)}
         listed = playing | set(side.left_out)
@@ -236,7 +248,7 @@ def test_the_contest_names_every_registered_policy():
 
 
 @pytest.mark.slow
-def test_no_detector_cries_wolf_in_honest_episodes():
+def test_no_detector_cries_wolf_in_honest_episodes() -> None:
     for defender in ("string", "local"):
         outcome = play("none", defender, UNSEEN)
         assert outcome["false_alarms"].mean() < 5.0, defender
@@ -245,7 +257,7 @@ def test_no_detector_cries_wolf_in_honest_episodes():
 
 
 @pytest.mark.slow
-def test_late_warnings_cost_and_the_search_wins_most_of_it_back():
+def test_late_warnings_cost_and_the_search_wins_most_of_it_back() -> None:
     attack = "timed?jam=1"
     returns = {name: play(attack, name, UNSEEN)["return"] for name in ("none", "feedback", "string", "informed")}
     means = {name: values.mean() for name, values in returns.items()}
@@ -255,7 +267,7 @@ def test_late_warnings_cost_and_the_search_wins_most_of_it_back():
 
 
 @pytest.mark.slow
-def test_a_jam_is_worth_something_to_the_attacker():
+def test_a_jam_is_worth_something_to_the_attacker() -> None:
     for defender in ("copy", "feedback", "string"):
         jammed, free = (play(f"timed?jam={jam}", defender, UNSEEN)["return"] for jam in (1, 0))
         gain = jammed - free

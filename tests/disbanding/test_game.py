@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,30 +12,31 @@ from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array, Role
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
 
 SHORT = {"duration_s": 20.0, "num_platoons": 4}
 
 
-def started(seeds=(0,), preset="paper", **overrides):
+def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> DisbandingGame:
     game = DisbandingGame(DISBANDING.config(preset, SHORT | overrides), len(seeds))
     game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
     return game
 
 
-def go(game, attack=0, correction=None, num_steps=10):
+def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, num_steps: int = 10) -> Array:
     actions = {"attacker": np.full(game.num_envs, attack)}
     if correction is not None:
         actions["defender"] = correction
     return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
-def seen(game, role):
+def seen(game: DisbandingGame, role: Role) -> dict[str, Array]:
     return game.fields[role].decode(game.observe(role))
 
 
-def test_nothing_is_legal_before_the_first_second():
+def test_nothing_is_legal_before_the_first_second() -> None:
     game = started()
     assert game.action_mask("attacker")[0].tolist() == [True, False, False, False, False]
     go(game, attack=4)
@@ -40,7 +44,7 @@ def test_nothing_is_legal_before_the_first_second():
     assert game.action_mask("attacker").all()
 
 
-def test_a_platoon_is_disbanded_once_and_the_budget_ends():
+def test_a_platoon_is_disbanded_once_and_the_budget_ends() -> None:
     game = started(attack_budget=2)
     go(game)
     for attack, legal in ((4, [0, 1, 2, 3]), (4, [0, 1, 2, 3]), (2, [0]), (1, [0])):
@@ -49,7 +53,7 @@ def test_a_platoon_is_disbanded_once_and_the_budget_ends():
     assert game.state.disbanding_s[0].tolist() == [1.0, np.inf, 3.0, np.inf]
 
 
-def test_the_attacker_moves_at_whole_seconds_only():
+def test_the_attacker_moves_at_whole_seconds_only() -> None:
     game = started()
     go(game, num_steps=13)
     assert game.action_mask("attacker")[0].sum() == 1
@@ -59,7 +63,7 @@ def test_the_attacker_moves_at_whole_seconds_only():
 
 @given(st.lists(st.integers(0, 4), min_size=20, max_size=20), st.integers(0, 2**31))
 @settings(max_examples=20, deadline=None)
-def test_the_return_is_the_sum_of_its_parts_and_corrections_keep_bounds(attacks, seed):
+def test_the_return_is_the_sum_of_its_parts_and_corrections_keep_bounds(attacks: Any, seed: int) -> None:
     game = started(seeds=(seed, seed + 1), preset="easy", attack_budget=3)
     generator = np.random.default_rng(seed)
     total = np.zeros(2)
@@ -70,7 +74,7 @@ def test_the_return_is_the_sum_of_its_parts_and_corrections_keep_bounds(attacks,
     assert np.allclose(total, parts, atol=1e-9)
 
 
-def test_corrections_act_on_mitigable_vehicles_only():
+def test_corrections_act_on_mitigable_vehicles_only() -> None:
     plain, held = started(), started()
     for game in (plain, held):
         go(game)
@@ -82,13 +86,13 @@ def test_corrections_act_on_mitigable_vehicles_only():
     assert not same[20:].any()
 
 
-def test_platoon_corrections_are_broadcast_in_the_paper_s_numbering():
+def test_platoon_corrections_are_broadcast_in_the_paper_s_numbering() -> None:
     game = started(defense_action="platoon")
     rows = np.arange(4.0)[np.newaxis]  # row i - 1 = platoon i, 1 = rear
     assert game.by_vehicle(rows)[0].tolist() == np.repeat([3.0, 2.0, 1.0, 0.0], 10).tolist()
 
 
-def test_a_collision_ends_the_episode_and_charges_the_rest():
+def test_a_collision_ends_the_episode_and_charges_the_rest() -> None:
     config = DISBANDING.config("paper", {"tau_s": 0.5, "on_collision": "end"})
     outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
     crash_s = outcome["first_collision_s"][0]
@@ -97,21 +101,21 @@ def test_a_collision_ends_the_episode_and_charges_the_rest():
     assert outcome["return"][0] == pytest.approx(outcome["velocity_error_all"][0] + outcome["end_charge"][0])
 
 
-def test_the_penalty_counts_intact_vehicles_scaled_to_a_hundred():
+def test_the_penalty_counts_intact_vehicles_scaled_to_a_hundred() -> None:
     config = DISBANDING.config("paper", {"tau_s": 0.3, "collision_penalty": 0.3, "num_platoons": 5})
     outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
     assert outcome["collided_intact"][0] > 0
     assert outcome["collision_penalty"][0] == pytest.approx(0.3 * 100 / 50 * outcome["collided_intact"][0])
 
 
-def test_the_other_payoff_is_the_error_of_the_intact():
+def test_the_other_payoff_is_the_error_of_the_intact() -> None:
     config = DISBANDING.config("paper", {"payoff_set": "intact_now"})
     outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
     assert outcome["return"][0] == pytest.approx(outcome["velocity_error_intact"][0])  # one attack: spec 2.8
     assert outcome["return"][0] == pytest.approx(29.556830, abs=1e-4)
 
 
-def test_learning_draws_within_its_ranges():
+def test_learning_draws_within_its_ranges() -> None:
     game = started(seeds=range(50), preset="easy", num_platoons=(2, 4), attack_budget=(1, 2))
     p = game.constants
     assert set(p["num_vehicles"]) == {20, 30, 40}
@@ -124,7 +128,7 @@ def test_learning_draws_within_its_ranges():
     assert np.all(game.state.speed[absent] == 0)
 
 
-def test_attacker_rows_are_in_the_paper_s_numbering():
+def test_attacker_rows_are_in_the_paper_s_numbering() -> None:
     game = started()
     go(game)
     go(game, attack=4, num_steps=50)
@@ -141,7 +145,7 @@ def test_attacker_rows_are_in_the_paper_s_numbering():
     assert view["budget_left"][0] == pytest.approx(1)
 
 
-def test_defender_sees_vehicles_front_to_rear_and_the_broadcast_ahead():
+def test_defender_sees_vehicles_front_to_rear_and_the_broadcast_ahead() -> None:
     game = started()
     go(game)
     go(game, attack=3, num_steps=50)
@@ -156,7 +160,7 @@ def test_defender_sees_vehicles_front_to_rear_and_the_broadcast_ahead():
     assert view["ahead_distance"][0, 2] == pytest.approx(1000)
 
 
-def test_swarm_rows_agree_with_the_state():
+def test_swarm_rows_agree_with_the_state() -> None:
     game = started()
     go(game)
     go(game, attack=4, num_steps=40)
@@ -172,7 +176,7 @@ def test_swarm_rows_agree_with_the_state():
     assert np.allclose(rows["predecessor_command"][0, 1:], np.clip(state.command[0, :-1], -5, 1), atol=1e-4)
 
 
-def test_local_swarm_rewards_sum_to_the_vehicles_own_errors():
+def test_local_swarm_rewards_sum_to_the_vehicles_own_errors() -> None:
     game = started(swarm_reward="local")
     team = game.team("defender")
     total = np.zeros((1, 40))
@@ -183,12 +187,12 @@ def test_local_swarm_rewards_sum_to_the_vehicles_own_errors():
     assert np.allclose(-total, share * game.state.speed_error)
 
 
-def test_swarm_needs_vehicle_corrections():
+def test_swarm_needs_vehicle_corrections() -> None:
     with pytest.raises(ConfigurationError, match="defense_action"):
         started(defense_action="platoon").team("defender")
 
 
-def test_a_model_goes_on_like_the_original():
+def test_a_model_goes_on_like_the_original() -> None:
     game = started(seeds=(3,), preset="easy")
     go(game)
     copies = game.model(0, 2)
@@ -198,7 +202,7 @@ def test_a_model_goes_on_like_the_original():
     assert np.array_equal(copies.state.position[1], game.state.position[0])
 
 
-def test_the_front_of_a_thousand_platoons_drives_like_ten():
+def test_the_front_of_a_thousand_platoons_drives_like_ten() -> None:
     """The last vehicle of a platoon does not feel who follows, so platoons behind change nothing ahead."""
     overrides = {"vehicles_per_platoon": 3, "attack_budget": 1, "duration_s": 30.0}
     few, many = (started(num_platoons=count, **overrides) for count in (10, 1000))

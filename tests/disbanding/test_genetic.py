@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from cps_baselines.disbanding.genetic import GeneticAlgorithm
-from cps_baselines.disbanding.plan_search import search_plan
+from cps_baselines.disbanding.plan_search import SearchResult, search_plan
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array
 from cps_envs.disbanding.problem import DISBANDING
 
 
-def rewards_for_the_front(times):
+def rewards_for_the_front(times: Array) -> Array:
     """Best plan: the front platoons as early as possible."""
     platoons = np.arange(1, times.shape[1] + 1)
     return np.where(np.isfinite(times), platoons * 100.0 - np.where(np.isfinite(times), times, 0.0), 0.0).sum(axis=1)
 
 
-def search(seed=0, budget=3, **overrides):
+def search(seed: int = 0, budget: int = 3, **overrides: Any) -> SearchResult:
     return search_plan(rewards_for_the_front, num_platoons=10, budget=budget, latest_s=180, seed=seed, **overrides)
 
 
-def test_plans_are_distinct_whole_and_within_bounds():
+def test_plans_are_distinct_whole_and_within_bounds() -> None:
     seen = []
 
-    def evaluate(times):
+    def evaluate(times: Array) -> Any:
         seen.extend(times)
         return rewards_for_the_front(times)
 
@@ -35,7 +38,7 @@ def test_plans_are_distinct_whole_and_within_bounds():
         assert np.all((chosen >= 1) & (chosen <= 20) & (chosen == np.round(chosen)))
 
 
-def test_no_plan_is_simulated_twice():
+def test_no_plan_is_simulated_twice() -> None:
     seen = []
     result = search_plan(
         lambda times: (seen.extend(row.tobytes() for row in times), rewards_for_the_front(times))[1],
@@ -48,7 +51,7 @@ def test_no_plan_is_simulated_twice():
     assert result.evaluations >= result.simulations
 
 
-def test_search_repeats_for_a_seed_and_never_gets_worse():
+def test_search_repeats_for_a_seed_and_never_gets_worse() -> None:
     first, again = search(seed=5), search(seed=5)
     assert first.events == again.events
     assert np.all(np.diff(first.history) >= 0)
@@ -56,13 +59,13 @@ def test_search_repeats_for_a_seed_and_never_gets_worse():
     assert [platoon for platoon, _ in first.events] == [10, 9, 8]
 
 
-def test_progress_is_reported_by_generation():
+def test_progress_is_reported_by_generation() -> None:
     calls = []
     search(progress=lambda *call: calls.append(call))
     assert [call[:2] for call in calls] == [(i, 20) for i in range(1, 21)]
 
 
-def solve(**overrides):
+def solve(**overrides: Any) -> tuple[dict[str, Array], SearchResult]:
     config = DISBANDING.config("paper", overrides)
     policy = GeneticAlgorithm(DISBANDING.game(config, 1).spec("attacker"))
     outcome = play_episodes(DISBANDING, config, {"attacker": policy, "defender": "none"}, [0])
@@ -70,7 +73,7 @@ def solve(**overrides):
     return outcome, report
 
 
-def test_finds_the_lead_platoon_at_the_first_instant():
+def test_finds_the_lead_platoon_at_the_first_instant() -> None:
     outcome, report = solve(attack_budget=1, tau_s=0.1)
     assert report.events == [(10, 1)]
     assert outcome["return"][0] == pytest.approx(report.value, abs=1e-9)
@@ -79,11 +82,11 @@ def test_finds_the_lead_platoon_at_the_first_instant():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("tau_s", [0.3, 0.5])
-def test_finds_the_lead_platoon_for_every_lag(tau_s):
+def test_finds_the_lead_platoon_for_every_lag(tau_s: float) -> None:
     assert solve(attack_budget=1, tau_s=tau_s)[1].events == [(10, 1)]
 
 
-def test_plans_against_the_opponent_that_it_will_meet():
+def test_plans_against_the_opponent_that_it_will_meet() -> None:
     config = DISBANDING.config("paper", {"duration_s": 12.0, "num_platoons": 3, "attack_budget": 1})
     values = []
     for defender in ("none", "feedback"):
@@ -95,7 +98,7 @@ def test_plans_against_the_opponent_that_it_will_meet():
     assert values[0] != values[1]
 
 
-def test_equal_episodes_are_solved_once():
+def test_equal_episodes_are_solved_once() -> None:
     config = DISBANDING.config("paper", {"duration_s": 12.0, "num_platoons": 3})
     policy = GeneticAlgorithm(DISBANDING.game(config, 1).spec("attacker"), generations=2, population=6)
     play_episodes(DISBANDING, config, {"attacker": policy, "defender": "none"}, [0, 1, 2])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,13 +16,15 @@ from cps_baselines.disbanding.quadratic_program import HildrethSolver, quadratic
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array
+from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
 
 SETTINGS = replace(BEST, horizon=4, period_s=0.5, command_weight=0.2, gap_weight=0.3)
 COUNT, TAU_S = 3, 0.3
 
 
-def drive(commands):
+def drive(commands: Array) -> tuple[Array, Array]:
     """Places and speeds (M, H) that commands (M, H) alone cause: fine Euler steps, no closed form."""
     vehicles, horizon = commands.shape
     x, v, a = np.zeros((3, vehicles))
@@ -34,13 +38,13 @@ def drive(commands):
     return np.array(places).T, np.array(speeds).T
 
 
-def responses():
+def responses() -> tuple[Array, Array]:
     """The matrices (H, H) from one vehicle's commands to its places and speeds."""
     places, speeds = drive(np.eye(SETTINGS.horizon))
     return places.T, speeds.T
 
 
-def dense_program():
+def dense_program() -> tuple[Array, tuple[Array, ...]]:
     """H and the rows (commands, speeds, gaps; lower limits negated) of the program for COUNT vehicles, from scratch."""
     place, speed = responses()
     one, chain = np.eye(COUNT), np.eye(COUNT, k=-1) - np.eye(COUNT)  # gap i = x(i - 1) - x(i)
@@ -51,7 +55,7 @@ def dense_program():
     return hessian, (np.eye(len(hessian)), speeds, gaps)
 
 
-def test_the_responses_are_those_of_a_vehicle_with_a_lag():
+def test_the_responses_are_those_of_a_vehicle_with_a_lag() -> None:
     design = design_joint(SETTINGS, TAU_S, COUNT)
     place, speed = responses()
     assert np.allclose(design.place, place, atol=2e-3)
@@ -59,7 +63,7 @@ def test_the_responses_are_those_of_a_vehicle_with_a_lag():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_program_is_solved_as_a_dense_one(seed):
+def test_the_program_is_solved_as_a_dense_one(seed: int) -> None:
     generator = np.random.default_rng(seed)
     shape = (COUNT, SETTINGS.horizon)
     scratch = joint_scratch(*shape)
@@ -80,7 +84,7 @@ def test_the_program_is_solved_as_a_dense_one(seed):
     assert np.allclose(commands.ravel(), expected, atol=5e-3)
 
 
-def test_a_row_that_cannot_be_kept_gives_way():
+def test_a_row_that_cannot_be_kept_gives_way() -> None:
     shape = (COUNT, SETTINGS.horizon)
     scratch = joint_scratch(*shape)
     scratch.linear[:], scratch.low[:], scratch.high[:] = 0.0, -30.0, np.inf
@@ -92,7 +96,7 @@ def test_a_row_that_cannot_be_kept_gives_way():
     assert np.allclose(commands[:, 0], -5.0, atol=0.2)
 
 
-def test_the_wishes_of_a_long_string_do_not_break_the_first_gap():
+def test_the_wishes_of_a_long_string_do_not_break_the_first_gap() -> None:
     """Every vehicle wants to go faster. What the first gap costs then is what all of them want, not what one does."""
     settings, count = replace(SETTINGS, horizon=2), 50
     shape = (count, settings.horizon)
@@ -106,12 +110,14 @@ def test_the_wishes_of_a_long_string_do_not_break_the_first_gap():
     assert -PENALTIES[2] * multipliers[2, 0].min() > 50.0
 
 
-def play(attacker, defender, seeds=(0,), preset="paper", **overrides):
+def play(
+    attacker: str, defender: str, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any
+) -> tuple[DisbandingConfig, dict[str, Array]]:
     config = DISBANDING.config(preset, {"report": "safety", **overrides})
     return config, play_episodes(DISBANDING, config, {"attacker": attacker, "defender": defender}, seeds)
 
 
-def test_it_comes_within_half_a_point_of_the_bound_at_its_own_gap():
+def test_it_comes_within_half_a_point_of_the_bound_at_its_own_gap() -> None:
     config, outcome = play("lead", "joint", tau_s=0.5, attack_budget=1)  # one attack, so no reserve is kept
     assert outcome["collided"][0] == 0
     assert outcome["smallest_gap_m"][0] > BEST.least_gap_m - 0.5
@@ -120,7 +126,7 @@ def test_it_comes_within_half_a_point_of_the_bound_at_its_own_gap():
 
 
 @pytest.mark.parametrize(("tau_s", "desired_gap_m"), [(0.1, 4.0), (0.5, 5.0)])
-def test_a_second_attack_finds_room_and_costs_less_than_under_string(tau_s, desired_gap_m):
+def test_a_second_attack_finds_room_and_costs_less_than_under_string(tau_s: float, desired_gap_m: float) -> None:
     overrides = {"tau_s": tau_s, "desired_gap_m": desired_gap_m}
     outcome, reference = (play("table_2_3", defender, **overrides)[1] for defender in ("joint", "string"))
     assert outcome["collided"][0] == 0
@@ -128,7 +134,7 @@ def test_a_second_attack_finds_room_and_costs_less_than_under_string(tau_s, desi
     assert outcome["velocity_error_all"][0] < reference["velocity_error_all"][0]
 
 
-def test_leaders_keep_a_reserve_only_while_an_attack_may_come():
+def test_leaders_keep_a_reserve_only_while_an_attack_may_come() -> None:
     """E_v behind platoon 10, disbanded at 1 s, when that is the only attack and when one may follow."""
     errors = []
     for budget in (1, 2):
@@ -137,19 +143,19 @@ def test_leaders_keep_a_reserve_only_while_an_attack_may_come():
     assert errors[0] < errors[1] - 1.0
 
 
-def test_without_an_attack_it_does_nothing():
+def test_without_an_attack_it_does_nothing() -> None:
     _, outcome = play("none", "joint", (1, 2), "learning", duration_s=20.0)
     _, untouched = play("none", "none", (1, 2), "learning", duration_s=20.0)
     assert np.array_equal(outcome["return"], untouched["return"])
 
 
-def test_episodes_of_a_batch_do_not_know_of_one_another():
+def test_episodes_of_a_batch_do_not_know_of_one_another() -> None:
     both = play("lead", "joint", (3, 4), "learning", duration_s=40.0, quiet_share=0.0, earliest_attack_s=1)[1]
     alone = play("lead", "joint", (4,), "learning", duration_s=40.0, quiet_share=0.0, earliest_attack_s=1)[1]
     assert both["return"][1] == alone["return"][0]
 
 
-def test_it_declares_that_it_is_told_and_refuses_what_it_cannot_do():
+def test_it_declares_that_it_is_told_and_refuses_what_it_cannot_do() -> None:
     spec = DISBANDING.game(DISBANDING.config("learning", {}), 1).spec("defender")
     assert resolve_policy("joint", spec).privileged == {"truth"}
     assert resolve_policy("joint?weights=paper", spec).settings == PAPER
@@ -160,7 +166,7 @@ def test_it_declares_that_it_is_told_and_refuses_what_it_cannot_do():
         Joint(platoons)
 
 
-def test_the_plan_survives_a_collision_of_its_own_making():
+def test_the_plan_survives_a_collision_of_its_own_making() -> None:
     """Finite actions where gaps are negative: ghosts pass through one another."""
     spec = DISBANDING.game(DISBANDING.config("paper", {}), 1).spec("defender")
     policy = Joint(spec)
@@ -177,5 +183,5 @@ def test_the_plan_survives_a_collision_of_its_own_making():
 class Observed(dict):
     """What a policy reads of one episode."""
 
-    def __len__(self):
+    def __len__(self) -> int:
         return 1

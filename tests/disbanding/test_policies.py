@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -14,6 +17,8 @@ from cps_baselines.disbanding.plans import Plan, RandomPlan, plan_array
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import Array, Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.start import nominal_constants
 
@@ -23,16 +28,20 @@ TAUS_S = (0.1, 0.3, 0.5)
 PRINTED_FEEDBACK = [[0.48, 0.10, 0.78, 0.43, 0.03, -0.12], [0.05, 0.67, 0.09, 0.13, 0.48, 0.63]]
 
 
-def play(attacker, defender, seeds=(0,), preset="paper", **overrides):
+def play(
+    attacker: str, defender: LinearFeedback | str, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any
+) -> dict[str, Array]:
     config = DISBANDING.config(preset, overrides)
     return play_episodes(DISBANDING, config, {"attacker": attacker, "defender": defender}, seeds)
 
 
-def spec_of(role, preset="paper", **overrides):
+def spec_of(role: Role, preset: str = "paper", **overrides: Any) -> RoleSpec:
     return DISBANDING.game(DISBANDING.config(preset, overrides), 1).spec(role)
 
 
-def errors_of(defender, attacker="lead", metric="velocity_error_intact", **overrides):
+def errors_of(
+    defender: str, attacker: str = "lead", metric: str = "velocity_error_intact", **overrides: Any
+) -> list[float]:
     return [play(attacker, defender, tau_s=tau_s, **overrides)[metric][0] for tau_s in TAUS_S]
 
 
@@ -42,17 +51,19 @@ def errors_of(defender, attacker="lead", metric="velocity_error_intact", **overr
     ("defender", "expected", "tolerance"),
     [("heuristic", (25.36, 27.21, 32.88), (0.5, 0.5, 1.0)), ("mpc", (21.98, 24.52, 28.50), (0.1, 0.1, 0.1))],
 )
-def test_mitigations_through_the_correction_rule(defender, expected, tolerance):
+def test_mitigations_through_the_correction_rule(
+    defender: str, expected: tuple[float, ...], tolerance: tuple[float, ...]
+) -> None:
     assert np.all(np.abs(np.subtract(errors_of(defender), expected)) <= tolerance)
 
 
 @pytest.mark.slow
-def test_heuristic_at_every_step_agrees_with_the_reference():
+def test_heuristic_at_every_step_agrees_with_the_reference() -> None:
     expected = (25.44, 26.84, 28.75)
     assert np.all(np.abs(np.subtract(errors_of("heuristic", control_period_s=0.01), expected)) <= 0.5)
 
 
-def test_a_longer_horizon_of_the_heuristic_is_another_policy():
+def test_a_longer_horizon_of_the_heuristic_is_another_policy() -> None:
     usual, longer = (errors_of(f"heuristic?horizon_s={horizon_s}")[0] for horizon_s in (0.5, 1))
     assert usual == errors_of("heuristic")[0]
     assert longer == pytest.approx(usual, abs=4.0)  # spec: 0.5 to 2 s give similar errors
@@ -63,12 +74,12 @@ def test_a_longer_horizon_of_the_heuristic_is_another_policy():
     ("options", "message"),
     [("horizon_s=0.25", "multiple of sample_s"), ("sample_s=0", "sample_s = 0"), ("decrement_mps2=0", "above 0")],
 )
-def test_impossible_foresight_is_refused(options, message):
+def test_impossible_foresight_is_refused(options: str, message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         resolve_policy(f"heuristic?{options}", spec_of("defender"))
 
 
-def test_the_heuristic_can_know_that_collision_avoidance_is_off():
+def test_the_heuristic_can_know_that_collision_avoidance_is_off() -> None:
     constants = nominal_constants(DISBANDING.config("paper", {"num_platoons": 2, "vehicles_per_platoon": 2}))
     sight = sight_for(4)  # vehicle 2 is nearer than r_0 without closing in, and vehicle 3 closes in on it
     sight.speed[:] = 30.0, 30.0, 30.0, 30.1
@@ -84,7 +95,7 @@ def test_the_heuristic_can_know_that_collision_avoidance_is_off():
     assert without[3] == pytest.approx((0.1 - 0.05) / 0.125 - 1.0)
 
 
-def test_printed_feedback_gives_the_printed_errors():
+def test_printed_feedback_gives_the_printed_errors() -> None:
     for tau_s, expected in zip(TAUS_S, (18.37, 18.86, 19.69), strict=True):
         feedback = LinearFeedback(spec_of("defender", tau_s=tau_s), PRINTED_FEEDBACK)
         outcome = play("lead", feedback, tau_s=tau_s)
@@ -92,7 +103,7 @@ def test_printed_feedback_gives_the_printed_errors():
         assert outcome["collided"][0] == 0
 
 
-def test_copy_comes_close_to_the_vehicle_that_it_copies():
+def test_copy_comes_close_to_the_vehicle_that_it_copies() -> None:
     # The error of the copied vehicle itself: 18.91 / 19.35 / 20.14 (spec 7.5).
     for tau_s, copied in zip(TAUS_S, (18.91, 19.35, 20.14), strict=True):
         outcome = play("lead", "copy", tau_s=tau_s)
@@ -100,7 +111,7 @@ def test_copy_comes_close_to_the_vehicle_that_it_copies():
         assert outcome["collided"][0] == 0
 
 
-def assert_beats_the_paper_s(defender, attack, gaps_m):
+def assert_beats_the_paper_s(defender: str, attack: str, gaps_m: list[float]) -> None:
     for gap_m in gaps_m:
         setting = {"attacker": attack, "metric": "velocity_error_all", "desired_gap_m": gap_m}
         bar = np.minimum(errors_of("heuristic", **setting), errors_of("mpc", **setting))
@@ -108,39 +119,39 @@ def assert_beats_the_paper_s(defender, attack, gaps_m):
 
 
 @pytest.mark.parametrize("defender", ["copy", "feedback", "mpc_tuned"])
-def test_stronger_defenders_beat_the_paper_s(defender):
+def test_stronger_defenders_beat_the_paper_s(defender: str) -> None:
     assert_beats_the_paper_s(defender, "lead", [5.0])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("attack", ["lead", "table_2_3"])
 @pytest.mark.parametrize("defender", ["copy", "feedback", "mpc_tuned"])
-def test_stronger_defenders_beat_the_paper_s_in_all_twelve_cells(defender, attack):
+def test_stronger_defenders_beat_the_paper_s_in_all_twelve_cells(defender: str, attack: str) -> None:
     assert_beats_the_paper_s(defender, attack, [5.0, 4.0])
 
 
-def test_solvers_of_the_mpc_agree():
+def test_solvers_of_the_mpc_agree() -> None:
     setting = {"tau_s": 0.3, "duration_s": 20.0}
     library = play("lead", "mpc?solver=osqp", **setting)["velocity_error_intact"][0]
     assert play("lead", "mpc", **setting)["velocity_error_intact"][0] == pytest.approx(library, abs=1e-3)
 
 
-def test_mpc_refuses_a_lag_that_its_model_cannot_follow():
+def test_mpc_refuses_a_lag_that_its_model_cannot_follow() -> None:
     with pytest.raises(ValueError, match=r"period_s <= 0\.08 s or a larger tau_s"):
         play("lead", "mpc", tau_s=0.04, duration_s=5.0)
 
 
-def test_unknown_solver_is_named():
+def test_unknown_solver_is_named() -> None:
     with pytest.raises(ConfigurationError, match="hildreth"):
         resolve_policy("mpc", spec_of("defender"), solver="hildret")
 
 
-def test_vehicle_policies_refuse_the_platoon_form():
+def test_vehicle_policies_refuse_the_platoon_form() -> None:
     with pytest.raises(ConfigurationError, match='defense_action="vehicle"'):
         CopyDisbanded(spec_of("defender", defense_action="platoon"))
 
 
-def test_plans_strike_when_they_say():
+def test_plans_strike_when_they_say() -> None:
     outcome = play("plan?events=[[10,1],[3,7]]", "none", duration_s=10.0)
     assert outcome["disbanded_platoons"][0] == 2
 
@@ -155,36 +166,36 @@ def test_plans_strike_when_they_say():
         ([(10, 1), (10, 5)], "twice"),
     ],
 )
-def test_impossible_plans_are_refused(events, message):
+def test_impossible_plans_are_refused(events: Sequence[Any], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         plan_array(events, 10)
 
 
-def test_a_plan_beyond_the_budget_names_the_remedy():
+def test_a_plan_beyond_the_budget_names_the_remedy() -> None:
     with pytest.raises(ConfigurationError, match="attack_budget=3"):
         Plan(spec_of("attacker"), [(10, 1), (9, 2), (8, 3)])
 
 
-def test_front_plans_follow_the_number_of_platoons():
+def test_front_plans_follow_the_number_of_platoons() -> None:
     outcome = play("lead", "none", seeds=range(6), preset="easy", num_platoons=(6, 10), duration_s=5.0)
     assert np.all(outcome["disbanded_platoons"] == 1)
 
 
-def test_random_plans_differ_by_seed_and_repeat():
+def test_random_plans_differ_by_seed_and_repeat() -> None:
     times = [RandomPlan(spec_of("attacker")).begin([np.random.default_rng(seed)], [{}])[0] for seed in (1, 2, 1)]
     assert not np.array_equal(times[0], times[1])
     assert np.array_equal(times[0], times[2])
     assert np.isfinite(times[0]).sum() == 2
 
 
-def test_random_plans_use_the_front_with_a_bias():
+def test_random_plans_use_the_front_with_a_bias() -> None:
     policy = RandomPlan(spec_of("attacker"), front_bias=200.0)
     times = policy.begin([np.random.default_rng(seed) for seed in range(20)], [{}] * 20)[0]
     assert np.all(np.isfinite(times[:, 8:]))
 
 
 @pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_every_registered_policy_plays(role):
+def test_every_registered_policy_plays(role: Role) -> None:
     config = {"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}
     for name in set(policy_names("disbanding", role)) - {*NEED_OPTIONS}:
         if name == "plan":
@@ -196,8 +207,8 @@ def test_every_registered_policy_plays(role):
         assert np.isfinite(outcome["return"]).all(), name
 
 
-def test_the_script_spread_follows_each_environment_s_budget():
-    def disbanding_s(seeds, **overrides):
+def test_the_script_spread_follows_each_environment_s_budget() -> None:
+    def disbanding_s(seeds: Sequence[int], **overrides: Any) -> Any:
         seen = []
         config = DISBANDING.config("easy", {"tau_s": 0.3, **overrides})
         players = {"attacker": "spread", "defender": "none"}
@@ -214,7 +225,7 @@ def test_the_script_spread_follows_each_environment_s_budget():
         np.testing.assert_allclose(times, fixed[budget])
 
 
-def test_feedback_takes_one_set_of_weights_per_environment():
+def test_feedback_takes_one_set_of_weights_per_environment() -> None:
     weights = np.stack([shipped_weights(), np.array(PRINTED_FEEDBACK)])
     feedback = LinearFeedback(spec_of("defender"), weights)
     both = play("lead", feedback, seeds=(0, 0), duration_s=30.0)["velocity_error_all"]
@@ -225,12 +236,12 @@ def test_feedback_takes_one_set_of_weights_per_environment():
     assert both.tolist() == alone
 
 
-def test_feedback_refuses_weights_of_another_shape():
+def test_feedback_refuses_weights_of_another_shape() -> None:
     with pytest.raises(ValueError, match=r"\(2, 6\)"):
         LinearFeedback(spec_of("defender"), np.zeros((2, 5)))
 
 
-def test_feedback_search_is_seeded_and_improves():
+def test_feedback_search_is_seeded_and_improves() -> None:
     small = FeedbackSearch(trials=12, population=6, taus_s=(0.1,), desired_gaps_m=(5.0,), attacks=("lead",), draws=0)
     state = np.random.get_state()[1].copy()
     first, second = search_feedback(small), search_feedback(small)

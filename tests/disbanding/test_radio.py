@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.core.types import Array
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
 
@@ -15,18 +18,18 @@ EXACT = {"num_platoons": PLATOONS, "duration_s": 30.0, "warning": "relayed", "co
 JAM = PLATOONS - 1  # + i: the action that blocks the link behind platoon i
 
 
-def started(num_envs=1, **overrides):
+def started(num_envs: int = 1, **overrides: Any) -> DisbandingGame:
     game = DisbandingGame(DISBANDING.config("paper", EXACT | overrides), num_envs)
     game.reset(np.ones(num_envs, bool), [np.random.default_rng(seed) for seed in range(num_envs)])
     return game
 
 
-def go(game, attack=0, num_steps=10):
+def go(game: DisbandingGame, attack: int = 0, num_steps: int = 10) -> None:
     every = np.ones(game.num_envs, bool)
     game.advance({"attacker": np.full(game.num_envs, attack)}, every, num_steps)
 
 
-def warning_times(game, attacks, seconds):
+def warning_times(game: DisbandingGame, attacks: dict[float, int], seconds: int) -> Array:
     """When each vehicle is first warned (B, M) s, +inf if never; `attacks` {second: action}. Seen every 0.1 s."""
     found = np.full(game.state.record_s.shape, np.inf)
     for step in range(10 * seconds):
@@ -38,14 +41,14 @@ def warning_times(game, attacks, seconds):
 
 
 @pytest.mark.parametrize("hop_s", [0.1, 0.3])
-def test_without_loss_the_warning_goes_one_vehicle_per_hop(hop_s):
+def test_without_loss_the_warning_goes_one_vehicle_per_hop(hop_s: float) -> None:
     times = warning_times(started(hop_delay_s=hop_s), {ATTACK_S: 3}, 20)[0]
     assert np.isinf(times[:20]).all()  # the front platoon, and the disbanded one
     ticks = np.floor(ATTACK_S / hop_s + 1e-9) + 1 + np.arange(20)  # messages are sent at multiples of the hop
     np.testing.assert_allclose(times[20:], ticks * hop_s, atol=1e-9)
 
 
-def test_a_record_is_the_state_of_the_disbanded_vehicle_when_it_was_taken():
+def test_a_record_is_the_state_of_the_disbanded_vehicle_when_it_was_taken() -> None:
     game, history = started(hop_delay_s=0.2), {}
     for step in range(80):
         go(game, attack=4 if step == 10 else 0, num_steps=1)
@@ -67,7 +70,7 @@ def test_a_record_is_the_state_of_the_disbanded_vehicle_when_it_was_taken():
 
 
 @pytest.mark.parametrize("loss", [0.1, 0.3])
-def test_a_lost_message_is_sent_again_after_a_hop(loss):
+def test_a_lost_message_is_sent_again_after_a_hop(loss: float) -> None:
     times = warning_times(started(60, hop_loss=loss), {ATTACK_S: 4}, 12)
     hops = (times[:, 10:] - ATTACK_S) / 0.1
     assert np.isfinite(hops).all()
@@ -80,7 +83,7 @@ def test_a_lost_message_is_sent_again_after_a_hop(loss):
 
 @given(st.integers(2, 4), st.integers(1, 5))
 @settings(max_examples=8, deadline=None)
-def test_a_jam_holds_the_warning_up_behind_its_platoon_only(platoon, jam_s):
+def test_a_jam_holds_the_warning_up_behind_its_platoon_only(platoon: int, jam_s: int) -> None:
     attacks = {ATTACK_S: JAM + platoon, ATTACK_S + 1: 4}
     free = warning_times(started(jam_budget_s=jam_s), {ATTACK_S + 1: 4}, 12)[0]
     jammed = warning_times(started(jam_budget_s=jam_s), attacks, 12)[0]
@@ -91,7 +94,7 @@ def test_a_jam_holds_the_warning_up_behind_its_platoon_only(platoon, jam_s):
     np.testing.assert_allclose(jammed[behind:], passed + 0.1 * np.arange(40 - behind), atol=1e-9)
 
 
-def test_the_jam_moves_and_ends_with_its_budget():
+def test_the_jam_moves_and_ends_with_its_budget() -> None:
     game = started(jam_budget_s=3)
     go(game)
     assert game.action_mask("attacker")[0].tolist() == [True] * 8  # nobody drives behind platoon 1
@@ -104,7 +107,7 @@ def test_the_jam_moves_and_ends_with_its_budget():
     assert game.state.jam_place[0] == -1
 
 
-def test_what_the_radio_is_like_shows_in_no_observation_before_an_attack():
+def test_what_the_radio_is_like_shows_in_no_observation_before_an_attack() -> None:
     games = [started(hop_delay_s=hop_s, hop_loss=loss) for hop_s, loss in ((0.05, 0.0), (0.2, 0.3))]
     for game in games:
         go(game, num_steps=40)
@@ -112,7 +115,7 @@ def test_what_the_radio_is_like_shows_in_no_observation_before_an_attack():
         assert np.array_equal(games[0].observe(role), games[1].observe(role))
 
 
-def test_two_disbanded_platoons_tell_of_the_nearer_one():
+def test_two_disbanded_platoons_tell_of_the_nearer_one() -> None:
     game = started()
     for attack in (0, 4, 2):
         go(game, attack)
@@ -123,7 +126,7 @@ def test_two_disbanded_platoons_tell_of_the_nearer_one():
     assert np.all(sources[10:20] > game.state.position[0, 10])  # platoon 4
 
 
-def test_the_truth_shows_the_episode_as_it_goes_on():
+def test_the_truth_shows_the_episode_as_it_goes_on() -> None:
     game = started(hop_delay_s=2.0)
     truth = game.truth(0)
     go(game)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,9 @@ from cps_baselines.fdi.model_fallback import ModelFallback
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import Array
+from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play, spec_of, task_settings
@@ -21,7 +26,7 @@ OWN = "x1>1 x2>2 v1>1 v4>4 xv4>4"  # listed, so that no shipped optima are neede
 
 
 @pytest.mark.parametrize("defender", DETECTORS)
-def test_no_false_alarm_without_attack_in_preset_clip(defender):
+def test_no_false_alarm_without_attack_in_preset_clip(defender: str) -> None:
     disturbed = {"gap_spread_m": 0.2, "speed_spread_mps": 0.2}
     for overrides in ({}, disturbed):
         outcome = play("none", defender, seeds=range(20), preset="clip", **overrides)
@@ -30,14 +35,14 @@ def test_no_false_alarm_without_attack_in_preset_clip(defender):
 
 
 @pytest.mark.parametrize("defender", DETECTORS)
-def test_hardly_any_false_alarm_in_preset_defense(defender):
+def test_hardly_any_false_alarm_in_preset_defense(defender: str) -> None:
     outcome = play("none", defender, seeds=range(200), preset="defense", tasks=OWN)
     assert outcome["false_alarm_rate"].mean() < 0.02
     assert outcome["collided_pairs"].max() == 0
 
 
 @pytest.mark.parametrize("defender", DETECTORS)
-def test_larger_disturbances_are_no_alarm_either(defender):
+def test_larger_disturbances_are_no_alarm_either(defender: str) -> None:
     outcome = play("none", defender, seeds=range(50), preset="defense", tasks=OWN, disturbance_mps2=1.0)
     assert outcome["false_alarm_rate"].mean() < 0.02
 
@@ -55,7 +60,7 @@ def test_larger_disturbances_are_no_alarm_either(defender):
         ("model_only", "x4>4", True),
     ],
 )
-def test_what_is_left_of_the_replayed_optimum(defender, task, cut):
+def test_what_is_left_of_the_replayed_optimum(defender: str, task: str, cut: bool) -> None:
     free, defended = (play("oracle", name, preset="clip", **task_settings(task)) for name in ("none", defender))
     assert free["impact_speed_mps"][0] > 3
     assert defended["illegal"][0] == 0
@@ -67,11 +72,11 @@ def test_what_is_left_of_the_replayed_optimum(defender, task, cut):
 
 
 @pytest.mark.parametrize("preset", ["paper", "B", "clip"])
-def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset):
+def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset: str) -> None:
     config = FDI.config(preset, {"attacked": "xv4", "target": 4})
     residuals = []
 
-    def look(game):
+    def look(game: FdiGame) -> None:
         residuals.append(np.abs([game.episode(b).residual[:3] for b in range(game.num_envs)]).max())
 
     play_episodes(FDI, config, {"attacker": "bang_bang"}, range(50), on_step=look)
@@ -79,7 +84,7 @@ def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset)
     assert quiet_residual_m(config) + max(residuals) < config.range_resolution_m  # one level is seen
 
 
-def observed(spec, **values):
+def observed(spec: RoleSpec, **values: Any) -> Array:
     """An observation (1, size) with these values (k,) at the beginning of their fields, in units; zeros elsewhere."""
     row = np.zeros((1, spec.fields.size))
     for name, value in values.items():
@@ -88,7 +93,7 @@ def observed(spec, **values):
     return spec.fields.encode(row)
 
 
-def seen_by(defender, residual_m, steps):
+def seen_by(defender: FrontRearRedundancy | KinematicResidual, residual_m: list[float], steps: int) -> Array:
     """Distrust (steps, 2n) while vehicle 1 shows the residuals (steps,) in m."""
     state, course = None, []
     for step in range(steps):
@@ -99,7 +104,7 @@ def seen_by(defender, residual_m, steps):
     return np.array(course)
 
 
-def test_a_kinematic_alarm_holds_and_is_released_when_the_offset_has_gone():
+def test_a_kinematic_alarm_holds_and_is_released_when_the_offset_has_gone() -> None:
     spec = spec_of("defender", preset="clip")
     lasting = seen_by(KinematicResidual(spec, hold_s=0.5), [1.0], 20)
     assert np.all(lasting[:, 0])  # an offset that stays
@@ -111,7 +116,7 @@ def test_a_kinematic_alarm_holds_and_is_released_when_the_offset_has_gone():
     assert not gone[:, [1, 2, 3, 5, 6, 7]].any()
 
 
-def test_a_redundancy_alarm_holds_as_told():
+def test_a_redundancy_alarm_holds_as_told() -> None:
     spec = spec_of("defender", preset="clip")
     course = seen_by(FrontRearRedundancy(spec, hold_s=0.3), [0.5], 10)
     assert np.all(course[:4, 0])
@@ -119,7 +124,7 @@ def test_a_redundancy_alarm_holds_as_told():
     assert not seen_by(FrontRearRedundancy(spec), [0.2], 5).any()  # below half a resolution
 
 
-def test_the_gate_of_the_model_follows_the_disturbance():
+def test_the_gate_of_the_model_follows_the_disturbance() -> None:
     """The covariance against the spread of simulated double integrators whose readings are not used."""
     spec = spec_of("defender", preset="defense", tasks=OWN, share_rear_range=False)
     defender, dt_s, generator = ModelFallback(spec), 0.1, np.random.default_rng(0)
@@ -137,7 +142,7 @@ def test_the_gate_of_the_model_follows_the_disturbance():
     assert np.allclose(np.sqrt(covariance[0, :, 2]), speed.std(axis=0), rtol=0.03)
 
 
-def test_memories_start_anew_with_each_episode():
+def test_memories_start_anew_with_each_episode() -> None:
     spec = spec_of("defender", preset="clip")
     for defender in (KinematicResidual(spec), FrontRearRedundancy(spec), ModelFallback(spec)):
         values = np.zeros((2, spec.fields.size))
@@ -150,7 +155,7 @@ def test_memories_start_anew_with_each_episode():
         assert not np.array_equal(actions[1], fresh[0])
 
 
-def test_defenders_say_what_they_need():
+def test_defenders_say_what_they_need() -> None:
     with pytest.raises(ConfigurationError, match="share_rear_range=True"):
         FrontRearRedundancy(spec_of("defender", share_rear_range=False))
     with pytest.raises(ConfigurationError, match="hold_s"):
@@ -160,13 +165,13 @@ def test_defenders_say_what_they_need():
 
 
 @pytest.mark.parametrize("name", sorted({*policy_names("fdi", "defender")} - {*NEED_OPTIONS}))
-def test_every_registered_defender_plays(name):
+def test_every_registered_defender_plays(name: str) -> None:
     preset = "clip" if name in ("none", *CONTEST.defenders.left_out) else "learning"
     assert np.isfinite(play("bang_bang", name, seeds=range(3), preset=preset)["return"]).all()
 
 
 @pytest.mark.skipif(not known(FDI.config("clip", {})), reason="no optima of preset clip are shipped")
-def test_the_defense_preset_with_its_own_opponent():
+def test_the_defense_preset_with_its_own_opponent() -> None:
     attacker = FDI.opponents["defense"]["attacker"]
     free, defended = (play(attacker, name, seeds=range(60), preset="defense") for name in ("none", "model"))
     assert 0.3 < np.mean(free["injected_share"] > 0) < 0.7  # half of the episodes stay without attack

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.sensors import Sensors, parse_sensors
 from tests.fdi.duel import QUIET, Filter, advance, levels, place, started
@@ -17,7 +20,7 @@ EVERY = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1"
 NEUTRAL = np.array([1] * 14 + [4] * 4)
 
 
-def test_the_filter_is_the_textbook_one():
+def test_the_filter_is_the_textbook_one() -> None:
     """With random trust, lies and corrections, against matrices with joint updates."""
     game = started(tasks=EVERY, attack_share=1.0, onset_s=0.0, seed=3)
     filter_, generator = Filter(game), np.random.default_rng(1)
@@ -37,7 +40,7 @@ def test_the_filter_is_the_textbook_one():
     assert game.state.step[0] > 20
 
 
-def test_vehicles_follow_what_front_and_rear_sensors_tell_them():
+def test_vehicles_follow_what_front_and_rear_sensors_tell_them() -> None:
     """Exact sensors, lies on front and rear: against positions and speeds of single vehicles."""
     game = started(**QUIET, tasks=EVERY)
     c, n = game.config, 4
@@ -59,7 +62,7 @@ def test_vehicles_follow_what_front_and_rear_sensors_tell_them():
         np.testing.assert_allclose(true[4:7], np.diff(speed), atol=1e-9)
 
 
-def test_honest_readings_are_noisy_multiples_of_the_resolution():
+def test_honest_readings_are_noisy_multiples_of_the_resolution() -> None:
     game = started(400, disturbance_mps2=0.0)
     c, offset = game.config, game.config.desired_gap_m
     off = []
@@ -76,7 +79,7 @@ def test_honest_readings_are_noisy_multiples_of_the_resolution():
     assert np.abs(np.corrcoef(np.reshape(off, (-1, 14)).T) - np.eye(14)).max() < 0.08  # each sensor its own noise
 
 
-def test_a_lie_works_one_step_later_and_not_before_the_onset():
+def test_a_lie_works_one_step_later_and_not_before_the_onset() -> None:
     game = started(**{**QUIET, "onset_s": 0.5}, tasks="v4>4")
     lie = levels(game, {"v4": 2})
     for step in range(9):
@@ -88,7 +91,7 @@ def test_a_lie_works_one_step_later_and_not_before_the_onset():
         advance(game, lie)
 
 
-def test_without_attack_nothing_is_ever_injected():
+def test_without_attack_nothing_is_ever_injected() -> None:
     game = started(**{**QUIET, "attack_share": 0.0}, tasks="v4>4")
     for _ in range(99):
         advance(game, levels(game, {"v4": 9}))
@@ -96,7 +99,7 @@ def test_without_attack_nothing_is_ever_injected():
     assert game.metrics()["attacked"][0] == 0
 
 
-def test_onsets_shares_gains_and_disturbances_are_drawn_as_stated():
+def test_onsets_shares_gains_and_disturbances_are_drawn_as_stated() -> None:
     game = started(3000)
     attacked = game.state.onset < game.horizon
     assert 0.72 < attacked.mean() < 0.78
@@ -112,7 +115,7 @@ def test_onsets_shares_gains_and_disturbances_are_drawn_as_stated():
     assert abs(np.corrcoef(gains.T)[0, 1]) < 0.06
 
 
-def test_a_disturbance_lasts_as_long_as_stated():
+def test_a_disturbance_lasts_as_long_as_stated() -> None:
     quiet = {**QUIET, "disturbance_mps2": 0.4, "disturbance_hold_s": 1.0}
     game = started(**quiet, proportional_gain=1e-4, derivative_gain=1e-3, tasks="v4>4")
     speeds = [game.state.error[0, 7]]
@@ -124,7 +127,7 @@ def test_a_disturbance_lasts_as_long_as_stated():
     assert np.abs(np.diff(change[:, 0])).min() > 1e-3
 
 
-def test_drawn_gains_are_those_of_the_commands():
+def test_drawn_gains_are_those_of_the_commands() -> None:
     quiet = {**QUIET, "gain_spread": 0.2, "speed_spread_mps": 0.2, "gap_spread_m": 0.5}
     game = started(50, **quiet, tasks="v4>4")
     error, gains = game.state.error.copy(), game.fields["defender"].decode(game.observe("defender"))["gain"]
@@ -133,7 +136,7 @@ def test_drawn_gains_are_those_of_the_commands():
     np.testing.assert_allclose(game.state.command[:, 0], expected, atol=1e-5)
 
 
-def outcome(defender, **overrides):
+def outcome(defender: str, **overrides: Any) -> dict[str, Array]:
     config = FDI.config("learning", {"tasks": "v4>4", **QUIET, **overrides})
     action = NEUTRAL.copy()
     action[[place(sensor) for sensor in defender.split()]] = 0
@@ -141,7 +144,7 @@ def outcome(defender, **overrides):
     return play_episodes(FDI, config, players, [0])
 
 
-def test_alarms_count_on_attacked_sensors_while_lies_work_and_in_vain_otherwise():
+def test_alarms_count_on_attacked_sensors_while_lies_work_and_in_vain_otherwise() -> None:
     cases = [
         ("v4", {}, 1, 0),
         ("x1", {}, 0, 1),
@@ -156,7 +159,7 @@ def test_alarms_count_on_attacked_sensors_while_lies_work_and_in_vain_otherwise(
         assert (found["detected"][0], found["false_alarm"][0]) == (detected, in_vain), (defender, overrides)
 
 
-def test_the_smallest_gap_is_that_of_the_whole_episode():
+def test_the_smallest_gap_is_that_of_the_whole_episode() -> None:
     game, smallest = started(tasks="v4>4", attack_share=1.0, onset_s=0.0, seed=8), np.inf
     for _ in range(100):
         smallest = min(smallest, game.state.error[0, :4].min() + 5)
@@ -172,7 +175,7 @@ vehicles, followed = st.sets(st.integers(1, 4)), st.sets(st.integers(2, 4))
 
 @given(st.tuples(vehicles, vehicles, followed, followed).filter(any))
 @settings(max_examples=200)
-def test_sensors_read_as_they_are_written(chosen):
+def test_sensors_read_as_they_are_written(chosen: Any) -> None:
     sensors = Sensors(*(tuple(sorted(part)) for part in chosen))
     assert parse_sensors(str(sensors), 4) == sensors
     flags = sensors.flags(4, rear=True)
@@ -192,12 +195,12 @@ def test_sensors_read_as_they_are_written(chosen):
         ({"disturbance_hold_s": 0.3}, "multiple of dt_s"),
     ],
 )
-def test_settings_that_do_not_fit_are_refused(overrides, message):
+def test_settings_that_do_not_fit_are_refused(overrides: dict[str, Any], message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         FDI.config("paper", overrides)
 
 
-def test_the_scene_shows_what_the_filter_believes_and_names_rear_sensors():
+def test_the_scene_shows_what_the_filter_believes_and_names_rear_sensors() -> None:
     game = started(tasks="xv1+rv2>1", attack_share=1.0, onset_s=0.0)
     for _ in range(12):
         advance(game, levels(game, {"x1": 2, "v1": 2, "rv2": 2}))

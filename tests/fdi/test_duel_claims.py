@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cps_envs.core.play import play_episodes
+from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play
 
@@ -35,33 +36,33 @@ def worst(defender: str, tasks: str = CONTESTED) -> float:
     return max(impact(attacker, defender, tasks) for attacker in FOUND.values())
 
 
-def test_chi2_leaves_a_good_part_of_the_undefended_impact():
+def test_chi2_leaves_a_good_part_of_the_undefended_impact() -> None:
     assert worst("chi2") > 0.3 * worst("none")
     assert worst("none") > 3
 
 
-def test_cusum_leaves_at_most_two_thirds_of_that():
+def test_cusum_leaves_at_most_two_thirds_of_that() -> None:
     assert worst("cusum") < 2 / 3 * worst("chi2")
     assert worst("cusum") > 1  # something is left to win
 
 
-def test_the_bank_leaves_less_and_is_not_unbeaten():
+def test_the_bank_leaves_less_and_is_not_unbeaten() -> None:
     assert 0.5 < worst("bank") < worst("cusum")
 
 
 @pytest.mark.parametrize("tasks", [CONTESTED, "xv2>2 x4>4"])
-def test_informed_leaves_nothing(tasks):
+def test_informed_leaves_nothing(tasks: str) -> None:
     assert worst("informed", tasks) < 0.1
 
 
-def test_chi2_is_a_trap_where_rates_alone_are_false():
+def test_chi2_is_a_trap_where_rates_alone_are_false() -> None:
     assert worst("chi2", "v1+rv2>1 v4>4") > worst("none", "v1+rv2>1 v4>4")
 
 
-def test_chi2_rejects_the_honest_sensor_more_than_the_false_one():
+def test_chi2_rejects_the_honest_sensor_more_than_the_false_one() -> None:
     rejected = []
 
-    def look(game):
+    def look(game: FdiGame) -> None:
         active = ~game.terminated & (game.state.step > 20)
         rejected.extend((game.state.trust[active] == 0).tolist())
 
@@ -71,14 +72,14 @@ def test_chi2_rejects_the_honest_sensor_more_than_the_false_one():
     assert honest > 2 * false
 
 
-def test_attackers_that_know_no_filter_are_stopped():
+def test_attackers_that_know_no_filter_are_stopped() -> None:
     for attacker in ("random", "bang_bang", FOUND["none"]):
         for defender in ("chi2", "cusum", "bank"):
             assert impact(attacker, defender) < 0.5, (attacker, defender)
 
 
 @pytest.mark.parametrize("defender", ["chi2", "cusum", "redundant_cusum", "bank"])
-def test_no_honest_episode_of_two_thousand_ends_in_a_collision(defender):
+def test_no_honest_episode_of_two_thousand_ends_in_a_collision(defender: str) -> None:
     outcome = play("none", defender, seeds=range(60_000, 62_000), preset="learning", attack_share=0.0)
     assert outcome["collided_pairs"].max() == 0
     assert outcome["smallest_gap_m"].min() > 1
@@ -86,7 +87,7 @@ def test_no_honest_episode_of_two_thousand_ends_in_a_collision(defender):
 
 
 @pytest.mark.parametrize("defender", ["chi2", "bank"])
-def test_many_attacks_that_hit_are_missed_until_the_collision(defender):
+def test_many_attacks_that_hit_are_missed_until_the_collision(defender: str) -> None:
     outcome = play(FOUND[defender], defender, seeds=SEEDS, preset="learning", tasks=CONTESTED, attack_share=1.0)
     hit = outcome["collided_pairs"] > 0
     assert hit.mean() > 0.3

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,7 +23,7 @@ from cps_envs.fdi.task import parse_task
 whole = st.integers(-4, 4)
 
 
-def judge(program: Program):  # type: ignore[no-untyped-def]
+def judge(program: Program) -> Callable[..., Any]:
     return lambda point: -float(program.cost @ point)
 
 

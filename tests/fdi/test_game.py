@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.core.types import Array, Role
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.problem import FDI
@@ -15,13 +19,15 @@ from tests.fdi.reference import Platoon
 SENSORS = ("x1", "v4", "xv2", "x1+v3", "xv1,4")
 
 
-def started(seeds=(0,), preset="paper", **overrides):
+def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> FdiGame:
     game = FdiGame(FDI.config(preset, overrides), len(seeds))
     game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
     return game
 
 
-def go(game, levels, trust=None, correction=None):
+def go(
+    game: FdiGame, levels: Array | list[int], trust: Array | None = None, correction: Array | list[int] | None = None
+) -> Array:
     """One step under levels (S,) of every environment, and the defender's trust (2n,) and correction levels (n,)."""
     bounds = game.neutral_action["attacker"]
     actions = {"attacker": np.tile(np.asarray(levels) + bounds, (game.num_envs, 1))}
@@ -33,17 +39,17 @@ def go(game, levels, trust=None, correction=None):
     return game.advance(actions, ~game.terminated, 1)
 
 
-def seen(game, role):
+def seen(game: FdiGame, role: Role) -> dict[str, Array | float]:
     return {name: values[0] for name, values in game.fields[role].decode(game.observe(role)).items()}
 
 
-def legal_level(game, generator):
+def legal_level(game: FdiGame, generator: np.random.Generator) -> Array:
     low, high = game.state.legal[0].T
     return generator.integers(low, np.maximum(low, high) + 1)
 
 
 @pytest.mark.parametrize("attacked", SENSORS)
-def test_hard_limits_follow_the_continuous_platoon(attacked):
+def test_hard_limits_follow_the_continuous_platoon(attacked: str) -> None:
     game, generator = started(attacked=attacked, target=1), np.random.default_rng(1)
     platoon = Platoon(game.config)
     for _ in range(game.horizon):
@@ -55,7 +61,7 @@ def test_hard_limits_follow_the_continuous_platoon(attacked):
 
 
 @pytest.mark.parametrize("attacked", SENSORS)
-def test_clipped_limits_follow_held_commands(attacked):
+def test_clipped_limits_follow_held_commands(attacked: str) -> None:
     game, generator = started(preset="clip", attacked=attacked, target=1), np.random.default_rng(2)
     platoon, none = Platoon(game.config), game.config.correction_levels
     while not game.terminated[0] and game.elapsed[0] < game.horizon:
@@ -65,7 +71,7 @@ def test_clipped_limits_follow_held_commands(attacked):
         np.testing.assert_allclose(game.episode(0).error, platoon.errors, atol=1e-9)
 
 
-def test_disturbances_act_on_the_vehicles():
+def test_disturbances_act_on_the_vehicles() -> None:
     game = started(preset="clip", attacked="x1", target=1, disturbance_mps2=0.5)
     disturbances = np.random.default_rng(0)
     disturbances.integers(1), disturbances.uniform(size=8)
@@ -76,7 +82,7 @@ def test_disturbances_act_on_the_vehicles():
         np.testing.assert_allclose(game.episode(0).error, platoon.errors, atol=1e-9)
 
 
-def test_legal_levels_at_rest():
+def test_legal_levels_at_rest() -> None:
     """Spec 7.4: 21 levels for a range sensor, 13 for a range-rate sensor."""
     assert started(attacked="x1", target=1).state.legal[0].tolist() == [[-10, 10]]
     assert started(attacked="v4", target=4).state.legal[0].tolist() == [[-6, 6]]
@@ -84,7 +90,7 @@ def test_legal_levels_at_rest():
 
 @settings(max_examples=60)
 @given(st.sampled_from(SENSORS), st.integers(0, 2**31), st.integers(0, 15))
-def test_the_mask_is_what_the_constraints_say(attacked, seed, steps):
+def test_the_mask_is_what_the_constraints_say(attacked: str, seed: int, steps: int) -> None:
     """A level is offered exactly if it, with the best help of the other sensors, satisfies (3.48) to (3.50)."""
     game, generator = started(attacked=attacked, target=1), np.random.default_rng(seed)
     for _ in range(steps):
@@ -116,7 +122,7 @@ def test_the_mask_is_what_the_constraints_say(attacked, seed, steps):
         assert box[possible].tolist() == list(range(low, high + 1))
 
 
-def test_an_illegal_injection_ends_the_episode_unpaid():
+def test_an_illegal_injection_ends_the_episode_unpaid() -> None:
     game = started(attacked="x1", target=1)
     assert go(game, [11])[0] == 0
     assert game.terminated[0]
@@ -124,7 +130,7 @@ def test_an_illegal_injection_ends_the_episode_unpaid():
     assert not game.episode(0).error.any()
 
 
-def test_a_dead_end_offers_no_injection():
+def test_a_dead_end_offers_no_injection() -> None:
     game = started(attacked="x4", target=3)
     for level in (-10, 20, -30, 40):
         low, high = game.state.legal[0, 0]
@@ -135,14 +141,14 @@ def test_a_dead_end_offers_no_injection():
             assert game.metrics()["illegal"][0] == 1
 
 
-def test_a_shield_takes_the_nearest_legal_level():
+def test_a_shield_takes_the_nearest_legal_level() -> None:
     game = started(attacked="x1", target=1, shield=True)
     go(game, [50])
     assert game.episode(0).injection[0] == 10 * game.config.range_resolution_m
     assert not game.terminated[0]
 
 
-def test_two_sensors_of_a_vehicle_share_its_limits():
+def test_two_sensors_of_a_vehicle_share_its_limits() -> None:
     game = started(attacked="xv1", target=1, shield=True)
     go(game, [40, 40])  # 20 m alone would be 20 m/s2: the range-rate helps as far as it can
     memory = game.episode(0)
@@ -150,14 +156,14 @@ def test_two_sensors_of_a_vehicle_share_its_limits():
     assert not game.terminated[0]
 
 
-def test_shares_go_from_the_lowest_to_the_highest_legal_level():
+def test_shares_go_from_the_lowest_to_the_highest_legal_level() -> None:
     for action, level in ((0, 0), (1, -10), (11, 0), (21, 10)):
         game = started(attacked="x1", target=1, attack_action="share")
         game.advance({"attacker": np.array([[action]])}, np.ones(1, bool), 1)
         assert game.episode(0).injection[0] == level * 0.5
 
 
-def collision(target=4, **overrides):
+def collision(target: int = 4, **overrides: Any) -> tuple[FdiGame, float]:
     """Brake, then accelerate as hard as is legal, until somebody collides."""
     game, total = started(attacked="x4", target=target, **overrides), 0.0
     for step in range(game.horizon):
@@ -166,7 +172,7 @@ def collision(target=4, **overrides):
     return game, total
 
 
-def test_impact_speed_is_paid_at_the_crossing():
+def test_impact_speed_is_paid_at_the_crossing() -> None:
     game, total = collision()
     memory, metrics = game.episode(0), game.metrics()
     assert memory.error[3] <= -5 + SLACK
@@ -175,13 +181,13 @@ def test_impact_speed_is_paid_at_the_crossing():
     assert total <= metrics["oracle_bound_mps"][0]
 
 
-def test_another_pairs_collision_pays_only_where_any_pair_does():
+def test_another_pairs_collision_pays_only_where_any_pair_does() -> None:
     unpaid, paid = collision(target=3), collision(target=3, paid_pair="any")
     assert unpaid[1] == 0 < unpaid[0].metrics()["worst_impact_mps"][0] == paid[1]
     assert paid[0].metrics()["bound_valid"][0] == 0
 
 
-def test_an_untrusted_range_is_replaced_by_the_rear_sensor():
+def test_an_untrusted_range_is_replaced_by_the_rear_sensor() -> None:
     game = started(preset="clip", attacked="x1", target=1)
     trust = np.ones(8, int)
     trust[0] = 0
@@ -196,7 +202,7 @@ def test_an_untrusted_range_is_replaced_by_the_rear_sensor():
 
 
 @pytest.mark.parametrize(("preset", "disturbed"), [("paper", False), ("clip", False), ("clip", True)])
-def test_the_model_predicts_what_it_can_know(preset, disturbed):
+def test_the_model_predicts_what_it_can_know(preset: str, disturbed: bool) -> None:
     """Without disturbance, and with readings that are true or not used, the prediction is the truth."""
     noise = {"disturbance_mps2": 0.2} if disturbed else {}
     game, generator = started(preset=preset, attacked="xv4", target=4, **noise), np.random.default_rng(3)
@@ -210,7 +216,7 @@ def test_the_model_predicts_what_it_can_know(preset, disturbed):
     assert (off > 1e-4) == disturbed
 
 
-def test_trust_and_no_correction_change_nothing():
+def test_trust_and_no_correction_change_nothing() -> None:
     generator, plain, watched = np.random.default_rng(4), started(attacked="v1"), started(attacked="v1")
     for _ in range(12):
         level = legal_level(plain, generator)
@@ -220,7 +226,7 @@ def test_trust_and_no_correction_change_nothing():
     assert watched.metrics()["bound_valid"][0] == plain.metrics()["bound_valid"][0]
 
 
-def test_a_defender_who_acts_voids_the_bound():
+def test_a_defender_who_acts_voids_the_bound() -> None:
     game = started()
     assert game.metrics()["bound_valid"][0] == 1
     go(game, [0], correction=[0, 1, 0, 0])
@@ -228,7 +234,7 @@ def test_a_defender_who_acts_voids_the_bound():
     assert game.metrics()["correction_cost_mps"][0] == pytest.approx(0.01 * 0.2 * 0.5 / 4)
 
 
-def test_kinematic_residual_shows_a_change_of_range_only():
+def test_kinematic_residual_shows_a_change_of_range_only() -> None:
     game = started(preset="clip", attacked="x2", target=2)
     go(game, [0])
     go(game, [-4])
@@ -237,7 +243,7 @@ def test_kinematic_residual_shows_a_change_of_range_only():
     assert abs(seen(game, "defender")["kinematic_residual"][1]) < 0.02
 
 
-def test_drawn_tasks_are_observed_and_masked():
+def test_drawn_tasks_are_observed_and_masked() -> None:
     game = started(seeds=range(64), preset="easy")
     shown = game.fields["attacker"].decode(game.observe("attacker"))
     masks = np.split(game.action_mask("attacker"), np.cumsum(game.action_space["attacker"].nvec)[:-1], axis=1)
@@ -251,7 +257,7 @@ def test_drawn_tasks_are_observed_and_masked():
     assert len({game.task(b) for b in range(64)}) > 20
 
 
-def test_an_environment_is_what_its_copy_is():
+def test_an_environment_is_what_its_copy_is() -> None:
     game, generator = started(seeds=(1, 2), preset="defense"), np.random.default_rng(0)
     for _ in range(5):
         go(game, generator.integers(-2, 3, 8))
@@ -265,7 +271,7 @@ def test_an_environment_is_what_its_copy_is():
 
 
 @pytest.mark.parametrize("preset", ["clip", "fig32"])
-def test_a_turn_of_several_steps_is_as_many_turns(preset):
+def test_a_turn_of_several_steps_is_as_many_turns(preset: str) -> None:
     """Some environments collide on the way: they stand still from there on, and what is legal is that of their end."""
     whole, parts, steps = started(range(20), preset), started(range(20), preset), 30
     low, high = np.moveaxis(whole.state.legal, 2, 0)

@@ -6,16 +6,17 @@ import gymnasium
 import numpy as np
 import pytest
 
+from cps_envs.core.types import Array
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play
 
 
-def size_m(decoded, pairs):  # of observed errors
+def size_m(decoded: dict[str, Array], pairs: list[int] | range) -> float:  # of observed errors
     return np.sqrt(sum(decoded["gap_error"][i] ** 2 + decoded["relative_speed"][i] ** 2 for i in pairs))
 
 
 @pytest.mark.parametrize(("paid_pair", "pairs"), [("target", [1]), ("any", range(10))])
-def test_each_step_pays_what_the_errors_have_grown(paid_pair, pairs):
+def test_each_step_pays_what_the_errors_have_grown(paid_pair: str, pairs: list[int] | range) -> None:
     env = gymnasium.make(
         "cps_envs:cps_envs/FdiAttack-v0",
         preset="instability",
@@ -44,7 +45,7 @@ def test_each_step_pays_what_the_errors_have_grown(paid_pair, pairs):
     assert env.game.payoff_parts[0] == "error_growth_m"
 
 
-def test_the_goal_changes_what_is_paid_and_nothing_else():
+def test_the_goal_changes_what_is_paid_and_nothing_else() -> None:
     same = {"seeds": range(6), "attacked": "v4", "target": 4}
     collision, unstable = play("bang_bang", **same), play("bang_bang", goal="instability", **same)
     for name in ("impact_speed_mps", "worst_impact_mps", "time_s", "injected_share"):
@@ -53,19 +54,19 @@ def test_the_goal_changes_what_is_paid_and_nothing_else():
     assert not np.array_equal(collision["return"], unstable["return"])
 
 
-def test_nobody_is_paid_at_rest():
+def test_nobody_is_paid_at_rest() -> None:
     outcome = play("none", preset="instability")
     assert outcome["return"] == outcome["error_growth_m"] == 0
 
 
 @pytest.mark.parametrize("attacked", ["x4", "v4", "xv4"])
-def test_algorithm_2_destabilises(attacked):
+def test_algorithm_2_destabilises(attacked: str) -> None:
     """Where nothing limits commands its conditions hold in every step, so that the errors of the lead grow."""
     paid = play("bnb", preset="fig32", goal="instability", attacked=attacked.replace("4", "10"), paid_pair="target")
     assert paid["return"] > 1.0
     assert paid["collided_pairs"] > 0
 
 
-def test_the_preset_plays_algorithm_2():
+def test_the_preset_plays_algorithm_2() -> None:
     assert FDI.opponents["instability"]["attacker"] == "bnb"
     assert play("bnb", preset="instability")["return"] > 0

@@ -16,7 +16,7 @@ SHORT = {"horizon": 22, "tasks": "v4>4 x4>4"}
 CONFIG = FDI.config("drawn", SHORT)
 
 
-def test_an_instance_is_what_its_seed_draws():
+def test_an_instance_is_what_its_seed_draws() -> None:
     env = gymnasium.make("cps_envs:cps_envs/FdiAttack-v0", preset="drawn", opponent="none", **SHORT).unwrapped
     for seed in range(5):
         observation, _ = env.reset(seed=seed)
@@ -31,7 +31,7 @@ def test_an_instance_is_what_its_seed_draws():
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_the_game_pays_the_value_of_a_certificate(seed):
+def test_the_game_pays_the_value_of_a_certificate(seed: int) -> None:
     certificate = certify(CONFIG, instance_of(CONFIG, seed), time_limit_s=2.0)
     record = certificate.record
     assert record.injections is not None
@@ -51,14 +51,14 @@ def test_the_game_pays_the_value_of_a_certificate(seed):
     assert paid == pytest.approx(record.value_mps, abs=1e-6)
 
 
-def test_nobody_exceeds_a_bound():
+def test_nobody_exceeds_a_bound() -> None:
     seeds = range(4)
     bounds = [certify(CONFIG, instance_of(CONFIG, seed), time_limit_s=1.0).record.bound_mps for seed in seeds]
     for attacker in ("random", "bang_bang", "bang_bang?stickiness=0.95", "swing?swing_s=0.5"):
         assert (play(attacker, seeds=seeds, preset="drawn", **SHORT)["return"] <= np.array(bounds) + 1e-5).all()
 
 
-def test_from_rest_the_optimum_is_that_of_the_oracle():
+def test_from_rest_the_optimum_is_that_of_the_oracle() -> None:
     still = FDI.config("drawn", {"horizon": 19, "tasks": "v4>4", "gap_spread_m": 0.0, "speed_spread_mps": 0.0})
     instance = instance_of(still, 0)
     own = own_config(still, instance)
@@ -67,12 +67,12 @@ def test_from_rest_the_optimum_is_that_of_the_oracle():
     assert found.bound_mps == pytest.approx(expected.bound_mps, abs=1e-3)
 
 
-def test_several_are_certified_at_a_time():
+def test_several_are_certified_at_a_time() -> None:
     found = {one.instance.seed: one for one in certify_all(CONFIG, [3, 4], time_limit_s=1.0, jobs=2)}
     assert set(found) == {3, 4}
     assert found[3].instance == instance_of(CONFIG, 3)
 
 
-def test_what_cannot_be_certified_is_refused():
+def test_what_cannot_be_certified_is_refused() -> None:
     with pytest.raises(ConfigurationError, match='preset "drawn"'):
         instance_of(FDI.config("learning", {}), 0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -17,7 +19,9 @@ from cps_baselines.fdi.replay_policy import Replay
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
-from cps_envs.fdi.optima import known
+from cps_envs.core.types import Array
+from cps_envs.fdi.game import FdiGame
+from cps_envs.fdi.optima import Record, known
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play, spec_of, task_settings
 
@@ -27,12 +31,12 @@ SINGLE = [record for record in FEASIBLE if not set(record.task.sensors.range) & 
 TASKS = ("x1>1", "x3>4", "v4>4", "x1,2>1", "xv4>4", "x1+v3>2", "xv1,4>4")
 
 
-def replayed(record, **overrides):
+def replayed(record: Record, **overrides: Any) -> dict[str, Array]:
     return play("oracle", **task_settings(record.task), **overrides)
 
 
 @pytest.mark.parametrize("record", FEASIBLE, ids=lambda record: str(record.task))
-def test_replay_attains_the_shipped_value(record):
+def test_replay_attains_the_shipped_value(record: Record) -> None:
     outcome = replayed(record)
     assert outcome["return"][0] == pytest.approx(record.value_mps, abs=1e-4)
     assert outcome["return"][0] <= record.bound_mps + 1e-5
@@ -40,24 +44,24 @@ def test_replay_attains_the_shipped_value(record):
 
 
 @pytest.mark.parametrize("record", SINGLE[::6], ids=lambda record: str(record.task))
-def test_replay_says_the_same_in_shares(record):
+def test_replay_says_the_same_in_shares(record: Record) -> None:
     outcome = replayed(record, attack_action="share")
     assert outcome["return"][0] == pytest.approx(record.value_mps, abs=1e-4)
 
 
-def test_replay_in_shares_is_near_with_both_sensors_of_a_vehicle():
+def test_replay_in_shares_is_near_with_both_sensors_of_a_vehicle() -> None:
     both = [record for record in FEASIBLE if record not in SINGLE]
     ratios = [replayed(record, attack_action="share")["return"][0] / record.value_mps for record in both]
     assert max(ratios) <= 1.001
     assert np.mean(np.array(ratios) > 0.999) > 0.6
 
 
-def test_replay_knows_the_task_that_was_drawn():
+def test_replay_knows_the_task_that_was_drawn() -> None:
     outcome = play("oracle", preset="easy", seeds=range(200))
     assert np.allclose(outcome["return"], outcome["oracle_value_mps"], atol=1e-4)
 
 
-def test_replay_waits_as_told_and_starts_at_random():
+def test_replay_waits_as_told_and_starts_at_random() -> None:
     later = play("oracle?start=5", horizon=25, **task_settings("x4>4"))
     assert later["return"][0] == pytest.approx(known(PAPER)[FDI.config("paper", {}).fixed_task].value_mps, abs=1e-4)
     assert later["time_s"][0] == pytest.approx(25 * 0.2)
@@ -66,7 +70,7 @@ def test_replay_waits_as_told_and_starts_at_random():
     assert times.min() >= 4.0 - 1e-9
 
 
-def test_replay_finds_small_optima_itself_and_names_the_remedy_for_large_ones():
+def test_replay_finds_small_optima_itself_and_names_the_remedy_for_large_ones() -> None:
     assert play("oracle", horizon=15)["collided_target"][0] == 1
     with pytest.raises(ConfigurationError, match="cps-envs oracle"):
         Replay(spec_of("attacker", preset="fig32"))
@@ -76,7 +80,7 @@ def test_replay_finds_small_optima_itself_and_names_the_remedy_for_large_ones():
         Replay(spec_of("attacker"), start=-1)
 
 
-def test_replay_needs_no_solver_for_shipped_optima(monkeypatch):
+def test_replay_needs_no_solver_for_shipped_optima(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(replay_policy, "_solved", None)
     assert play("oracle")["collided_target"][0] == 1
 
@@ -88,24 +92,24 @@ def test_replay_needs_no_solver_for_shipped_optima(monkeypatch):
     extremes=st.booleans(),
 )
 @settings(max_examples=60)
-def test_no_random_policy_exceeds_the_bound(record, seed, stickiness, extremes):
+def test_no_random_policy_exceeds_the_bound(record: Any, seed: int, stickiness: float, extremes: bool) -> None:
     attacker = f"random?stickiness={stickiness}&extremes={str(extremes).lower()}"
     outcome = play(attacker, seeds=range(seed, seed + 40), **task_settings(record.task))
     assert outcome["return"].max() <= record.bound_mps + 1e-5
 
 
 @pytest.mark.parametrize("attacker", ["random", "bang_bang", "bang_bang?stickiness=0.95"])
-def test_nothing_exceeds_the_bounds_over_all_tasks(attacker):
+def test_nothing_exceeds_the_bounds_over_all_tasks(attacker: str) -> None:
     outcome = play(attacker, preset="easy", seeds=range(3000))
     assert np.all(outcome["return"] <= outcome["oracle_bound_mps"] + 1e-5)
     assert outcome["return"].max() > 1
 
 
 @pytest.mark.parametrize("task", TASKS)
-def test_random_injections_are_legal(task):
+def test_random_injections_are_legal(task: str) -> None:
     dead_ends = []
 
-    def look(game):
+    def look(game: FdiGame) -> None:
         legal, active = game.state.legal, ~game.terminated
         dead_ends.append(np.any(legal[..., 0] > legal[..., 1], axis=1) & active)
         law = game.state.error @ game.config.model.feedback.T
@@ -119,7 +123,7 @@ def test_random_injections_are_legal(task):
     assert np.all(np.any(dead_ends, axis=0)[illegal])
 
 
-def test_random_injections_obey_their_bounds():
+def test_random_injections_obey_their_bounds() -> None:
     spec = spec_of("attacker")
     rest = np.zeros((50, spec.fields.size), np.float32)
     small = RandomInjection(spec, largest=2)
@@ -131,7 +135,7 @@ def test_random_injections_obey_their_bounds():
         RandomInjection(spec, stickiness=1.5)
 
 
-def test_random_injections_repeat_by_seed():
+def test_random_injections_repeat_by_seed() -> None:
     first, again, other = (play("random", seeds=[seed])["return"] for seed in (1, 1, 2))
     assert first == again
     draws = [RandomInjection(spec_of("attacker")).begin([np.random.default_rng(seed)], [{}])[0][0] for seed in (1, 2)]
@@ -140,7 +144,7 @@ def test_random_injections_repeat_by_seed():
 
 
 @pytest.mark.parametrize(("kind", "steps_ahead"), [("x", 0), ("v", 0), ("xv", 0), ("x", 2), ("xv", 1)])
-def test_bnb_plays_what_the_planner_finds(kind, steps_ahead):
+def test_bnb_plays_what_the_planner_finds(kind: str, steps_ahead: int) -> None:
     overrides = {"horizon": 120, "attacked": f"{kind}10"}
     config = FDI.config("fig32", overrides)
     search = make_search(config, 10, kind, steps_ahead, width=3 if steps_ahead else 0)
@@ -164,13 +168,13 @@ def test_bnb_plays_what_the_planner_finds(kind, steps_ahead):
 
 # Spec 6.4, first row: +-1 step, +-0.01 m/s.
 @pytest.mark.parametrize(("attacked", "time_s", "speed_mps"), [("x10", 30.45, 3.89), ("xv10", 12.45, 5.05)])
-def test_bnb_through_the_environment_gives_figure_3_2(attacked, time_s, speed_mps):
+def test_bnb_through_the_environment_gives_figure_3_2(attacked: str, time_s: float, speed_mps: float) -> None:
     outcome = play("bnb", preset="fig32", attacked=attacked)
     assert outcome["time_s"][0] == pytest.approx(time_s, abs=0.051)
     assert outcome["return"][0] == pytest.approx(speed_mps, abs=0.01)
 
 
-def test_bnb_counts_states_without_injection():
+def test_bnb_counts_states_without_injection() -> None:
     weak = {"preset": "fig32", "max_range_injection_m": 0.5}
     policy = BranchAndBound(spec_of("attacker", **weak))
     play(policy, **weak)
@@ -179,18 +183,18 @@ def test_bnb_counts_states_without_injection():
         BranchAndBound(spec_of("attacker"), steps_ahead=-1)
 
 
-def test_bnb_attacks_several_vehicles_and_drawn_tasks():
+def test_bnb_attacks_several_vehicles_and_drawn_tasks() -> None:
     assert play("bnb", attacked="xv1,4", target=4)["injected_share"][0] > 0.3
     assert play("bnb", tasks="x1>1 xv4>4", seeds=range(20))["injected_share"].min() > 0
 
 
 @pytest.mark.parametrize("task", ["x4>4", "x1>1", "v4>4", "x2>2", "v1,2>1"])
-def test_lp_greedy_comes_near_the_optimum(task):
+def test_lp_greedy_comes_near_the_optimum(task: str) -> None:
     outcome = play("lp_greedy", **task_settings(task))
     assert 0.9 * outcome["oracle_value_mps"][0] < outcome["return"][0] <= outcome["oracle_bound_mps"][0] + 1e-5
 
 
-def test_lp_greedy_never_exceeds_the_bound_and_refuses_nonsense():
+def test_lp_greedy_never_exceeds_the_bound_and_refuses_nonsense() -> None:
     outcome = play("lp_greedy", preset="easy", seeds=range(3))
     assert np.all(outcome["return"] <= outcome["oracle_bound_mps"] + 1e-5)
     with pytest.raises(ConfigurationError, match="max_steps"):
@@ -198,7 +202,7 @@ def test_lp_greedy_never_exceeds_the_bound_and_refuses_nonsense():
 
 
 @given(st.integers(-40, 0), st.integers(0, 40), st.integers(2, 60), st.integers(-45, 45))
-def test_shares_say_the_nearest_level(low, high, count, level):
+def test_shares_say_the_nearest_level(low: int, high: int, count: int, level: int) -> None:
     action, said = to_share(level, low, high, count)
     choices = [0, *(low + np.floor(part / (count - 1) * (high - low) + 0.5) for part in range(count))]
     assert 0 <= action <= count
@@ -209,7 +213,7 @@ def test_shares_say_the_nearest_level(low, high, count, level):
 
 @pytest.mark.parametrize("task", TASKS)
 @pytest.mark.parametrize("form", ["level", "share"])
-def test_actions_inject_the_levels_that_they_stand_for(task, form):
+def test_actions_inject_the_levels_that_they_stand_for(task: str, form: str) -> None:
     config = FDI.config("paper", {**task_settings(task), "attack_action": form})
     game, translator, generator = FDI.game(config, 1), ActionForm(config), np.random.default_rng(0)
     everything = np.ones((1, len(translator.sensors)), np.bool_)
@@ -224,14 +228,14 @@ def test_actions_inject_the_levels_that_they_stand_for(task, form):
         assert np.allclose(injected, levels[0] * np.where(translator.sensors < 4, 0.5, 0.25))
 
 
-def test_every_registered_attacker_plays():
+def test_every_registered_attacker_plays() -> None:
     for name in set(policy_names("fdi", "attacker")) - {*NEED_OPTIONS}:
         preset = "paper" if name in ("none", *CONTEST.attackers.left_out) else "learning"
         assert np.isfinite(play(name, preset=preset)["return"]).all(), name
 
 
 @pytest.mark.parametrize("preset", ["paper", "B", "fig32", "easy", "learning"])
-def test_the_opponents_of_the_presets_can_be_played(preset):
+def test_the_opponents_of_the_presets_can_be_played(preset: str) -> None:
     opponents = FDI.opponents[preset]
     for role, name in opponents.items():
         assert resolve_policy(name, spec_of(role, preset=preset)) is not None

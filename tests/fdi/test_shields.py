@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import gymnasium
 import numpy as np
 import pytest
@@ -11,6 +13,8 @@ from cps_baselines.fdi.shield_policy import Shielded
 from cps_baselines.fdi.shield_wrapper import ShieldedInjection
 from cps_baselines.fdi.shields import LpShield, SoundShield, make_shield
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array
+from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play, spec_of, task_settings
 
@@ -18,16 +22,16 @@ DEAD_END = "x2,3>1"  # the mask alone lets about 2 % of these episodes end illeg
 STICKY = "random?extremes=true&stickiness=0.8"
 
 
-def shielded(kind, policy=STICKY):
+def shielded(kind: str, policy: str = STICKY) -> str:
     return f'shielded?policy="{policy.replace("&", "%26")}"&kind={kind}'
 
 
-def environment(kind=None, **overrides):
+def environment(kind: str | None = None, **overrides: Any) -> ShieldedInjection:
     env = gymnasium.make("cps_envs:cps_envs/FdiAttack-v0", **overrides)
     return env if kind is None else ShieldedInjection(env, kind)
 
 
-def state_before_a_dead_end():
+def state_before_a_dead_end() -> tuple[FdiConfig, Array, int, Array]:
     """A legal move (error, step, levels) after which the LP has no legal continuation, from masked episodes."""
     config = FDI.config("paper", task_settings(DEAD_END))
     game, generator = FDI.game(config, 1), np.random.default_rng(0)
@@ -47,12 +51,12 @@ def state_before_a_dead_end():
     raise AssertionError("no dead end was met")
 
 
-def test_the_mask_alone_meets_dead_ends():
+def test_the_mask_alone_meets_dead_ends() -> None:
     assert play(STICKY, seeds=range(600), **task_settings(DEAD_END))["illegal"].mean() > 0
 
 
 @pytest.mark.parametrize("shield_class", [LpShield, SoundShield])
-def test_a_move_into_a_dead_end_is_replaced(shield_class):
+def test_a_move_into_a_dead_end_is_replaced(shield_class: type[Any]) -> None:
     config, error, step, levels = state_before_a_dead_end()
     shield = shield_class(config)
     allowed, _ = shield.allow(config.fixed_task, error, step, levels, np.zeros((0, 2), np.int64))
@@ -61,7 +65,7 @@ def test_a_move_into_a_dead_end_is_replaced(shield_class):
     assert shield._over(after) or legal_continuation(config, config.fixed_task, after, step + 1)
 
 
-def test_the_lp_shield_takes_the_nearest_levels():
+def test_the_lp_shield_takes_the_nearest_levels() -> None:
     config, error, step, levels = state_before_a_dead_end()
     shield = LpShield(config)
     allowed, _ = shield.allow(config.fixed_task, error, step, levels, np.zeros((0, 2), np.int64))
@@ -79,19 +83,19 @@ def test_the_lp_shield_takes_the_nearest_levels():
 
 
 @pytest.mark.parametrize(("kind", "episodes"), [("lp", 60), ("sound", 12)])
-def test_no_shielded_episode_ends_illegally(kind, episodes):
+def test_no_shielded_episode_ends_illegally(kind: str, episodes: int) -> None:
     outcome = play(shielded(kind), seeds=range(episodes), **task_settings(DEAD_END))
     assert outcome["illegal"].max() == 0
 
 
 @pytest.mark.parametrize("kind", ["lp", "sound"])
-def test_a_shield_lets_the_optimum_pass(kind):
+def test_a_shield_lets_the_optimum_pass(kind: str) -> None:
     outcome = play(shielded(kind, "oracle"), **task_settings("x4>4"))
     assert outcome["return"][0] == pytest.approx(outcome["oracle_value_mps"][0], abs=1e-4)
 
 
 @pytest.mark.parametrize("kind", ["lp", "sound"])
-def test_the_wrapper_plays_wild_actions_legally(kind):
+def test_the_wrapper_plays_wild_actions_legally(kind: str) -> None:
     env = environment(kind, attacked="xv4", target=4)
     generator, replaced = np.random.default_rng(0), []
     for seed in range(3):
@@ -105,15 +109,17 @@ def test_the_wrapper_plays_wild_actions_legally(kind):
     assert np.mean(replaced) > 0.5
 
 
-def test_wrapper_and_policy_agree():
+def test_wrapper_and_policy_agree() -> None:
     spec, settings = spec_of("attacker", attacked="v4"), {"attacked": "v4"}
     env, generator = environment("lp", **settings), np.random.default_rng(3)
 
     class Fixed:
-        def __init__(self):
+        def __init__(self) -> None:
             self.actions = generator.integers(0, 81, (20, 1))
 
-        def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        def predict(
+            self, observation: Any, state: Any = None, episode_start: Any = None, deterministic: bool = False
+        ) -> Any:
             step = round(20 - float(spec.fields.decode(observation)["steps_left"][0]))
             return self.actions[step][np.newaxis], state
 
@@ -130,7 +136,7 @@ def test_wrapper_and_policy_agree():
     assert info["injected_share"] == outcome["injected_share"][0]
 
 
-def test_shields_work_on_shares_and_drawn_tasks():
+def test_shields_work_on_shares_and_drawn_tasks() -> None:
     outcome = play(shielded("lp", "random"), seeds=range(4), tasks="x1>1 xv4>4", attack_action="share")
     assert outcome["illegal"].max() == 0
     env = environment("lp", tasks="x1>1 v1,4>4", attack_action="share")
@@ -138,7 +144,7 @@ def test_shields_work_on_shares_and_drawn_tasks():
     assert env.step(np.full(8, 21))[4]["illegal"] == 0
 
 
-def test_shields_say_where_they_do_not_belong():
+def test_shields_say_where_they_do_not_belong() -> None:
     with pytest.raises(ConfigurationError, match="sound"):
         make_shield("sond", FDI.config("paper", {}))
     with pytest.raises(ConfigurationError, match='limits="hard"'):

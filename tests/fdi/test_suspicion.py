@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +18,8 @@ from cps_baselines.fdi.suspicion import Sums
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array, Role
+from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
 from tests.fdi.duel import QUIET, place
 from tests.fdi.episodes import play, spec_of
@@ -24,7 +28,7 @@ SPEC = spec_of("defender", preset="learning")
 HONEST = {"preset": "learning", "attack_share": 0.0}
 
 
-def observed(innovations, deviation=1.0, **fields):
+def observed(innovations: Array, deviation: float = 1.0, **fields: Any) -> Array:
     """An observation (1, size) with normalised innovations (14,)."""
     row = np.zeros((1, SPEC.fields.size))
     values = {
@@ -40,7 +44,7 @@ def observed(innovations, deviation=1.0, **fields):
     return SPEC.fields.encode(row)
 
 
-def distrust(defender, course):
+def distrust(defender: Chi2 | Cusum, course: Array) -> Array:
     """Doubted readings (steps, 14) while the innovations (steps, 14) are shown."""
     state, doubted = defender.begin(np.random.default_rng(0).spawn(1), [{}]), []
     for values in course:
@@ -51,7 +55,7 @@ def distrust(defender, course):
 
 
 @pytest.mark.parametrize("gate", [0.001, 0.01, 0.1])
-def test_chi2_doubts_what_a_chi_squared_test_rejects(gate):
+def test_chi2_doubts_what_a_chi_squared_test_rejects(gate: float) -> None:
     values = np.random.default_rng(0).normal(0, 2, (50, 14))
     expected = values**2 > stats.chi2.ppf(1 - gate, df=1)
     near = np.abs(values**2 - stats.chi2.ppf(1 - gate, df=1)) < 1e-3
@@ -59,7 +63,7 @@ def test_chi2_doubts_what_a_chi_squared_test_rejects(gate):
     assert expected.any()
 
 
-def slow_sums(course, drift, threshold, release):
+def slow_sums(course: list[float], drift: float, threshold: float, release: int) -> list[bool]:
     """Page's sums of one sensor, spelled out."""
     above = below = left = 0.0
     found = []
@@ -75,14 +79,14 @@ def slow_sums(course, drift, threshold, release):
 
 @given(st.lists(st.floats(-3, 3), min_size=1, max_size=60), st.floats(0, 1), st.floats(0.5, 6), st.integers(0, 12))
 @settings(max_examples=150, deadline=None)
-def test_sums_are_those_of_page_and_their_alarms_end(course, drift, threshold, release):
+def test_sums_are_those_of_page_and_their_alarms_end(course: Any, drift: float, threshold: float, release: int) -> None:
     sums = Sums(SPEC.config, drift=drift, threshold=np.array([threshold]), release_s=release / 10)
     memory = np.zeros((1, 1, 3))
     found = [bool(sums.renew(memory, np.array([[value]]))[0, 0]) for value in course]
     assert found == slow_sums(course, drift, threshold, release)
 
 
-def test_cusum_doubts_a_radar_whose_innovations_add_up_for_two_seconds():
+def test_cusum_doubts_a_radar_whose_innovations_add_up_for_two_seconds() -> None:
     course = np.zeros((80, 14))
     course[:20, place("v4")] = 1.2
     course[:30, place("x2")] = -1.2
@@ -93,14 +97,14 @@ def test_cusum_doubts_a_radar_whose_innovations_add_up_for_two_seconds():
     assert np.array_equal(doubted, expected)
 
 
-def test_cusum_doubts_outliers_for_a_step():
+def test_cusum_doubts_outliers_for_a_step() -> None:
     course = np.zeros((5, 14))
     course[2, 3] = 4.0
     doubted = distrust(Cusum(SPEC), course)
     assert np.argwhere(doubted).tolist() == [[2, 3]]
 
 
-def test_redundant_cusum_doubts_both_sensors_that_differ():
+def test_redundant_cusum_doubts_both_sensors_that_differ() -> None:
     defender = RedundantCusum(SPEC)
     state, doubted = defender.begin(np.random.default_rng(0).spawn(1), [{}]), []
     told = np.zeros(7)
@@ -112,7 +116,7 @@ def test_redundant_cusum_doubts_both_sensors_that_differ():
     assert doubted[0] == []
 
 
-def test_the_bank_has_a_filter_for_each_group_of_sensors_of_one_gap():
+def test_the_bank_has_a_filter_for_each_group_of_sensors_of_one_gap() -> None:
     sets = honest_sets(SPEC.config)
     assert len({tuple(marks) for marks in sets.tolist()}) == len(sets) == 1 + 3 * 15 + 3
     assert sets[0].all()
@@ -122,11 +126,11 @@ def test_the_bank_has_a_filter_for_each_group_of_sensors_of_one_gap():
 
 
 @pytest.mark.parametrize("task", ["v4>4", "xv4>4", "xv1+rv2>1", "x2>2", "rxv3>2"])
-def test_the_bank_finds_the_liars_where_lies_are_gross(task):
+def test_the_bank_finds_the_liars_where_lies_are_gross(task: str) -> None:
     config = FDI.config("learning", {**QUIET, "range_noise_m": 0.25, "rate_noise_mps": 0.1, "tasks": task})
     doubted = []
 
-    def look(game):
+    def look(game: FdiGame) -> None:
         doubted.append(game.state.trust.copy() == 0)
 
     play_episodes(FDI, config, {"attacker": "always?action=40", "defender": "bank"}, range(20), on_step=look)
@@ -136,14 +140,14 @@ def test_the_bank_finds_the_liars_where_lies_are_gross(task):
     assert late[..., ~liars].mean() < 0.05
 
 
-def test_the_first_filter_of_the_bank_is_that_of_the_game():
+def test_the_first_filter_of_the_bank_is_that_of_the_game() -> None:
     """Where nothing is doubted, its estimates are what the game's next predictions begin with."""
     spec = spec_of("defender", preset="learning")
     bank = Bank(spec, gate=1e-12, threshold=1e9, rate_threshold=1e9)
     state = bank.begin(np.random.default_rng(0).spawn(8), [{}] * 8)
     predictions, estimates = [], []
 
-    def look(game):
+    def look(game: FdiGame) -> None:
         nonlocal state
         predictions.append(game.state.prediction.copy())
         _, state = bank.predict(game.observe("defender"), state)
@@ -156,11 +160,11 @@ def test_the_first_filter_of_the_bank_is_that_of_the_game():
         np.testing.assert_allclose(prediction[:, :4], estimate[:, :4] + 0.1 * estimate[:, 4:] + 0.05 * added, atol=1e-4)
 
 
-def test_informed_replaces_what_is_attacked_from_the_onset_on():
+def test_informed_replaces_what_is_attacked_from_the_onset_on() -> None:
     config, doubted = FDI.config("learning", {"tasks": "xv1+rv2>1 v4>4", "attack_share": 0.5}), []
     games = []
 
-    def look(game):
+    def look(game: FdiGame) -> None:
         doubted.append(game.state.trust.copy() == 0)
         games.append(game)
 
@@ -175,7 +179,7 @@ def test_informed_replaces_what_is_attacked_from_the_onset_on():
 
 
 @pytest.mark.parametrize("defender", ["chi2", "cusum", "redundant_cusum", "bank"])
-def test_hardly_any_alarm_and_no_collision_without_attack(defender):
+def test_hardly_any_alarm_and_no_collision_without_attack(defender: str) -> None:
     outcome = play("none", defender, seeds=range(9000, 9300), **HONEST)
     assert outcome["collided_pairs"].max() == 0
     assert outcome["smallest_gap_m"].min() > 2
@@ -183,13 +187,13 @@ def test_hardly_any_alarm_and_no_collision_without_attack(defender):
 
 
 @pytest.mark.parametrize("name", ["chi2", "cusum", "redundant_cusum", "bank", "informed"])
-def test_these_defenders_need_a_filter(name):
+def test_these_defenders_need_a_filter(name: str) -> None:
     with pytest.raises(ConfigurationError, match="estimator"):
         resolve_policy(name, spec_of("defender", preset="defense", tasks="x4>4"))
 
 
 @pytest.mark.parametrize("name", ["kinematic", "redundancy", "model"])
-def test_those_for_exact_sensors_refuse_a_filter(name):
+def test_those_for_exact_sensors_refuse_a_filter(name: str) -> None:
     with pytest.raises(ConfigurationError, match="exact sensors"):
         resolve_policy(name, SPEC)
 
@@ -198,13 +202,13 @@ def test_those_for_exact_sensors_refuse_a_filter(name):
     ("name", "options"),
     [("chi2", "gate=0"), ("cusum", "drift=-1"), ("cusum", "threshold=0"), ("bank", "threshold=0"), ("bank", "gate=1")],
 )
-def test_options_out_of_range_are_refused(name, options):
+def test_options_out_of_range_are_refused(name: str, options: str) -> None:
     with pytest.raises(ConfigurationError):
         resolve_policy(f"{name}?{options}", SPEC)
 
 
 @pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_the_contest_plays_every_policy_or_says_why_not(role):
+def test_the_contest_plays_every_policy_or_says_why_not(role: Role) -> None:
     side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
     playing = {entrant.reference for entrant in (*side.policies, *side.informed)}
     left_out = {name for name in side.left_out if not name.startswith("zoo:")}

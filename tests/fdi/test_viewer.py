@@ -1,19 +1,13 @@
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
-from cps_envs.core.errors import MissingExtraError
 from cps_envs.core.picture.plot import Plot, rounded_up
-from cps_envs.core.types import Array
-from cps_envs.fdi.config import CLIP, FIG_3_2, PRESETS, FdiConfig
+from cps_envs.fdi.config import CLIP, FIG_3_2
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
 from cps_envs.fdi.picture.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, History
@@ -21,107 +15,14 @@ from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
 from cps_envs.fdi.picture.palette import FALSE, REPLACED
 from cps_envs.fdi.picture.road import VEHICLE_M, lay_out
 from cps_envs.fdi.picture.scene import Scene
-from cps_envs.fdi.picture.viewer import Viewer, plots, with_illegal_readings
+from cps_envs.fdi.picture.viewer import plots, with_illegal_readings
+from tests.fdi.pictures import COLLISION, CONFIG, CRASH, EVERY, START, UNDER_WAY, frame, inject, opened, played
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/FdiAttack-v0", "cps_envs:cps_envs/FdiDefense-v0"
-EVERY = np.ones(1, np.bool_)
-CONFIG = FdiConfig()
 DEFENDED = replace(CLIP, attacked="x1,4+v2")
-DRAWN = "x4>4 xv1,2>1 v1,2,3,4>3"
 ROAD = (0.0, 0.0, 900.0, 118.0)
-CRASH = [-10, -10, -10, -10, -11, -11, -11, -3, 4, 10, 16, 22, 28, 34, 40, 46, 52, 58, 65, 71]  # levels of x4>4
 
 pygame = pytest.importorskip("pygame")
-
-
-def opened(config: FdiConfig, seed: int = 0) -> FdiGame:
-    game = FdiGame(config, 1)
-    game.reset(EVERY, [np.random.default_rng(seed)])
-    return game
-
-
-def inject(game: FdiGame, level: int | Sequence[int], replaced: Sequence[int] = ()) -> Scene:
-    """The scene a step later; every attacked sensor gets the level, or its own; some readings are replaced."""
-    n = game.config.num_vehicles
-    attack = game.neutral_action["attacker"] + np.asarray(level)
-    defense = game.neutral_action["defender"].copy()
-    defense[list(replaced)] = 0
-    actions = {"attacker": attack[np.newaxis]}
-    if replaced:
-        assert max(replaced) < 2 * n
-        actions["defender"] = defense[np.newaxis]
-    game.advance(actions, EVERY, 1)
-    return game.scene(0)
-
-
-def played(config: FdiConfig, levels: Sequence[int], replaced: Sequence[int] = ()) -> Scene:
-    game = opened(config)
-    scene = game.scene(0)
-    for level in levels:
-        scene = inject(game, level, replaced)
-    return scene
-
-
-def frame(scene: Scene, config: FdiConfig = CONFIG) -> Array:
-    return Viewer(config).frame(scene)
-
-
-START, UNDER_WAY, COLLISION = (played(CONFIG, CRASH[:steps]) for steps in (0, 12, 20))
-
-
-def test_frame_is_an_rgb_picture_as_large_as_those_of_other_problems() -> None:
-    picture = frame(START)
-    assert picture.dtype == np.uint8
-    assert picture.shape == (540, 960, 3)
-    assert picture.flags.c_contiguous
-    assert picture.flags.writeable
-
-
-def test_a_new_episode_looks_the_same_whatever_was_drawn_before() -> None:
-    used = Viewer(CONFIG)
-    for scene in (UNDER_WAY, COLLISION):
-        used.frame(scene)
-    assert np.array_equal(used.frame(START), frame(START))
-
-
-def test_the_same_frames_give_the_same_pixels() -> None:
-    first, second = Viewer(CONFIG), Viewer(CONFIG)
-    for scene in (START, UNDER_WAY, COLLISION, COLLISION):
-        assert np.array_equal(first.frame(scene), second.frame(scene))
-
-
-def test_curves_hold_what_was_only_watched() -> None:
-    drawn, watching = Viewer(CONFIG), Viewer(CONFIG)
-    drawn.frame(START)
-    watching.watch(START)
-    assert np.array_equal(drawn.frame(UNDER_WAY), watching.frame(UNDER_WAY))
-    assert not np.array_equal(watching.frame(UNDER_WAY), frame(UNDER_WAY))
-
-
-def bumped(values: Array, place: int, amount: float) -> Array:
-    return np.where(np.arange(len(values)) == place, values + amount, values)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"time_s": 2.6},
-        {"target": 3},
-        {"gap": bumped(UNDER_WAY.gap, 0, 0.5)},
-        {"closing_speed": bumped(UNDER_WAY.closing_speed, 1, 1.0)},
-        {"reported_gap": bumped(UNDER_WAY.reported_gap, 3, -3.0)},
-        {"attacked": np.arange(8) == 7},
-        {"trusted": np.arange(8) != 2},
-        {"injection": bumped(UNDER_WAY.injection, 3, 0.5)},
-        {"command": bumped(UNDER_WAY.command, 0, -1.0)},
-        {"metrics": UNDER_WAY.metrics | {"replaced_share": 0.1}},
-        {"metrics": UNDER_WAY.metrics | {"oracle_bound_mps": 6.6}},
-        {"metrics": UNDER_WAY.metrics | {"oracle_bound_mps": 6.6, "bound_valid": 1.0, "oracle_value_mps": 6.5}},
-    ],
-    ids=lambda change: next(iter(change)),
-)
-def test_everything_in_a_scene_is_visible(change: dict[str, Any]) -> None:
-    assert not np.array_equal(frame(UNDER_WAY), frame(UNDER_WAY._replace(**change)))
 
 
 def test_what_was_used_instead_is_visible() -> None:
@@ -183,30 +84,6 @@ def test_task_in_words() -> None:
 def test_certificate_in_words(bound: float, value: float, valid: float, text: str) -> None:
     metrics = START.metrics | {"oracle_bound_mps": bound, "oracle_value_mps": value, "bound_valid": valid}
     assert certificate_of(START._replace(metrics=metrics)) == text
-
-
-@pytest.mark.parametrize("num_vehicles", [2, 3, 4, 5, 10, 20])
-def test_platoon_of_any_length(num_vehicles: int) -> None:
-    config = replace(CLIP, num_vehicles=num_vehicles, attacked=f"x1,{num_vehicles}+v1", target=1)
-    scene = played(config, [4, 8, -8, 20], replaced=(0, num_vehicles))
-    assert frame(scene, config).shape == (540, 960, 3)
-
-
-@pytest.mark.parametrize(
-    "config",
-    [
-        *(replace(preset, tasks=preset.tasks and DRAWN) for preset in PRESETS.values()),
-        replace(CONFIG, desired_gap_m=0.5),
-        replace(CONFIG, desired_gap_m=100.0, horizon=60),
-        replace(CONFIG, range_resolution_m=0.001),
-        replace(CLIP, attacked="xv1,2,3,4"),
-        replace(CLIP, num_vehicles=20, attacked="xv" + ",".join(map(str, range(1, 21)))),
-    ],
-    ids=lambda config: f"{config.num_vehicles} {config.attacked} {config.desired_gap_m:g} m",
-)
-def test_every_preset_and_odd_settings(config: FdiConfig) -> None:
-    scene = played(config, [1, 2, -1])
-    assert frame(scene, config).shape == (540, 960, 3)
 
 
 def test_readings_out_of_this_world() -> None:
@@ -358,48 +235,3 @@ def test_axes_have_round_numbers() -> None:
     assert [rounded_up(value) for value in (0.9, 1.0, 1.2, 6.1, 8.0, 41.0)] == [1.0, 1.0, 1.5, 7.0, 10.0, 50.0]
     assert Plot((0, 0, 1, 64), -2.0, 15.0).marks() == [0, 5, 10, 15]
     assert Plot((0, 0, 1, 64), -6.25, 6.25).marks() == [-5, 0, 5]
-
-
-def test_no_display_is_opened() -> None:
-    script = (
-        "import os\n"
-        "for name in ('SDL_VIDEODRIVER', 'DISPLAY', 'WAYLAND_DISPLAY'): os.environ.pop(name, None)\n"
-        "before = dict(os.environ)\n"
-        "import gymnasium, pygame\n"
-        f"env = gymnasium.make({ATTACK!r}, render_mode='rgb_array', opponent='none')\n"
-        "env.reset(seed=0)\n"
-        "assert env.render().shape == (540, 960, 3)\n"
-        "assert not pygame.display.get_init()\n"
-        "assert {name: os.environ.get(name) for name in before} == before\n"
-    )
-    subprocess.run([sys.executable, "-c", script], check=True)
-
-
-@pytest.mark.parametrize("name", [ATTACK, DEFENSE])
-def test_gymnasium_renders_arrays(name: str) -> None:
-    with gymnasium.make(name, render_mode="rgb_array", opponent="none") as env:
-        env.reset(seed=0)
-        first = env.render()
-        game: Any = env.unwrapped.game  # type: ignore[attr-defined]
-        env.step(game.neutral_action["attacker" if name == ATTACK else "defender"])
-        second = env.render()
-    assert isinstance(first, np.ndarray)
-    assert isinstance(second, np.ndarray)
-    assert first.dtype == np.uint8
-    assert first.shape == second.shape == (540, 960, 3)
-    assert not np.array_equal(first, second)
-
-
-def test_window_opens_and_closes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    env = gymnasium.make(ATTACK, render_mode="human", opponent="none")
-    env.reset(seed=0)
-    assert pygame.display.get_surface().get_size() == (960, 540)
-    env.close()
-    assert not pygame.display.get_init()
-
-
-def test_missing_pygame_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(MissingExtraError, match=r"cps-envs\[render\]"):
-        Viewer(CONFIG)

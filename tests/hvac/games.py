@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.match import Match
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import Array, Role
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 
@@ -14,33 +19,42 @@ SHORT = {"num_steps": 90, "window_steps": 40, "onset_step": 45}
 QUIET = {"noise_std_c": 0.0}
 
 
-def started(seeds=(0,), preset="paper", **overrides):
+def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> HvacGame:
     game = HvacGame(HVAC.config(preset, overrides), len(seeds))
     game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
     return game
 
 
-def go(game, choice=0, attack=None, num_steps=1):
+def go(game: HvacGame, choice: int = 0, attack: Array | list[float] | None = None, num_steps: int = 1) -> Array:
     actions = {"defender": np.full(game.num_envs, choice)}
     if attack is not None:
         actions["attacker"] = np.broadcast_to(attack, (game.num_envs, game.action_space["attacker"].shape[0])).copy()
     return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
-def seen(game, role):
+def seen(game: HvacGame, role: Role) -> dict[str, Array]:
     return game.fields[role].decode(game.observe(role))
 
 
-def play(attacker, defender, seeds=range(10), preset="paper", on_step=None, **overrides):
+def play(
+    attacker: str,
+    defender: str,
+    seeds: Sequence[int] = range(10),
+    preset: str = "paper",
+    on_step: Callable[..., Any] | None = None,
+    **overrides: Any,
+) -> dict[str, Array]:
     players = {"attacker": attacker, "defender": defender}
     return play_episodes(HVAC, HVAC.config(preset, overrides), players, seeds, on_step=on_step)
 
 
-def spec_of(role, preset="learning", **overrides):
+def spec_of(role: Role, preset: str = "learning", **overrides: Any) -> RoleSpec:
     return HvacGame(HVAC.config(preset, overrides), 1).spec(role)
 
 
-def watched(attacker, defender, seeds, on_step, **overrides):
+def watched(
+    attacker: str, defender: str, seeds: Sequence[int], on_step: Callable[..., Any], **overrides: Any
+) -> HvacGame:
     """Play with objects, so that `on_step` can look at game and match."""
     game = HvacGame(HVAC.config("learning", overrides), len(seeds))
     match = Match(game, {"attacker": resolve_policy(attacker, game.spec("attacker")),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from cps_envs.core.types import Array
 from cps_envs.hvac.building import Building, conductances, discretise, outdoor, transition, weather
 from cps_envs.hvac.config import PAPER, HvacConfig
 from cps_envs.hvac.controller import feedforward, gains, predict
@@ -24,13 +26,13 @@ PRINTED_A = """0.965797 0.014423 0.019231 0; 0.010135 0.978704 0 0.009539;
 FIRST_PAPER_SETS = [(4,), (3,), (3, 4), (2,), (2, 4), (2, 3), (2, 3, 4), (1,), (1, 4), (1, 3), (1, 3, 4), (1, 2)]
 
 
-def printed(found, text, digits):
+def printed(found: Array, text: str, digits: int) -> None:
     """Whether values agree with printed ones to the last printed digit."""
     expected = np.array([[float(number) for number in row.split()] for row in text.split(";")]).squeeze()
     np.testing.assert_allclose(found, expected, rtol=0, atol=0.5001 * 10.0**-digits)
 
 
-def test_matrices_are_those_printed_in_the_specification():
+def test_matrices_are_those_printed_in_the_specification() -> None:
     building = discretise(PAPER)
     printed(building.A, PRINTED_A, 6)
     printed(np.sort(np.linalg.eigvals(building.A)), "0.937314 0.970281 0.980764 0.998488", 6)
@@ -39,7 +41,7 @@ def test_matrices_are_those_printed_in_the_specification():
     printed(-120 / np.log(np.sort(np.linalg.eigvals(building.A))) / 3600, "0.515 1.105 1.716 22.03", 2)
 
 
-def test_matrices_are_those_of_the_independent_reference():
+def test_matrices_are_those_of_the_independent_reference() -> None:
     A_c, A, B, G = reference.matrices()
     building = discretise(PAPER)
     np.testing.assert_allclose(conductances(PAPER), A_c, rtol=1e-12, atol=1e-20)
@@ -57,7 +59,7 @@ capacities = st.floats(2e5, 2e6)
     links=st.sets(st.tuples(st.integers(0, 5), st.integers(0, 5)).filter(lambda pair: pair[0] < pair[1]), max_size=5),
     resistance=st.floats(0.02, 0.5),
 )
-def test_a_building_of_any_zones_balances_its_heat(capacity, walls, links, resistance):
+def test_a_building_of_any_zones_balances_its_heat(capacity: Any, walls: Any, links: Any, resistance: float) -> None:
     zones = len(capacity)
     links = sorted(pair for pair in links if pair[1] < zones)
     config = dataclasses.replace(
@@ -79,18 +81,18 @@ def test_a_building_of_any_zones_balances_its_heat(capacity, walls, links, resis
     assert np.abs(np.linalg.eigvals(building.A)).max() < 1
 
 
-def test_a_plant_that_is_off_has_entries_of_a_c_off():
+def test_a_plant_that_is_off_has_entries_of_a_c_off() -> None:
     beta = np.full((4, 4), 0.1)
     expected = np.eye(4) + 1.1 * (discretise(PAPER).A - np.eye(4))
     np.testing.assert_allclose(transition(PAPER, beta), expected, atol=1e-15)
 
 
-def test_outside_is_warmest_at_six():
+def test_outside_is_warmest_at_six() -> None:
     assert np.argmax(outdoor(PAPER, 720)) == 180
     assert outdoor(PAPER, 720)[[0, 180, 540]] == pytest.approx([23, 34, 12])
 
 
-def test_gains_are_those_printed_in_the_specification():
+def test_gains_are_those_printed_in_the_specification() -> None:
     long, short = gains(discretise(PAPER), 80, 0.25), gains(discretise(PAPER), 20, 0.25)
     printed(long.K_e[0], "1.292126 0.198321 0.315591 0.021501", 6)
     printed(long.K_d[0], "40.531650 20.509274 19.999326 7.787308", 6)
@@ -99,13 +101,13 @@ def test_gains_are_those_printed_in_the_specification():
     assert short.K_d[0, 0] == pytest.approx(1.751951, abs=0.5e-6)
 
 
-def test_gains_are_those_of_the_independent_reference():
+def test_gains_are_those_of_the_independent_reference() -> None:
     ours = gains(discretise(PAPER), 80, 0.25)
     for mine, theirs in zip(ours, reference.gains(), strict=True):
         np.testing.assert_allclose(mine, theirs, rtol=1e-9, atol=1e-9)
 
 
-def roll_out(building, x, dx, du, dw):
+def roll_out(building: Building, x: Array, dx: Array, du: Array, dw: Array) -> Array:
     """x(k + 1..k + N) of the incremental form: each change follows from the one before."""
     reached = []
     for move, change in zip(du, dw, strict=True):
@@ -117,7 +119,7 @@ def roll_out(building, x, dx, du, dw):
 
 @given(seed=st.integers(0, 2**32 - 1), horizon=st.integers(1, 40))
 @settings(max_examples=30)
-def test_prediction_is_a_roll_out(seed, horizon):
+def test_prediction_is_a_roll_out(seed: int, horizon: int) -> None:
     building, generator = discretise(PAPER), np.random.default_rng(seed)
     x, dx = generator.uniform(15, 35, 4), generator.normal(0, 1, 4)
     du, dw = generator.normal(0, 100, (horizon, 4)), generator.normal(0, 1, (horizon, 4))
@@ -127,11 +129,11 @@ def test_prediction_is_a_roll_out(seed, horizon):
     assert np.abs(predicted - expected).max() < 1e-12 * np.abs(expected).max()
 
 
-def test_gains_minimise_the_cost():
+def test_gains_minimise_the_cost() -> None:
     building, generator = discretise(PAPER), np.random.default_rng(1)
     x, dx, dw = generator.uniform(20, 30, 4), generator.normal(0, 0.1, 4), generator.normal(0, 0.1, (4, 4))
 
-    def cost(flat):
+    def cost(flat: Any) -> Any:
         error = 25 - roll_out(building, x, dx, flat.reshape(4, 4), dw)
         return error @ error + 1e-4 * flat @ flat
 
@@ -140,7 +142,7 @@ def test_gains_minimise_the_cost():
     np.testing.assert_allclose(K_e @ (25 - x) - K_d @ dx - K_w @ dw.ravel(), best, rtol=1e-3, atol=1e-2)
 
 
-def test_feedforward_looks_ahead_from_each_step():
+def test_feedforward_looks_ahead_from_each_step() -> None:
     K_w, w = gains(discretise(PAPER), 80, 0.25).K_w, weather(PAPER, 800)
     ahead = feedforward(K_w, w, 720)
     for k in (0, 1, 300, 719):
@@ -149,7 +151,7 @@ def test_feedforward_looks_ahead_from_each_step():
         np.testing.assert_allclose(ahead[k], K_w @ dw.ravel(), atol=1e-12)
 
 
-def test_sets_and_their_order():
+def test_sets_and_their_order() -> None:
     assert list(sensor_sets(PAPER))[:12] == FIRST_PAPER_SETS
     assert list(sensor_sets(PAPER))[12:] == [(1, 2, 4), (1, 2, 3)]
     assert [a for a, sensors in enumerate(sensor_sets(PAPER), 1) if 2 not in sensors] == [1, 2, 3, 8, 9, 10, 11]
@@ -161,13 +163,13 @@ def test_sets_and_their_order():
         assert 1 <= len(zones) == len(set(zones)) <= 3
 
 
-def test_own_sets_are_separated_by_zeros():
+def test_own_sets_are_separated_by_zeros() -> None:
     config = dataclasses.replace(PAPER, sensor_sets=(3, 1, 0, 2))
     assert sensor_sets(config) == ((1, 3), (2,))
     assert membership(config).tolist() == [[True, False, True, False], [False, True, False, False]]
 
 
-def test_sensors_fall_in_the_paper_s_order():
+def test_sensors_fall_in_the_paper_s_order() -> None:
     assert attack_order(PAPER) == (2, 1, 4, 3)
     assert attack_order(dataclasses.replace(PAPER, num_sensors=8)) == (2, 1, 4, 3, 6, 5, 8, 7)
     assert attack_order(dataclasses.replace(PAPER, attack_order=(3, 1))) == (3, 1)
@@ -175,7 +177,7 @@ def test_sensors_fall_in_the_paper_s_order():
 
 @pytest.mark.parametrize("sensors", [4, 8])
 @pytest.mark.parametrize("window", [100, 200])
-def test_forward_form_is_the_pseudo_inverse(sensors, window):
+def test_forward_form_is_the_pseudo_inverse(sensors: int, window: int) -> None:
     config = dataclasses.replace(PAPER, num_sensors=sensors)
     A, zone, member = discretise(config).A, zones_of_sensors(config), membership(config)
     gain, condition = set_gains(A, window, member, zone)
@@ -188,7 +190,7 @@ def test_forward_form_is_the_pseudo_inverse(sensors, window):
 
 
 @pytest.mark.parametrize("sensors", [4, 8])
-def test_sums_that_all_sets_share_cost_no_accuracy(sensors):
+def test_sums_that_all_sets_share_cost_no_accuracy(sensors: int) -> None:
     """O_a' r squares the condition of O_a, up to 3e3 here: estimates stay those of least squares to 1e-10 C."""
     config = dataclasses.replace(PAPER, num_sensors=sensors)
     A, zone, member = discretise(config).A, zones_of_sensors(config), membership(config)
@@ -202,13 +204,13 @@ def test_sums_that_all_sets_share_cost_no_accuracy(sensors):
 
 
 @pytest.mark.parametrize(("window", "expected"), [(100, 400), (200, 163), (400, 135)])
-def test_forward_form_is_well_conditioned(window, expected):
+def test_forward_form_is_well_conditioned(window: int, expected: int) -> None:
     A, zone = discretise(PAPER).A, zones_of_sensors(PAPER)
     s2 = np.array([[False, True, False, False]])
     assert set_gains(A, window, s2, zone)[1][0] == pytest.approx(expected, rel=0.01)  # printed rounded
 
 
-def symmetric(**overrides) -> HvacConfig:
+def symmetric(**overrides: Any) -> HvacConfig:
     return dataclasses.replace(
         PAPER,
         heat_capacity_j_per_k=(0.5e6,) * 4,
@@ -218,23 +220,23 @@ def symmetric(**overrides) -> HvacConfig:
     )
 
 
-def test_a_symmetric_building_is_warned_about():
+def test_a_symmetric_building_is_warned_about() -> None:
     with pytest.warns(ObservabilityWarning, match=r"sensor sets hardly observe.*\(4,\)"):
         build_model(symmetric())
 
 
-def test_the_paper_s_building_is_not():
+def test_the_paper_s_building_is_not() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         build_model.__wrapped__(PAPER)
 
 
-def test_a_set_that_sees_nothing_of_a_zone_leaves_it_at_the_forced_response():
+def test_a_set_that_sees_nothing_of_a_zone_leaves_it_at_the_forced_response() -> None:
     building = Building(np.diag([0.9, 0.8]), np.ones(2), np.ones(2))
     gain, condition = set_gains(building.A, 10, np.array([[True, False]]), np.array([0, 1]))
     assert np.isinf(condition[0])
     assert gain[0, 1] == pytest.approx([0, 0])
 
 
-def test_models_are_shared():
+def test_models_are_shared() -> None:
     assert build_model(PAPER) is build_model(dataclasses.replace(PAPER))

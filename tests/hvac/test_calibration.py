@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from cps_agents.cli import app
 from cps_baselines.hvac.calibrated import calibrated_threshold, shipped_thresholds
@@ -21,12 +23,12 @@ pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.Ob
 SHORT_DAY = ["--set", "num_steps=90", "--set", "window_steps=40", "--set", "onset_step=45"]
 
 
-def run(*arguments):
+def run(*arguments: Sequence[str]) -> Result:
     return CliRunner().invoke(app, ["calibrate-mtd2", *arguments])
 
 
 @pytest.mark.parametrize(("sensors", "expected"), [(4, 0.418), (8, 0.425)])
-def test_the_recipe_gives_the_configuration_s_thresholds(sensors, expected):
+def test_the_recipe_gives_the_configuration_s_thresholds(sensors: int, expected: float) -> None:
     config = HVAC.config("paper", {"num_sensors": sensors})
     found = calibrate(config)
     assert found.seeds == tuple(range(1000, 1005))
@@ -36,7 +38,7 @@ def test_the_recipe_gives_the_configuration_s_thresholds(sensors, expected):
     assert (found.rejecting_share == 0).all()
 
 
-def test_it_is_the_largest_mean_residual_from_the_twentieth_sample_on():
+def test_it_is_the_largest_mean_residual_from_the_twentieth_sample_on() -> None:
     config = HVAC.config("paper", {"num_steps": 90, "window_steps": 40, "onset_step": 45})
     means = []
     players = {"attacker": "none", "defender": "mtd1"}
@@ -47,25 +49,25 @@ def test_it_is_the_largest_mean_residual_from_the_twentieth_sample_on():
     assert np.max(means[:60]) > found.largest_c2.max()
 
 
-def test_a_plant_that_differs_from_the_model_needs_a_higher_threshold():
+def test_a_plant_that_differs_from_the_model_needs_a_higher_threshold() -> None:
     plain, off = (calibrate(HVAC.config("paper", {"model_error": error})).threshold_c2 for error in (0.0, 0.05))
     assert off > 2 * plain
 
 
-def test_shares_of_rejecting_steps_belong_to_the_threshold_that_is_configured():
+def test_shares_of_rejecting_steps_belong_to_the_threshold_that_is_configured() -> None:
     config = HVAC.config("paper", {"thresholds_c2": (1e-6, 1e-6)})
     assert (calibrate(config, range(2)).rejecting_share == 1).all()
 
 
 @pytest.mark.parametrize("place", range(len(SHIPPED)))
-def test_what_is_shipped_is_what_the_command_finds(place):
+def test_what_is_shipped_is_what_the_command_finds(place: int) -> None:
     level = SHIPPED[place]
     config, threshold_c2 = shipped_thresholds()[place]
     assert config == level.config
     assert calibrate(level.config).threshold_c2 == pytest.approx(threshold_c2, rel=1e-3)
 
 
-def test_thresholds_are_found_by_what_they_depend_on():
+def test_thresholds_are_found_by_what_they_depend_on() -> None:
     paper = calibrated_threshold(HVAC.config("paper", {}))
     attacked = {"onset_step": 300, "num_compromised": 4, "num_steps": 400, "attacker_view": "grey"}
     assert calibrated_threshold(HVAC.config("paper", attacked)) == paper
@@ -77,7 +79,7 @@ def test_thresholds_are_found_by_what_they_depend_on():
             calibrated_threshold(HVAC.config("paper", change))
 
 
-def test_the_calibrated_policy_uses_it():
+def test_the_calibrated_policy_uses_it() -> None:
     spec = HVAC.game(HVAC.config("easy", {}), 1).spec("defender")
     policy = resolve_policy("mtd2_calibrated?fallback=model", spec)
     assert policy.threshold_c2 == calibrated_threshold(spec.config)
@@ -89,7 +91,7 @@ def test_the_calibrated_policy_uses_it():
     assert shares["mtd2_calibrated"] > shares["mtd2"]
 
 
-def test_command_writes_what_it_prints(tmp_path):
+def test_command_writes_what_it_prints(tmp_path: Path) -> None:
     target = tmp_path / "thresholds.json"
     result = run(*SHORT_DAY, "--seeds", "3", "--json", "--out", str(target))
     assert result.exit_code == 0, result.output
@@ -103,15 +105,8 @@ def test_command_writes_what_it_prints(tmp_path):
     assert len(level["rejecting_share"]) == 3
 
 
-def test_command_prints_a_table():
+def test_command_prints_a_table() -> None:
     result = run("--preset", "easy", "--seeds", "1")
     assert result.exit_code == 0, result.output
     assert "eps of MTD2 from 1 attack-free days" in result.stdout
     assert "easy" in result.stdout
-
-
-@pytest.mark.parametrize("arguments", [["--set", "windows=3"], ["--preset", "papr"], ["--set", "num_sensors=5"]])
-def test_command_refuses_what_cannot_be(arguments):
-    result = run(*arguments)
-    assert result.exit_code == 2
-    assert "Error" in result.output

@@ -2,60 +2,36 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
+from typing import Any
 
 import gymnasium
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.config import EASY, PAPER, HvacConfig
 from cps_envs.hvac.problem import HVAC
 
-FIELDS = {field.name: field for field in dataclasses.fields(HvacConfig)}
-NUMBERS = [name for name, field in FIELDS.items() if not field.metadata["choices"]]
-junk = st.one_of(
-    st.sampled_from([None, "warm", math.nan, math.inf, -math.inf, True, (math.nan,), ("a",), {}, [[1, 2]]]),
-    st.text(min_size=1, max_size=5),
-)
 
-
-def make(**overrides):
+def make(**overrides: Any) -> HvacConfig:
     return HVAC.config("paper", overrides)
 
 
-def test_paper_is_exact():
+def test_paper_is_exact() -> None:
     assert (PAPER.num_steps, PAPER.step_s, PAPER.window_steps, PAPER.prediction_steps) == (720, 120.0, 200, 80)
     assert (PAPER.model_error, PAPER.unmeasured_heat_w, PAPER.onset_step, PAPER.random_compromise) == (0, 0, 200, False)
     assert PAPER.noise_std_c**2 == pytest.approx(0.2)
     assert PAPER.duration_h == pytest.approx(719 / 30)
 
 
-def test_learning_draws_what_the_specification_says():
+def test_learning_draws_what_the_specification_says() -> None:
     assert (EASY.onset_step, EASY.num_compromised, EASY.random_compromise) == ((100, 400), (1, 3), True)
     assert (EASY.model_error, EASY.unmeasured_heat_w) == (0.02, 50.0)
 
 
-def test_thresholds_follow_the_number_of_sensors():
+def test_thresholds_follow_the_number_of_sensors() -> None:
     assert make().threshold_c2 == 0.418
     assert make(num_sensors=8).threshold_c2 == 0.425
-
-
-@given(name=st.sampled_from(NUMBERS), value=junk)
-def test_junk_is_refused_by_name(name, value):
-    if not (isinstance(FIELDS[name].default, bool) and isinstance(value, bool)):
-        with pytest.raises(ConfigurationError, match=name):
-            make(**{name: value})
-
-
-@given(name=st.sampled_from([n for n in NUMBERS if FIELDS[n].default is not False]), data=st.data())
-def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
-    rule, default = FIELDS[name].metadata, FIELDS[name].default
-    beyond = data.draw(st.sampled_from([rule["low"] - 1, rule["high"] + 1]))
-    with pytest.raises(ConfigurationError, match=name):
-        make(**{name: (beyond,) if isinstance(default, tuple) else beyond})
 
 
 @pytest.mark.parametrize(
@@ -96,12 +72,12 @@ def test_values_out_of_bounds_are_refused_with_the_bounds(name, data):
         ({"window": 100}, "'window_steps'"),
     ],
 )
-def test_combinations_that_cannot_be_right(overrides, remedy):
+def test_combinations_that_cannot_be_right(overrides: dict[str, Any], remedy: str) -> None:
     with pytest.raises(ConfigurationError, match=remedy):
         make(**overrides)
 
 
-def test_too_many_sets_have_to_be_named():
+def test_too_many_sets_have_to_be_named() -> None:
     zones = 10
     building = {
         "heat_capacity_j_per_k": tuple(0.4e6 + 1e4 * i for i in range(zones)),
@@ -113,7 +89,7 @@ def test_too_many_sets_have_to_be_named():
     assert make(**building, sensor_sets=(1, 2, 0, 3, 4)).num_zones == zones
 
 
-def test_a_building_of_one_s_own_can_be_made_and_played():
+def test_a_building_of_one_s_own_can_be_made_and_played() -> None:
     env = gymnasium.make(
         "cps_envs:cps_envs/HvacDefense-v0",
         heat_capacity_j_per_k=[0.5e6, 0.8e6, 0.6e6],

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
 
+from cps_baselines.contest import Variant
 from cps_baselines.hvac.contest import CONTEST
 from cps_envs.core.lookup import BUILT_IN, policy_names, resolve_policy
-from cps_envs.core.types import ROLES
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 from tests.hvac.games import play
@@ -20,12 +23,12 @@ NOISY = ("tracker", "ramp?rate_c_per_h=0.7&keep_noise=true", "mimic?keep_noise=t
 STRONG = (*NOISY, *(f"{name}{'&' if '?' in name else '?'}warmer=true" for name in NOISY), "brink", "constant")
 
 
-def spec_of(role, variant):
+def spec_of(role: Role, variant: Variant) -> RoleSpec:
     return HvacGame(HVAC.config(variant.preset, variant.overrides), 1).spec(role)
 
 
 @pytest.mark.parametrize("role", ROLES)
-def test_every_registered_policy_plays_or_is_left_out_for_a_reason(role):
+def test_every_registered_policy_plays_or_is_left_out_for_a_reason(role: Role) -> None:
     side = SIDES[role]
     entered = {entrant.reference.partition("?")[0] for entrant in (*side.policies, *side.informed)}
     left = set(side.left_out)
@@ -36,14 +39,14 @@ def test_every_registered_policy_plays_or_is_left_out_for_a_reason(role):
 
 
 @pytest.mark.parametrize("role", ROLES)
-def test_names_are_told_apart(role):
+def test_names_are_told_apart(role: Role) -> None:
     names = [entrant.name for entrant in (*SIDES[role].policies, *SIDES[role].informed)]
     assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize("variant", CONTEST.variants, ids=lambda variant: variant.name)
 @pytest.mark.parametrize("role", ROLES)
-def test_all_of_them_can_be_built_in_every_variant(role, variant):
+def test_all_of_them_can_be_built_in_every_variant(role: Role, variant: Variant) -> None:
     side, spec = SIDES[role], spec_of(role, variant)
     for reference in (*(each.reference for each in (*side.policies, *side.informed)), *side.constants):
         resolve_policy(reference, spec)
@@ -52,22 +55,22 @@ def test_all_of_them_can_be_built_in_every_variant(role, variant):
             resolve_policy(search.policy, spec, **{name: ends[end] for name, ends in search.ranges.items()})
 
 
-def test_constants_of_the_defender_are_all_there_are():
+def test_constants_of_the_defender_are_all_there_are() -> None:
     count = spec_of("defender", CONTEST.variants[0]).action_space.n
     assert CONTEST.defenders.constants == tuple(f"always?action={choice}" for choice in range(count))
 
 
 @lru_cache
-def paid(attacker, defender, **overrides):
+def paid(attacker: str, defender: str, **overrides: Any) -> Array:
     return play(attacker, defender, DAYS, "learning", **overrides)["return"]
 
 
-def mean_over(defender):
+def mean_over(defender: str) -> float:
     return np.mean([paid(attacker, defender).mean() for attacker in ("none", *STRONG)])
 
 
 @pytest.mark.slow
-def test_something_is_left_to_infer_and_something_can_be_done():
+def test_something_is_left_to_infer_and_something_can_be_done() -> None:
     scores = {name: mean_over(name) for name in ("none", "mtd2", "model_only", "cusum", "largest", "informed", "truth")}
     best = min(scores[name] for name in ("none", "mtd2", "model_only", "cusum", "largest"))
     assert max(scores["informed"], scores["truth"]) + CONTEST.defenders.margin_informed < best
@@ -75,13 +78,13 @@ def test_something_is_left_to_infer_and_something_can_be_done():
 
 
 @pytest.mark.slow
-def test_no_choice_that_never_changes_is_as_good_as_the_best_detector():
+def test_no_choice_that_never_changes_is_as_good_as_the_best_detector() -> None:
     bar = mean_over("largest")
     assert bar < min(mean_over(constant) for constant in CONTEST.defenders.constants)
 
 
 @pytest.mark.slow
-def test_lies_of_both_signs_matter():
+def test_lies_of_both_signs_matter() -> None:
     for defender in ("mtd2", "cusum", "largest"):
         for attacker in STRONG[:6]:
             excess = paid(attacker, defender) - paid("none", defender)
@@ -89,14 +92,14 @@ def test_lies_of_both_signs_matter():
 
 
 @pytest.mark.slow
-def test_believing_nobody_is_no_way_out():
+def test_believing_nobody_is_no_way_out() -> None:
     for attacker in ("none", *STRONG):
         excess = paid(attacker, "model_only") - paid(attacker, "largest")
         assert excess.mean() - 2.0 * excess.std() / np.sqrt(len(excess)) > 0.0, attacker
 
 
 @pytest.mark.slow
-def test_more_liars_cost_more():
+def test_more_liars_cost_more() -> None:
     """Excess over who is told who lies, on the same days."""
     found = []
     for liars in (1, 3):
@@ -106,7 +109,7 @@ def test_more_liars_cost_more():
 
 
 @pytest.mark.slow
-def test_listening_pays_and_being_told_pays_more():
+def test_listening_pays_and_being_told_pays_more() -> None:
     """The attackers' side of the contest: bold lies earn most on the mean, and inferring whom one faces earns more."""
     defenders = [entrant.reference for entrant in CONTEST.defenders.policies]
     bold, listening, creeping, tracking = (

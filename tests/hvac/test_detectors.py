@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,7 +14,9 @@ from cps_baselines.hvac.smoothness import spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array
 from cps_envs.hvac.config import LEARNING, PAPER
+from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.sensors import filter_sets
 from tests.hvac.games import go, play, spec_of, started, watched
 
@@ -21,7 +25,7 @@ MODEL, FIRST = 15, 16  # choices: the model, and the first filter
 
 
 @given(values=st.lists(st.floats(-20, 20), min_size=1, max_size=60))
-def test_the_mean_square_stays_between_what_it_averages(values):
+def test_the_mean_square_stays_between_what_it_averages(values: Any) -> None:
     spread = np.ones(1)
     for value in values:
         before, spread = spread, spread_after(spread, np.array([value]))
@@ -31,7 +35,7 @@ def test_the_mean_square_stays_between_what_it_averages(values):
 
 @pytest.mark.parametrize("name", ["cusum", "largest"])
 @pytest.mark.parametrize("attacker", ["brink", "brink?warmer=true", "tracker?noise=0"])
-def test_readings_without_noise_are_too_smooth(name, attacker):
+def test_readings_without_noise_are_too_smooth(name: str, attacker: str) -> None:
     days = {"compromised_weights": (0, 0, 1)}
     tested, blind, told = (play(attacker, policy, range(30), "learning", **days)["return"].mean()
                            for policy in (name, f"{name}?smooth=0", "informed"))  # fmt: skip
@@ -39,7 +43,9 @@ def test_readings_without_noise_are_too_smooth(name, attacker):
     assert tested < told + 3.0
 
 
-def cusum_of(readings_by_filter, kappa, limit, quiet, release, smooth):
+def cusum_of(
+    readings_by_filter: list[tuple[Array, Array]], kappa: float, limit: float, quiet: float, release: int, smooth: float
+) -> list[tuple[int, ...]]:
     """The definition in plain Python: the trusted sensors after each step, of r and its mean (F, S) at each."""
     trusted, up, down, calm, found = {0, 1, 2, 3}, [0.0] * 4, [0.0] * 4, [0] * 4, []
     square = [1.0] * 4
@@ -65,10 +71,10 @@ def cusum_of(readings_by_filter, kappa, limit, quiet, release, smooth):
 
 
 @pytest.mark.parametrize("attacker", ["constant?reading_c=28", "ramp", "ramp?keep_noise=true", "none"])
-def test_cusum_is_its_definition(attacker):
+def test_cusum_is_its_definition(attacker: str) -> None:
     shown, chosen = [], []
 
-    def note(game):
+    def note(game: HvacGame) -> None:
         fields = game.fields["defender"].decode(game.observe("defender"))
         shown.append((fields["innovation"][0], fields["innovation_mean"][0]))
         chosen.append(int(game.state.choice[0]))
@@ -82,14 +88,14 @@ def test_cusum_is_its_definition(attacker):
     assert [SETS[choice - FIRST] for choice in chosen[ready]] == expected[ready]
 
 
-def test_largest_takes_the_most_sensors_without_an_alarm():
+def test_largest_takes_the_most_sensors_without_an_alarm() -> None:
     policy = resolve_policy("largest?kappa=0.5&limit=3&release_h=1&smooth=0", spec_of("defender"))
     spec, state = policy.spec, policy.begin([None], [{}])
     observation = np.zeros((1, spec.fields.size), np.float32)
     observation[:, spec.fields.slices["ready"]] = 1
     part = spec.fields.slices["innovation"]
 
-    def chosen(innovation, state):
+    def chosen(innovation: Any, state: Any) -> Any:
         observation[:, part] = innovation.reshape(-1) / 10
         choices, state = policy.act(Seen(spec.fields, observation), state)
         return SETS[choices[0] - FIRST], state
@@ -105,7 +111,7 @@ def test_largest_takes_the_most_sensors_without_an_alarm():
     assert chosen(nothing, chosen(nothing, state)[1])[0] == (1, 2, 3, 4)
 
 
-def test_a_lie_outside_a_filter_does_not_raise_its_alarm():
+def test_a_lie_outside_a_filter_does_not_raise_its_alarm() -> None:
     policy = resolve_policy("largest?smooth=0", spec_of("defender"))
     spec = policy.spec
     observation = np.zeros((1, spec.fields.size), np.float32)
@@ -119,7 +125,7 @@ def test_a_lie_outside_a_filter_does_not_raise_its_alarm():
     assert SETS[choices[0] - FIRST] == (1, 2, 3, 4)
 
 
-def test_the_informed_one_believes_all_but_the_liars():
+def test_the_informed_one_believes_all_but_the_liars() -> None:
     chosen = []
     game = watched("ramp", "informed", range(8), lambda game: chosen.append(game.state.choice.copy()))
     for b in range(8):
@@ -129,10 +135,10 @@ def test_the_informed_one_believes_all_but_the_liars():
     assert game.metrics()["flawed_steps"].max() == 0
 
 
-def test_the_truth_is_the_nearest_estimate():
+def test_the_truth_is_the_nearest_estimate() -> None:
     before = []
 
-    def note(game):
+    def note(game: HvacGame) -> None:
         if before:
             estimate, true, ready = before[-1]
             nearest = ((estimate - true[:, np.newaxis]) ** 2).sum(axis=2).argmin(axis=1)
@@ -144,7 +150,7 @@ def test_the_truth_is_the_nearest_estimate():
 
 
 @pytest.mark.parametrize("name", ["informed", "truth"])
-def test_who_is_told_says_so(name):
+def test_who_is_told_says_so(name: str) -> None:
     policy = resolve_policy(name, spec_of("defender"))
     assert policy.privileged == {"truth"}
     with pytest.raises(TypeError, match="truth"):
@@ -152,18 +158,18 @@ def test_who_is_told_says_so(name):
 
 
 @pytest.mark.parametrize("name", ["cusum", "largest", "informed"])
-def test_without_filters_they_say_what_to_do(name):
+def test_without_filters_they_say_what_to_do(name: str) -> None:
     with pytest.raises(ConfigurationError, match="kalman_filters=true"):
         resolve_policy(name, spec_of("defender", "paper"))
 
 
 @pytest.mark.parametrize("reference", ["cusum?kappa=0", "cusum?smooth=-1", "largest?limit=0", "largest?smooth=-1"])
-def test_numbers_that_are_not_positive_are_refused(reference):
+def test_numbers_that_are_not_positive_are_refused(reference: str) -> None:
     with pytest.raises(ConfigurationError, match="positive"):
         resolve_policy(reference, spec_of("defender"))
 
 
-def test_filters_are_named_by_the_sensors_that_are_wanted():
+def test_filters_are_named_by_the_sensors_that_are_wanted() -> None:
     filters = FilterChoices(LEARNING)
     wanted = np.array([[1, 1, 1, 1], [0, 0, 0, 0], [1, 0, 1, 1], [0, 1, 0, 0]], bool)
     assert [SETS[index] for index in filters.index_of(wanted)] == [(1, 2, 3, 4), (), (1, 3, 4), (2,)]
@@ -172,11 +178,11 @@ def test_filters_are_named_by_the_sensors_that_are_wanted():
 
 
 @pytest.mark.parametrize("name", ["cusum", "largest"])
-def test_honest_days_cost_little_though_heat_comes_in_steps(name):
+def test_honest_days_cost_little_though_heat_comes_in_steps(name: str) -> None:
     """Steps of heat look like lies, so some sensor is distrusted for part of the day; but zones are linked."""
     apart = []
 
-    def note(game):
+    def note(game: HvacGame) -> None:
         if game.state.step[0] > 200:
             apart.append((game.state.choice != FIRST + 14).mean())
 
@@ -187,7 +193,7 @@ def test_honest_days_cost_little_though_heat_comes_in_steps(name):
     assert (paid - everything).mean() < 2.0
 
 
-def test_truth_of_a_game_changes_with_it():
+def test_truth_of_a_game_changes_with_it() -> None:
     game = started([0, 1], preset="learning")
     told = game.truth(1)
     before = told["temperature"].copy()

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HARD, LEARNING, PAPER
 from cps_envs.hvac.disturbance import slow_course, step_course
@@ -22,12 +23,12 @@ DRIFTING = {"heat_drift_w": (50.0, 150.0), "unmeasured_heat_w": 50.0, "forecast_
 QUIET = {"compromised_weights": (1.0,), "noise_std_c": 0.0}
 
 
-def correlation(course, lag):
+def correlation(course: Array, lag: int) -> float:
     """Of a course of mean 0 and variance 1, over environments and zones, at a lag in steps."""
     return float((course[:, lag:] * course[:, :-lag]).mean() / (course**2).mean())
 
 
-def test_the_plant_follows_the_drawn_courses():
+def test_the_plant_follows_the_drawn_courses() -> None:
     game = started([3], window_steps=30, **DRIFTING)
     state, building = game.state, discretise(PAPER)
     x, outside = state.temperature[0].copy(), np.array([0.0, 0.0, 1.0, 1.0])
@@ -40,7 +41,7 @@ def test_the_plant_follows_the_drawn_courses():
         x = state.temperature[0].copy()
 
 
-def test_drift_has_the_size_that_was_drawn_for_each_zone():
+def test_drift_has_the_size_that_was_drawn_for_each_zone() -> None:
     course = started(range(300), heat_drift_w=100.0).state.heat_drift
     assert np.sqrt((course**2).mean()) == pytest.approx(100.0, rel=0.03)
     ranged = started(range(300), heat_drift_w=(50.0, 150.0)).state.heat_drift
@@ -49,7 +50,7 @@ def test_drift_has_the_size_that_was_drawn_for_each_zone():
     assert sizes.std() > 1.3 * np.sqrt((course**2).mean(axis=1)).std()
 
 
-def test_half_of_the_drift_is_slow_and_half_comes_in_steps():
+def test_half_of_the_drift_is_slow_and_half_comes_in_steps() -> None:
     course = started(range(400), heat_drift_w=100.0).state.heat_drift
     for lag in (10, 60, 150):  # steps of 1/30 h
         hours = lag / 30.0
@@ -59,7 +60,7 @@ def test_half_of_the_drift_is_slow_and_half_comes_in_steps():
     assert (np.abs(np.diff(slow, axis=1)) > 60.0).mean() < 1e-3  # steps are gone: one in 10,000 h
 
 
-def test_the_outside_differs_from_the_forecast_by_bias_and_drift():
+def test_the_outside_differs_from_the_forecast_by_bias_and_drift() -> None:
     biased = started(range(500), forecast_bias_c=1.5).state.outdoor_error
     assert (biased == biased[:, :1]).all()
     assert biased[:, 0].std() == pytest.approx(1.5, rel=0.1)
@@ -68,7 +69,7 @@ def test_the_outside_differs_from_the_forecast_by_bias_and_drift():
     assert correlation(drifting, 60) == pytest.approx(np.exp(-0.5), abs=0.05)
 
 
-def test_nobody_sees_the_outside_but_as_forecast():
+def test_nobody_sees_the_outside_but_as_forecast() -> None:
     wrong, exact = started([1], forecast_bias_c=5.0), started([1])
     for game in (wrong, exact):
         go(game, 0, num_steps=5)
@@ -80,7 +81,7 @@ def test_nobody_sees_the_outside_but_as_forecast():
     assert (wrong.state.temperature != exact.state.temperature).any()
 
 
-def test_what_is_left_out_draws_nothing_and_takes_no_room():
+def test_what_is_left_out_draws_nothing_and_takes_no_room() -> None:
     plain, drifting = started([5], preset="easy"), started([5], preset="easy", heat_drift_w=80.0)
     assert plain.state.heat_drift.shape == (1, 0, 4)
     assert plain.state.outdoor_error.shape == (1, 0)
@@ -93,7 +94,7 @@ def test_what_is_left_out_draws_nothing_and_takes_no_room():
     assert once.random() != again.random()
 
 
-def test_a_generator_goes_on_as_before_where_nothing_is_new():
+def test_a_generator_goes_on_as_before_where_nothing_is_new() -> None:
     """What a reset of `easy` draws: noise, onset, number, order, entries of the plant, heat."""
     generator, expected = np.random.default_rng(8), np.random.default_rng(8)
     game = started([0], preset="easy")
@@ -106,7 +107,7 @@ def test_a_generator_goes_on_as_before_where_nothing_is_new():
     assert generator.random() == expected.random()
 
 
-def test_the_number_of_liars_follows_its_weights():
+def test_the_number_of_liars_follows_its_weights() -> None:
     game = started(range(2000), preset="learning")
     counts = np.bincount(game.state.compromised.sum(axis=1), minlength=5) / 2000
     assert counts == pytest.approx([0.2, 0.3, 0.3, 0.2, 0.0], abs=0.03)
@@ -116,12 +117,12 @@ def test_the_number_of_liars_follows_its_weights():
 
 
 @pytest.mark.parametrize("weights", [(0.0, 0.0), (0.2,) * 6])
-def test_weights_that_cannot_be_are_refused(weights):
+def test_weights_that_cannot_be_are_refused(weights: tuple[float, ...]) -> None:
     with pytest.raises(ConfigurationError, match="compromised_weights"):
         HVAC.config("paper", {"compromised_weights": weights})
 
 
-def test_hard_is_learning_with_more_drift():
+def test_hard_is_learning_with_more_drift() -> None:
     assert (
         dataclasses.replace(HARD, heat_drift_w=LEARNING.heat_drift_w, filter_heat_w=LEARNING.filter_heat_w) == LEARNING
     )
@@ -130,7 +131,7 @@ def test_hard_is_learning_with_more_drift():
 
 @settings(max_examples=25, deadline=None)
 @given(kept=st.floats(0.0, 1.0), held=st.floats(0.0, 1.0), seed=st.integers(0, 2**32))
-def test_courses_stay_what_they_are_where_nothing_changes(kept, held, seed):
+def test_courses_stay_what_they_are_where_nothing_changes(kept: float, held: float, seed: int) -> None:
     generator = np.random.default_rng(seed)
     normal, uniform = generator.standard_normal((40, 3)), generator.random((40, 3))
     slow, stepped = np.empty((2, 40, 3))
@@ -143,7 +144,7 @@ def test_courses_stay_what_they_are_where_nothing_changes(kept, held, seed):
     assert (stepped[1:][~stays] == normal[1:][~stays]).all()
 
 
-def test_a_cold_climate_makes_lies_of_both_signs_matter():
+def test_a_cold_climate_makes_lies_of_both_signs_matter() -> None:
     """What heating has to supply at 25 C is above 0 in every zone at any hour, so that it can be raised and lowered."""
     A_c = matrices()[0]
     cold = started([0], preset="learning", **QUIET).constants.weather

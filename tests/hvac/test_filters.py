@@ -7,9 +7,10 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array
 from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.building import discretise
-from cps_envs.hvac.config import LEARNING, PAPER
+from cps_envs.hvac.config import LEARNING, PAPER, HvacConfig
 from cps_envs.hvac.houses import house
 from cps_envs.hvac.kalman import filter_gains, memory
 from cps_envs.hvac.problem import HVAC
@@ -19,7 +20,7 @@ from tests.hvac.games import go, seen, started
 FULL, EMPTY = (1, 2, 3, 4), ()
 
 
-def augmented(config):
+def augmented(config: HvacConfig) -> tuple[Array, ...]:
     """F, B, G (8, 8 or 4), Q of temperatures and heats, written from the text of `kalman`."""
     building, phi = discretise(config), memory(config)
     F = np.zeros((8, 8))
@@ -29,7 +30,7 @@ def augmented(config):
     return F, building.B, building.G, Q
 
 
-def test_every_set_all_and_none_are_offered():
+def test_every_set_all_and_none_are_offered() -> None:
     sets = sensor_sets(LEARNING)
     assert filter_sets(LEARNING) == (*sets, FULL, EMPTY)
     assert filter_sets(PAPER) == ()
@@ -40,7 +41,7 @@ def test_every_set_all_and_none_are_offered():
 
 
 @pytest.mark.parametrize("sensors", [FULL, (1,), (2, 4), EMPTY])
-def test_gains_are_those_of_the_riccati_equation(sensors):
+def test_gains_are_those_of_the_riccati_equation(sensors: tuple[int, ...]) -> None:
     F, _, _, Q = augmented(LEARNING)
     member, zone = membership(LEARNING, (sensors,)), zones_of_sensors(LEARNING)
     found = filter_gains(LEARNING, discretise(LEARNING), member, zone)
@@ -59,7 +60,7 @@ def test_gains_are_those_of_the_riccati_equation(sensors):
     np.testing.assert_allclose(found.scale[0], 1 / np.sqrt(np.diag(H @ P @ H.T) + R), rtol=1e-7)
 
 
-def test_filters_follow_their_equations_through_an_attack():
+def test_filters_follow_their_equations_through_an_attack() -> None:
     game = started([2], preset="learning", compromised_weights=(0, 0, 1), onset_step=220, num_steps=300)
     F, B, G, _ = augmented(game.config)
     member, zone = membership(game.config, filter_sets(game.config)), zones_of_sensors(game.config)
@@ -83,7 +84,7 @@ def test_filters_follow_their_equations_through_an_attack():
             np.testing.assert_allclose(game.state.fed[0], z[k % 16, :4], atol=1e-8)
 
 
-def test_a_filter_is_not_reached_by_lies_of_sensors_that_it_does_not_use():
+def test_a_filter_is_not_reached_by_lies_of_sensors_that_it_does_not_use() -> None:
     honest, attacked = (
         started([4], preset="learning", attack_order=(2,), onset_step=220, compromised_weights=(0, 1)) for _ in "ab"
     )
@@ -95,7 +96,7 @@ def test_a_filter_is_not_reached_by_lies_of_sensors_that_it_does_not_use():
     assert (same == ~member[:, 1]).all()
 
 
-def test_innovations_of_honest_days_are_white_and_of_the_stated_size():
+def test_innovations_of_honest_days_are_white_and_of_the_stated_size() -> None:
     """With the drift that filters expect they are standard normal but for what the steps and the plant add."""
     game = started(range(60), preset="learning", compromised_weights=(1,), model_error=0.0, unmeasured_heat_w=0.0,
                    heat_drift_w=100.0, drift_hold_h=4.0, forecast_bias_c=0.0, forecast_drift_c=0.0)  # fmt: skip
@@ -109,7 +110,7 @@ def test_innovations_of_honest_days_are_white_and_of_the_stated_size():
     assert abs((r[1:] * r[:-1]).mean()) < 0.02
 
 
-def test_a_filter_knows_the_heat_that_the_observer_does_not():
+def test_a_filter_knows_the_heat_that_the_observer_does_not() -> None:
     game = started(range(40), preset="learning", compromised_weights=(1,))
     go(game, 0, num_steps=240)
     true = game.state.heat + game.state.heat_drift[:, 239]
@@ -119,7 +120,7 @@ def test_a_filter_knows_the_heat_that_the_observer_does_not():
     assert error[30] < 0.4 * error[14]  # all sensors by filter, three of four by the moving horizon
 
 
-def test_the_observation_shows_every_choice():
+def test_the_observation_shows_every_choice() -> None:
     game = started([0], preset="learning")
     go(game, 0, num_steps=210)
     shown = seen(game, "defender")
@@ -129,7 +130,7 @@ def test_the_observation_shows_every_choice():
     np.testing.assert_allclose(shown["estimate"][0, 16:], game.state.filtered[0, :, :4], atol=1e-4)
 
 
-def test_before_the_window_is_full_a_filter_means_the_least_squares():
+def test_before_the_window_is_full_a_filter_means_the_least_squares() -> None:
     one, other = (started([0], preset="learning") for _ in "ab")
     go(one, 20, num_steps=5)
     go(other, 15, num_steps=5)
@@ -139,7 +140,7 @@ def test_before_the_window_is_full_a_filter_means_the_least_squares():
     assert one.action_mask("defender").all()
 
 
-def test_a_house_can_have_filters_too():
+def test_a_house_can_have_filters_too() -> None:
     game = started([0], kalman_filters=True, **house(9), num_steps=260)
     go(game, 0, num_steps=205)
     go(game, filter_choice(game.config, tuple(range(1, 10))), num_steps=40)
@@ -147,7 +148,7 @@ def test_a_house_can_have_filters_too():
     assert len(filter_sets(game.config)) == 9 + 2
 
 
-def test_copies_go_on_as_the_episode_would():
+def test_copies_go_on_as_the_episode_would() -> None:
     game = started([6, 7], preset="learning")
     go(game, 0, num_steps=230)
     copies = game.model(1, 3)
@@ -164,7 +165,7 @@ def test_copies_go_on_as_the_episode_would():
         go(copies, 0, num_steps=1000)
 
 
-def test_metrics_count_filters_as_sets():
+def test_metrics_count_filters_as_sets() -> None:
     game = started([0], preset="learning", attack_order=(2,), compromised_weights=(0, 1), onset_step=200)
     go(game, 0, num_steps=200)
     for sensors, times in (((1, 2), 3), ((1,), 2), (EMPTY, 4), (FULL, 1)):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +14,10 @@ from hypothesis import strategies as st
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array, Role
 from cps_envs.hvac.attack import absolute_action, bias_action
 from cps_envs.hvac.config import PRESETS
+from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.observation import BY_CHOICE, observe_attacker, observe_defender
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
@@ -24,7 +28,7 @@ MODEL = 15  # the last choice with four sensors
 READS_22 = np.array([-0.2, -0.2, -0.2, -0.2, 1.0])
 
 
-def test_noise_free_without_attack_is_as_printed_in_the_specification():
+def test_noise_free_without_attack_is_as_printed_in_the_specification() -> None:
     game = started(**QUIET)
     visited = {0: game.state.temperature[0].copy()}
     for k in range(1, 720):
@@ -38,7 +42,7 @@ def test_noise_free_without_attack_is_as_printed_in_the_specification():
     assert game.metrics()["a_impact"][0] == pytest.approx(1.133219, abs=0.5e-6)
 
 
-def test_noise_free_with_sensor_1_at_22_is_as_printed_in_the_specification():
+def test_noise_free_with_sensor_1_at_22_is_as_printed_in_the_specification() -> None:
     game = started(**QUIET, attack_order=(1,), num_compromised=1)
     strongest = 0.0
     for _ in range(719):
@@ -58,7 +62,9 @@ def test_noise_free_with_sensor_1_at_22_is_as_printed_in_the_specification():
         (8, "always", [9.8, 18, 31, 45, 432, 1821, 4062, 8425], 0.05),
     ],
 )
-def test_the_constant_attack_hurts_as_in_the_specification(sensors, defender, expected, tolerance):
+def test_the_constant_attack_hurts_as_in_the_specification(
+    sensors: int, defender: str, expected: Sequence[float], tolerance: float
+) -> None:
     name = "Always" if defender == "always" else f"MovingTarget?mark={defender}"
     players = {"attacker": "tests.hvac.players:Constant", "defender": f"tests.hvac.players:{name}"}
     for size, impact in enumerate(expected, 1):
@@ -69,28 +75,30 @@ def test_the_constant_attack_hurts_as_in_the_specification(sensors, defender, ex
             assert outcome["flawed_steps"].mean() < 0.02 * 520
 
 
-def test_eight_sensors_resist_with_one_intact():
+def test_eight_sensors_resist_with_one_intact() -> None:
     config = HVAC.config("paper", {"num_compromised": 7, "num_sensors": 8})
     players = {"attacker": "tests.hvac.players:Constant", "defender": "tests.hvac.players:MovingTarget"}
     assert play_episodes(HVAC, config, players, range(4))["a_impact"].mean() == pytest.approx(1.2, rel=0.05)
 
 
 @pytest.mark.parametrize(("choice", "sensors", "expected"), [(0, 4, 9.5), (0, 8, 5.0), (15, 4, 1.17)])
-def test_without_attack_noise_alone_costs_what_the_specification_says(choice, sensors, expected):
+def test_without_attack_noise_alone_costs_what_the_specification_says(
+    choice: int, sensors: int, expected: float
+) -> None:
     config = HVAC.config("paper", {"num_sensors": sensors})
     outcome = play_episodes(HVAC, config, {"defender": f"tests.hvac.players:Always?choice={choice}"}, range(10))
     assert outcome["a_impact"].mean() == pytest.approx(expected, rel=0.05)
 
 
 @pytest.mark.parametrize("sensors", [4, 8])
-def test_every_set_finds_the_state_without_noise(sensors):
+def test_every_set_finds_the_state_without_noise(sensors: int) -> None:
     game = started(**QUIET, num_sensors=sensors)
     go(game, num_steps=250)
     assert np.abs(game.state.estimate - game.state.temperature[:, np.newaxis]).max() < 1e-8
     assert game.state.residual.max() < 1e-16
 
 
-def test_estimates_are_those_of_a_kalman_filter_without_process_noise():
+def test_estimates_are_those_of_a_kalman_filter_without_process_noise() -> None:
     """Started N_e samples back with P0 = 1e10: the same least squares without matrices of a window."""
     game = started([3], num_steps=260)
     log = []
@@ -108,7 +116,7 @@ def test_estimates_are_those_of_a_kalman_filter_without_process_noise():
         assert game.state.estimate[0, a] - game.state.forced[0] == pytest.approx(z, abs=1e-4)
 
 
-def test_actions_forge_the_next_readings_and_only_from_the_onset_on():
+def test_actions_forge_the_next_readings_and_only_from_the_onset_on() -> None:
     game = started(**SHORT, num_compromised=2)
     for k in range(60):
         forged = game.state.reading[0] != game.state.measured[0]
@@ -118,12 +126,12 @@ def test_actions_forge_the_next_readings_and_only_from_the_onset_on():
         go(game, attack=READS_22)
 
 
-def test_readings_of_the_start_are_never_forged():
+def test_readings_of_the_start_are_never_forged() -> None:
     game = started(**SHORT | {"onset_step": 0})
     assert (game.state.reading == game.state.measured).all()
 
 
-def test_the_three_bases_of_forged_readings():
+def test_the_three_bases_of_forged_readings() -> None:
     game = started(**SHORT | {"onset_step": 0}, num_compromised=4)
     shares = np.array([0.1, -0.1, 0.0, 1.0])
     bases = {-1.0: "temperature", -0.4: "temperature", 0.0: "measured", 0.3: "measured", 0.4: None}
@@ -133,7 +141,7 @@ def test_the_three_bases_of_forged_readings():
         assert game.state.reading[0] == pytest.approx(np.minimum(origin + 15 * shares, 40))
 
 
-def test_actions_in_units():
+def test_actions_in_units() -> None:
     game = started(**SHORT | {"onset_step": 0}, num_compromised=4)
     wanted = np.array([[12.0, 18.0, 25.0, 40.0]])
     go(game, attack=absolute_action(game.config, wanted))
@@ -146,7 +154,7 @@ def test_actions_in_units():
         absolute_action(game.config, wanted - 3)
 
 
-def test_the_simple_form_of_the_attack_adds_to_own_readings():
+def test_the_simple_form_of_the_attack_adds_to_own_readings() -> None:
     game = started(**SHORT | {"onset_step": 0}, num_compromised=4, attack_action="bias")
     assert game.action_space["attacker"].shape == (4,)
     go(game, attack=bias_action(game.config, np.full((1, 4), 3.0), keep_noise=True))
@@ -155,7 +163,7 @@ def test_the_simple_form_of_the_attack_adds_to_own_readings():
         bias_action(game.config, np.full((1, 4), 3.0))
 
 
-def test_choices_before_the_window_is_full_are_recursive_least_squares():
+def test_choices_before_the_window_is_full_are_recursive_least_squares() -> None:
     first, second = started(**SHORT), started(**SHORT)
     for _ in range(40):
         assert np.flatnonzero(first.action_mask("defender")[0]).tolist() == [0, MODEL]
@@ -168,7 +176,7 @@ def test_choices_before_the_window_is_full_are_recursive_least_squares():
     assert first.action_mask("attacker") is first.episode_mask("attacker", 0) is None
 
 
-def test_a_change_of_the_chosen_set_is_no_kick():
+def test_a_change_of_the_chosen_set_is_no_kick() -> None:
     game = started(**SHORT)
     go(game, MODEL, num_steps=50)
     before = game.state.estimate[0, 3].copy()
@@ -180,7 +188,7 @@ def test_a_change_of_the_chosen_set_is_no_kick():
     assert game.state.integrator[0] == pytest.approx(np.clip(integrator + du, 0, 1000))
 
 
-def test_heating_is_rounded_but_not_its_integrator():
+def test_heating_is_rounded_but_not_its_integrator() -> None:
     game = started(**SHORT)
     fractions = []
     for _ in range(89):
@@ -198,7 +206,9 @@ def test_heating_is_rounded_but_not_its_integrator():
     base=st.sampled_from([-1.0, 0.0, 1.0]),
 )
 @settings(max_examples=40)
-def test_whatever_happens_the_return_is_the_impact_and_the_building_stays_physical(seed, onset, eight, base):
+def test_whatever_happens_the_return_is_the_impact_and_the_building_stays_physical(
+    seed: int, onset: int, eight: bool, base: float
+) -> None:
     game = started(
         [seed, seed + 1], "easy", **SHORT | {"onset_step": onset}, num_sensors=8 if eight else 4, model_error=0.05
     )
@@ -221,7 +231,7 @@ def test_whatever_happens_the_return_is_the_impact_and_the_building_stays_physic
         assert math.fsum(payoff[b] for payoff in paid) == pytest.approx(impact[b], rel=1e-9)
 
 
-def test_steps_taken_at_once_are_steps_taken_one_by_one():
+def test_steps_taken_at_once_are_steps_taken_one_by_one() -> None:
     one, many = started(**SHORT), started(**SHORT)
     total = sum(go(one, 3, READS_22) for _ in range(89))
     assert go(many, 3, READS_22, num_steps=89) == pytest.approx(total, rel=1e-12)
@@ -229,14 +239,14 @@ def test_steps_taken_at_once_are_steps_taken_one_by_one():
         assert (mine == theirs).all()
 
 
-def test_noise_does_not_depend_on_what_anybody_does_or_on_the_attack():
+def test_noise_does_not_depend_on_what_anybody_does_or_on_the_attack() -> None:
     one, other = started([5]), started([5], num_compromised=4, onset_step=(10, 500), model_error=0.02)
     assert (one.state.measured == other.state.measured).all()
     assert (one.state.series[:, 1:] == other.state.series[:, 1:]).all()  # noise to come
     assert np.abs(one.state.series[:, 1:].std() - 1) < 0.05
 
 
-def test_learning_draws_within_its_ranges():
+def test_learning_draws_within_its_ranges() -> None:
     game = started(range(400), "easy")
     assert game.state.onset.min() >= 100
     assert game.state.onset.max() <= 400
@@ -246,12 +256,12 @@ def test_learning_draws_within_its_ranges():
     assert game.state.compromised.mean(axis=0) == pytest.approx(np.full(4, 0.5), abs=0.1)
 
 
-def test_the_paper_s_group_is_a_prefix_of_the_order():
+def test_the_paper_s_group_is_a_prefix_of_the_order() -> None:
     for size, group in ((1, [2]), (2, [1, 2]), (3, [1, 2, 4]), (4, [1, 2, 3, 4])):
         assert (np.flatnonzero(started(num_compromised=size).state.compromised[0]) + 1).tolist() == group
 
 
-def test_defender_sees_what_moving_targets_need():
+def test_defender_sees_what_moving_targets_need() -> None:
     game = started([1, 2], num_compromised=1)
     go(game, MODEL, num_steps=199)
     view = seen(game, "defender")
@@ -280,7 +290,7 @@ def test_defender_sees_what_moving_targets_need():
     assert view["elapsed_h"] == pytest.approx([279 / 30] * 2, abs=1e-5)
 
 
-def test_attacker_sees_everything_or_its_own_sensors():
+def test_attacker_sees_everything_or_its_own_sensors() -> None:
     game, grey = started(num_compromised=2), started(num_compromised=2, attacker_view="grey")
     for each in (game, grey):
         go(each, MODEL, READS_22, num_steps=220)
@@ -303,7 +313,7 @@ def test_attacker_sees_everything_or_its_own_sensors():
     assert view["time_of_day"][0] == pytest.approx([np.sin(220 * np.pi / 360), np.cos(220 * np.pi / 360)], abs=1e-6)
 
 
-def test_the_attack_is_active_when_the_next_reading_counts():
+def test_the_attack_is_active_when_the_next_reading_counts() -> None:
     game = started(**SHORT)
     for k in range(60):
         view = seen(game, "attacker")
@@ -312,7 +322,7 @@ def test_the_attack_is_active_when_the_next_reading_counts():
         go(game)
 
 
-def test_counters():
+def test_counters() -> None:
     game = started(**SHORT, num_compromised=1)
     for _ in range(89):
         go(game, 4, READS_22)  # {s2}, the flawed one; from k = 40 on
@@ -328,7 +338,7 @@ def test_counters():
     assert game.metrics()["energy_kwh"][0] == pytest.approx(game.state.energy_j[0] / 3.6e6)
 
 
-def test_scene_is_a_copy_of_the_environment():
+def test_scene_is_a_copy_of_the_environment() -> None:
     game = started([0, 1], **SHORT)
     go(game, 3, READS_22, num_steps=60)
     scene = game.scene(1)
@@ -339,7 +349,7 @@ def test_scene_is_a_copy_of_the_environment():
     assert (scene.temperature == kept).all()
 
 
-def told(game, role="attacker", **changed):
+def told(game: HvacGame, role: Role = "attacker", **changed: Any) -> Array:
     """What a role would observe if arrays of the state held other values."""
     state = game.state._replace(**{name: np.full_like(getattr(game.state, name), to) for name, to in changed.items()})
     at = {each: fields.offsets.view(np.recarray)[0] for each, fields in game.fields.items()}
@@ -351,7 +361,7 @@ def told(game, role="attacker", **changed):
 
 
 @pytest.mark.parametrize("sees", [True, False])
-def test_the_attacker_sees_the_choice_only_where_it_may(sees):
+def test_the_attacker_sees_the_choice_only_where_it_may(sees: bool) -> None:
     """Nothing that it observes of a state depends on what the defender chose, or on what follows from the choice."""
     game = started((0, 1), "learning", compromised_weights=(0, 0, 1), attacker_sees_choice=sees)
     go(game, 3, np.full(5, 0.2), num_steps=260)
@@ -370,7 +380,7 @@ def test_the_attacker_sees_the_choice_only_where_it_may(sees):
             assert (shown[name] == values).all(), name
 
 
-def test_presets_hide_the_choice_where_heat_drifts():
+def test_presets_hide_the_choice_where_heat_drifts() -> None:
     assert {name: config.attacker_sees_choice for name, config in PRESETS.items()} == {
         "paper": True,
         "easy": True,

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 from tests.hvac.games import go, play, started
 
 
-def impacts(attacker, defender, **overrides):
+def impacts(attacker: str, defender: str, **overrides: Any) -> list[float]:
     """Mean A_impact over ten days with 1, 2, 3 and 4 of the four sensors compromised."""
     return [play(attacker, defender, num_compromised=size, **overrides)["a_impact"].mean() for size in (1, 2, 3, 4)]
 
@@ -26,19 +29,19 @@ def impacts(attacker, defender, **overrides):
         ("random", [1.3, 11, 240, 2075]),
     ],
 )
-def test_mtd1_stands_one_attacked_sensor_but_not_two(attack, expected):
+def test_mtd1_stands_one_attacked_sensor_but_not_two(attack: str, expected: list[float]) -> None:
     assert impacts(attack, "mtd1") == pytest.approx(expected, rel=0.25)
 
 
 @pytest.mark.parametrize(("attack", "all_four"), [("constant", 1432), ("sine", 1511), ("random", 1511)])
-def test_mtd2_fails_only_when_all_sensors_are_attacked(attack, all_four):
+def test_mtd2_fails_only_when_all_sensors_are_attacked(attack: str, all_four: int) -> None:
     *some, everything = impacts(attack, "mtd2")
     assert some == pytest.approx([1.2] * 3, rel=0.05)
     assert everything == pytest.approx(all_four, rel=0.15)
 
 
 @pytest.mark.parametrize("attack", ["constant", "sine", "random"])
-def test_mtd2_that_falls_back_to_the_model_does_not_fail_at_all(attack):
+def test_mtd2_that_falls_back_to_the_model_does_not_fail_at_all(attack: str) -> None:
     outcome = play(attack, "mtd2?fallback=model", num_compromised=4)
     assert outcome["a_impact"].mean() == pytest.approx(1.17, rel=0.05)
     assert (outcome["model_steps"] == outcome["rejecting_steps"]).all()
@@ -52,11 +55,11 @@ def test_mtd2_that_falls_back_to_the_model_does_not_fail_at_all(attack):
         ("random", [190, 837, 2250, 6318]),
     ],
 )
-def test_scripted_attacks_without_defence(attack, expected):
+def test_scripted_attacks_without_defence(attack: str, expected: list[int]) -> None:
     assert impacts(attack, "none") == pytest.approx(expected, rel=0.03)
 
 
-def test_mtd2_uses_fewer_sets_the_more_sensors_are_attacked():
+def test_mtd2_uses_fewer_sets_the_more_sensors_are_attacked() -> None:
     used = [play("random", "mtd2", num_compromised=size)["distinct_sets"].mean() for size in (1, 2, 3, 4)]
     assert used == pytest.approx([7.0, 3.1, 1.3, 3.2], abs=0.5)
     everything = play("random", "mtd1", num_compromised=2)["distinct_sets"].mean()
@@ -74,12 +77,12 @@ def test_mtd2_uses_fewer_sets_the_more_sensors_are_attacked():
         ("ramp?rate_c_per_h=0.5&keep_noise=true", "mtd2", [3.6, 19, 55, 104]),
     ],
 )
-def test_ramps_gain_what_the_specification_says(attack, defender, expected):
+def test_ramps_gain_what_the_specification_says(attack: str, defender: str, expected: list[float]) -> None:
     assert impacts(attack, defender) == pytest.approx(expected, rel=0.3)
 
 
 @pytest.mark.parametrize("defender", ["mtd1", "mtd2"])
-def test_the_mimic_gains_what_the_specification_says(defender):
+def test_the_mimic_gains_what_the_specification_says(defender: str) -> None:
     _, two, three, _ = impacts("mimic", defender)
     assert 20 < two < 26
     assert 57 < three < 70
@@ -89,13 +92,13 @@ def test_the_mimic_gains_what_the_specification_says(defender):
     ("attack", "stealthy"),
     [("ramp?rate_c_per_h=0.5", True), ("mimic", True), ("ramp?rate_c_per_h=1.5", False), ("constant", False)],
 )
-def test_stealthy_attacks_keep_the_sets_of_single_forged_sensors_below_eps(attack, stealthy):
+def test_stealthy_attacks_keep_the_sets_of_single_forged_sensors_below_eps(attack: str, stealthy: bool) -> None:
     """Mean over ten days of Jm_a. Forged sensors together are not consistent: each tells of another building."""
     config = HVAC.config("paper", {"num_compromised": 3})
     singles = [sensor_sets(config).index((sensor,)) for sensor in (1, 2, 4)]
     highest = np.zeros(3)
 
-    def note(game):
+    def note(game: HvacGame) -> None:
         if game.elapsed[0] >= 220:
             np.maximum(highest, game.mean_residuals()[:, singles].mean(axis=0), out=highest)
 
@@ -103,7 +106,7 @@ def test_stealthy_attacks_keep_the_sets_of_single_forged_sensors_below_eps(attac
     assert (highest < config.threshold_c2).all() == stealthy
 
 
-def test_slower_and_faster_ramps_gain_less():
+def test_slower_and_faster_ramps_gain_less() -> None:
     """The optimum is an edge: beyond it the mean residuals cross eps."""
     gained = [
         play(f"ramp?rate_c_per_h={rate}", "mtd2", num_compromised=3)["a_impact"].mean() for rate in (0.3, 0.5, 0.7, 1.0)
@@ -116,7 +119,7 @@ def test_slower_and_faster_ramps_gain_less():
     ("payoff", "metric"), [("impact", "a_impact"), ("discomfort", "discomfort_h"), ("energy", "attack_kwh")]
 )
 @pytest.mark.parametrize("onset", [0, 30])
-def test_every_payoff_sums_to_its_metric(payoff, metric, onset):
+def test_every_payoff_sums_to_its_metric(payoff: str, metric: str, onset: int) -> None:
     """The metrics against the course of temperatures and heating; the return against the metric."""
     game = started((0, 1), payoff=payoff, num_compromised=4, num_steps=150, window_steps=100, onset_step=onset)
     step_h, paid, off, heated = game.config.step_s / 3600.0, np.zeros(2), [], []

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from cps_baselines.hvac.optimum.played import OpenLoop, impact_played
 from cps_baselines.hvac.optimum.program import Quadratic, certified, quadratic, solve
-from cps_baselines.hvac.optimum.response import closed_loop, hats, respond
+from cps_baselines.hvac.optimum.response import Response, closed_loop, hats, respond
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array
+from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.problem import HVAC
 from tests.hvac.games import go, started
 
@@ -17,15 +21,15 @@ SHORT = {"num_steps": 220, "window_steps": 60, "onset_step": 70, "thresholds_c2"
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 
 
-def short(**overrides):
+def short(**overrides: Any) -> HvacConfig:
     return HVAC.config("paper", {**SHORT, "num_compromised": 2, **overrides})
 
 
-def attack_of(response, seed=0, size=3.0):
+def attack_of(response: Response, seed: int = 0, size: float = 3.0) -> Array:
     return size * np.random.default_rng(seed).uniform(0, 1, response.shift.shape[1])
 
 
-def test_biases_are_linear_between_knots_from_the_onset_on():
+def test_biases_are_linear_between_knots_from_the_onset_on() -> None:
     course = hats(100, 20, 30)
     assert course.shape == (100, 4)  # knots at 20, 50, 80 and 99
     assert (course[:20] == 0).all()
@@ -34,7 +38,7 @@ def test_biases_are_linear_between_knots_from_the_onset_on():
     assert course[35].tolist() == [0.5, 0.5, 0, 0]
 
 
-def test_residuals_of_forged_sets_are_those_of_the_game():
+def test_residuals_of_forged_sets_are_those_of_the_game() -> None:
     """Without noise the sum of J of a forged sensor's own set is the quadratic form, step by step."""
     config = short(noise_std_c=0.0)
     response = respond(config, 30)
@@ -52,7 +56,7 @@ def test_residuals_of_forged_sets_are_those_of_the_game():
         go(game, 2, action)  # set {3}
 
 
-def test_the_room_is_what_the_noise_leaves():
+def test_the_room_is_what_the_noise_leaves() -> None:
     """Over many days without a bias, the mean residual of a noise-free reading is the noise of the window."""
     config = short()
     response = respond(config, 30)
@@ -65,7 +69,7 @@ def test_the_room_is_what_the_noise_leaves():
     assert found == pytest.approx(noise, rel=0.1)
 
 
-def test_the_controller_answers_linearly():
+def test_the_controller_answers_linearly() -> None:
     """A constant error of the estimate moves the zones as a game does in which the heating stays within its limits."""
     config = HVAC.config("paper", {"ground_c": 10.0, "outdoor_mean_c": 5.0, "outdoor_swing_c": 0.0, "num_levels": 10**6,
                                    "noise_std_c": 0.0, "max_heating_w": 1e5, "num_steps": 400})  # fmt: skip
@@ -82,7 +86,7 @@ def test_the_controller_answers_linearly():
         np.testing.assert_allclose(lied - plain, predicted[k + 1], atol=2e-4)
 
 
-def test_multipliers_certify_whatever_they_are():
+def test_multipliers_certify_whatever_they_are() -> None:
     generator = np.random.default_rng(0)
     factors = generator.standard_normal((5, 3, 3))
     forms = factors @ factors.transpose(0, 2, 1)
@@ -102,12 +106,12 @@ def test_multipliers_certify_whatever_they_are():
     [{"onset_step": (70, 80)}, {"num_compromised": (1, 2)}, {"random_compromise": True}, {"model_error": 0.01},
      {"heat_drift_w": 10.0}],
 )  # fmt: skip
-def test_attacks_that_are_drawn_are_refused(overrides):
+def test_attacks_that_are_drawn_are_refused(overrides: dict[str, Any]) -> None:
     with pytest.raises(ConfigurationError, match="certain"):
         respond(short(**overrides))
 
 
-def test_the_optimum_keeps_within_the_room_and_meets_its_bound():
+def test_the_optimum_keeps_within_the_room_and_meets_its_bound() -> None:
     pytest.importorskip("cvxpy")
     response = respond(short(), 30)
     found = solve(response)
@@ -120,7 +124,7 @@ def test_the_optimum_keeps_within_the_room_and_meets_its_bound():
     assert quadratic(response).objective[-1, -1] == pytest.approx(response.impact(np.zeros_like(found.b)))
 
 
-def _scaled(response, seed):
+def _scaled(response: Response, seed: int) -> Array:
     """A random attack, as large as the room allows."""
     b = attack_of(response, seed, size=1.0)
     parts = b.reshape(2, -1)
@@ -130,7 +134,7 @@ def _scaled(response, seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 3])
-def test_played_in_preset_paper_it_comes_near_what_the_mean_field_says(count):
+def test_played_in_preset_paper_it_comes_near_what_the_mean_field_says(count: int) -> None:
     pytest.importorskip("cvxpy")
     config = HVAC.config("paper", {"num_compromised": count})
     response = respond(config)

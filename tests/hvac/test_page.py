@@ -14,7 +14,7 @@ SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 
 @pytest.mark.parametrize("snippet", SNIPPETS, ids=["start", "house", "building"])
-def test_snippets_run(snippet, tmp_path):
+def test_snippets_run(snippet: str, tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error", "-c", snippet]
     result = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert result.returncode == 0, result.stderr[-4000:]

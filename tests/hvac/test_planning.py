@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 import osqp
 import pytest
@@ -10,8 +13,11 @@ from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 from scipy.sparse import csc_matrix, eye
 
+from cps_envs.core.types import Array
 from cps_envs.hvac.building import discretise, weather
+from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import predict
+from cps_envs.hvac.game import HvacGame
 from tests.hvac.games import QUIET, go, seen, started
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
@@ -22,7 +28,7 @@ COLD = {"ground_c": 12.0, "outdoor_mean_c": 8.0, "outdoor_swing_c": 3.0}
 class Stacked:
     """(4.17) at one step as least squares |D U - d| in the absolute heating U (N n,), from the matrices of (4.13)."""
 
-    def __init__(self, config, k, x, dx, before):
+    def __init__(self, config: HvacConfig, k: int, x: Any, dx: Any, before: Any) -> None:
         building = discretise(config)
         n, N, R = config.num_zones, config.prediction_steps, config.move_weight
         M1, M2, M3, M4 = predict(building, N)
@@ -35,12 +41,12 @@ class Stacked:
         self.d = np.concatenate([config.reference_c - free, np.sqrt(R) * first])
         self.high, self.n = config.max_heating_w, n
 
-    def bounded(self):
+    def bounded(self) -> Array:
         """The optimum (N, n) by bounded-variable least squares."""
         found = lsq_linear(self.D, self.d, (0.0, self.high), method="bvls", tol=1e-15, max_iter=2000)
         return found.x.reshape(-1, self.n)
 
-    def split(self):
+    def split(self) -> Array:
         """The optimum (N, n) by operator splitting, polished."""
         solver = osqp.OSQP()
         H = csc_matrix(2.0 * self.D.T @ self.D)
@@ -49,12 +55,12 @@ class Stacked:
                      verbose=False, eps_abs=1e-9, eps_rel=1e-9, max_iter=200_000, polishing=True)  # fmt: skip
         return solver.solve(raise_error=True).x.reshape(-1, self.n)
 
-    def slope(self, U):
+    def slope(self, U: Array) -> Array:
         """The slope (N, n) of the cost."""
         return (2.0 * self.D.T @ (self.D @ U.reshape(-1) - self.d)).reshape(-1, self.n)
 
 
-def planned(game, steps, actions=None):
+def planned(game: HvacGame, steps: int, actions: Array | None = None) -> Iterator[Any]:
     """Go with the raw readings; yields the program of each step and what the controller made of it."""
     last = None
     for k in range(steps):
@@ -65,7 +71,7 @@ def planned(game, steps, actions=None):
         yield program, game.state.plan[0].copy()
 
 
-def tried(seed, **overrides):
+def tried(seed: int, **overrides: Any) -> tuple[HvacGame, Array]:
     """A game with an attack that drives the heating into both limits, and its attack."""
     actions = np.random.default_rng(seed).uniform(-1, 1, (120, 5))
     actions[:, :4] = np.repeat(actions[::10, :4], 10, axis=0)
@@ -73,7 +79,7 @@ def tried(seed, **overrides):
     return started([seed], controller="qp", num_compromised=4, **SMALL, **overrides), actions
 
 
-def test_plans_are_the_optima_that_two_solvers_find():
+def test_plans_are_the_optima_that_two_solvers_find() -> None:
     game, actions = tried(0, max_heating_w=60.0, move_weight=1e-3, **COLD)
     bound = []
     for k, (program, plan) in enumerate(planned(game, 110, actions)):
@@ -90,7 +96,9 @@ def test_plans_are_the_optima_that_two_solvers_find():
     seed=st.integers(0, 10**6), horizon=st.integers(1, 40), weight=st.floats(1e-4, 10.0),
     heating=st.floats(5.0, 5000.0), noise=st.floats(0.0, 2.0), cold=st.booleans(), zones=st.integers(2, 5),
 )  # fmt: skip
-def test_no_plan_can_be_bettered(seed, horizon, weight, heating, noise, cold, zones):
+def test_no_plan_can_be_bettered(
+    seed: int, horizon: int, weight: float, heating: float, noise: float, cold: bool, zones: int
+) -> None:
     """The conditions of optimality, in any building: a step down the slope, cut to the limits, leads nowhere."""
     generator = np.random.default_rng(seed)
     building = {
@@ -111,7 +119,7 @@ def test_no_plan_can_be_bettered(seed, horizon, weight, heating, noise, cold, zo
         np.testing.assert_array_equal(game.state.integrator[0], plan[0])
 
 
-def test_a_plan_does_not_depend_on_the_plan_before():
+def test_a_plan_does_not_depend_on_the_plan_before() -> None:
     game, actions = tried(3, max_heating_w=100.0, **COLD)
     for k in range(80):
         other = game.model(0, 1)
@@ -121,7 +129,7 @@ def test_a_plan_does_not_depend_on_the_plan_before():
         np.testing.assert_allclose(other.state.plan, game.state.plan, atol=1e-6)
 
 
-def test_without_limits_it_is_the_gains():
+def test_without_limits_it_is_the_gains() -> None:
     """On a cold day without noise the heating never meets a limit."""
     day = {**QUIET, **COLD, "initial_c": 25.0, "num_steps": 400, "onset_step": 399, "max_heating_w": 1e5}
     clipped, free = started([0], **day), started([0], controller="qp", **day)
@@ -140,7 +148,7 @@ def test_without_limits_it_is_the_gains():
     ("variance", "clip", "qp"),
     [(0.2, 3.78, 28.11), (0.8, 5.85, 97.81)],  # found by another implementation, with OSQP
 )
-def test_noise_tells_a_program_with_limits_from_one_that_is_clipped(variance, clip, qp):
+def test_noise_tells_a_program_with_limits_from_one_that_is_clipped(variance: float, clip: float, qp: float) -> None:
     day = {"num_steps": 360, "onset_step": 100, "prediction_steps": 40, "noise_std_c": variance**0.5}
     for controller, expected in {"clip": clip, "qp": qp}.items():
         game = started([0], controller=controller, **day)
@@ -148,7 +156,7 @@ def test_noise_tells_a_program_with_limits_from_one_that_is_clipped(variance, cl
         assert game.metrics()["a_impact"][0] == pytest.approx(expected, abs=0.005)
 
 
-def test_no_level_beside_the_nearest_ones_is_better():
+def test_no_level_beside_the_nearest_ones_is_better() -> None:
     """Where limits that hold later in the plan go on to hold, and the rest of it answers."""
     _, actions = tried(1)
     heating = {"max_heating_w": 400.0, "num_levels": 20, "move_weight": 1e-5}
@@ -167,7 +175,7 @@ def test_no_level_beside_the_nearest_ones_is_better():
         answer = np.linalg.solve(H[np.ix_(free, free)], H[np.ix_(free, np.arange(n))])
         Z = H[:n, :n] - H[np.ix_(np.arange(n), free)] @ answer
 
-        def cost(q, g=g, Z=Z):
+        def cost(q: Any, g: Any = g, Z: Any = Z) -> Any:
             return g[:n] @ q + 0.5 * q @ Z @ q
 
         q = applied - optimum[0]
@@ -178,7 +186,7 @@ def test_no_level_beside_the_nearest_ones_is_better():
     assert compared > 50
 
 
-def test_fine_levels_are_none():
+def test_fine_levels_are_none() -> None:
     """A million levels, against the program whose heating is rounded to as many."""
     day = {**SMALL, **COLD, "num_levels": 1_000_000}
     fine, free = started([4], controller="levels", **day), started([4], controller="qp", **day)
@@ -189,7 +197,7 @@ def test_fine_levels_are_none():
 
 
 @pytest.mark.parametrize("controller", ["qp", "levels"])
-def test_environments_of_a_batch_plan_for_themselves(controller):
+def test_environments_of_a_batch_plan_for_themselves(controller: str) -> None:
     day = {**SMALL, **COLD, "controller": controller, "preset": "easy"}
     batch = started((5, 6, 7), **day)
     go(batch, 3, np.full(5, 0.3), num_steps=100)
@@ -200,7 +208,7 @@ def test_environments_of_a_batch_plan_for_themselves(controller):
         np.testing.assert_array_equal(seen(alone, "defender")["heating"][0], seen(batch, "defender")["heating"][b])
 
 
-def test_a_clipping_controller_keeps_no_plan():
+def test_a_clipping_controller_keeps_no_plan() -> None:
     game = started([0])
     assert game.state.plan.size == 0
     assert game.constants.coming.size == 0

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -10,7 +13,10 @@ from cps_baselines.hvac.replacing import RandomReadings
 from cps_baselines.hvac.stealthy import loss_response
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import Array, Role
 from cps_envs.hvac.building import discretise
+from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
 from tests.hvac.games import SHORT, play
@@ -20,15 +26,23 @@ MODEL = 15  # the last choice with four sensors
 CHOOSE_FILTERS = {"cusum", "largest", "informed", "tracker", "listener"}  # who need a configuration that offers some
 
 
-def spec_of(role, preset="paper", **overrides):
+def spec_of(role: Role, preset: str = "paper", **overrides: Any) -> RoleSpec:
     return HVAC.game(HVAC.config(preset, overrides), 1).spec(role)
 
 
-def fresh(policy, envs):
+def fresh(policy: Any, envs: int) -> tuple[Array, ...] | None:
     return policy.begin([np.random.default_rng(b) for b in range(envs)], [{}] * envs)
 
 
-def defender_sees(spec, envs, *, ready=True, passes=(), better=(), means=None):
+def defender_sees(
+    spec: RoleSpec,
+    envs: int,
+    *,
+    ready: bool = True,
+    passes: Sequence[int] = (),
+    better: Sequence[int] = (),
+    means: Array | None = None,
+) -> Array:
     """Observations that are neutral but for what a moving target reads."""
     observation = np.zeros((envs, spec.fields.size), np.float32)
     slices, sets = spec.fields.slices, len(sensor_sets(spec.config))
@@ -43,7 +57,7 @@ def defender_sees(spec, envs, *, ready=True, passes=(), better=(), means=None):
 # What the attackers do.
 
 
-def forged_readings(attack, age=0, preset="paper", **overrides):
+def forged_readings(attack: str, age: int = 0, preset: str = "paper", **overrides: Any) -> tuple[Array, HvacGame]:
     """Readings of a noisy game in which all sensors are compromised, `age` steps after the onset, and the game."""
     config = HVAC.config(preset, SHORT | {"num_compromised": 4} | overrides)
     match = HVAC.match(config, 2, {"attacker": attack, "defender": "none"})
@@ -54,7 +68,7 @@ def forged_readings(attack, age=0, preset="paper", **overrides):
 
 
 @pytest.mark.parametrize("age", [0, 1, 17, 40])
-def test_signals_that_replace_readings(age):
+def test_signals_that_replace_readings(age: int) -> None:
     assert forged_readings("constant", age)[0] == pytest.approx(np.full((2, 4), 22.0))
     assert forged_readings("constant?reading_c=30", age)[0] == pytest.approx(np.full((2, 4), 30.0))
     sine = 22 + 3 * np.sin(2 * np.pi * age / 60)
@@ -71,7 +85,7 @@ def test_signals_that_replace_readings(age):
         ("root_ramp", lambda h: 20 * (h / 10) ** 0.5),
     ],
 )
-def test_ramps_make_readings_too_cold(age, attack, bias):
+def test_ramps_make_readings_too_cold(age: int, attack: str, bias: Callable[..., Any]) -> None:
     reading, game = forged_readings(attack, age)
     true = game.state.temperature
     assert reading == pytest.approx(np.maximum(true - bias(age / 30), 10))
@@ -79,12 +93,12 @@ def test_ramps_make_readings_too_cold(age, attack, bias):
     assert noisy == pytest.approx(np.maximum(game.state.measured - bias(age / 30), 10))
 
 
-def test_the_default_rate_depends_on_whether_a_sensor_is_left():
+def test_the_default_rate_depends_on_whether_a_sensor_is_left() -> None:
     reading, game = forged_readings("ramp", 30, num_compromised=3)
     assert (game.state.temperature - reading)[:, [0, 1, 3]] == pytest.approx(np.full((2, 3), 0.7))
 
 
-def test_rates_are_drawn_per_environment_and_kept():
+def test_rates_are_drawn_per_environment_and_kept() -> None:
     biases = []
     for age in (15, 30):
         reading, game = forged_readings("ramp?rate_c_per_h=[0.3,1.0]", age)
@@ -94,7 +108,7 @@ def test_rates_are_drawn_per_environment_and_kept():
     assert all(0.3 <= bias <= 1.0 for bias in biases[1])
 
 
-def test_the_mimic_shows_a_loss_of_heat():
+def test_the_mimic_shows_a_loss_of_heat() -> None:
     """x = (I - A)^-1 (I - A^k) B d solves x(k + 1) = A x(k) + B d from x(0) = 0."""
     config = HVAC.config("paper", SHORT)
     building = discretise(config)
@@ -107,7 +121,7 @@ def test_the_mimic_shows_a_loss_of_heat():
         assert game.state.temperature - reading == pytest.approx(np.stack([expected] * 2), abs=1e-9)
 
 
-def test_random_readings_are_fresh_for_each_step_and_sensor():
+def test_random_readings_are_fresh_for_each_step_and_sensor() -> None:
     policy = RandomReadings(spec_of("attacker"))
     (drawn,) = fresh(policy, 3)
     assert drawn.shape == (3, 720, 4)
@@ -122,7 +136,7 @@ def test_random_readings_are_fresh_for_each_step_and_sensor():
 
 
 @pytest.mark.parametrize("attack", ["random", "ramp?rate_c_per_h=[0.3,1.0]"])
-def test_attackers_that_draw_play_without_being_begun(attack):
+def test_attackers_that_draw_play_without_being_begun(attack: str) -> None:
     policy = resolve_policy(attack, spec_of("attacker"))
     actions, state = policy.predict(np.zeros((3, policy.spec.fields.size), np.float32))
     assert actions.shape == (3, 5)
@@ -133,14 +147,14 @@ def test_attackers_that_draw_play_without_being_begun(attack):
 
 
 @pytest.mark.parametrize("policy", ["mtd1", "mtd2", "fixed", "model_only", "mtd2?threshold_c2=1.0"])
-def test_least_squares_until_the_window_is_full(policy):
+def test_least_squares_until_the_window_is_full(policy: str) -> None:
     spec = spec_of("defender")
     found = resolve_policy(policy, spec)
     observation = defender_sees(spec, 4, ready=False, passes=[3], better=[3])
     assert found.predict(observation, fresh(found, 4))[0].tolist() == [MODEL] * 4
 
 
-def algorithm_4(passes, generator):
+def algorithm_4(passes: list[int], generator: np.random.Generator) -> int:
     """As the paper prints it: candidates without replacement until two pass, then either."""
     order = generator.permutation(14) + 1
     found = [candidate for candidate in order if candidate in passes][:2]
@@ -148,7 +162,7 @@ def algorithm_4(passes, generator):
 
 
 @pytest.mark.parametrize("marked", [[1, 2, 3, 8, 9, 10, 11], [4, 14], [5]])
-def test_draws_are_those_of_algorithm_4_and_uniform(marked):
+def test_draws_are_those_of_algorithm_4_and_uniform(marked: list[int]) -> None:
     spec, envs = spec_of("defender"), 21_000
     for policy, seen in ((Mtd2(spec), {"passes": marked}), (Mtd1(spec), {"better": marked})):
         state = (np.random.default_rng(0).random((envs, 1)), np.zeros(envs, np.int64))
@@ -161,7 +175,7 @@ def test_draws_are_those_of_algorithm_4_and_uniform(marked):
     assert [literal.count(each) for each in marked] == pytest.approx(counts, rel=0.07)
 
 
-def test_draws_are_independent_between_steps_and_environments():
+def test_draws_are_independent_between_steps_and_environments() -> None:
     spec = spec_of("defender")
     policy = Mtd2(spec)
     observation, state, rounds = defender_sees(spec, 4, passes=range(1, 15)), fresh(policy, 4), []
@@ -175,7 +189,7 @@ def test_draws_are_independent_between_steps_and_environments():
     assert (again == rounds[0]).all()
 
 
-def test_predicting_leaves_the_given_state_alone():
+def test_predicting_leaves_the_given_state_alone() -> None:
     spec = spec_of("defender")
     policy, observation = Mtd2(spec), defender_sees(spec, 2, passes=range(1, 15))
     state = fresh(policy, 2)
@@ -185,7 +199,7 @@ def test_predicting_leaves_the_given_state_alone():
     assert set(policy.predict(observation, beyond)[0]) <= set(range(1, 15))
 
 
-def test_fallbacks_where_no_set_passes():
+def test_fallbacks_where_no_set_passes() -> None:
     spec = spec_of("defender")
     means = np.full(14, 3.0)
     means[8] = 2.0
@@ -196,7 +210,7 @@ def test_fallbacks_where_no_set_passes():
     assert Mtd2(spec, fallback="model", threshold_c2=1.9).predict(observation)[0].tolist() == [MODEL] * 2
 
 
-def test_own_threshold_takes_the_place_of_the_configuration_s():
+def test_own_threshold_takes_the_place_of_the_configuration_s() -> None:
     plain = play("constant", "mtd2", seeds=range(3))
     same = play("constant", "mtd2?threshold_c2=0.418", seeds=range(3))
     assert (plain["a_impact"] == same["a_impact"]).all()
@@ -205,7 +219,7 @@ def test_own_threshold_takes_the_place_of_the_configuration_s():
     assert (configured != plain["a_impact"]).any()
 
 
-def test_fixed_set():
+def test_fixed_set() -> None:
     spec = spec_of("defender")
     assert [resolve_policy(name, spec).choice for name in ("fixed", "fixed?sensors=[2]", "fixed?sensors=[3,1]")] == [
         14,
@@ -217,7 +231,7 @@ def test_fixed_set():
     assert chosen["model_steps"].tolist() == [0, 0]
 
 
-def test_model_only_cannot_be_reached_after_the_window_is_full():
+def test_model_only_cannot_be_reached_after_the_window_is_full() -> None:
     free = play("none", "model_only")["a_impact"]
     assert free.mean() == pytest.approx(1.17, rel=0.05)
     for attack in ("constant", "ramp", "random"):
@@ -230,7 +244,7 @@ def test_model_only_cannot_be_reached_after_the_window_is_full():
 @pytest.mark.parametrize(
     ("attacker", "defender"), [("random", "mtd2"), ("ramp?rate_c_per_h=[0.3,1.0]", "mtd1"), ("mixture", "mixture")]
 )
-def test_an_environment_plays_as_the_same_episode_alone(attacker, defender):
+def test_an_environment_plays_as_the_same_episode_alone(attacker: str, defender: str) -> None:
     if attacker == "mixture":
         attacker = HVAC.opponents["easy"]["attacker"]
         defender = 'mixture?policies=["mtd1","mtd2","model_only"]'
@@ -244,7 +258,7 @@ def test_an_environment_plays_as_the_same_episode_alone(attacker, defender):
 
 @pytest.mark.parametrize("sensors", [4, 8])
 @pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_every_registered_policy_plays(role, sensors):
+def test_every_registered_policy_plays(role: Role, sensors: int) -> None:
     for name in set(policy_names("hvac", role)) - {*NEED_OPTIONS}:
         players = {"attacker": "constant", "defender": "mtd2"} | {role: name}
         filters = {"kalman_filters": name in CHOOSE_FILTERS}
@@ -253,12 +267,12 @@ def test_every_registered_policy_plays(role, sensors):
 
 
 @pytest.mark.parametrize("preset", ["paper", "easy", "learning", "hard"])
-def test_presets_name_opponents_that_exist(preset):
+def test_presets_name_opponents_that_exist(preset: str) -> None:
     for role, reference in HVAC.opponents[preset].items():
         resolve_policy(reference, spec_of(role, preset))
 
 
-def test_an_easy_defender_meets_days_without_attack_scripted_and_stealthy_ones():
+def test_an_easy_defender_meets_days_without_attack_scripted_and_stealthy_ones() -> None:
     mixture = resolve_policy(HVAC.opponents["easy"]["attacker"], spec_of("attacker", "easy"))
     shares = mixture.probabilities
     assert shares[0] == pytest.approx(0.15)
@@ -279,19 +293,19 @@ def test_an_easy_defender_meets_days_without_attack_scripted_and_stealthy_ones()
         ("mimic?loss_w=-1", "negative"),
     ],
 )
-def test_attackers_refuse_what_cannot_be(reference, remedy):
+def test_attackers_refuse_what_cannot_be(reference: str, remedy: str) -> None:
     with pytest.raises(ConfigurationError, match=remedy):
         resolve_policy(reference, spec_of("attacker"))
 
 
 @pytest.mark.parametrize("reference", ["constant", "sine", "random", "ramp", "root_ramp", "mimic"])
-def test_attackers_that_replace_readings_need_the_full_action(reference):
+def test_attackers_that_replace_readings_need_the_full_action(reference: str) -> None:
     with pytest.raises(ConfigurationError, match=r"attack_action|keep_noise=true"):
         resolve_policy(reference, spec_of("attacker", attack_action="bias"))
 
 
 @pytest.mark.parametrize("reference", ["ramp?keep_noise=true", "mimic?keep_noise=true"])
-def test_attackers_that_keep_the_noise_do_not(reference):
+def test_attackers_that_keep_the_noise_do_not(reference: str) -> None:
     outcome = play(reference, "mtd2", attack_action="bias")
     assert outcome["a_impact"].mean() > 10
 
@@ -305,6 +319,6 @@ def test_attackers_that_keep_the_noise_do_not(reference):
         ("fixed?sensors=[9]", "choose one of"),
     ],
 )
-def test_defenders_refuse_what_cannot_be(reference, remedy):
+def test_defenders_refuse_what_cannot_be(reference: str, remedy: str) -> None:
     with pytest.raises(ConfigurationError, match=remedy):
         resolve_policy(reference, spec_of("defender"))

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
+from cps_envs.core.types import Array
 from cps_envs.hvac.building import transition
 from cps_envs.hvac.config import PAPER
+from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.sensors import sensor_sets
 from tests.hvac.games import go, started
 from tests.hvac.reference import Reference
@@ -14,14 +19,14 @@ from tests.hvac.reference import Reference
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 
 
-def forged(game, seed, base):
+def forged(game: HvacGame, seed: int, base: float) -> tuple[Callable[..., Any], Array]:
     """What the attacker does at every step: the readings as the text of the documentation has them, and the actions."""
     actions = np.random.default_rng(seed).uniform(-1, 1, (720, game.config.num_sensors + 1))
     actions[:, -1] = base
     compromised, onset = game.state.compromised[0].copy(), int(game.state.onset[0])
     zone = np.arange(game.config.num_sensors) % 4
 
-    def readings(k, own, x):
+    def readings(k: int, own: Any, x: Any) -> Any:
         if k < onset or k == 0:
             return own
         start = {-1.0: x[zone], 0.0: own, 1.0: np.full(len(own), 25.0)}[base]
@@ -39,7 +44,7 @@ def forged(game, seed, base):
         (3, 0.0, {"window_steps": 200, "onset_step": 150, "model_error": 0.05, "unmeasured_heat_w": 100.0}),
     ],
 )
-def test_closed_loops_agree(seed, base, overrides):
+def test_closed_loops_agree(seed: int, base: float, overrides: dict[str, Any]) -> None:
     game = started([seed], **overrides)
     readings, actions = forged(game, seed, base)
     generator = np.random.default_rng([seed, 1])
@@ -65,7 +70,7 @@ def test_closed_loops_agree(seed, base, overrides):
         np.testing.assert_array_equal(np.round(game.state.heating[0]), expected["u"][k], err_msg=f"u({k})")
 
 
-def test_plants_are_off_by_entries_and_by_heat():
+def test_plants_are_off_by_entries_and_by_heat() -> None:
     game = started(range(200), model_error=0.05, unmeasured_heat_w=100.0)
     nominal = transition(PAPER, np.zeros((4, 4)))
     entries = nominal - np.eye(4) != 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -23,13 +25,13 @@ SEES = {"attacker_sees_choice": True}  # what the opportunist lives on
 
 
 @pytest.mark.parametrize("name", SIGNED)
-def test_both_signs_are_mirrored(name):
+def test_both_signs_are_mirrored(name: str) -> None:
     """Before the clipping of readings, a warmer attack is above the truth by what a colder one is below it."""
     found = {}
     for sign in ("", "?warmer=true"):
         differences = []
 
-        def note(game, kept=differences):
+        def note(game: HvacGame, kept: Any = differences) -> None:
             true = game.state.temperature[:, game.constants.zone]
             kept.append(np.where(game.state.compromised, game.state.reading - true, 0.0))
 
@@ -45,7 +47,7 @@ def test_both_signs_are_mirrored(name):
     assert found["?warmer=true"].min() > -1e-6
 
 
-def test_a_warm_mimic_shows_a_gain_of_heat():
+def test_a_warm_mimic_shows_a_gain_of_heat() -> None:
     spec = spec_of("attacker")
     colder, warmer = (resolve_policy(f"mimic{sign}", spec) for sign in ("", "?warmer=true"))
     observation = np.zeros((1, spec.fields.size), np.float32)
@@ -61,7 +63,9 @@ def test_a_warm_mimic_shows_a_gain_of_heat():
     rate=st.floats(0, 20), exponent=st.floats(0.1, 3), cap=st.floats(0, 15), delay=st.floats(0, 10),
     weights=st.lists(st.floats(-1, 1), min_size=4, max_size=4), age_h=st.floats(0, 12), warmer=st.booleans(),
 )  # fmt: skip
-def test_a_shaped_attack_is_its_formula(rate, exponent, cap, delay, weights, age_h, warmer):
+def test_a_shaped_attack_is_its_formula(
+    rate: float, exponent: float, cap: float, delay: float, weights: Any, age_h: float, warmer: bool
+) -> None:
     spec = spec_of("attacker")
     named = {f"w{place + 1}": weight for place, weight in enumerate(weights)}
     policy = resolve_policy("shaped", spec, rate_c_per_h=rate, exponent=exponent, cap_c=cap, delay_h=delay,
@@ -77,12 +81,12 @@ def test_a_shaped_attack_is_its_formula(rate, exponent, cap, delay, weights, age
 
 
 @pytest.mark.parametrize("options", ["rate_c_per_h=-1", "exponent=0", "cap_c=-1", "delay_h=-1", "w2=1.5"])
-def test_shapes_that_cannot_be_are_refused(options):
+def test_shapes_that_cannot_be_are_refused(options: str) -> None:
     with pytest.raises(ConfigurationError, match="weights within"):
         resolve_policy(f"shaped?{options}", spec_of("attacker"))
 
 
-def test_the_opportunist_lies_boldly_to_whom_it_has_caught():
+def test_the_opportunist_lies_boldly_to_whom_it_has_caught() -> None:
     config = {"compromised_weights": (0, 1), "onset_step": 215, "num_steps": 400, **SEES}
     for defender in ("none", "fixed", "mtd1"):
         bold = play("opportunist", defender, range(20), "learning", **config)["return"]
@@ -91,31 +95,31 @@ def test_the_opportunist_lies_boldly_to_whom_it_has_caught():
 
 
 @pytest.mark.parametrize("defender", ["mtd2", "model_only"])
-def test_the_opportunist_creeps_past_whom_it_has_not(defender):
+def test_the_opportunist_creeps_past_whom_it_has_not(defender: str) -> None:
     config = {"num_steps": 500, **SEES}
     careful, brink = (play(name, defender, range(12), "learning", **config) for name in ("opportunist", "brink"))
     np.testing.assert_array_equal(careful["return"], brink["return"])
 
 
 @pytest.mark.parametrize("sign", ["", "?warmer=true"])
-def test_the_opportunist_tracks_whoever_follows_filters(sign):
+def test_the_opportunist_tracks_whoever_follows_filters(sign: str) -> None:
     config = {"num_steps": 400, "onset_step": (210, 250), **SEES}
     one, other = (play(f"{name}{sign}", "largest", range(12), "learning", **config) for name in
                   ("opportunist", "tracker"))  # fmt: skip
     np.testing.assert_array_equal(one["return"], other["return"])
 
 
-def test_the_opportunist_says_what_it_needs():
+def test_the_opportunist_says_what_it_needs() -> None:
     with pytest.raises(ConfigurationError, match="attacker_sees_choice=false hides"):
         resolve_policy("opportunist", spec_of("attacker"))
     resolve_policy("opportunist", spec_of("attacker", **SEES))
 
 
-def test_the_tracker_watches_all_sensors_where_the_choice_is_hidden():
+def test_the_tracker_watches_all_sensors_where_the_choice_is_hidden() -> None:
     """So against who follows the filter of all sensors, hiding it changes nothing; against others it does."""
     days = {"num_steps": 400, "onset_step": (210, 250), "compromised_weights": (0, 0, 1)}
 
-    def paid(choice, **sees):
+    def paid(choice: Any, **sees: Any) -> Any:
         return play("tracker", f"always?action={choice}", range(6), "learning", **days, **sees)["return"]
 
     np.testing.assert_array_equal(paid(FIRST + 14), paid(FIRST + 14, **SEES))
@@ -126,7 +130,7 @@ LATE = {"onset_step": (440, 470), "compromised_weights": (0, 1, 1)}
 BOLD = "constant?reading_c=10"
 
 
-def test_the_listener_hears_who_follows_filters():
+def test_the_listener_hears_who_follows_filters() -> None:
     """Then it pays what the tracker pays, and the bold lie otherwise."""
     paid = {
         name: play(name, "largest", range(24), "learning", **LATE)["return"] for name in ("listener", "tracker", BOLD)
@@ -137,12 +141,12 @@ def test_the_listener_hears_who_follows_filters():
 
 
 @pytest.mark.parametrize("defender", ["none", "fixed", "mtd1", "mtd2", "model_only"])
-def test_the_listener_hears_nothing_from_the_others(defender):
+def test_the_listener_hears_nothing_from_the_others(defender: str) -> None:
     listener, bold = (play(name, defender, range(24), "learning", **LATE)["return"] for name in ("listener", BOLD))
     np.testing.assert_array_equal(listener, bold)
 
 
-def test_the_listener_works_the_heating_out_from_the_temperatures():
+def test_the_listener_works_the_heating_out_from_the_temperatures() -> None:
     exact = dict.fromkeys(
         ("heat_drift_w", "forecast_bias_c", "forecast_drift_c", "model_error", "unmeasured_heat_w"), 0.0
     )
@@ -158,16 +162,16 @@ def test_the_listener_works_the_heating_out_from_the_temperatures():
     assert game.state.heating.std() > 10.0
 
 
-def test_a_listener_that_believes_anything_is_refused():
+def test_a_listener_that_believes_anything_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="positive"):
         resolve_policy("listener?evidence=0", spec_of("attacker"))
 
 
-def test_the_tracker_holds_its_innovations_below_its_level():
+def test_the_tracker_holds_its_innovations_below_its_level() -> None:
     """Against a defender who follows the filter of all sensors, beside noise of its own."""
     rows = []
 
-    def note(game):
+    def note(game: HvacGame) -> None:
         if game.state.step[0] > 260:
             rows.append(np.where(game.state.compromised, game.state.innovation[:, 14], np.nan))
 
@@ -183,7 +187,7 @@ def test_the_tracker_holds_its_innovations_below_its_level():
     assert np.nanstd(rows) == pytest.approx(1.0, abs=0.1)
 
 
-def test_the_tracker_is_not_summed_up_by_a_slack_above_its_level():
+def test_the_tracker_is_not_summed_up_by_a_slack_above_its_level() -> None:
     """Only noise and honest sensors raise alarms then; it does more than a ramp that a CUSUM finds out."""
     days = {"compromised_weights": (0, 1), "onset_step": 210}
     tracker, ramp = (play(name, "cusum?kappa=0.5", range(40), "learning", **days)["return"] for name in
@@ -192,7 +196,7 @@ def test_the_tracker_is_not_summed_up_by_a_slack_above_its_level():
 
 
 @pytest.mark.parametrize("options", ["level=0", "gain=-1", "cap_c=0", "noise=-0.1"])
-def test_trackers_that_cannot_be_are_refused(options):
+def test_trackers_that_cannot_be_are_refused(options: str) -> None:
     with pytest.raises(ConfigurationError, match="positive"):
         resolve_policy(f"tracker?{options}", spec_of("attacker"))
 
@@ -205,6 +209,6 @@ def test_trackers_that_cannot_be_are_refused(options):
         ("paper", {}, "kalman_filters=true"),
     ],
 )
-def test_a_tracker_says_what_it_needs(preset, overrides, remedy):
+def test_a_tracker_says_what_it_needs(preset: str, overrides: dict[str, str], remedy: str) -> None:
     with pytest.raises(ConfigurationError, match=remedy):
         resolve_policy("tracker", spec_of("attacker", preset, **overrides))

@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from gymnasium.utils import seeding
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_baselines.rogue.beam import BEAMS, Beam, BeamPlanner, plan_by_beam
+from cps_baselines.rogue.beam import BEAMS, Beam, BeamPlanner, Plan, plan_by_beam
 from cps_baselines.rogue.switching_search import world_config
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.match import Match
 from cps_envs.core.play import play_episodes
+from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 
 ALL = np.ones
 
 
-def begun(config, count, defender, seed=0):
+def begun(config: RogueConfig, count: int, defender: str, seed: int = 0) -> Match:
     """A match of `count` equal episodes against a defender, at their start."""
     game = ROGUE.game(config, count)
     generators = [seeding.np_random(seed)[0] for _ in range(count)]
@@ -34,7 +37,7 @@ def begun(config, count, defender, seed=0):
     defender=st.sampled_from(["sliding_detection", "disband_2", "monitor"]),
     seed=st.integers(0, 50),
 )
-def test_a_branch_goes_on_exactly_as_its_parent(parents, defender, seed):
+def test_a_branch_goes_on_exactly_as_its_parent(parents: Any, defender: str, seed: int) -> None:
     overrides = {"attack_share": 1.0, "onset_s": 0.5, "duration_s": 6.0}
     match = begun(ROGUE.config("learning", overrides), 4, defender, seed)
     generator = np.random.default_rng(seed)
@@ -54,20 +57,20 @@ def test_a_branch_goes_on_exactly_as_its_parent(parents, defender, seed):
             assert np.array_equal(array[b], array[parents.index(parent)])
 
 
-def test_a_game_without_copies_refuses_to_branch():
+def test_a_game_without_copies_refuses_to_branch() -> None:
     from cps_envs.core.game import Game
 
     with pytest.raises(TypeError, match="no copies"):
         Game.branch(ROGUE.game(ROGUE.config("paper", {}), 1), np.zeros(1, np.int64))
 
 
-def planned(defender, config, beam, seed=0):
+def planned(defender: str, config: RogueConfig, beam: Beam, seed: int = 0) -> Plan:
     match = begun(config, 1, defender, seed)
     return plan_by_beam(lambda count: match.game.model(0, count), match.players["defender"], beam)
 
 
 @pytest.mark.parametrize("defender", ["sliding", "disband_2"])
-def test_the_plan_pays_what_the_search_says(defender):
+def test_the_plan_pays_what_the_search_says(defender: str) -> None:
     config = ROGUE.config("paper", {"contact": "solid", "duration_s": 20.0, "power_ratio": 1.3})
     plan = planned(defender, config, Beam(hold=3, foresight=0.3, width=16))
     assert plan.actions.shape == (200,)
@@ -78,7 +81,7 @@ def test_the_plan_pays_what_the_search_says(defender):
     assert match.game.metrics()["damage"][0] == pytest.approx(plan.payoff, abs=1e-9)
 
 
-def test_a_beam_that_keeps_everything_finds_the_best_of_all_plans():
+def test_a_beam_that_keeps_everything_finds_the_best_of_all_plans() -> None:
     """Four decisions have sixteen plans: the search is then exhaustive, and every plan can be played by hand."""
     overrides = {"contact": "solid", "duration_s": 8.0, "power_ratio": 1.6}
     config = ROGUE.config("paper", overrides)
@@ -92,7 +95,7 @@ def test_a_beam_that_keeps_everything_finds_the_best_of_all_plans():
     assert planned("pd", config, beam).payoff == pytest.approx(max(paid), abs=1e-9)
 
 
-def test_the_planner_plays_its_plans_in_episodes_that_differ():
+def test_the_planner_plays_its_plans_in_episodes_that_differ() -> None:
     config = ROGUE.config("learning", {"attack_share": 1.0, "onset_s": (1.0, 4.0), "duration_s": 12.0})
     expected = [
         max(planned("monitor", config, beam._replace(width=6), seed).payoff for beam in BEAMS) for seed in (3, 4)
@@ -104,7 +107,7 @@ def test_the_planner_plays_its_plans_in_episodes_that_differ():
         BeamPlanner(ROGUE.game(config, 1).spec("attacker"), width=0)
 
 
-def test_more_width_is_worth_something_and_all_beat_a_square_wave():
+def test_more_width_is_worth_something_and_all_beat_a_square_wave() -> None:
     config = world_config(1.3, spread=0.0)
     wave = play_episodes(ROGUE, config, {"attacker": "square", "defender": "sliding"}, [0])["damage"][0]
     wide = max(planned("sliding", config, beam._replace(width=32)).payoff for beam in BEAMS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from cps_baselines.rogue.informed import responses
 from cps_baselines.rogue.players import ATTACKERS
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array, Role
 from cps_envs.rogue.problem import ROGUE
 
 SEEDS = range(97_000, 97_048)
@@ -20,17 +22,19 @@ ROUGH = ("square?frequency_hz=0.05", "duty_square", "contested?against=pd")  # a
 
 
 @cache
-def payoff(attacker: str, defender: str, first: int = SEEDS[0], count: int = len(SEEDS)):
+def payoff(attacker: str, defender: str, first: int = SEEDS[0], count: int = len(SEEDS)) -> Array:
     players = {"attacker": attacker, "defender": defender}
     return play_episodes(ROGUE, ROGUE.config("learning", {}), players, range(first, first + count))["return"]
 
 
-def score(defender, attackers=tuple(entrant.reference for entrant in ATTACKERS), **seeds):
+def score(
+    defender: str, attackers: tuple[str, ...] = tuple(entrant.reference for entrant in ATTACKERS), **seeds: Any
+) -> Array:
     return np.mean([payoff(attacker, defender, **seeds) for attacker in attackers], axis=0)
 
 
 @pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_everybody_in_the_declaration_can_be_built(role):
+def test_everybody_in_the_declaration_can_be_built(role: Role) -> None:
     side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
     spec = ROGUE.game(ROGUE.config("learning", {}), 1).spec(role)
     for reference in (*(entrant.reference for entrant in (*side.policies, *side.informed)), *side.constants):
@@ -43,17 +47,17 @@ def test_everybody_in_the_declaration_can_be_built(role):
         ROGUE.config(variant.preset, variant.overrides)
 
 
-def test_a_constant_gives_each_class_of_places_its_law():
+def test_a_constant_gives_each_class_of_places_its_law() -> None:
     assert json.loads(constant((1, 0, 3)).partition("=")[2])[::2] == [1, 1, 0, 0, 3, 3, 3, 3]
     assert len(set(CONTEST.defenders.constants)) == len(CONTEST.defenders.constants) > 100
 
 
-def test_informed_knows_a_response_to_every_attacker_of_the_contest():
+def test_informed_knows_a_response_to_every_attacker_of_the_contest() -> None:
     assert list(responses()) == [entrant.reference for entrant in ATTACKERS]
 
 
 @pytest.mark.slow
-def test_no_constant_is_as_good_as_the_monitor():
+def test_no_constant_is_as_good_as_the_monitor() -> None:
     """All of the declaration are screened, and the five best of them judged against every attacker."""
     screened = {each: score(each, ROUGH, first=96_000, count=6).mean() for each in CONTEST.defenders.constants}
     monitor = score("monitor")
@@ -62,7 +66,7 @@ def test_no_constant_is_as_good_as_the_monitor():
 
 
 @pytest.mark.slow
-def test_something_is_left_to_infer_and_something_can_be_done():
+def test_something_is_left_to_infer_and_something_can_be_done() -> None:
     monitor = score("monitor")
     assert np.mean(monitor - score("informed")) > CONTEST.defenders.margin_informed
     assert np.mean(score("none") - monitor) > CONTEST.defenders.margin_neutral
@@ -71,7 +75,7 @@ def test_something_is_left_to_infer_and_something_can_be_done():
 
 
 @pytest.mark.slow
-def test_nobody_has_won():
+def test_nobody_has_won() -> None:
     """No defender is unharmed by everybody, and no attacker is as good everywhere as the best is without a defence."""
     undisturbed = min(payoff("none", entrant.reference).mean() for entrant in CONTEST.defenders.policies)
     unopposed = max(payoff(entrant.reference, "none").mean() for entrant in ATTACKERS)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -17,7 +20,12 @@ from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, Role
+from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
+from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
 
@@ -25,24 +33,26 @@ FIRST = 8_000  # of the seeds here; those of the searches begin at 40,000,000
 LETTERS = {name[0]: number for number, name in enumerate(CONTROLLERS)}
 
 
-def config_of(**overrides):
+def config_of(**overrides: Any) -> RogueConfig:
     return ROGUE.config("learning", overrides)
 
 
-def spec_of(role, **overrides):
+def spec_of(role: Role, **overrides: Any) -> RoleSpec:
     return ROGUE.game(config_of(**overrides), 1).spec(role)
 
 
-def play(attacker, defender, count=24, on_step=None, **overrides):
+def play(
+    attacker: Any, defender: Any, count: int = 24, on_step: Callable[..., Any] | None = None, **overrides: Any
+) -> dict[str, Array]:
     players = {"attacker": attacker, "defender": defender}
     return play_episodes(ROGUE, config_of(**overrides), players, range(FIRST, FIRST + count), on_step=on_step)
 
 
-def orders_of(defender, attacker="none", count=16, **overrides):
+def orders_of(defender: str, attacker: str = "none", count: int = 16, **overrides: Any) -> tuple[Array, RogueGame]:
     """The laws in force (steps, B, n) and the game at its end."""
     laws, games = [], []
 
-    def look(game):
+    def look(game: RogueGame) -> None:
         laws.append(game.state.controller.copy())
         games[:] = [game]
 
@@ -51,12 +61,12 @@ def orders_of(defender, attacker="none", count=16, **overrides):
 
 
 @pytest.mark.parametrize(("pattern", "expected"), [("shll", "shll"), ("sl", "ssll"), ("f", "ffff"), ("srhlfs", "shls")])
-def test_an_assignment_gives_each_vehicle_its_letter_or_stretches(pattern, expected):
+def test_an_assignment_gives_each_vehicle_its_letter_or_stretches(pattern: str, expected: str) -> None:
     laws, _ = orders_of(f"assigned?laws={pattern}", count=1, num_vehicles=4, attacker_index=2, duration_s=1.0)
     assert laws[-1, 0].tolist() == [LETTERS[letter] for letter in expected]
 
 
-def test_an_assignment_covers_platoons_of_every_drawn_size():
+def test_an_assignment_covers_platoons_of_every_drawn_size() -> None:
     laws, game = orders_of("assigned?laws=sl", count=40, duration_s=1.0, onset_s=1.0)
     for b in range(40):
         n = game.drawn["num_vehicles"][b]
@@ -64,12 +74,12 @@ def test_an_assignment_covers_platoons_of_every_drawn_size():
         assert laws[-1, b, :n].tolist() == [LETTERS["s"]] * rear + [LETTERS["l"]] * (n - rear)
 
 
-def test_an_assignment_plays_the_marked_seat_too():
+def test_an_assignment_plays_the_marked_seat_too() -> None:
     policy = Assigned(ROGUE.game(ROGUE.config("easy", {}), 1).spec("defender"), "shll")
     assert policy.tables.shape == (5, 4, 2)
 
 
-def test_capitals_are_modified_and_unknown_letters_are_refused():
+def test_capitals_are_modified_and_unknown_letters_are_refused() -> None:
     assert laws_of("fF", "laws").tolist() == [[2, 0], [2, 1]]
     with pytest.raises(ConfigurationError, match=r"laws = 'sx' .* s \(sliding\)"):
         laws_of("sx", "laws")
@@ -81,7 +91,9 @@ def test_capitals_are_modified_and_unknown_letters_are_refused():
 
 @pytest.mark.parametrize("suspect", [NOBODY, 0, 2, 4])
 @pytest.mark.parametrize(("error", "rate", "danger"), [(5.0, 0.0, False), (5.0, -6.0, True), (-3.0, 2.0, True)])
-def test_the_laws_around_a_suspect_are_those_of_the_division(suspect, error, rate, danger):
+def test_the_laws_around_a_suspect_are_those_of_the_division(
+    suspect: int, error: float, rate: float, danger: bool
+) -> None:
     laws = division_of("d", "sflhr", "rhlfs", near_m=0.0, horizon_s=1.0)
     fields = spec_of("defender", num_vehicles=6, attacker_index=(1, 5)).fields
     at, values, orders = fields.offsets.view(np.recarray)[0], np.zeros(fields.size), np.zeros(12, np.int64)
@@ -95,7 +107,7 @@ def test_the_laws_around_a_suspect_are_those_of_the_division(suspect, error, rat
             assert law == LETTERS[wanted]
 
 
-def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat():
+def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat() -> None:
     config = {"attack_share": 0.75, "onset_s": (5.0, 10.0), "duration_s": 15.0}
     laws, game = orders_of("informed?before=s&apart=fhlrs&evade=fhlrs", "always?action=0.2", 40, **config)
     for b in range(40):
@@ -109,7 +121,7 @@ def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat():
         ]
 
 
-def test_the_informed_defender_recognises_its_attackers_and_no_others():
+def test_the_informed_defender_recognises_its_attackers_and_no_others() -> None:
     informed = Informed(spec_of("defender"))
     references = list(responses())
     assert references == [entrant.reference for entrant in ATTACKERS]
@@ -120,7 +132,7 @@ def test_the_informed_defender_recognises_its_attackers_and_no_others():
     assert informed._row(resolve_policy("square?frequency_hz=0.07", spec)) == len(references)
 
 
-def test_the_informed_defender_can_be_late():
+def test_the_informed_defender_can_be_late() -> None:
     in_time, late, never = (
         play("duty_square", f"informed?apart=sslll&delay_s={delay_s}", 12)["return"] for delay_s in (0, 4, 60)
     )
@@ -130,10 +142,10 @@ def test_the_informed_defender_can_be_late():
     assert not np.array_equal(late, never)
 
 
-def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law():
+def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law() -> None:
     efforts, errors, games = [], [], []
 
-    def look(game):
+    def look(game: RogueGame) -> None:
         efforts.append(game.state.effort[:, 2].copy())
         x, v = game.state.position, game.state.speed
         error = (x[:, 3] - x[:, 2] - 9) - (x[:, 2] - x[:, 1] - 9)
@@ -150,12 +162,12 @@ def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law():
 
 
 @pytest.mark.parametrize("options", [{"strike_s": 12.0, "period_s": 12.0}, {"effort": 1.5}, {"strike_s": 0.0}])
-def test_impossible_strikes_are_refused(options):
+def test_impossible_strikes_are_refused(options: dict[str, float]) -> None:
     with pytest.raises(ConfigurationError, match="strike_s"):
         Strike(spec_of("attacker"), **options)
 
 
-def test_tuned_is_switching_with_its_weights_by_name():
+def test_tuned_is_switching_with_its_weights_by_name() -> None:
     names = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")
     weights = known().weights[0]
     tuned = "tuned?" + "&".join(f"{name}={weight}" for name, weight in zip(names, weights, strict=True))
@@ -165,11 +177,11 @@ def test_tuned_is_switching_with_its_weights_by_name():
         contested(spec_of("attacker"), "nobody")
 
 
-def test_identify_probes_and_then_plays_the_response_to_the_nearest_trace():
+def test_identify_probes_and_then_plays_the_response_to_the_nearest_trace() -> None:
     found, rows = [], []
 
     class Watched(Identify):
-        def act(self, seen, state):
+        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
             actions, state = super().act(seen, state)
             found.append(actions[:, 0])
             rows.append(state[2].copy())
@@ -186,7 +198,7 @@ def test_identify_probes_and_then_plays_the_response_to_the_nearest_trace():
     general = []
 
     class Probe(Switching):
-        def act(self, seen, state):
+        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
             actions, state = super().act(seen, state)
             general.append(actions[:, 0])
             return actions, state
@@ -195,20 +207,20 @@ def test_identify_probes_and_then_plays_the_response_to_the_nearest_trace():
     assert np.array_equal(found[:probe], general[:probe])
 
 
-def test_the_nearest_trace_is_the_one_at_the_least_distance():
+def test_the_nearest_trace_is_the_one_at_the_least_distance() -> None:
     generator = np.random.default_rng(0)
     traces, centres = generator.normal(size=(20, 5)), generator.normal(size=(4, 5))
     expected = [int(np.argmin([np.linalg.norm(trace - centre) for centre in centres])) for trace in traces]
     assert nearest_traces(traces, centres).tolist() == expected
 
 
-def test_what_is_known_covers_the_defenders_of_the_search():
+def test_what_is_known_covers_the_defenders_of_the_search() -> None:
     assert known().against == DEFENDERS
     again = mean_trace("pd", known().probe, ContestedSearch().final_worlds)
     assert again == pytest.approx(known().traces[0], abs=1e-3)
 
 
-def test_a_search_of_responses_is_repeatable_and_better_than_full_throttle():
+def test_a_search_of_responses_is_repeatable_and_better_than_full_throttle() -> None:
     pytest.importorskip("cma")
     tiny = ContestedSearch(generations=2, population=4, restarts=1, worlds=2, final_worlds=8)
     found = search_response("pd", tiny)
@@ -216,7 +228,7 @@ def test_a_search_of_responses_is_repeatable_and_better_than_full_throttle():
     assert found["verified"] > play("always?action=1", "pd", 24, attack_share=1.0)["return"].mean()
 
 
-def test_a_response_is_better_against_its_defender_than_the_general_switching():
+def test_a_response_is_better_against_its_defender_than_the_general_switching() -> None:
     for against in ("pd", "sliding", "monitor"):
         searched = play(f"contested?against={against}", against, 40)["return"].mean()
         assert searched > play("switching", against, 40)["return"].mean()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy import void
 from scipy.integrate import solve_ivp
 
 from cps_envs.core.kernels import records, unpack, view
@@ -128,7 +129,9 @@ def test_the_onset_delays_the_attack() -> None:
     assert game.state.speed[0, 2] > 25.2
 
 
-def bump(contact: str, gap_m: float, rear_mps: float, front_mps: float, *, armed: bool = True, times: int = 1):
+def bump(
+    contact: str, gap_m: float, rear_mps: float, front_mps: float, *, armed: bool = True, times: int = 1
+) -> tuple[State, void]:
     """Vehicles 1 and 2 of an episode, `gap_m` between bumpers, after `times` accounts of contact."""
     r = unpack(Rules, rules_of(ROGUE.config("paper", {"contact": contact})), 0)
     episode, scores = view(allocate(1, 2), 0), records(Metrics, 1)

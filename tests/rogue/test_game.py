@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 from cps_envs.rogue.game import RogueGame
@@ -17,24 +21,24 @@ from cps_envs.rogue.problem import ROGUE
 NOISELESS = {"range_noise_m": 0.0, "range_rate_noise_mps": 0.0, "acceleration_noise_mps2": 0.0}
 
 
-def started(seeds=(0,), preset="paper", **overrides):
+def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> RogueGame:
     game = RogueGame(ROGUE.config(preset, overrides), len(seeds))
     game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
     return game
 
 
-def go(game, attack=1.0, defense=None, num_steps=1):
+def go(game: RogueGame, attack: Array | float = 1.0, defense: Any = None, num_steps: int = 1) -> Array:
     actions = {"attacker": np.full((game.num_envs, 1), attack)}
     if defense is not None:
         actions["defender"] = np.stack([np.asarray(defense)] * game.num_envs)
     return game.advance(actions, np.ones(game.num_envs, bool), num_steps)
 
 
-def seen(game, role):
+def seen(game: RogueGame, role: Role) -> dict[str, Array]:
     return game.fields[role].decode(game.observe(role))
 
 
-def test_many_game_steps_at_once_are_the_same_as_one_after_the_other():
+def test_many_game_steps_at_once_are_the_same_as_one_after_the_other() -> None:
     whole, parts = started((1, 2), "easy"), started((1, 2), "easy")
     paid = go(whole, 1.0, [5, 1] * 4, 40)
     total = sum(go(parts, 1.0, [5, 1] * 4) for _ in range(40))
@@ -43,7 +47,7 @@ def test_many_game_steps_at_once_are_the_same_as_one_after_the_other():
     assert paid == pytest.approx(total, abs=1e-9)
 
 
-def test_an_effort_holds_until_the_next_decision():
+def test_an_effort_holds_until_the_next_decision() -> None:
     game = started(attack_hold_s=0.5)
     assert game.decision_interval == {"attacker": 5, "defender": 1}
     go(game, 1.0)
@@ -55,7 +59,7 @@ def test_an_effort_holds_until_the_next_decision():
 
 
 @pytest.mark.parametrize("ratio", [1.0, 1.4])
-def test_actions_of_efforts_set_those_efforts(ratio):
+def test_actions_of_efforts_set_those_efforts(ratio: float) -> None:
     game = started(power_ratio=ratio)
     generator = np.random.default_rng(0)
     for effort in [1.0, -1.0, 0.0, 0.5, *generator.uniform(-1, 1, 20)]:
@@ -65,7 +69,7 @@ def test_actions_of_efforts_set_those_efforts(ratio):
         assert game.state.effort[0, 2] == pytest.approx(effort, abs=1e-5)
 
 
-def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed():
+def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed() -> None:
     game = started(defense_action="command")
     go(game, 0.0, [1.0, -1.0, 0.0, 0.5])
     efforts = game.state.effort[0, [0, 1, 3, 4]]  # in the last integration step, at nearly the speed of the first one
@@ -73,7 +77,7 @@ def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed():
     assert game.state.speed[0] == pytest.approx([25.25, 24.25, 25, 25, 25.125], abs=0.01)
 
 
-def test_the_payoff_is_damage_plus_the_price_of_scattering():
+def test_the_payoff_is_damage_plus_the_price_of_scattering() -> None:
     config = ROGUE.config("easy", {"duration_s": 20.0})
     players = {"attacker": "square", "defender": "sliding"}
     outcome = play_episodes(ROGUE, config, players, range(4))
@@ -83,7 +87,7 @@ def test_the_payoff_is_damage_plus_the_price_of_scattering():
     assert np.all(outcome["damage_ahead"] <= outcome["damage"])
 
 
-def test_braking_together_costs_what_the_specification_says():
+def test_braking_together_costs_what_the_specification_says() -> None:
     """Specification 8, all brake: the integral of c over 60 s is 38 at ratio 1 and 0.1 Hz."""
     game = started(contact="solid", duration_s=60.0, defense_action="command")
     for period in range(600):
@@ -91,7 +95,7 @@ def test_braking_together_costs_what_the_specification_says():
     assert game.metrics()["formation_cost_s"] == pytest.approx(38, abs=0.5)
 
 
-def test_learning_draws_within_its_ranges():
+def test_learning_draws_within_its_ranges() -> None:
     game = started(range(60), "easy", attacker_index=(2, 4))
     drawn, vehicles = game.drawn, game.state
     assert set(drawn["attacker"]) == {1, 2, 3}
@@ -110,7 +114,7 @@ def test_learning_draws_within_its_ranges():
         assert np.ptp(values) > 0.8 * (high - low)
 
 
-def test_the_attacker_sees_its_own_surroundings():
+def test_the_attacker_sees_its_own_surroundings() -> None:
     game = started(power_ratio=1.2, onset_s=0.3, dt_s=0.0005)
     go(game, 1.0, num_steps=20)
     shown, vehicles = seen(game, "attacker"), view(game.state, 0)
@@ -126,7 +130,7 @@ def test_the_attacker_sees_its_own_surroundings():
 
 
 @pytest.mark.parametrize("attacker", [1, 2, 3, 4])
-def test_the_defender_sees_every_pair_and_vehicle(attacker):
+def test_the_defender_sees_every_pair_and_vehicle(attacker: int) -> None:
     game = started(attacker_index=attacker, alarm_threshold=20.0, dt_s=0.0005)
     for period in range(30):
         go(game, 1.0 if period < 20 else -1.0, [5, 1] * 4)
@@ -149,7 +153,7 @@ def test_the_defender_sees_every_pair_and_vehicle(attacker):
     assert shown["law"].sum() == 4
 
 
-def test_swarm_rows_agree_with_the_central_view():
+def test_swarm_rows_agree_with_the_central_view() -> None:
     game = started()
     for _ in range(30):
         go(game, 1.0, [5, 1] * 4)
@@ -172,7 +176,7 @@ def test_swarm_rows_agree_with_the_central_view():
         assert rows[name] == pytest.approx(central[name][0], abs=1e-5)
 
 
-def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics():
+def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics() -> None:
     noisy, exact = started(range(400), "easy"), started(range(400), "easy", **NOISELESS)
     for game in (noisy, exact):
         go(game, 1.0, [1, 0] * 4, 3)
@@ -188,7 +192,7 @@ def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics():
                     assert abs(difference.mean()) <= deviation / 4
 
 
-def test_a_model_goes_on_like_the_original():
+def test_a_model_goes_on_like_the_original() -> None:
     game = started((3,), "easy")
     go(game, 1.0, num_steps=50)
     copies = game.model(0, 2)
@@ -197,7 +201,7 @@ def test_a_model_goes_on_like_the_original():
     assert all(np.array_equal(one[1], other[0]) for one, other in zip(copies.state, game.state, strict=True))
 
 
-def test_a_scene_is_a_copy():
+def test_a_scene_is_a_copy() -> None:
     game = started(power_ratio=1.4)
     scene = game.scene(0)
     assert scene.law == ("linear", "linear", "attacker", "linear", "linear")
@@ -211,14 +215,14 @@ def test_a_scene_is_a_copy():
 
 @pytest.mark.parametrize("name", sorted({*policy_names("rogue", "defender")} - {*NEED_OPTIONS}))
 @pytest.mark.parametrize("preset", ["easy", "learning"])
-def test_registered_defenders_play(name, preset):
+def test_registered_defenders_play(name: str, preset: str) -> None:
     if (name, preset) == ("monitor", "easy"):
         pytest.skip("it gives orders to all vehicles")
     config = ROGUE.config(preset, {"duration_s": 2.0, "onset_s": 0.0})
     assert np.isfinite(play_episodes(ROGUE, config, {"attacker": "none", "defender": name}, [0])["return"]).all()
 
 
-def test_laws_are_refused_where_accelerations_are_wanted():
+def test_laws_are_refused_where_accelerations_are_wanted() -> None:
     with pytest.raises(ConfigurationError, match='defense_action="mode"'):
         resolve_policy("sliding", started(defense_action="command").spec("defender"))
     with pytest.raises(ConfigurationError, match=CONTROLLERS[0]):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -20,7 +23,7 @@ FIXED = {"num_vehicles": 5, "attacker_index": 3, "attack_share": 1.0}
 SLIDING, HUMAN = CONTROLLERS.index("sliding"), CONTROLLERS.index("human")
 
 
-def test_episodes_draw_sizes_seats_and_whether_there_is_an_attack():
+def test_episodes_draw_sizes_seats_and_whether_there_is_an_attack() -> None:
     game = started(range(400), "learning")
     sizes, seats = game.drawn["num_vehicles"], game.drawn["attacker"]
     assert sorted(set(sizes.tolist())) == [4, 5, 6, 7, 8]
@@ -31,14 +34,14 @@ def test_episodes_draw_sizes_seats_and_whether_there_is_an_attack():
     assert (game.drawn["onset_step"][~quiet] * game.config.dt_s).max() <= game.config.duration_s / 2
 
 
-def test_a_seat_out_of_reach_of_the_smallest_platoon_is_refused():
+def test_a_seat_out_of_reach_of_the_smallest_platoon_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="begin below 4"):
         ROGUE.config("learning", {"attacker_index": (4, 7)})
     with pytest.raises(ConfigurationError, match=r"attacker_index = \(1, 7\); drawn"):
         ROGUE.config("learning", {"attacker_index": (1, 8)})
 
 
-def test_nothing_that_the_defender_sees_marks_the_seized_vehicle_before_the_onset():
+def test_nothing_that_the_defender_sees_marks_the_seized_vehicle_before_the_onset() -> None:
     """The same episode with another vehicle seized looks the same until the attack begins."""
     shown = []
     for seat in (1, 3):
@@ -49,7 +52,7 @@ def test_nothing_that_the_defender_sees_marks_the_seized_vehicle_before_the_onse
     assert "attacker_index" not in seen(game, "defender") or seen(game, "defender")["attacker_index"].size == 0
 
 
-def test_the_seized_vehicle_obeys_until_the_onset_and_ignores_its_orders_after_it():
+def test_the_seized_vehicle_obeys_until_the_onset_and_ignores_its_orders_after_it() -> None:
     runs = []
     for law in (SLIDING, HUMAN):
         game = started((1,), "learning", **(FIXED | {"onset_s": 10.0}))
@@ -64,7 +67,7 @@ def test_the_seized_vehicle_obeys_until_the_onset_and_ignores_its_orders_after_i
     assert [run[2] for run in runs] == [SLIDING, HUMAN]  # what it reports is what it was told
 
 
-def test_without_an_attack_the_attackers_actions_change_nothing():
+def test_without_an_attack_the_attackers_actions_change_nothing() -> None:
     finals = []
     for attack in (-1.0, 1.0):
         game = started((2,), "learning", attack_share=0.0)
@@ -76,7 +79,7 @@ def test_without_an_attack_the_attackers_actions_change_nothing():
 
 @settings(max_examples=8, deadline=None)
 @given(size=st.integers(4, 8), seed=st.integers(0, 1000))
-def test_an_episode_of_a_drawn_size_is_the_platoon_of_that_size(size, seed):
+def test_an_episode_of_a_drawn_size_is_the_platoon_of_that_size(size: int, seed: int) -> None:
     """Vehicles that an episode does not have change nothing: padding is not physics."""
     exact = dict(QUIET, attack_share=1.0, spacing_spread_m=0.0, speed_spread_mps=0.0, onset_s=1.0, power_ratio=1.2)
     exact |= {"drive_mps2": 5.0, "drag_per_s": 0.1, "reference_speed_mps": 25.0, "attacker_index": 2}
@@ -99,7 +102,7 @@ def test_an_episode_of_a_drawn_size_is_the_platoon_of_that_size(size, seed):
     assert not values["speed"][0, size:].any()
 
 
-def test_the_price_is_the_logarithm_of_the_mean_distance_from_the_places():
+def test_the_price_is_the_logarithm_of_the_mean_distance_from_the_places() -> None:
     """Against positions that are taken down here, in an episode whose seized vehicle leaves."""
     game = started((3,), "learning", **FIXED, onset_s=3.0)
     config, c = game.config, game.drawn[0]
@@ -116,7 +119,7 @@ def test_the_price_is_the_logarithm_of_the_mean_distance_from_the_places():
     assert metrics["formation_charge"][0] == pytest.approx(0.2 * expected, rel=1e-9)
 
 
-def test_leaving_costs_more_the_farther_one_goes():
+def test_leaving_costs_more_the_farther_one_goes() -> None:
     """All brake and stay: the cost of a second grows to the end, where that of preset `easy` is flat."""
     rates = {}
     for preset, ordered in (("learning", 5), ("easy", 4)):
@@ -130,7 +133,7 @@ def test_leaving_costs_more_the_farther_one_goes():
     assert rates["easy"][2] == pytest.approx(rates["easy"][1], rel=0.02)
 
 
-def test_alarms_are_false_before_the_onset_and_where_they_blame_an_intact_vehicle():
+def test_alarms_are_false_before_the_onset_and_where_they_blame_an_intact_vehicle() -> None:
     played = play_episodes(
         ROGUE,
         ROGUE.config("learning", {"attack_share": 0.0}),
@@ -147,7 +150,7 @@ def test_alarms_are_false_before_the_onset_and_where_they_blame_an_intact_vehicl
     assert game.metrics()["alarms"].sum() > 0
 
 
-def test_the_truth_is_what_was_drawn():
+def test_the_truth_is_what_was_drawn() -> None:
     game = started(range(20), "learning")
     for b in range(20):
         truth = game.truth(b)
@@ -156,14 +159,14 @@ def test_the_truth_is_what_was_drawn():
         assert truth["onset_s"] == (onset_step * game.config.dt_s if onset_step < NEVER else np.inf)
 
 
-def test_the_swarm_has_an_agent_for_every_vehicle():
+def test_the_swarm_has_an_agent_for_every_vehicle() -> None:
     team = started((0,), "learning").team("defender")
     assert team.agents == tuple(f"vehicle_{k + 1}" for k in range(8))
     assert team.join(np.zeros((1, 8, 2), np.int64)).shape == (1, 16)
 
 
 @pytest.mark.parametrize("defense", [5, 1])
-def test_steps_of_2_ms_are_short_enough_for_the_wider_boundary_layer(defense):
+def test_steps_of_2_ms_are_short_enough_for_the_wider_boundary_layer(defense: int) -> None:
     """The mean return over 48 episodes moves by less than 3 % at half the step; single episodes move more."""
     means = []
     for dt_s in (0.002, 0.001):
@@ -173,7 +176,7 @@ def test_steps_of_2_ms_are_short_enough_for_the_wider_boundary_layer(defense):
     assert means[0] == pytest.approx(means[1], rel=0.03)
 
 
-def test_the_viewer_shows_whom_the_alarms_blame_beside_who_attacks():
+def test_the_viewer_shows_whom_the_alarms_blame_beside_who_attacks() -> None:
     pytest.importorskip("pygame")
     from cps_envs.rogue.picture.viewer import Viewer, belief
 
@@ -195,7 +198,7 @@ def test_the_viewer_shows_whom_the_alarms_blame_beside_who_attacks():
 
 
 @pytest.mark.slow
-def test_no_constant_acceleration_beats_the_monitor():
+def test_no_constant_acceleration_beats_the_monitor() -> None:
     """A grid of constant commands by classes of places, against attackers of every kind, on seeds of this test."""
     attackers = ("none", "square?frequency_hz=0.05", "duty_square", "contested?against=pd", "contested?against=monitor")
     seeds = range(95_000, 95_024)
@@ -207,7 +210,7 @@ def test_no_constant_acceleration_beats_the_monitor():
     assert min(paid) > mean_return(attackers, "monitor", seeds) + 1.0
 
 
-def mean_return(attackers, defender, seeds, **overrides):
+def mean_return(attackers: Any, defender: str, seeds: Sequence[int], **overrides: Any) -> Any:
     config = ROGUE.config("learning", overrides)
     returns = [
         play_episodes(ROGUE, config, {"attacker": attacker, "defender": defender}, seeds)["return"].mean()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import gymnasium
 import numpy as np
 import pytest
@@ -16,7 +19,11 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import Array, Role
+from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
+from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
@@ -24,25 +31,29 @@ NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond th
 ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in (*NEED_OPTIONS, *NEW)]
 
 
-def config_of(preset="paper", **overrides):
+def config_of(preset: str = "paper", **overrides: Any) -> RogueConfig:
     return ROGUE.config(preset, overrides)
 
 
-def spec_of(role, preset="paper", **overrides):
+def spec_of(role: Role, preset: str = "paper", **overrides: Any) -> RoleSpec:
     return ROGUE.game(config_of(preset, **overrides), 1).spec(role)
 
 
-def play(attacker, defender, seeds=(0,), preset="paper", **overrides):
+def play(
+    attacker: str, defender: str, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any
+) -> dict[str, Array]:
     return play_episodes(
         ROGUE, config_of(preset, **overrides), {"attacker": attacker, "defender": defender}, list(seeds)
     )
 
 
-def efforts(attacker, seeds=(0,), preset="paper", **overrides):
+def efforts(
+    attacker: str, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any
+) -> tuple[Array, RogueGame]:
     """Efforts (K, B) that were applied, decision by decision, and the game at the end."""
     seen, games = [], []
 
-    def look(game):
+    def look(game: RogueGame) -> None:
         seen.append(game.state.effort[:, 2].copy())
         games[:] = [game]
 
@@ -52,14 +63,14 @@ def efforts(attacker, seeds=(0,), preset="paper", **overrides):
 
 
 @pytest.mark.parametrize(("frequency_hz", "duty"), [(0.1, 0.5), (0.13, 0.5), (0.07, 0.85), (0.43, 0.3)])
-def test_a_square_wave_applies_its_mean_over_each_hold(frequency_hz, duty):
+def test_a_square_wave_applies_its_mean_over_each_hold(frequency_hz: float, duty: float) -> None:
     found, _ = efforts(f"square?frequency_hz={frequency_hz}&duty={duty}", duration_s=40.0)
     fine_s = (np.arange(40_000) + 0.5) / 1000
     wave = np.where(frequency_hz * fine_s % 1 < duty, 1.0, -1.0)
     assert found[:, 0] == pytest.approx(wave.reshape(-1, 100).mean(axis=1), abs=0.021)
 
 
-def test_a_square_wave_begins_at_the_onset():
+def test_a_square_wave_begins_at_the_onset() -> None:
     found, game = efforts("square?frequency_hz=0.1", range(4), "easy", duration_s=30.0)
     onsets_s = game.drawn["onset_step"] * game.config.dt_s
     for b, onset_s in enumerate(onsets_s):
@@ -69,7 +80,7 @@ def test_a_square_wave_begins_at_the_onset():
     assert np.ptp(onsets_s) > 0.5
 
 
-def test_each_environment_has_its_own_wave_and_keeps_its_onset_when_others_start_anew():
+def test_each_environment_has_its_own_wave_and_keeps_its_onset_when_others_start_anew() -> None:
     spec = spec_of("attacker", "easy")
     wave = SquareWave(spec, np.array([0.1, 0.2]))
     game = ROGUE.game(config_of("easy"), 2)
@@ -87,7 +98,7 @@ def test_each_environment_has_its_own_wave_and_keeps_its_onset_when_others_start
     assert state[0][0] == pytest.approx(game.drawn["onset_step"][0] * game.config.dt_s, abs=1e-4)
 
 
-def test_a_longer_duty_keeps_the_attacker_going():
+def test_a_longer_duty_keeps_the_attacker_going() -> None:
     speeds = {}
     for name in ("square", "duty_square"):
         _, game = efforts(name)
@@ -96,7 +107,7 @@ def test_a_longer_duty_keeps_the_attacker_going():
     assert speeds["duty_square"] > 15.0
 
 
-def test_random_switching_draws_full_efforts_with_the_mean_times_asked_for():
+def test_random_switching_draws_full_efforts_with_the_mean_times_asked_for() -> None:
     found, _ = efforts("random?driving_s=4&braking_s=1", range(8))
     assert np.abs(found) == pytest.approx(1.0)
     assert np.mean(found > 0) == pytest.approx(0.8, abs=0.06)
@@ -110,7 +121,7 @@ def test_random_switching_draws_full_efforts_with_the_mean_times_asked_for():
     assert np.array_equal(policy.predict(view)[0], policy.predict(view)[0])  # without begin it draws the same each time
 
 
-def observation(spec, **values):
+def observation(spec: RoleSpec, **values: Any) -> Array:
     row = {field.name: 0.0 for field in spec.fields if field.size} | {
         "power_ratio": 1.0,
         "reference_speed": 25.0,
@@ -119,7 +130,7 @@ def observation(spec, **values):
     return spec.fields.encode(np.array([list((row | values).values())]))
 
 
-def test_switching_keeps_its_sign_within_the_hysteresis():
+def test_switching_keeps_its_sign_within_the_hysteresis() -> None:
     spec = spec_of("attacker")
     weights = np.array([1.0, 0, 0, 0, 0, 0, 0.5])
     policy, state, signs = Switching(spec, weights), None, []
@@ -131,7 +142,7 @@ def test_switching_keeps_its_sign_within_the_hysteresis():
     assert action[0, 0] == 1
 
 
-def test_switching_takes_the_weights_of_the_nearest_ratio():
+def test_switching_takes_the_weights_of_the_nearest_ratio() -> None:
     spec = spec_of("attacker")
     policy, known = Switching(spec, against="pd"), shipped_weights()
     generator = np.random.default_rng(0)
@@ -152,7 +163,7 @@ def test_switching_takes_the_weights_of_the_nearest_ratio():
         ("switching?against=slidingg", "Did you mean 'sliding'"),
     ],
 )
-def test_impossible_attackers_are_refused_with_a_remedy(reference, message):
+def test_impossible_attackers_are_refused_with_a_remedy(reference: str, message: str) -> None:
     with pytest.raises(ConfigurationError, match=message):
         resolve_policy(reference, spec_of("attacker"))
 
@@ -164,17 +175,19 @@ def test_impossible_attackers_are_refused_with_a_remedy(reference, message):
         ("disband_2", {"defense_action": "command"}, 'defense_action="mode"'),
     ],
 )
-def test_impossible_defenders_are_refused_with_a_remedy(reference, overrides, message):
+def test_impossible_defenders_are_refused_with_a_remedy(
+    reference: str, overrides: dict[str, Any], message: str
+) -> None:
     with pytest.raises(ConfigurationError, match=message):
         resolve_policy(reference, spec_of("defender", **overrides))
 
 
 @pytest.mark.parametrize("threshold_m", [2.0, 4.0, 7.0])
 @pytest.mark.parametrize("attacker_index", [2, 3])
-def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m, attacker_index):
+def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m: float, attacker_index: int) -> None:
     growths, humans = [], []
 
-    def look(game):
+    def look(game: RogueGame) -> None:
         growths.append(game.state.growth[0].max())
         humans.append(int(game.metrics()["humans"][0]))
 
@@ -189,7 +202,7 @@ def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m, attack
     assert np.all(np.array(growths) < threshold_m)
 
 
-def test_followed_errors_are_those_of_the_controllers():
+def test_followed_errors_are_those_of_the_controllers() -> None:
     config = config_of(attacker_index=2, alarm_threshold=20.0, dt_s=0.0005)
     game = ROGUE.game(config, 1)
     game.reset(np.ones(1, bool), [np.random.default_rng(0)])
@@ -207,13 +220,13 @@ def test_followed_errors_are_those_of_the_controllers():
     assert np.any(vehicles.growth > 0)
 
 
-def test_no_defence_is_the_linear_controller():
+def test_no_defence_is_the_linear_controller() -> None:
     assert play("square", "none")["damage"] == play("square", "pd")["damage"] > 50
 
 
 @pytest.mark.parametrize("preset", ["paper", "easy", "learning"])
 @pytest.mark.parametrize("side", ["Attack", "Defense"])
-def test_default_opponents_play(preset, side):
+def test_default_opponents_play(preset: str, side: str) -> None:
     env = gymnasium.make(f"cps_envs:cps_envs/Rogue{side}-v0", preset=preset, duration_s=12.0)
     vehicles = env.unwrapped.game.config.num_orders
     env.reset(seed=3)
@@ -225,7 +238,7 @@ def test_default_opponents_play(preset, side):
     assert abs(total) == pytest.approx(info["damage"] + info["formation_charge"])
 
 
-def test_a_member_of_a_mixture_plays_as_it_plays_alone():
+def test_a_member_of_a_mixture_plays_as_it_plays_alone() -> None:
     mixture = 'mixture?policies=["square?frequency_hz=0.05","switching","random"]'
     together = play(mixture, "sliding", range(12), "easy", duration_s=20.0)["damage"]
     alone = [
@@ -241,7 +254,7 @@ SOLID = {"contact": "solid", "duration_s": 60.0}
 
 
 @pytest.mark.parametrize("defender", ["sliding_detection", "disband_2"])
-def test_the_searched_attacker_does_not_live_on_chatter(defender):
+def test_the_searched_attacker_does_not_live_on_chatter(defender: str) -> None:
     players = {"attacker": "switching", "defender": defender}
     found = check_refinement(ROGUE, players, REFINED, metric="damage", seeds=range(3), **SOLID, **WORLDS)
     assert found.coarse > 10
@@ -250,7 +263,7 @@ def test_the_searched_attacker_does_not_live_on_chatter(defender):
 @pytest.mark.slow
 @pytest.mark.parametrize("attacker", ATTACKERS)
 @pytest.mark.parametrize("defender", DEFENDERS)
-def test_no_attacker_lives_on_chatter(attacker, defender):
+def test_no_attacker_lives_on_chatter(attacker: str, defender: str) -> None:
     """Halving the step changes no damage by more than 10 %; means over worlds, since single episodes are chaotic.
 
     With contact `pass`, 1 ms is too coarse for disbanding, whose moment depends on the chatter: against `disband_7` the
@@ -267,13 +280,13 @@ def test_no_attacker_lives_on_chatter(attacker, defender):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("against", "ratio"), [key for key in shipped_weights() if key[0] != "all"])
-def test_no_specialised_attacker_lives_on_chatter(against, ratio):
+def test_no_specialised_attacker_lives_on_chatter(against: Any, ratio: float) -> None:
     players = {"attacker": f"switching?against={against}", "defender": against}
     varied = {**SOLID, **WORLDS, "power_ratio": ratio}
     check_refinement(ROGUE, players, REFINED, metric="damage", seeds=range(8), **varied)
 
 
-def test_worlds_of_the_search_are_those_of_this_file():
+def test_worlds_of_the_search_are_those_of_this_file() -> None:
     config = world_config(1.3)
     assert {name: list(getattr(config, name)) for name in WORLDS} == {
         name: pytest.approx(ends) for name, ends in WORLDS.items()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,16 +14,19 @@ from cps_baselines.rogue.switching import Switching
 from cps_baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import Array
+from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 
 SEEDS = range(8_100, 8_104)
 
 
-def spec_of(config):
+def spec_of(config: RogueConfig) -> RoleSpec:
     return ROGUE.game(config, 1).spec("attacker")
 
 
-def answers(**changes):
+def answers(**changes: Any) -> Answers:
     generator = np.random.default_rng(0)
     found = Answers(
         against=("pd", "sliding"),
@@ -35,7 +39,7 @@ def answers(**changes):
     return found._replace(**changes)
 
 
-def signs(attacker, config, defender="pd"):
+def signs(attacker: Probe | Switching, config: RogueConfig, defender: str = "pd") -> Array:
     """What it plays (steps, B)."""
     played = []
     players = {"attacker": attacker, "defender": defender}
@@ -43,7 +47,7 @@ def signs(attacker, config, defender="pd"):
     return np.array(played)
 
 
-def test_the_shipped_answers_are_complete_and_rise():
+def test_the_shipped_answers_are_complete_and_rise() -> None:
     known = shipped_answers()
     assert known.against == DEFENDERS
     assert (np.diff(known.ratios) > 0).all()
@@ -54,7 +58,7 @@ def test_the_shipped_answers_are_complete_and_rise():
 
 
 @pytest.mark.parametrize(("ratio", "defender"), [(1.0, "sliding_detection"), (1.1, "pd"), (1.3, "sliding_detection")])
-def test_an_answer_does_what_the_file_says(ratio, defender):
+def test_an_answer_does_what_the_file_says(ratio: float, defender: str) -> None:
     document = json.loads(files("cps_baselines.rogue").joinpath("probing.json").read_text(encoding="utf-8"))
     (row,) = (row for row in document["found"] if row["power_ratio"] == ratio)
     above = document["search"]["above"] if ratio == 1.1 else 0.0
@@ -64,7 +68,7 @@ def test_an_answer_does_what_the_file_says(ratio, defender):
     assert damage == pytest.approx(row["answers"][defender]["damage"], rel=0.1)
 
 
-def test_it_probes_until_the_look_and_then_answers():
+def test_it_probes_until_the_look_and_then_answers() -> None:
     config = ROGUE.config("paper", {"contact": "solid", "duration_s": 8.0})
     known = answers()
     always = answers(probes=known.weights[:, 0], weights=known.weights)
@@ -77,7 +81,7 @@ def test_it_probes_until_the_look_and_then_answers():
     assert (late[decisions:] != probe[decisions:]).any()
 
 
-def test_an_answer_holds_up_to_the_next_ratio():
+def test_an_answer_holds_up_to_the_next_ratio() -> None:
     for ratio, row in ((1.0, 0), (1.19, 0), (1.2, 1), (1.3, 1)):
         config = ROGUE.config("paper", {"contact": "solid", "duration_s": 3.0, "power_ratio": ratio})
         known = answers(weights=answers().probes[:, np.newaxis].repeat(2, axis=1))
@@ -85,19 +89,19 @@ def test_an_answer_holds_up_to_the_next_ratio():
         np.testing.assert_array_equal(played, signs(Switching(spec_of(config), known.probes[row]), config))
 
 
-def test_what_it_sees_decides_unless_it_is_told():
+def test_what_it_sees_decides_unless_it_is_told() -> None:
     config = world_config(1.3)
     for defender in ("pd", "sliding_detection"):
         told = signs(Probe(spec_of(config), defender), config, defender)
         np.testing.assert_array_equal(signs(Probe(spec_of(config)), config, defender), told)
 
 
-def test_unknown_controllers_are_refused():
+def test_unknown_controllers_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="Did you mean 'sliding'"):
         Probe(spec_of(world_config(1.0)), "slidng")
 
 
-def test_a_tiny_search_writes_a_file_that_plays(monkeypatch):
+def test_a_tiny_search_writes_a_file_that_plays(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma")
     from cps_baselines.rogue import probing_search
     from cps_baselines.rogue.probing_search import ProbingSearch, search_answers

@@ -1,139 +1,28 @@
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_envs.core.errors import MissingExtraError
-from cps_envs.core.types import Array
-from cps_envs.rogue.config import PRESETS, RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
-from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.picture.bars import wanted_growth
 from cps_envs.rogue.picture.history import MOST_POINTS, Recording
 from cps_envs.rogue.picture.palette import LAW_COLORS
 from cps_envs.rogue.picture.road import lay_out, named, window_m
 from cps_envs.rogue.picture.scene import Scene
 from cps_envs.rogue.picture.viewer import Viewer, plots
+from tests.pictured import bumped
+from tests.rogue.pictures import CONFIG, EVERY, PUSHED, SCATTERED, SOLID, START, UNDER_WAY, drive, frame, opened
 
 ATTACK, DEFENSE = "cps_envs:cps_envs/RogueAttack-v0", "cps_envs:cps_envs/RogueDefense-v0"
-EVERY = np.ones(1, np.bool_)
-CONFIG = RogueConfig()
-SOLID = replace(CONFIG, contact="solid", power_ratio=1.3, duration_s=60.0)
 ROAD = (16.0, 118.0, 928.0, 74.0)
-DETECTING, HUMAN = CONTROLLERS.index("detecting"), CONTROLLERS.index("human")
 
 pygame = pytest.importorskip("pygame")
-
-
-def opened(config: RogueConfig, seed: int = 0) -> RogueGame:
-    game = RogueGame(config, 1)
-    game.reset(EVERY, [np.random.default_rng(seed)])
-    return game
-
-
-def drive(game: RogueGame, effort: float, law: int = DETECTING, modified: int = 0, periods: int = 1) -> Scene:
-    """The scene after some periods of full driving (1) or braking (-1) under one law of all."""
-    actions = {"attacker": np.array([[effort]])}
-    if game.modes:
-        actions["defender"] = np.tile([law, modified], game.config.num_intact)[np.newaxis]
-    game.advance(actions, EVERY, periods)
-    return game.scene(0)
-
-
-def played(config: RogueConfig, seconds: float, law: int = DETECTING, modified: int = 0, seed: int = 0) -> Scene:
-    """The scene under a square wave of 0.1 Hz."""
-    game = opened(config, seed)
-    scene = game.scene(0)
-    for k in range(round(10 * seconds)):
-        scene = drive(game, 1.0 if k % 100 < 50 else -1.0, law, modified)
-    return scene
-
-
-def frame(scene: Scene, config: RogueConfig = CONFIG) -> Array:
-    return Viewer(config).frame(scene)
-
-
-START, UNDER_WAY, SCATTERED = (played(CONFIG, seconds) for seconds in (0, 4, 60))
-PUSHED = played(SOLID, 8)
-
-
-def test_frame_is_an_rgb_picture_as_large_as_those_of_other_problems() -> None:
-    picture = frame(START)
-    assert picture.dtype == np.uint8
-    assert picture.shape == (540, 960, 3)
-    assert picture.flags.c_contiguous
-    assert picture.flags.writeable
-
-
-def test_a_new_episode_looks_the_same_whatever_was_drawn_before() -> None:
-    used = Viewer(CONFIG)
-    for scene in (UNDER_WAY, SCATTERED):
-        used.frame(scene)
-    assert np.array_equal(used.frame(START), frame(START))
-    other = played(CONFIG, 70, seed=1)
-    used.frame(SCATTERED)
-    assert np.array_equal(used.frame(other), frame(other))
-
-
-def test_the_same_frames_give_the_same_pixels() -> None:
-    first, second = Viewer(CONFIG), Viewer(CONFIG)
-    for scene in (START, UNDER_WAY, SCATTERED, SCATTERED):
-        assert np.array_equal(first.frame(scene), second.frame(scene))
-
-
-def test_curves_hold_what_was_only_watched() -> None:
-    drawn, watching = Viewer(CONFIG), Viewer(CONFIG)
-    drawn.frame(START)
-    watching.watch(START)
-    assert np.array_equal(drawn.frame(UNDER_WAY), watching.frame(UNDER_WAY))
-    assert not np.array_equal(watching.frame(UNDER_WAY), frame(UNDER_WAY))
-
-
-def bumped(values: Array, place: int, amount: float) -> Array:
-    return np.where(np.arange(len(values)) == place, values + amount, values)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"time_s": 5.0},
-        {"duration_s": 50.0},
-        {"attacker": 1},
-        {"effort": 0.3},
-        {"effort_limits": (-2.0, 1.0)},
-        {"power_ratio": 1.2},
-        {"position": bumped(UNDER_WAY.position, 0, -1.0)},
-        {"position": UNDER_WAY.position + 3.1},
-        {"speed": bumped(UNDER_WAY.speed, 1, 2.0)},
-        {"acceleration": bumped(UNDER_WAY.acceleration, 3, -20.0)},
-        {"reference_m": UNDER_WAY.reference_m + 5.0},
-        {"reference_speed_mps": 29.0},
-        {"growth": bumped(UNDER_WAY.growth, 0, 0.5)},
-        {"law": ("linear", *UNDER_WAY.law[1:])},
-        {"alarm": bumped(UNDER_WAY.alarm, 0, 1)},
-        {"detector": UNDER_WAY.detector + 40.0},
-        {"contact": "solid"},
-        {"touching": np.arange(4) == 0},
-        {"damage": bumped(UNDER_WAY.damage, 1, 3.0)},
-        *({"metrics": UNDER_WAY.metrics | {name: 3.0}} for name in ("damage", "collisions", "alarms", "humans")),
-        {"metrics": UNDER_WAY.metrics | {"first_alarm_s": 1.0}},
-        {"metrics": UNDER_WAY.metrics | {"first_collision_s": 3.0}},
-        {"metrics": UNDER_WAY.metrics | {"reference_error_m": 30.0}},
-    ],
-    ids=lambda change: next(iter(change)),
-)
-def test_everything_in_a_scene_is_visible(change: dict[str, Any]) -> None:
-    assert not np.array_equal(frame(UNDER_WAY), frame(replace(UNDER_WAY, **change)))
 
 
 def test_the_charge_is_shown_where_there_is_one() -> None:
@@ -141,37 +30,6 @@ def test_the_charge_is_shown_where_there_is_one() -> None:
     more = replace(UNDER_WAY, metrics=UNDER_WAY.metrics | {"formation_charge": 7.0})
     assert np.array_equal(frame(UNDER_WAY), frame(more))
     assert not np.array_equal(frame(UNDER_WAY, charged), frame(more, charged))
-
-
-@pytest.mark.parametrize("contact", ["pass", "solid"])
-@pytest.mark.parametrize(("num_vehicles", "seized"), [(3, 1), (3, 2), (5, 1), (5, 4), (10, 1), (20, 9), (20, 19)])
-def test_platoons_of_any_size_with_any_vehicle_seized(num_vehicles: int, seized: int, contact: str) -> None:
-    config = replace(
-        PRESETS["easy"], num_vehicles=num_vehicles, attacker_index=seized, contact=contact, duration_s=20.0
-    )
-    viewer = Viewer(config)
-    game = opened(config)
-    for law in (DETECTING, HUMAN):
-        scene = drive(game, 1.0, law, 1, 80)
-        assert viewer.frame(scene).shape == (540, 960, 3)
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"separation_m": 100.0},
-        {"separation_m": 4.6},
-        {"vehicle_length_m": 1.0, "separation_m": 2.0},
-        {"min_effort": 0.0},
-        {"duration_s": 1.0},
-        {"defense_action": "command"},
-        {"reference_speed_mps": 1.0},
-    ],
-    ids=lambda changes: next(iter(changes)),
-)
-def test_other_sizes_and_speeds(changes: dict[str, Any]) -> None:
-    config = replace(CONFIG, **changes)
-    assert frame(played(config, 1), config).shape == (540, 960, 3)
 
 
 def test_the_attacker_stays_where_it_is_and_gaps_are_to_scale() -> None:
@@ -301,48 +159,3 @@ def test_a_picture_of_a_late_moment_shows_what_led_to_it(tmp_path: Path) -> None
         drive(game, 0.0, CONTROLLERS.index("linear"))
     shown = imageio.imread(target)
     assert np.array_equal(shown, viewer.frame(game.scene(0)))
-
-
-def test_no_display_is_opened() -> None:
-    script = (
-        "import os\n"
-        "for name in ('SDL_VIDEODRIVER', 'DISPLAY', 'WAYLAND_DISPLAY'): os.environ.pop(name, None)\n"
-        "before = dict(os.environ)\n"
-        "import gymnasium, pygame\n"
-        f"env = gymnasium.make({ATTACK!r}, render_mode='rgb_array')\n"
-        "env.reset(seed=0)\n"
-        "assert env.render().shape == (540, 960, 3)\n"
-        "assert not pygame.display.get_init()\n"
-        "assert {name: os.environ.get(name) for name in before} == before\n"
-    )
-    subprocess.run([sys.executable, "-c", script], check=True)
-
-
-@pytest.mark.parametrize("name", [ATTACK, DEFENSE])
-def test_gymnasium_renders_arrays(name: str) -> None:
-    with gymnasium.make(name, render_mode="rgb_array") as env:
-        env.reset(seed=0)
-        first = env.render()
-        for _ in range(3):
-            env.step(np.zeros_like(env.action_space.sample()))
-        second = env.render()
-    assert isinstance(first, np.ndarray)
-    assert isinstance(second, np.ndarray)
-    assert first.shape == second.shape == (540, 960, 3)
-    assert not np.array_equal(first, second)
-
-
-def test_window_opens_and_closes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    env = gymnasium.make(ATTACK, render_mode="human")
-    env.reset(seed=0)
-    assert pygame.display.get_surface().get_size() == (960, 540)
-    env.step(np.zeros(1, np.float32))
-    env.close()
-    assert not pygame.display.get_init()
-
-
-def test_missing_pygame_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pygame", None)
-    with pytest.raises(MissingExtraError, match=r"cps-envs\[render\]"):
-        Viewer(CONFIG)

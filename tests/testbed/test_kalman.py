@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cps_envs.core.types import Array
 from cps_envs.testbed.config import BASELINE
 from cps_envs.testbed.kalman import INITIAL_VARIANCE, correct, predict
 from cps_envs.testbed.state import rules_of
@@ -18,7 +19,7 @@ def moved(state: np.ndarray, turning: float) -> np.ndarray:
     return np.array([x + speed * np.cos(heading) * DT, y + speed * np.sin(heading) * DT, heading + turning * DT, speed])
 
 
-def textbook(state, covariance, turning, seen):
+def textbook(state: Array, covariance: Array, turning: float, seen: Array) -> tuple[Array, Array]:
     """An extended Kalman filter in matrices: numerical Jacobian, both measurements at once, Joseph's form."""
     steps = 1e-6 * np.eye(4)
     jacobian = np.column_stack([(moved(state + h, turning) - moved(state - h, turning)) / 2e-6 for h in steps])

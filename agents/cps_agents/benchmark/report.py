@@ -14,7 +14,7 @@ from cps_agents.console import make_table
 from cps_envs import find_problem
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from cps_agents.table import Table
 
 STYLES = {"match": "green", "near": "yellow", "miss": "red"}
 
@@ -26,13 +26,8 @@ def tables(outcome: Outcome) -> list[Table]:
 
 def _table(problem: str, grid: Grid) -> Table:
     rows = [[heading, *map(_styled, row)] for heading, row in grid.rows]
-    table = make_table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows)
-    table.padding = 0  # narrow: six defenders fit into 80 columns
-    table.columns[0].min_width = max(len(word) for row in rows for word in row[0].split())
-    for column in table.columns[1:]:
-        column.no_wrap = True
-    table.caption, table.caption_justify = "\n".join([grid.legend, *grid.notes]), "left"
-    return table
+    caption = [grid.legend, *grid.notes]
+    return make_table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows, caption=caption)
 
 
 def _styled(entry: Entry) -> str:

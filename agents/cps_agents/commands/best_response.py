@@ -45,7 +45,7 @@ def best_response(
     device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Train a best response to a fixed opponent and report what it gains: a lower bound on exploitability.
+    """Train a best response to a fixed opponent: how far can that one be exploited, at least?
 
     Among the training seeds validation chooses; evaluation seeds judge. No bound from above: a better response may
     exist that this training did not find.

@@ -24,9 +24,10 @@ def calibrate_mtd2(
     to: Annotated[Path | None, typer.Option("--out", metavar="FILE.json", help="Write the JSON there, too.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Calibrate eps: 1.2 times the largest mean residual of any set while nobody attacks, from 20 samples on.
+    """Find the threshold eps of the HVAC defender `mtd2` from days without an attack.
 
-    Without --preset and --set, for the configurations whose eps comes with the package.
+    It is 1.2 times the largest mean residual of any set, from 20 samples on. Without --preset and --set, for the
+    configurations whose eps comes with the package.
     """
     from cps_agents.files import write_json
     from cps_baselines.hvac.calibration import SEEDS, SHIPPED, Level

@@ -23,7 +23,7 @@ def coverage(
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/coverage.md here.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Simulate how often 95 % intervals hold the truth.
+    """Check our statistics: how often do 95 % intervals hold the truth?
 
     Means, interquartile means, several settings, paired differences, and
     values of games are drawn from known distributions and analysed by the

@@ -34,7 +34,7 @@ def dataset(
     name: Annotated[str | None, typer.Option("--id", help="The dataset's, such as cps_envs/fdi/oracle-v0.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Write episodes as a dataset for offline learning.
+    """Record episodes of two policies as a dataset for offline learning.
 
     Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says; read it with
     minari.load_dataset(ID). The seeds are far from those that evaluations use.

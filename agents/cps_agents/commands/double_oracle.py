@@ -31,7 +31,7 @@ def double_oracle(
     ),
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Solve the rogue game between all fixed laws and switching attackers.
+    """Solve the rogue game of the paper between fixed control laws and switching attackers.
 
     The defender mixes 504 fixed choices: a law for each of the four intact
     vehicles, or detection. Each round solves the matrix game, searches a
@@ -43,10 +43,11 @@ def double_oracle(
     from cps_agents.league.double_oracle import fresh_value, play_rounds
     from cps_agents.locking import alone_at
     from cps_agents.progress import Progress
-    from cps_baselines.rogue.fixed_game import FixedGame
     from cps_envs.core.errors import require
 
     require("cma", extra="baselines", purpose="searching attacks")
+    from cps_baselines.rogue.fixed_game import FixedGame
+
     games = [FixedGame(each, weight, seed=seed) for each in ratio or (1.0, 1.3)]
     found: list[dict[str, Any]] = []
     with alone_at(to), Progress("rounds", rounds * len(games)) as progress:

@@ -101,7 +101,7 @@ def _show(found: League) -> None:
     from cps_agents.league.report import tables, verdict
 
     console = out()
-    for table in tables(found, console.width):
+    for table in tables(found):
         console.print(table)
     console.print(verdict(found), markup=False)
     for missing in found.left_out:

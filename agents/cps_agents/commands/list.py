@@ -11,12 +11,16 @@ from cps_agents.console import make_table, out, print_json
 
 
 def list_everything(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[PROBLEM]...", help="Only these, such as hvac; all if left out.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """List problems, environments, presets and policies."""
-    from cps_agents.catalogue import describe_everything
+    """Show what there is: problems with their environments, presets and policies."""
+    from cps_agents.catalogue import describe_everything, describe_problem
+    from cps_envs import find_problem
 
-    problems = describe_everything()
+    problems = [describe_problem(find_problem(name)) for name in names] if names else describe_everything()
     if as_json:
         print_json(problems)
         return

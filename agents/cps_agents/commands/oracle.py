@@ -47,7 +47,7 @@ def oracle(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """The highest impact speed that false data injection can reach, and a bound that proves it.
+    """Find the highest impact speed that false data injection can reach, with a bound that proves it.
 
     Mixed-integer programs by HiGHS: for each task the bound with continuous injections (LP), the speed of the best
     attack found, and a bound that no attack exceeds. Each finished task is kept at once: an interrupted run goes on

@@ -34,7 +34,7 @@ def play(
     at: Annotated[float | None, typer.Option(help="Game second of a picture; the end if left out.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Play episodes between an attacker and a defender and print their metrics."""
+    """Play episodes of one attacker against one defender: print their metrics, or film them."""
     from cps_agents.episodes import show_episodes
     from cps_agents.film import Film
     from cps_envs import find_problem

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from cps_agents.reliability.suite import Findings
 
 BROKEN = 1
-WIDTH = 160  # of tables in a file
 NAMES = "fuzz, faults, load, determinism, mutation or bounds; all if left out."
 
 
@@ -53,7 +52,7 @@ def reliability(
     else:
         for each in found:
             console = out()
-            console.print(_table(each), width=console.width if console.is_terminal else WIDTH)
+            console.print(_table(each))
             for line in each.examples:
                 console.print(line, soft_wrap=True, markup=False)
     if publish:

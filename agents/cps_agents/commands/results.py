@@ -98,6 +98,4 @@ def _list(blocks: list[Block]) -> None:
     for each in blocks:
         missing = dict.fromkeys(name for names in missing_of(each).values() for name in names)
         rows.append((each.name, each.title, "\n".join(missing)))
-    table = make_table("Blocks", ("name", "title", "missing policies"), rows, left=3)
-    table.columns[0].no_wrap = True
-    out().print(table)
+    out().print(make_table("Blocks", ("name", "title", "missing policies"), rows, left=3))

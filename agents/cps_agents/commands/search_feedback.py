@@ -16,7 +16,7 @@ def search_feedback(
     seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
     to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
 ) -> None:
-    """Search the coefficients of the disbanding defender `feedback`; the result is JSON.
+    """Find the coefficients of the disbanding defender `feedback`; the result is JSON.
 
     The file holds the best coefficients so far after every generation, so that an interrupted search is not lost.
     """

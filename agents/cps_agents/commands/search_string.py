@@ -22,7 +22,7 @@ def search_string(
     ] = None,
     to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
 ) -> None:
-    """Search the numbers of the disbanding defender `string`; the result is JSON.
+    """Find the numbers of the disbanding defender `string`; the result is JSON.
 
     The file holds the result so far after every generation, so that an interrupted search is not lost.
     """

@@ -25,7 +25,7 @@ def search_switching(
     to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
     probe: Annotated[bool, typer.Option("--probe", help=PROBE)] = False,
 ) -> None:
-    """Search the weights of the rogue attacker `switching` against each defender; the result is JSON.
+    """Find the weights of the rogue attacker `switching` against each defender; the result is JSON.
 
     What is found against all starts a run against each; where that is not asked for, the weights of the package do.
     The file holds what has been found so far after every search, so that an interrupted run is not lost.

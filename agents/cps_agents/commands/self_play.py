@@ -44,7 +44,7 @@ def self_play(
     device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Let both roles answer each other: solve the matrix of all policies, train best responses, add them, again.
+    """Let both roles train best responses to each other, in turn, from the equilibrium of all policies so far.
 
     Starts from the analytic policies and the shipped ones. Every finished pair, run and iteration is kept at once:
     --resume goes on after an interruption at any point.

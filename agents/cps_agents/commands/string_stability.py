@@ -18,7 +18,7 @@ def string_stability(
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Write a plot there.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Peak gain of the published platoon controllers, from rear vehicle to rear vehicle, over n and tau."""
+    """Check whether a disturbance grows from platoon to platoon under the published controllers."""
     from cps_agents.files import write_figure
     from cps_baselines.disbanding.reproduction.stability import SIZES, TAUS_S, analyse, draw
     from cps_baselines.reproduction.figures import require_matplotlib

@@ -35,7 +35,7 @@ def drive_robots(
     at: Annotated[float | None, typer.Option(help="Second of a picture; the end if left out.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Nine simulated robots on a circle: three platoons, of which the leading one disbands.
+    """Play nine simulated robots on a circle: three platoons, of which the leading one disbands.
 
     A defender sees the robots as vehicles on a road ten times as large. Collision avoidance acts on all of them, as in
     the disbanding problem; only the mitigation of the paper (--period) replaces it once a platoon has disbanded.

@@ -51,7 +51,7 @@ def train(
     show: Annotated[bool, typer.Option("--list", help="Print the recipes and stop.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Train policies by a recipe, one run for each seed.
+    """Train a policy by its recipe, one run for each seed.
 
     Without ID: what there is to train, what it costs and what it reaches. Each run's folder holds its configuration,
     versions and command, evaluations on validation seeds, curves, a checkpoint, and the best policy so far, which plays

@@ -38,10 +38,11 @@ def tune(
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; as many as cores if left out.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
-    """Search the knobs of a recipe: each trial trains with other values and is judged on validation seeds.
+    """Search better knobs for a recipe: each trial trains with other values.
 
-    Finished trials are kept at once, and the same command goes on after an interruption. The result is a choice, not a
-    figure to publish: train the winner on five seeds and judge it with `cps-envs evaluate`.
+    Validation seeds judge a trial. Finished trials are kept at once, and the same command goes on after an
+    interruption. The result is a choice, not a figure to publish: train the winner on five seeds and judge it with
+    `cps-envs evaluate`.
     """
     from cps_agents.learning.recipe import changed
     from cps_agents.learning.study import Study, usual_ranges

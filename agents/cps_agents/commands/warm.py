@@ -22,7 +22,7 @@ def warm(
     jobs: Annotated[int | None, typer.Option(min=1, help="Use so many processes, by default all cores.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """Compile all kernels now, so that nothing has to wait for them later.
+    """Compile all physics now, so that no later command has to wait for it.
 
     Every preset, interface and policy of a problem is used for a moment.
     What was compiled before is loaded, so a second call takes seconds.

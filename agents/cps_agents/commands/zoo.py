@@ -12,7 +12,7 @@ from cps_agents.console import err, make_table, out, print_json
 if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
 
-app = typer.Typer(no_args_is_help=True, help="Trained policies, shipped and your own: list, show, card, add.")
+app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 JSON = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
 
 

@@ -14,7 +14,7 @@ from cps_agents.heatmap import draw_matrix
 from cps_envs.core.types import ROLES, SIGN, Role
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from cps_agents.table import Table
 
 KINDS = {"policy": "", "informed": " (told)", "constant": "", "searched": " (searched)"}
 NONE = "-"

@@ -13,7 +13,7 @@ from cps_agents.coverage.simulation import Effort
 from cps_agents.evaluation.statistics import LEVEL
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from cps_agents.table import Table
 
 COLUMNS = ("simulated", "holds the truth", "too high / too low", "bias", "length", "note")
 HEAD = """# How often the intervals hold the truth
@@ -55,10 +55,8 @@ def tables(found: Sequence[Coverage]) -> Iterator[Table]:
     """One for each group."""
     for group, cases in groupby(found, key=lambda each: each.group):
         rows = list(cases)
-        table = make_table(group, COLUMNS[:-1], [_cells(each)[:-1] for each in rows])
         notes = [f"{each.title}: {each.note}." for each in rows if each.note]
-        table.caption, table.caption_justify = "\n".join(notes), "left"
-        yield table
+        yield make_table(group, COLUMNS[:-1], [_cells(each)[:-1] for each in rows], caption=notes)
 
 
 def _cells(each: Coverage) -> list[str]:

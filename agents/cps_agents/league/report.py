@@ -18,9 +18,7 @@ from cps_envs import find_problem
 from cps_envs.core.types import ROLES, Role
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-NAME_WIDTH, CELL_WIDTH = 26, 17  # in a terminal
+    from cps_agents.table import Table
 
 
 def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
@@ -89,19 +87,12 @@ def rows_as_csv(league: League) -> str:
     return text.getvalue()
 
 
-def tables(league: League, width: int) -> list[Table]:
-    """The matrix, in parts that fit into `width` columns of text, and how each role's policies stand."""
-    columns = [defender.name for defender in league.defenders]
-    beside = max((width - NAME_WIDTH) // CELL_WIDTH, 1)
-    made = []
-    for first in range(0, len(columns), beside):
-        rows = [
-            [attacker.name, *map(stacked, row[first : first + beside])]
-            for attacker, row in zip(league.attackers, league.cells, strict=True)
-        ]
-        title = f"{league.plan.venue.problem}: {league.plan.metric}, mean and 95 % interval" if first == 0 else ""
-        made.append(make_table(title, ["attacker", *columns[first : first + beside]], rows))
-    return [*made, *(_standings_table(league, role) for role in ROLES)]
+def tables(league: League) -> list[Table]:
+    """The matrix, and how each role's policies stand."""
+    columns = ["attacker", *(defender.name for defender in league.defenders)]
+    rows = [[attacker.name, *map(stacked, row)] for attacker, row in zip(league.attackers, league.cells, strict=True)]
+    title = f"{league.plan.venue.problem}: {league.plan.metric}, mean and 95 % interval"
+    return [make_table(title, columns, rows), *(_standings_table(league, role) for role in ROLES)]
 
 
 def _standings_table(league: League, role: Role) -> Table:

@@ -18,7 +18,7 @@ from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from cps_agents.table import Table
 
 FIGURE_INCHES = (8.0, 3.4)
 

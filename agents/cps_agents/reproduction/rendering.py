@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from cps_agents.files import write_figure
 
@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from cps_agents.reproduction.chapter import Reproduction
+    from cps_agents.table import Table
     from cps_baselines.reproduction.block import Block
 
 COLORS = {
@@ -45,14 +46,11 @@ def draw(found: Reproduction, folder: Path) -> list[Path]:
     return paths
 
 
-def _table(block: Block) -> Any:
+def _table(block: Block) -> Table:
     from cps_agents.console import make_table
 
     rows = [[_colored(value) for value in row] for row in block.rows]
-    table = make_table(block.title, block.columns, rows, left=block.left)
-    for row in block.breaks:
-        table.rows[row].end_section = True
-    return table
+    return make_table(block.title, block.columns, rows, left=block.left, breaks=block.breaks)
 
 
 def _colored(value: str) -> str:

@@ -12,7 +12,7 @@ from cps_agents.results.markdown import simulations
 from cps_agents.results.tables import Block, bar_lines, best_baseline, cautions, heading, judged_against, score_text
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from cps_agents.table import Table
 
 STYLES = {REACHED: "green", ON_AVERAGE: "yellow", NOT_REACHED: "red", MISSING: "dim"}
 
@@ -36,8 +36,6 @@ def _table(block: Block) -> Table:
                 [title, best_baseline(block, row, each["name"]), score_text(block, row, each["name"]), bars, styled]
             )
     columns = ("setting", "best baseline; learned minus it", "learned", "bars", "verdict")
-    table = make_table(block["title"], columns, rows, left=5)
     missing = [f"missing: {', '.join(names)}" for names in block["missing"].values()]
     caption = [heading(block), *judged_against(block), *cautions(block), *simulations(block), *dict.fromkeys(missing)]
-    table.caption, table.caption_justify = "\n".join(caption), "left"
-    return table
+    return make_table(block["title"], columns, rows, left=5, caption=caption)

@@ -1,0 +1,23 @@
+"""The command line as tests use it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from typer.testing import CliRunner
+
+from cps_agents.cli import app
+
+
+def invoke(*arguments: str, columns: int = 100) -> Any:
+    """The result of `cps-envs ARGUMENTS` on a terminal of so many columns."""
+    return CliRunner().invoke(app, list(arguments), env={"COLUMNS": str(columns), "TERMINAL_WIDTH": str(columns)})
+
+
+def refusal(*arguments: str) -> str:
+    """The message of `cps-envs ARGUMENTS`, which has to be all that a wrong input leads to."""
+    result = invoke(*arguments)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    assert "Traceback" not in result.stderr
+    return " ".join(result.stderr.split())

@@ -1,0 +1,159 @@
+"""What every command has in common: help, refusals that name the remedy, JSON, plain text in pipes, missing extras."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from cps_agents.cli import PANELS, app
+from tests.agents.command_line import invoke, refusal
+
+SHORT = ("--set", "duration_s=2")
+NARROWEST = 80
+
+
+def every_command(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    """The words of each command, those of groups first."""
+    yield path
+    for name, command in getattr(group, "commands", {}).items():
+        yield from every_command(command, (*path, name))
+
+
+COMMANDS = list(every_command(typer.main.get_command(app)))
+REFUSED = [
+    (("list", "hvca"), "Did you mean 'hvac'?"),
+    (("play", "disbandin"), "Did you mean 'disbanding'?"),
+    (("play", "disbanding", "--attacker", "leed"), "Did you mean 'lead'?"),
+    (("play", "disbanding", "--preset", "papr"), "Did you mean 'paper'?"),
+    (("play", "disbanding", "--set", "tau=1"), "Did you mean 'tau_s'?"),
+    (("play", "disbanding", "--set", "tau_s"), "field=value"),
+    (("play", "disbanding", "--set", "tau_s=9"), "[0.01, 2] s; the default is 0.1"),
+    (("play", "disbanding", "--attacker", "plan"), "events"),
+    (("play", "disbanding", "--attacker", "lead?when=3"), "when"),
+    (("play", "disbanding", "--attacker", "every_other"), "attack_budget=5"),
+    (("play", "disbanding", "--defender", "nowhere:Policy"), "nowhere"),
+    (("play", "disbanding", "--render", "film.avi"), "FILE.mp4"),
+    (("play", "disbanding", "--render", "film.gif", "--at", "3"), "--render FILE.png"),
+    (("play", "disbanding", "--render", "film.png", "--at", "999"), "180 s"),
+    (("play", "disbanding", "--render", "film.mp4", "--fps", "0"), "above 0"),
+    (("play", "disbanding", "--episodes", "0"), "greater than or equal to 1"),
+    (("benchmark", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
+    (("benchmark", "--setting", "tau-0.4"), "tau-0."),
+    (("benchmark", "--attacker", "leed"), "Did you mean 'lead' or 'learned'?"),
+    (("benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
+    (("bench", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
+    (("bench", "--problem", "rouge"), "Did you mean"),
+    (("bench", "--part", "size"), "Did you mean"),
+    (("warm", "--problem", "rouge"), "Did you mean 'rogue'?"),
+    (("calibrate-mtd2", "--seeds", "1", "--set", "windows=3"), "Error"),
+    (("calibrate-mtd2", "--seeds", "1", "--preset", "papr"), "Error"),
+    (("calibrate-mtd2", "--seeds", "1", "--set", "num_sensors=5"), "Error"),
+    *(
+        (("oracle", "--out", "none.json", *wrong), remedy)
+        for *wrong, remedy in (
+            ("--preset", "papr", "Did you mean 'paper'?"),
+            ("--set", "horizn=3", "Did you mean 'horizon'?"),
+            ("--task", "y4>4", "names no sensors"),
+            ("--task", "x4", "must read like x4>4"),
+            ("--backend", "loki", "--jobs", "2", "loki"),
+        )
+    ),
+    *(
+        (("tune", "rogue-attack-ppo", "--jobs", "1", "--range", given), remedy)
+        for given, remedy in (
+            ("learning_rate", "LOW:HIGH"),
+            ("learning_rate=1:0", "LOW:HIGH"),
+            ("learning_rate=0:1:log", "LOW above 0"),
+            ("learning_rat=1:2", "learning_rate"),
+            ("epochs=many:few", "LOW:HIGH"),
+        )
+    ),
+    (("reliability", "fuz"), "fuzz"),
+    (("zoo", "show", "fdi-defense-pp"), "fdi-defense-ppo"),
+    (("train", "fdi-defense-pp"), "fdi-defense-ppo"),
+    (("nothing",), "No such command 'nothing'"),
+]
+JSON = [
+    ("list", "rogue"),
+    ("play", "disbanding", *SHORT),
+    ("testbed", "--set", "duration_s=60"),
+    ("zoo", "list"),
+    ("zoo", "show", "fdi-defense-ppo"),
+    ("train",),
+    ("reliability", "--minutes", "0"),
+    ("evaluate", "rogue", "attacker", "--policy", "random", "--episodes", "2", "--jobs", "1"),
+]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda words: " ".join(words) or "cps-envs")
+def test_help(command: Sequence[str]) -> None:
+    result = invoke(*command, "--help", columns=NARROWEST)
+    assert result.exit_code == 0
+    assert "Usage" in result.stdout
+    assert max(map(len, result.stdout.splitlines())) <= NARROWEST
+
+
+def test_the_help_shows_every_command_with_one_sentence_in_panels_in_order() -> None:
+    lines = invoke("--help", columns=NARROWEST).stdout.splitlines()
+    titles = [line.split()[1] for line in lines if line.startswith("╭")]
+    assert titles == ["Options", *PANELS]
+    first = next(place for place, line in enumerate(lines) if "─ Play ─" in line)
+    names = [line.split()[1] for line in lines[first:] if line.startswith("│ ") and line[2] != " "]
+    assert names == [name for panel in PANELS.values() for name in panel]
+    assert set(names) == {command[0] for command in COMMANDS if command}
+    assert not [line for line in lines[first:] if "…" in line]
+
+
+@pytest.mark.parametrize(("arguments", "remedy"), REFUSED, ids=lambda value: " ".join(value)[:60])
+def test_wrong_input_gets_one_message_that_names_the_remedy(
+    arguments: Sequence[str], remedy: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for package in {"oracle": ["highspy"], "tune": ["optuna", "stable_baselines3"]}.get(arguments[0], []):
+        pytest.importorskip(package)
+    monkeypatch.chdir(tmp_path)
+    assert remedy in refusal(*arguments)
+    assert not [path for path in tmp_path.iterdir() if path.suffix != ".lock"]
+
+
+@pytest.mark.parametrize("arguments", JSON, ids=" ".join)
+def test_json_is_all_that_is_on_stdout(
+    arguments: Sequence[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = invoke(*arguments, "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)
+    plain = invoke(*arguments)
+    assert "\x1b" not in plain.stdout + plain.stderr  # no colours in a pipe
+    with pytest.raises(json.JSONDecodeError):
+        json.loads(plain.stdout)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "package", "extra"),
+    [
+        (("play", "disbanding", *SHORT, "--render", "film.png"), "imageio.v2", "render"),
+        (("string-stability", "--plot", "gain.png"), "matplotlib.figure", "baselines"),
+        (("league", "rogue"), "scipy", "baselines"),
+        (("tune", "rogue-attack-ppo"), "optuna", "tune"),
+        (("train", "rogue-attack-ppo"), "stable_baselines3", "agents"),
+        (("self-play", "rogue"), "stable_baselines3", "agents"),
+        (("bench", "--training"), "stable_baselines3", "agents"),
+        (("double-oracle",), "cma", "baselines"),
+        (("coverage",), "scipy", "baselines"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else value[0],
+)
+def test_a_missing_package_is_told_with_its_remedy(
+    arguments: Sequence[str], package: str, extra: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, package, None)
+    assert f'pip install "cps-envs[{extra}]"' in refusal(*arguments)
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,167 @@
+"""Tables lose nothing at any width."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from rich.console import Console, ConsoleOptions, RenderResult
+from rich.text import Text
+from typer.testing import CliRunner
+
+from cps_agents.cli import app
+from cps_agents.console import make_table
+from cps_agents.table import Table, fit, parts
+
+WIDTHS = (40, 60, 80)
+WORDS = st.text("ab1._", min_size=1, max_size=35)
+CELLS = st.lists(WORDS, max_size=4).map(" ".join) | st.lists(WORDS, min_size=2, max_size=3).map("\n".join)
+ALONE = ("--jobs", "1")
+COMMANDS = [
+    ("list",),
+    ("play", "disbanding", "--set", "duration_s=2", "--episodes", "12"),
+    ("testbed",),
+    ("string-stability",),
+    ("zoo", "list"),
+    ("zoo", "show", "disbanding-defense-cma"),
+    ("results", "--list"),
+    ("reliability", "--minutes", "0"),
+    ("evaluate", "rogue", "attacker", "--policy", "random", "--baseline", "none", "--episodes", "2", *ALONE),
+    (
+        "league",
+        "rogue",
+        "--attackers",
+        "random",
+        "--defenders",
+        "pd",
+        "--defenders",
+        "sliding",
+        "--episodes",
+        "2",
+        *ALONE,
+    ),
+    ("benchmark", "--problem", "rogue", "--quick", "--setting", "solid-1.3", "--attacker", "random", *ALONE),
+    ("oracle", "--set", "horizon=12", "--task", "x4>1", *ALONE),
+    ("reproduce", "ch2", "--table", "2.3fig", *ALONE),
+    pytest.param(("reproduce", "testbed", *ALONE), marks=pytest.mark.slow),
+    pytest.param(("coverage", "--quick"), marks=pytest.mark.slow),
+]
+
+
+def printed(table: Table, width: int) -> list[str]:
+    file = io.StringIO()
+    Console(file=file, width=width).print(table)
+    return file.getvalue().splitlines()
+
+
+def read_back(lines: Sequence[str]) -> list[list[str]]:
+    """The columns of each part as text without spaces, by the extents of the line below its heads."""
+    rules = [i for i, line in enumerate(lines) if "─" in line]
+    starts = []
+    for rule in rules:
+        start = rule
+        while start and lines[start - 1]:
+            start -= 1
+        starts.append(start)
+    found = []
+    for rule, start, end in zip(rules, starts, [*starts[1:], len(lines)], strict=True):
+        extents = [match.span() for match in re.finditer("─+", lines[rule])]
+        texts = [*lines[start:rule], *lines[rule + 1 : end]]
+        found.append(["".join("".join(line[a:b] for line in texts).split()) for a, b in extents])
+    return found
+
+
+def assert_complete(table: Table, width: int) -> None:
+    lines = printed(replace(table, title="", caption=(), breaks=()), width)
+    assert max(map(len, lines)) <= width
+    columns = [
+        "".join("".join(cell.plain for cell in (head, *(row[i] for row in table.rows))).split())
+        for i, head in enumerate(table.columns)
+    ]
+    found = read_back(lines)
+    assert found == [columns] or any(
+        [part[:keys] for part in found] == [columns[:keys]] * len(found)
+        and [text for part in found for text in part[keys:]] == columns[keys:]
+        for keys in range(1, table.left + 1)
+    )
+
+
+@pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
+def test_no_command_loses_text_on_a_narrow_terminal(
+    arguments: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    pytest.importorskip("highspy")
+    tables: list[Table] = []
+    usual = Table.__rich_console__
+
+    def seen(table: Table, console: Console, options: ConsoleOptions) -> RenderResult:
+        tables.append(table)
+        return usual(table, console, options)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(Table, "__rich_console__", seen)
+    result = CliRunner().invoke(app, list(arguments), env={"COLUMNS": "80"})
+    assert result.exit_code in (0, 1), result.output  # 1: a verdict
+    shown = list(tables)
+    assert shown
+    for table in shown:
+        assert "\n".join(printed(table, 80)) in result.stdout
+        for width in WIDTHS:
+            assert_complete(table, width)
+
+
+def test_every_table_of_the_command_line_is_one_of_these() -> None:
+    package = Path(make_table.__code__.co_filename).parent
+    assert not [file for file in package.rglob("*.py") if "rich.table" in file.read_text(encoding="utf-8")]
+
+
+@given(st.data(), st.integers(20, 120))
+def test_any_table_is_complete_at_any_width(data: st.DataObject, width: int) -> None:
+    count = data.draw(st.integers(1, 8))
+    heads = data.draw(st.lists(WORDS, min_size=count, max_size=count))
+    rows = data.draw(st.lists(st.lists(CELLS, min_size=count, max_size=count), max_size=4))
+    assert_complete(make_table("", heads, rows, left=data.draw(st.integers(1, count))), width)
+
+
+def test_one_part_where_it_fits_and_the_same_names_in_each_part_elsewhere() -> None:
+    table = make_table("Title", ("name", "first", "second"), [("a", "1", "2"), ("b", "30", "4")], caption=["Below."])
+    assert printed(table, 80) == [
+        "Title",
+        "name  first  second",
+        "────  ─────  ──────",
+        "a         1       2",
+        "b        30       4",
+        "",
+        "Below.",
+        "",
+    ]
+    assert printed(table, 18)[1] == "name first second"
+    assert [line for line in printed(table, 12) if line.startswith("name")] == ["name  first", "name  second"]
+
+
+def test_columns_that_tell_rows_apart_are_repeated_together() -> None:
+    table = make_table("", ("road", "seed", "value", "bound"), [("x", "1", "5", "6"), ("x", "2", "7", "8")], left=2)
+    assert [line for line in printed(table, 19) if "seed" in line] == ["road  seed  value", "road  seed  bound"]
+
+
+def test_lines_are_drawn_where_rows_end_a_section() -> None:
+    lines = printed(make_table("", ("name",), [("a",), ("b",)], breaks=(0,)), 80)
+    assert lines == ["name", "────", "a", "────", "b", ""]
+
+
+def test_markup_colours_cells_and_takes_no_room() -> None:
+    table = make_table("[plain]", ("[head]",), [("[green]good[/]",)])
+    assert printed(table, 80)[:4] == ["[plain]", "[head]", "──────", "good"]
+    assert isinstance(table.rows[0][0], Text)
+
+
+def test_the_widest_columns_give_way_first() -> None:
+    assert fit((2, 2, 2), (3, 10, 6), 12) == [3, 4, 5]
+    assert fit((4, 4), (4, 9), 6) == [4, 4]
+    assert [part.columns for part in parts((5, 5, 5), (5, 5, 5), 1, 12)] == [[0, 1], [0, 2]]
