@@ -10,7 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_baselines.testbed import reference
+from cps_baselines.testbed import chapter
+from cps_baselines.testbed.exhibits import Spread, spreads
 from cps_envs.core.play import play_episodes
 from cps_envs.testbed.problem import TESTBED
 
@@ -98,8 +99,8 @@ def test_section_2_5_as_json_and_figure(tmp_path: Path) -> None:
 
 
 def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    moved = {figure: reference.Reference(0.0, 1.0, 10) for figure in reference.references()}
-    monkeypatch.setattr(reference, "references", lambda: moved)
+    moved = {figure: Spread(0.0, 1.0, 10) for figure in spreads()}
+    monkeypatch.setattr(chapter, "spreads", lambda: moved)
     result = reproduce()
     assert result.exit_code == 1
     assert "FAILED" in result.stdout

@@ -24,8 +24,6 @@ from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
 from cps_baselines.reproduction.recheck import (
     Again,
     Condition,
-    Results,
-    Varied,
     again_document,
     again_summary,
     judge_again,
@@ -65,15 +63,15 @@ def same(experiment: Any) -> Any:
 TWICE, BOTH = Condition("at twice", (larger,)), Condition("in 3 worlds", (larger, same, larger))
 
 
-def judged(results: Results) -> list[tuple[Claim, Finding]]:
-    value = Evidence(results)[Number(1.0)]
+def judged(evidence: Evidence) -> list[tuple[Claim, Finding]]:
+    value = evidence[Number(1.0)]
     return [(CLAIM, Finding(value, f"{value:g} m", of_number(value, 1.0)))]
 
 
 def test_a_verdict_that_changes_says_so() -> None:
     todo = [Number(1.0), *TWICE.experiments([Number(1.0)])]
     assert todo == [Number(1.0), Number(2.0)]
-    results = compute(todo)
+    results = Evidence(compute(todo))
     again = judge_again(results, (TWICE, BOTH), judged)
     assert [each.counts for each in again] == [{"X01": {NOT: 1}}, {"X01": {NOT: 2, REPRODUCED: 1}}]
     ((_, finding),) = with_again(judged(results), again)
@@ -87,7 +85,7 @@ def test_a_verdict_that_changes_says_so() -> None:
 
 
 def test_a_verdict_that_stays_is_left_alone() -> None:
-    results = compute([Number(1.0)])
+    results = Evidence(compute([Number(1.0)]))
     again = judge_again(results, (Condition("as before", (same, same)),), judged)
     assert with_again(judged(results), again) == judged(results)
     assert again_summary(judged(results), again) == ["Judged again as before: 1 of 1 verdicts stay."]
@@ -98,10 +96,10 @@ def test_a_verdict_that_stays_is_left_alone() -> None:
 
 
 def test_what_was_not_computed_is_not_taken_from_the_usual_results() -> None:
-    evidence = Evidence(Varied(compute([Number(1.0)]), larger))
+    usual = Evidence(compute([Number(1.0)]))
     with pytest.raises(NotRunError):
-        evidence[Number(1.0)]
-    assert Evidence(Varied(compute([Number(1.0)]), same))[Number(1.0)] == 1.0
+        usual.varied(larger)[Number(1.0)]
+    assert usual.varied(same)[Number(1.0)] == 1.0
 
 
 def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() -> None:

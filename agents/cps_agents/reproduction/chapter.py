@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
-from cps_baselines.reproduction.block import Block
 from cps_baselines.reproduction.tally import Tally
 
 
@@ -21,7 +20,7 @@ class Reproduction(Protocol):
         """How many statements got which verdict."""
         ...
 
-    def blocks(self) -> Sequence[Block]:
+    def blocks(self) -> Sequence[Any]:
         """Tables for readers."""
         ...
 

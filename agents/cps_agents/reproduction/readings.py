@@ -104,11 +104,9 @@ def _chapter_2(reading: Reading, jobs: int, report: Report) -> Reproduction:
 
 
 def _section_2_5(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.testbed.cases import QUICK_SEEDS, SEEDS
-    from cps_baselines.testbed.chapter import reproduce_section
+    from cps_baselines.testbed.chapter import CHAPTER
 
-    seeds = QUICK_SEEDS if reading.quick else SEEDS
-    return reproduce_section(seeds, jobs=jobs, quick=reading.quick, report=report)
+    return CHAPTER.reproduce(quick=reading.quick, jobs=jobs, report=report)
 
 
 def _chapter_3(reading: Reading, jobs: int, report: Report) -> Reproduction:

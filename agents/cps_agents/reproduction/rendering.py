@@ -49,7 +49,7 @@ def _table(block: Block) -> Any:
     from cps_agents.console import make_table
 
     rows = [[_colored(value) for value in row] for row in block.rows]
-    table = make_table(block.title, block.columns, rows, left=block.left)
+    table = make_table(block.title, block.headings, rows, left=block.left)
     for row in block.breaks:
         table.rows[row].end_section = True
     return table

@@ -16,3 +16,8 @@ class Block:
     left: int = 1  # so many columns of text at the left
     notes: Sequence[str] = ()
     breaks: Sequence[int] = ()  # rows after which a line is drawn
+
+    @property
+    def headings(self) -> Sequence[str]:
+        """Those of the columns."""
+        return self.columns

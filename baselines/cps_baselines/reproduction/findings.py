@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from cps_baselines.reproduction.block import Block
 from cps_baselines.reproduction.claims import Claim, Finding
+from cps_baselines.reproduction.exhibit import Table, places
 from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
 
 Findings = Sequence[tuple[Claim, Finding]]
 
 
-def findings_block(findings: Findings, rules: str) -> Block:
-    """Every claim with its verdict; `rules` says how the verdicts come about."""
-    rows = [
-        (claim.id, claim.figure, claim.text, claim.paper_shown, finding.shown, finding.verdict)
-        for claim, finding in findings
-    ]
-    return Block("What the text claims", ("", "Where", "Claim", "Paper", "Ours", "Verdict"), rows, 6, (rules,))
+def findings_table(found: Mapping[str, Findings], rules: str) -> Table:
+    """Every claim with its verdict, under each reading if there are several; `rules` says how verdicts come about."""
+    rows = []
+    for each in zip(*found.values(), strict=True):
+        for k, (reading, (claim, finding)) in enumerate(zip(found, each, strict=True)):
+            named = (claim.id, claim.figure, claim.text, claim.paper_shown) if k == 0 else ("",) * 4
+            shown = f"{reading}: {finding.shown}" if len(found) > 1 else finding.shown
+            rows.append((*named, shown, finding.verdict))
+    after = range(len(found) - 1, len(rows) - 1, len(found)) if len(found) > 1 else ()
+    columns = places("", "Where", "Claim", "Paper", "Ours", "Verdict")
+    return Table("What the text claims", columns, rows, (rules,), left=6, after=after)
 
 
 def findings_document(findings: Findings) -> list[dict[str, Any]]:

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.reproduction.figures import dress, new_figure, shades
-from cps_baselines.testbed.blocks import printed_errors
 from cps_baselines.testbed.cases import CASES, Case
+from cps_baselines.testbed.claims import CLAIMS
 from cps_baselines.testbed.results import Results
 from cps_envs.testbed.config import BASELINE
 
@@ -40,7 +40,7 @@ def _speeds(axes: Any, results: Results, case: Case, letter: str) -> None:
         axes.plot(time_s, speeds_mps[:, q], color=color, linewidth=0.9, label=str(robots - q))
     axes.axhline(BASELINE.desired_speed_mps, color="0.4", linewidth=0.8, linestyle="--")
     title = (
-        f"{letter}) {case.name}, seed 0: E_v = {results.errors(case)[0]:.1f} % (paper {printed_errors()[case.claim]} %)"
+        f"{letter}) {case.name}, seed 0: E_v = {results.errors(case)[0]:.1f} % (paper {CLAIMS.number(case.claim)} %)"
     )
     dress(axes, title, "time / s", "speed / (m/s)", x_limits=(0, time_s[-1]))
     axes.set_ylim(0, BASELINE.max_speed_mps)
@@ -52,7 +52,7 @@ def _errors(axes: Any, results: Results) -> None:
     axes.plot(places, errors, color="0.75", linewidth=0.8)
     axes.plot(places, errors, color="0.55", marker="o", markersize=3, linestyle="none")
     axes.plot(places, errors.mean(axis=1), color="black", marker="D", linestyle="none", label="ours, mean")
-    paper = [printed_errors()[case.claim] for case in CASES]
+    paper = [CLAIMS.number(case.claim) for case in CASES]
     axes.plot(places, paper, color="tab:red", marker="x", markersize=9, linestyle="none", label="paper, one run")
     dress(axes, f"d) E_v, {results.num_seeds} seeds; a line joins the runs of one", "", "E_v of robots 1 to 6 / %")
     axes.set_xticks(places, [case.name for case in CASES])

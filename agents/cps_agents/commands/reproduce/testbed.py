@@ -23,13 +23,9 @@ def section_2_5(
     Values that differ from the paper are findings and do not fail. The exit code is 1 when our three E_v leave the
     spread of the specification, or do not fall from case to case in nine of ten seeds: then the simulation has changed.
     """
-    from cps_baselines.reproduction.evidence import Report
-    from cps_baselines.testbed.cases import QUICK_SEEDS, SEEDS
-    from cps_baselines.testbed.chapter import Reproduction, reproduce_section
+    from functools import partial
 
-    num_seeds = seeds or (QUICK_SEEDS if quick else SEEDS)
+    from cps_baselines.testbed.chapter import CHAPTER
 
-    def compute(jobs: int, report: Report) -> Reproduction:
-        return reproduce_section(num_seeds, jobs=jobs, quick=quick, report=report)
-
-    show("test bed", compute, jobs=jobs, plot=plot, as_json=as_json)
+    compute = partial(CHAPTER.reproduce, quick=quick, seeds=seeds)
+    show("test bed", lambda jobs, report: compute(jobs=jobs, report=report), jobs=jobs, plot=plot, as_json=as_json)

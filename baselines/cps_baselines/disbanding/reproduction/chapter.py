@@ -17,9 +17,8 @@ from cps_baselines.disbanding.reproduction.reference import Check, check
 from cps_baselines.disbanding.reproduction.rules import RULES
 from cps_baselines.disbanding.reproduction.selection import needed
 from cps_baselines.disbanding.reproduction.summary import closing
-from cps_baselines.reproduction.block import Block
 from cps_baselines.reproduction.evidence import Report, compute
-from cps_baselines.reproduction.findings import Findings, findings_block, findings_document
+from cps_baselines.reproduction.findings import Findings, findings_document, findings_table
 from cps_baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
 from cps_baselines.reproduction.tally import CELLS, EFFECTS, Tally, tally, tally_claims
 from cps_envs.disbanding.config import INTERPRETATIONS
@@ -48,9 +47,7 @@ class Reproduction:
     @cached_property
     def again(self) -> list[Again]:
         """The verdicts under other conditions."""
-        name = self.evidence.experiments.interpretation
-        results = self.evidence.results
-        return judge_again(results, self.conditions, lambda varied: evaluate(Evidence(varied, name)))
+        return judge_again(self.evidence, self.conditions, evaluate)
 
     @cached_property
     def checks(self) -> list[Check]:
@@ -78,9 +75,9 @@ class Reproduction:
             tally(reading, EFFECTS, effects),
         ]
 
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[Any]:
         """Tables for readers."""
-        makers: dict[str, Callable[[], list[Block]]] = {
+        makers: dict[str, Callable[[], list[Any]]] = {
             "2.2": lambda: blocks.cell_blocks(self.evidence, "2.2"),
             "2.3": lambda: blocks.cell_blocks(self.evidence, "2.3"),
             "2.1fig": lambda: blocks.figure_2_1_blocks(self.evidence),
@@ -88,7 +85,7 @@ class Reproduction:
             "platoons": lambda: played_blocks.platoons_blocks(self.evidence),
             "text": lambda: played_blocks.text_blocks(self.evidence),
             "ga": lambda: blocks.search_blocks(self.evidence),
-            "claims": lambda: [findings_block(self.findings, RULES)],
+            "claims": lambda: [findings_table({"": self.findings}, RULES)],
         }
         made = [block for part in self.parts for block in makers[part]()]
         return made + (blocks.interpretation_blocks(self.evidence) if self.all_interpretations else [])
@@ -164,5 +161,5 @@ def reproduce_chapter(
     todo = needed(parts, interpretation, quick=quick, all_interpretations=all_interpretations)
     for condition in conditions:
         todo += condition.experiments(needed(("claims",), interpretation, quick=quick, all_interpretations=False))
-    evidence = Evidence(compute(todo, jobs, report), interpretation)
+    evidence = Evidence(compute(todo, jobs, report), interpretation=interpretation)
     return Reproduction(tuple(parts), evidence, quick, all_interpretations, conditions)

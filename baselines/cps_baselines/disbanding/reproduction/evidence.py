@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from dataclasses import dataclass, replace
 
 from cps_baselines.disbanding.reproduction.experiments import Experiments
 from cps_baselines.reproduction import evidence
 
 
+@dataclass(frozen=True)
 class Evidence(evidence.Evidence):
     """Results by experiment; `experiments` names them under the interpretation."""
 
-    def __init__(self, results: Mapping[evidence.Experiment[Any], Any], interpretation: str = "S0") -> None:
-        super().__init__(results)
-        self.experiments = Experiments(interpretation)
+    interpretation: str = "S0"
+    all_interpretations: bool = False  # of the baseline
+
+    @property
+    def experiments(self) -> Experiments:
+        """The chapter's experiments under the interpretation."""
+        return Experiments(self.interpretation)
 
     def under(self, interpretation: str) -> Evidence:
         """The same results, read under another interpretation."""
-        return Evidence(self._results, interpretation)
+        return replace(self, interpretation=interpretation)

@@ -17,13 +17,11 @@ from cps_baselines.hvac.reproduction.reference import Check, check
 from cps_baselines.hvac.reproduction.rules import RULES
 from cps_baselines.hvac.reproduction.selection import CLAIMS, EARLY, FIGURES, TABLES, needed
 from cps_baselines.hvac.reproduction.summary import closing
-from cps_baselines.reproduction.block import Block
 from cps_baselines.reproduction.evidence import Evidence, Report, compute
-from cps_baselines.reproduction.findings import Findings, findings_block, findings_document
+from cps_baselines.reproduction.findings import Findings, findings_document, findings_table
 from cps_baselines.reproduction.recheck import (
     Again,
     Condition,
-    Varied,
     again_document,
     again_summary,
     judge_again,
@@ -55,7 +53,7 @@ class Reproduction:
     @cached_property
     def again(self) -> list[Again]:
         """The verdicts under other conditions."""
-        return judge_again(self.evidence.results, self.conditions, lambda results: evaluate(Evidence(results)))
+        return judge_again(self.evidence, self.conditions, evaluate)
 
     @cached_property
     def checks(self) -> list[Check]:
@@ -78,10 +76,10 @@ class Reproduction:
         reading = self.controller.reading
         return [tally_claims(reading, self.findings), tally(reading, CELLS, cells)]
 
-    def blocks(self) -> list[Block]:
+    def blocks(self) -> list[Any]:
         """Tables for readers."""
         evidence = self.evidence
-        makers: dict[str, Callable[[], list[Block]]] = {
+        makers: dict[str, Callable[[], list[Any]]] = {
             "4.1": lambda: [blocks.table_block(evidence, "4.1")],
             "4.2": lambda: [blocks.table_block(evidence, "4.2")],
             "4.2fig": lambda: [blocks.clear_day_block(evidence)],
@@ -92,7 +90,7 @@ class Reproduction:
             "4.7fig": lambda: blocks.bars_blocks(evidence, 4),
             "4.8fig": lambda: blocks.bars_blocks(evidence, 8),
             EARLY: lambda: [blocks.early_block(evidence)],
-            CLAIMS: lambda: [findings_block(self.findings, RULES)],
+            CLAIMS: lambda: [findings_table({"": self.findings}, RULES)],
         }
         return [block for part in self.parts for block in makers[part]()]
 
@@ -153,4 +151,4 @@ def reproduce_chapter(
     for condition in conditions:
         todo += condition.experiments(needed((CLAIMS,), quick=quick))
     results = compute([controller.under(each) for each in todo], jobs, report)
-    return Reproduction(tuple(parts), Evidence(Varied(results, controller.under)), quick, conditions, controller)
+    return Reproduction(tuple(parts), Evidence(results, vary=controller.under), quick, conditions, controller)

@@ -12,7 +12,8 @@ from cps_baselines.reproduction.evidence import Report, compute
 from cps_baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
 from cps_baselines.reproduction.tally import Tally, tally_claims
 from cps_baselines.rogue.reproduction import blocks, document, plot_courses, plot_errors, plot_maps
-from cps_baselines.rogue.reproduction.evaluation import FindingsByContact, evaluate, judging
+from cps_baselines.rogue.reproduction.claims import CLAIMS
+from cps_baselines.rogue.reproduction.evaluation import FindingsByContact, evaluate
 from cps_baselines.rogue.reproduction.evidence import Evidence
 from cps_baselines.rogue.reproduction.fit import FURTHER, OWN, Maps, Variant, fits
 from cps_baselines.rogue.reproduction.headroom import GENERAL_RIDE, HeadRoom, head_rooms
@@ -41,8 +42,8 @@ class Reproduction:
     @cached_property
     def again(self) -> dict[str, list[Again]]:
         """The verdicts under other conditions, by contact."""
-        evidence = self.evidence
-        return {contact: judge_again(evidence.results, self.conditions, judging(contact)) for contact in CONTACTS}
+        views = {contact: self.evidence.under(contact) for contact in CONTACTS}
+        return {contact: judge_again(view, self.conditions, CLAIMS.evaluate) for contact, view in views.items()}
 
     @cached_property
     def fits(self) -> list[tuple[Variant, Maps, list[bool]]]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from cps_baselines.reproduction.claims import Claim, Finding
-from cps_baselines.reproduction.findings import Findings
-from cps_baselines.reproduction.recheck import Results
 from cps_baselines.rogue.reproduction import claims_attacks, claims_courses, claims_maps
 from cps_baselines.rogue.reproduction.claims import CLAIMS
 from cps_baselines.rogue.reproduction.evidence import Evidence
@@ -14,11 +12,6 @@ from cps_baselines.rogue.reproduction.settings import CONTACTS
 
 SOURCES = (claims_attacks, claims_courses, claims_maps)  # importing them registers their functions
 FindingsByContact = Mapping[str, Sequence[tuple[Claim, Finding]]]
-
-
-def judging(contact: str) -> Callable[[Results], Findings]:
-    """A function from results to all claims with what we find under a contact."""
-    return lambda results: CLAIMS.evaluate(Evidence(results, contact))
 
 
 def evaluate(evidence: Evidence) -> FindingsByContact:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cps_baselines.reproduction import evidence as shared
-from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import FULL_THROTTLE, Overrides, Ride, Waves, square_waves
 from cps_baselines.rogue.reproduction.heat_map import HeatMap
@@ -16,16 +15,15 @@ from cps_baselines.rogue.reproduction.settings import FINE_S, FREQUENCIES_HZ, LE
 from cps_envs.rogue.config import OSCILLATION, PAPER
 
 
+@dataclass(frozen=True)
 class Evidence(shared.Evidence):
     """Results by experiment; those that this class names have its `contact`."""
 
-    def __init__(self, results: Mapping[Experiment[Any], Any], contact: str = PASS) -> None:
-        super().__init__(results)
-        self.contact = contact
+    contact: str = PASS
 
     def under(self, contact: str) -> Evidence:
         """The same results, read under another accounting of contacts."""
-        return Evidence(self._results, contact)
+        return replace(self, contact=contact)
 
     def map(self, defender: str, ratios: Sequence[float] = RATIOS, overrides: Overrides = ()) -> HeatMap:
         """A heat map."""
