@@ -10,8 +10,15 @@ import pytest
 from cps_baselines.fdi.branch_and_bound import PRINTED, find_injections, make_search
 from cps_baselines.fdi.reproduction import plot_3_2
 from cps_baselines.fdi.reproduction.course import Course, attack_course
-from cps_baselines.fdi.reproduction.figure import FAR, ROUGH, FigureRow, main_rows
-from cps_baselines.fdi.reproduction.variants import VARIANTS, FigureRun, figure_runs
+from cps_baselines.fdi.reproduction.figure_3_2 import (
+    FAR,
+    ROUGH,
+    VARIANTS,
+    FigureRow,
+    FigureRun,
+    figure_runs,
+    main_rows,
+)
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
 

@@ -110,12 +110,9 @@ def _section_2_5(reading: Reading, jobs: int, report: Report) -> Reproduction:
 
 
 def _chapter_3(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.fdi.reproduction.chapter import reproduce_chapter
-    from cps_baselines.fdi.reproduction.selection import chosen
-    from cps_baselines.fdi.reproduction.settings import Settings
+    from cps_baselines.fdi.reproduction.chapter import CHAPTER
 
-    parts, quick = chosen([], quick=reading.quick), reading.quick
-    return reproduce_chapter(parts, Settings(reading.choice), jobs=jobs, quick=quick, report=report)
+    return CHAPTER.reproduce(quick=reading.quick, preset_set=reading.choice, jobs=jobs, report=report)
 
 
 def _chapter_4(reading: Reading, jobs: int, report: Report) -> Reproduction:

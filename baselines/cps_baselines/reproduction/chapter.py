@@ -125,6 +125,11 @@ class Reproduction(Generic[E]):
     conditions: Sequence[Condition] = ()  # under which the claims are judged again
 
     @property
+    def reading(self) -> str:
+        """How the text was read."""
+        return self.chapter.reading(self.evidence)
+
+    @property
     def exhibits(self) -> list[Exhibit[E]]:
         """Those asked for and those that follow."""
         return self.chapter.shown(self.parts, self.evidence)
@@ -162,8 +167,9 @@ class Reproduction(Generic[E]):
 
     def tallies(self) -> list[Tally]:
         """How many statements got which verdict."""
-        reading = self.chapter.reading(self.evidence)
-        claims = [tally_claims(" ".join(filter(None, (reading, name))), each) for name, each in self.findings.items()]
+        claims = [
+            tally_claims(" ".join(filter(None, (self.reading, name))), each) for name, each in self.findings.items()
+        ]
         return claims + self.chapter.tallies(self)
 
     def tables(self) -> list[Table]:
@@ -221,4 +227,4 @@ class Reproduction(Generic[E]):
         return found.get("", found)
 
     def _named(self, reading: str) -> str:
-        return f"{self.chapter.reading(self.evidence).capitalize()} {reading}. " if reading else ""
+        return f"{self.reading.capitalize()} {reading}. " if reading else ""

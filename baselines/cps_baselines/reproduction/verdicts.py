@@ -9,7 +9,7 @@ REPRODUCED, NEAR, PARTLY, NOT, UNKNOWN = "reproduced", "near", "partly", "not re
 VERDICTS = (REPRODUCED, NEAR, PARTLY, NOT, UNKNOWN)
 MATCH, MISS = "match", "miss"  # words of table cells for REPRODUCED and NOT
 SAME_SHARE, NEAR_SHARE = 0.05, 0.10  # relative differences; chosen
-ABSOLUTE, SHARE, FACTOR = "absolute", "share", "factor"  # kinds of tolerances
+ABSOLUTE, SHARE, FACTOR, BELOW = "absolute", "share", "factor", "below"  # kinds of tolerances
 
 
 @dataclass(frozen=True)
@@ -17,12 +17,14 @@ class Tolerance:
     """How far a number may be from another one."""
 
     amount: float
-    kind: str = SHARE  # of the other number; or ABSOLUTE, or FACTOR by which they may differ
+    kind: str = SHARE  # of the other number; ABSOLUTE; FACTOR by which they may differ; BELOW: above it is all right
 
     def admits(self, ours: float, other: float, times: float = 1.0) -> bool:
         """Whether a number of ours lies within so many times this tolerance of another one."""
         if self.kind == FACTOR:
             return other / self.amount <= ours <= other * self.amount
+        if self.kind == BELOW:
+            return ours >= other - times * self.amount
         return abs(ours - other) <= times * self.amount * (abs(other) if self.kind == SHARE else 1.0)
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -34,15 +34,17 @@ def chapter_3(
     Fig. 3.2 cannot be, and the last lines say so. Counts of agreement stand beside goals and beside rules that know
     less. The exit code is 1 when a count falls more than 3 below its goal.
     """
-    from cps_baselines.fdi.reproduction.chapter import Reproduction, reproduce_chapter
-    from cps_baselines.fdi.reproduction.selection import AUDIT, chosen
-    from cps_baselines.fdi.reproduction.settings import Settings
-    from cps_baselines.reproduction.evidence import Report
+    from functools import partial
 
-    parts = chosen([*(table or []), *([AUDIT] if audit else [])], quick=quick)
-    settings = Settings(preset_set, back_end, time_limit, acceptance)
+    from cps_baselines.fdi.reproduction.chapter import CHAPTER
 
-    def compute(jobs: int, report: Report) -> Reproduction:
-        return reproduce_chapter(parts, settings, jobs=jobs, quick=quick, report=report)
-
-    show("chapter 3", compute, jobs=jobs, plot=plot, as_json=as_json)
+    reading: dict[str, Any] = {
+        "preset_set": preset_set,
+        "back_end": back_end,
+        "time_limit": time_limit,
+        "acceptance": acceptance,
+    }
+    parts = CHAPTER.chosen([*(table or []), *(["audit"] if audit else [])], quick=quick)
+    CHAPTER.evidence(**reading)
+    compute = partial(CHAPTER.reproduce, parts, quick=quick, **reading)
+    show("chapter 3", lambda jobs, report: compute(jobs=jobs, report=report), jobs=jobs, plot=plot, as_json=as_json)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from cps_baselines.fdi.reproduction.blocks import pair_name
-from cps_baselines.fdi.reproduction.course import Course
-from cps_baselines.fdi.reproduction.figure import FigureRow
+from cps_baselines.fdi.reproduction.course import Course, pair_name
+from cps_baselines.fdi.reproduction.figure_3_2 import FigureRow
 from cps_baselines.reproduction.figures import dress, new_figure, shades
 from cps_envs.core.types import FloatArray
 

@@ -1,0 +1,179 @@
+"""Fig. 3.2: runs under several readings of what the paper leaves open or prints wrongly, beside what the text says."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from cps_baselines.fdi.branch_and_bound import CORRECTED, PRINTED
+from cps_baselines.fdi.reproduction.course import Collision, Course, attack_course, pair_name
+from cps_baselines.fdi.reproduction.experiments import Evidence
+from cps_baselines.paper.collisions import CollisionRun, collision_runs
+from cps_baselines.reproduction.exhibit import DASH, Column, Table
+from cps_envs.fdi.config import FIG_3_2, FdiConfig
+
+ROUGH, FAR = "rough", "far"
+FACTOR = 2.0  # in time and in speed; chosen
+LEAD = FIG_3_2.num_vehicles
+LONG = replace(FIG_3_2, proportional_gain=1.0, dt_s=0.1, horizon=FIG_3_2.horizon // 2)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way to run Fig. 3.2."""
+
+    name: str
+    meaning: str
+    config: FdiConfig = FIG_3_2
+    gap_sign: float = CORRECTED
+    ignored_pair: int | None = None  # may collide without ending the run
+
+
+VARIANTS = (
+    Variant("fig32", "the preset, k_p 2, k_d 3, dt 0.05 s"),
+    Variant("k_d 5", "the same with k_d 5", replace(FIG_3_2, derivative_gain=5.0)),
+    Variant("k_p 1", "k_p 1, k_d 3, dt 0.1 s", LONG),
+    Variant("9-10 only", "the preset, where pair 10-11 may overlap", ignored_pair=LEAD),
+    Variant("+e_x", "the preset with the sign of e_x in (3.39) as printed", gap_sign=PRINTED),
+    Variant("bounded", "the preset with readings of 0 m or more, step 6", replace(FIG_3_2, limit_readings=True)),
+)
+
+
+@dataclass(frozen=True)
+class FigureRun:
+    """One run of a variant, an experiment of the chapter."""
+
+    variant: Variant
+    kind: str  # sensors of the lead vehicle that are attacked: "x" or "xv"
+
+    @property
+    def cost(self) -> float:
+        """How long it takes, in seconds."""
+        return 0.1
+
+    @property
+    def label(self) -> str:
+        """A few words for a progress bar."""
+        return f"Fig. 3.2, {self.kind}{LEAD}, {self.variant.name}"
+
+    @property
+    def paper(self) -> CollisionRun:
+        """What the text says about this attack."""
+        (run,) = (run for run in collision_runs() if str(run.sensors) == f"{self.kind}{LEAD}")
+        return run
+
+    def run(self) -> Course:
+        """Run it for up to 60 s."""
+        variant = self.variant
+        return attack_course(
+            variant.config, LEAD, self.kind, gap_sign=variant.gap_sign, ignored_pair=variant.ignored_pair
+        )
+
+
+def figure_runs() -> list[FigureRun]:
+    """Every variant with the range sensor attacked, and with both sensors."""
+    return [FigureRun(variant, kind) for variant in VARIANTS for kind in ("x", "xv")]
+
+
+@dataclass(frozen=True)
+class FigureRow:
+    """One run beside the paper's."""
+
+    run: FigureRun
+    course: Course
+
+    @property
+    def paper(self) -> CollisionRun:
+        """What the text says."""
+        return self.run.paper
+
+    @property
+    def collision(self) -> Collision | None:
+        """Ours."""
+        return self.course.collision
+
+    @property
+    def time_difference(self) -> float | None:
+        """Relative to the paper's time; None without a collision."""
+        return None if self.collision is None else self.collision.time_s / self.paper.time_s - 1.0
+
+    @property
+    def speed_difference(self) -> float | None:
+        """Relative to the paper's impact speed; None without a collision."""
+        return None if self.collision is None else self.collision.impact_speed_mps / self.paper.impact_speed_mps - 1.0
+
+    @property
+    def pair_agrees(self) -> bool:
+        """Whether the same two vehicles collide."""
+        return self.collision is not None and self.collision.pair == self.paper.pair
+
+    @property
+    def verdict(self) -> str:
+        """Time and speed within FACTOR, or not."""
+        shares = (self.time_difference, self.speed_difference)
+        if all(share is not None and 1.0 / FACTOR <= 1.0 + share <= FACTOR for share in shares):
+            return ROUGH
+        return FAR
+
+
+def figure_rows(evidence: Evidence) -> list[FigureRow]:
+    """All variants."""
+    return [FigureRow(run, evidence[run]) for run in figure_runs()]
+
+
+def main_rows(rows: Sequence[FigureRow]) -> list[FigureRow]:
+    """Those of the preset fig32 as it stands."""
+    return [row for row in rows if row.run.variant == VARIANTS[0]]
+
+
+def figure_table(evidence: Evidence) -> Table:
+    """Fig. 3.2 and its variants."""
+    title = "Fig. 3.2: Algorithm 2 against the lead of ten vehicles"
+    return Table(title, COLUMNS, figure_rows(evidence), NOTES, left=2, data=_data)
+
+
+def _ours(row: FigureRow) -> tuple[str, str, str]:
+    hit = row.collision
+    return (
+        ("none", DASH, DASH)
+        if hit is None
+        else (f"{hit.time_s:.2f}", f"{hit.impact_speed_mps:.2f}", pair_name(hit.pair))
+    )
+
+
+def _paper(row: FigureRow) -> tuple[str, str, str]:
+    return f"{row.paper.time_s:g}", f"{row.paper.impact_speed_mps:g}", pair_name(row.paper.pair)
+
+
+def _data(row: FigureRow) -> dict[str, Any]:
+    return {
+        "variant": row.run.variant.name,
+        "attacked": str(row.paper.sensors),
+        "paper": {name: getattr(row.paper, name) for name in ("pair", "time_s", "impact_speed_mps")},
+        "ours": None if row.collision is None else row.collision._asdict(),
+        "time_difference": row.time_difference,
+        "speed_difference": row.speed_difference,
+        "pair_agrees": row.pair_agrees,
+        "lowest_reading_m": row.course.lowest_reading_m,
+        "infeasible_calls": row.course.infeasible_calls,
+        "verdict": row.verdict,
+    }
+
+
+COLUMNS = (
+    Column("", "run.variant.name"),
+    Column("", "paper.sensors"),
+    *(
+        Column(heading, lambda row, k=place: (_ours(row)[k], _paper(row)[k]), "{}/{}")  # type: ignore[misc]
+        for place, heading in enumerate(("time", "e_v", "pair"))
+    ),
+    Column("reading", "course.lowest_reading_m", "{:.1f}"),
+    Column("verdict", "verdict"),
+)
+NOTES = (
+    *(f"{variant.name}: {variant.meaning}." for variant in VARIANTS),
+    "Ours/paper. time in s, none: no collision in 60 s. e_v in m/s. Pair 10-11 is the lead and its virtual "
+    "reference. reading: the lowest of the range sensor in m, physically never below 0.",
+    "Verdicts. rough: time and speed within a factor of 2 of the paper's, whichever pair collides. far: otherwise.",
+)
