@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from cps_agents.cli import app
 from cps_agents.commands.string_stability import string_stability
-from cps_baselines.disbanding.reproduction import reference
+from cps_baselines.disbanding.reproduction import cells
 
 matplotlib_image = pytest.importorskip("matplotlib.image")
 
@@ -46,8 +46,8 @@ def test_json_is_all_that_stdout_gets() -> None:
 
 
 def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    moved = {key: reference.Reference(0.0, False, 0.05) for key in reference.references()}
-    monkeypatch.setattr(reference, "references", lambda: moved)
+    moved = {key: {**row, "velocity_error_percent": "0.0"} for key, row in cells.references().items()}
+    monkeypatch.setattr(cells, "references", lambda: moved)
     result = invoke("--table", "2.2")
     assert result.exit_code == 1
     assert "FAILED" in result.stdout

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.reproduction.chapter import reproduce_chapter as reproduce_chapter_2
+from cps_baselines.disbanding.reproduction.chapter import CHAPTER as CHAPTER_2
+from cps_baselines.disbanding.reproduction.experiments import Evidence as Evidence2
 from cps_baselines.disbanding.reproduction.recheck import CONDITIONS as OTHER_RULES
 from cps_baselines.disbanding.reproduction.recording import Recorded as Course
 from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
 from cps_baselines.disbanding.reproduction.searching import Search
-from cps_baselines.disbanding.reproduction.selection import needed as behind_chapter_2
 from cps_baselines.hvac.reproduction.experiments import noise_free, undefended
 from cps_baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
 from cps_baselines.hvac.reproduction.recording import Recorded
@@ -121,7 +121,7 @@ def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() ->
     (course,) = half.experiments([Course(usual, 1.0)])
     assert course == Course(replace(usual, overrides=(("dt_s", 0.005),)), 1.0)
     assert course.run().outcome.velocity_error_intact == errors["half"]
-    every = behind_chapter_2(("claims",), "S0", quick=False, all_interpretations=False)
+    every = CHAPTER_2.needed(("claims",), Evidence2())
     for condition in OTHER_RULES:
         assert not set(condition.experiments(every)) & set(every)
     with pytest.raises(TypeError, match="no claim needs"):
@@ -130,8 +130,8 @@ def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() ->
 
 @pytest.mark.slow
 def test_chapter_2_says_which_verdicts_change() -> None:
-    found = reproduce_chapter_2(("claims",), quick=True, recheck=True)
-    changed = {name for name, verdict in _verdicts(found) if found.again[1].differs(name, verdict)}
+    found = CHAPTER_2.reproduce(("claims",), quick=True, recheck=True)
+    changed = {name for name, verdict in _verdicts(found) if found.again[""][1].differs(name, verdict)}
     assert {"P27", "P29", "P39"} <= changed  # nobody collides under the standstill rule
     assert "P21" not in changed
     assert len([line for line in found.closing() if line.startswith("Judged again")]) == len(OTHER_RULES)
@@ -139,7 +139,7 @@ def test_chapter_2_says_which_verdicts_change() -> None:
 
 
 def _verdicts(found: Any) -> list[tuple[str, str]]:
-    return [(claim.id, finding.verdict) for claim, finding in found.findings]
+    return [(claim.id, finding.verdict) for claim, finding in found.findings[""]]
 
 
 def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:

@@ -96,11 +96,10 @@ def chosen(every: Sequence[Reading], names: Sequence[str]) -> list[Reading]:
 
 
 def _chapter_2(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.disbanding.reproduction.chapter import reproduce_chapter
-    from cps_baselines.disbanding.reproduction.selection import chosen
+    from cps_baselines.disbanding.reproduction.chapter import CHAPTER
 
-    parts, quick = chosen([], quick=reading.quick), reading.quick
-    return reproduce_chapter(parts, reading.choice, jobs=jobs, quick=quick, recheck=reading.recheck, report=report)
+    quick, recheck = reading.quick, reading.recheck
+    return CHAPTER.reproduce(quick=quick, recheck=recheck, interpretation=reading.choice, jobs=jobs, report=report)
 
 
 def _section_2_5(reading: Reading, jobs: int, report: Report) -> Reproduction:

@@ -47,6 +47,7 @@ class Table:
     left: int = 1  # so many columns of text at the left
     grouped: int = 0  # a line is drawn where one of so many columns at the left changes
     after: Sequence[int] = ()  # further rows after which one is drawn
+    footer: Sequence[str] = ()  # a last row of text below a line, such as the paper's
     key: str = ""  # in JSON, where an exhibit has several tables
     data: Callable[[Any], Any] | None = None  # a record in JSON; None: the table is text only
 
@@ -58,13 +59,15 @@ class Table:
     @property
     def rows(self) -> list[tuple[str, ...]]:
         """The text of all records."""
-        return [tuple(column.shown(record) for column in self.columns) for record in self.records]
+        rows = [tuple(column.shown(record) for column in self.columns) for record in self.records]
+        return [*rows, tuple(self.footer)] if self.footer else rows
 
     @property
     def breaks(self) -> list[int]:
         """The rows after which a line is drawn."""
         heads = [row[: self.grouped] for row in self.rows]
-        return [k for k in range(len(heads) - 1) if heads[k] != heads[k + 1] or k in self.after]
+        above = {*self.after, len(self.records) - 1} if self.footer else set(self.after)
+        return [k for k in range(len(heads) - 1) if heads[k] != heads[k + 1] or k in above]
 
     @property
     def csv(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -33,24 +33,11 @@ def chapter_2(
     Cells that differ from the paper are findings and do not fail. The exit code is 1 when our own numbers left the
     reference values of the specification, which means that the simulation has changed.
     """
-    from cps_baselines.disbanding.reproduction.chapter import Reproduction, reproduce_chapter
-    from cps_baselines.disbanding.reproduction.selection import chosen
-    from cps_baselines.reproduction.evidence import Report
-    from cps_baselines.reproduction.recheck import require_claims
+    from functools import partial
 
-    parts = chosen(table or [], quick=quick)
-    if recheck:
-        require_claims(parts, "claims", "--table")
+    from cps_baselines.disbanding.reproduction.chapter import CHAPTER
 
-    def compute(jobs: int, report: Report) -> Reproduction:
-        return reproduce_chapter(
-            parts,
-            interpretation,
-            jobs=jobs,
-            quick=quick,
-            all_interpretations=all_interpretations,
-            recheck=recheck,
-            report=report,
-        )
-
-    show("chapter 2", compute, jobs=jobs, plot=plot, as_json=as_json)
+    reading: dict[str, Any] = {"interpretation": interpretation, "all_interpretations": all_interpretations}
+    parts = CHAPTER.chosen(table or [], quick=quick, recheck=recheck)
+    compute = partial(CHAPTER.reproduce, parts, quick=quick, recheck=recheck, **reading)
+    show("chapter 2", lambda jobs, report: compute(jobs=jobs, report=report), jobs=jobs, plot=plot, as_json=as_json)

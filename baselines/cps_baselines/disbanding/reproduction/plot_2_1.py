@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cps_baselines.disbanding.reproduction.evidence import Evidence
-from cps_baselines.disbanding.reproduction.experiments import STRINGS, TAUS_S
+from cps_baselines.disbanding.reproduction.experiments import STRINGS, TAUS_S, Evidence
 from cps_baselines.disbanding.reproduction.recording import Record
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.figures import dress, new_figure, shades
@@ -25,7 +24,7 @@ def draw(evidence: Evidence) -> Any:
     _speeds(panels["c"], twenty)
     _strings(panels["d"], evidence)
     _every_other(panels["e"], evidence)
-    interpretation = evidence.experiments.interpretation
+    interpretation = evidence.interpretation
     figure.suptitle(f"Fig. 2.1 recomputed ({interpretation}, tau = 0.1 s, x_d = 5 m)", fontsize=12)
     return figure
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from cps_baselines.disbanding.reproduction.evaluation import evaluate
-from cps_baselines.disbanding.reproduction.evidence import Evidence
-from cps_baselines.disbanding.reproduction.experiments import ATTACK_S, ATTACKS, FIGURE_TAUS_S, PLATOONS
+from cps_baselines.disbanding.reproduction.experiments import ATTACK_S, ATTACKS, FIGURE_TAUS_S, PLATOONS, Evidence
+from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import Attack
 from cps_baselines.reproduction.figures import MARKERS, dress, new_figure, shades
 
@@ -35,7 +34,7 @@ def draw(evidence: Evidence) -> Any:
         loc="center left",
         bbox_to_anchor=(1.0, 0.5),
     )
-    figure.suptitle(f"Fig. 2.3 recomputed ({evidence.experiments.interpretation}, x_d = 5 m)", fontsize=12)
+    figure.suptitle(f"Fig. 2.3 recomputed ({evidence.interpretation}, x_d = 5 m)", fontsize=12)
     return figure
 
 
@@ -48,7 +47,7 @@ def _rear_speeds(axes: Any, evidence: Evidence, attack: Attack, title: str, clai
             continue
         rear = record.vehicles(platoon).start + size - 1
         axes.plot(record.time_s, record.speed_mps[:, rear], color=color, linewidth=1.2, label=str(platoon))
-    ((claim, finding),) = evaluate(evidence, (claim_id,))
+    ((claim, finding),) = CLAIMS.evaluate(evidence, (claim_id,))
     dress(axes, f"{title}: E_v = {finding.value:.2f} %\n(paper {claim.number:.2f} %)", "time / s", "speed / (m/s)")
     axes.set_xlim(0, 180)
     axes.set_ylim(0, 38)
