@@ -10,7 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_baselines.hvac.reproduction import reference
+from cps_baselines.hvac.reproduction import measures
+from cps_baselines.reproduction.regression import Reference
+from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
 
 
 def invoke(*arguments: str) -> Any:
@@ -46,8 +48,8 @@ def test_json_is_all_that_stdout_gets() -> None:
 
 
 def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    moved = {key: reference.Reference(0.0, "absolute", 0.01) for key in reference.references()}
-    monkeypatch.setattr(reference, "references", lambda: moved)
+    moved = {key: Reference(0.0, Tolerance(0.01, ABSOLUTE)) for key in measures.references()}
+    monkeypatch.setattr(measures, "references", lambda: moved)
     result = invoke("--table", "4.2fig")
     assert result.exit_code == 1
     assert "FAILED: clear day: zone 1 before noon" in " ".join(result.stdout.split())

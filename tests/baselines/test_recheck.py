@@ -14,11 +14,12 @@ from cps_baselines.disbanding.reproduction.recheck import CONDITIONS as OTHER_RU
 from cps_baselines.disbanding.reproduction.recording import Recorded as Course
 from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
 from cps_baselines.disbanding.reproduction.searching import Search
+from cps_baselines.hvac.reproduction.chapter import CHAPTER as CHAPTER_4
+from cps_baselines.hvac.reproduction.controllers import Evidence as Evidence4
 from cps_baselines.hvac.reproduction.experiments import noise_free, undefended
 from cps_baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
 from cps_baselines.hvac.reproduction.recording import Recorded
 from cps_baselines.hvac.reproduction.scenario import Scenario
-from cps_baselines.hvac.reproduction.selection import needed
 from cps_baselines.reproduction.claims import Claim, Finding
 from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
 from cps_baselines.reproduction.recheck import (
@@ -144,7 +145,7 @@ def _verdicts(found: Any) -> list[tuple[str, str]]:
 
 def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:
     (condition,) = OTHER_DAYS
-    every = needed(("claims",), quick=False)
+    every = CHAPTER_4.needed(("claims",), Evidence4())
     others = condition.experiments(every)
     assert len(others) == len(every)
     assert not set(others) & set(every)

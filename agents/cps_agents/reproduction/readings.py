@@ -115,14 +115,10 @@ def _chapter_3(reading: Reading, jobs: int, report: Report) -> Reproduction:
 
 
 def _chapter_4(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.hvac.reproduction.chapter import reproduce_chapter
-    from cps_baselines.hvac.reproduction.controllers import controller_named
-    from cps_baselines.hvac.reproduction.selection import chosen
+    from cps_baselines.hvac.reproduction.chapter import CHAPTER
 
-    parts, quick, controller = chosen([], quick=reading.quick), reading.quick, controller_named(reading.choice)
-    return reproduce_chapter(
-        parts, jobs=jobs, quick=quick, recheck=reading.recheck, controller=controller, report=report
-    )
+    quick, recheck = reading.quick, reading.recheck
+    return CHAPTER.reproduce(quick=quick, recheck=recheck, controller=reading.choice, jobs=jobs, report=report)
 
 
 def _chapter_5(reading: Reading, jobs: int, report: Report) -> Reproduction:

@@ -28,17 +28,11 @@ def chapter_4(
     Claims and cells that differ from the paper are findings and do not fail. The exit code is 1 when our own numbers
     left the reference values of the specification, which means that the simulation has changed.
     """
-    from cps_baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
-    from cps_baselines.hvac.reproduction.controllers import controller_named
-    from cps_baselines.hvac.reproduction.selection import chosen
-    from cps_baselines.reproduction.evidence import Report
-    from cps_baselines.reproduction.recheck import require_claims
+    from functools import partial
 
-    parts, reading = chosen(table or [], quick=quick), controller_named(controller)
-    if recheck:
-        require_claims(parts, "claims", "--table")
+    from cps_baselines.hvac.reproduction.chapter import CHAPTER
 
-    def compute(jobs: int, report: Report) -> Reproduction:
-        return reproduce_chapter(parts, jobs=jobs, quick=quick, recheck=recheck, controller=reading, report=report)
-
-    show("chapter 4", compute, jobs=jobs, plot=plot, as_json=as_json)
+    parts = CHAPTER.chosen(table or [], quick=quick, recheck=recheck)
+    CHAPTER.evidence(controller=controller)
+    compute = partial(CHAPTER.reproduce, parts, quick=quick, recheck=recheck, controller=controller)
+    show("chapter 4", lambda jobs, report: compute(jobs=jobs, report=report), jobs=jobs, plot=plot, as_json=as_json)

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.reproduction.experiments import PERCENTS, TABLE_SENSORS, table_cell
+from cps_baselines.hvac.reproduction.controllers import Evidence
+from cps_baselines.hvac.reproduction.experiments import PERCENTS, TABLE_DAYS, TABLE_SENSORS, table_cell
 from cps_baselines.paper.temperatures import TrackingErrorCell, tracking_errors
-from cps_baselines.reproduction.evidence import Evidence
+from cps_baselines.reproduction.exhibit import Column, Table
+from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance, of_cell
 from cps_envs.core.types import FloatArray
 
-SAME_C, SAME_SHARE = 0.1, 0.10  # a cell matches within either; chosen
-NEAR = 2.0  # times these
-MATCH, CLOSE, MISS = "match", "near", "miss"
+CELL = (
+    Tolerance(0.1, ABSOLUTE),
+    Tolerance(0.10),
+)  # a cell matches within either, and is near within twice that; chosen
 CELL_RULES = "match: within 0.1 °C or 10 % of the paper's number. near: within twice that. miss: otherwise."
 
 
@@ -37,7 +42,7 @@ class Cell:
     @property
     def verdict(self) -> str:
         """By CELL_RULES."""
-        return agreement(self.ours, self.paper.mean_abs_error_c)
+        return of_cell(self.ours, self.paper.mean_abs_error_c, *CELL)
 
 
 @dataclass(frozen=True)
@@ -77,14 +82,7 @@ class Row:
     @property
     def verdict(self) -> str:
         """Of the mean over the zones, by CELL_RULES."""
-        return agreement(self.ours, self.paper)
-
-
-def agreement(ours: float, paper: float) -> str:
-    """`match`, `near` or `miss`."""
-    allowed = max(SAME_C, SAME_SHARE * paper)
-    distance = abs(ours - paper)
-    return MATCH if distance <= allowed else CLOSE if distance <= NEAR * allowed else MISS
+        return of_cell(self.ours, self.paper, *CELL)
 
 
 def table_rows(evidence: Evidence, table: str) -> list[Row]:
@@ -107,3 +105,41 @@ def _row_cells(evidence: Evidence, table: str, percent: int, used: int) -> tuple
         for paper in tracking_errors(table)
         if (paper.percent, paper.sensors_used) == (percent, used)
     )
+
+
+def errors_table(evidence: Evidence, table: str) -> Table:
+    """Table 4.1 or 4.2, a row per condition and source."""
+    noise = table == "4.1"
+    mean = Column("mean", lambda row: (row.paper, row.ours), "{:.2f}/{:.2f}")
+    median = Column("mean", lambda row: (row.paper, row.ours, *row.spread), "{:.2f}/{:.2f} ({:.1f}-{:.1f})")
+    columns = (
+        Column("noise" if noise else "A", "percent", "{} %" if noise else "±{} %"),
+        Column("from", _source),
+        *(Column(f"zone {zone}", _zone(zone), "{:.2f}/{:.2f}") for zone in range(1, 5)),
+        mean if noise else median,
+        Column("verdict", "verdict"),
+    )
+    average = "mean" if noise else "median, in brackets the quartiles,"
+    notes = (
+        f"Mean absolute tracking error in °C, paper/ours: {average} over {TABLE_DAYS[table]} "
+        + ("days." if noise else "buildings whose A_c is off by up to so much, without noise."),
+        f"Verdict of the zone mean. {CELL_RULES}",
+    )
+    return Table(f"Table {table}", columns, table_rows(evidence, table), notes, left=2, grouped=1)
+
+
+def errors_data(evidence: Evidence, table: str) -> list[dict[str, Any]]:
+    """The cells of one table for JSON; errors in C."""
+    return [
+        {**asdict(cell.paper), "ours": cell.ours, "difference": cell.difference, "verdict": cell.verdict}
+        for row in table_rows(evidence, table)
+        for cell in row.cells
+    ]
+
+
+def _source(row: Row) -> str:
+    return f"{row.sensors_used} sensor{'s' * (row.sensors_used > 1)}" if row.sensors_used else "readings"
+
+
+def _zone(zone: int) -> Callable[[Row], tuple[float, float]]:
+    return lambda row: (row.cells[zone - 1].paper.mean_abs_error_c, row.cells[zone - 1].ours)

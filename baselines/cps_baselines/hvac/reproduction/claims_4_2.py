@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from cps_baselines.hvac.reproduction.claims import CLAIMS
 from cps_baselines.hvac.reproduction.clear_day import NOON_H, OUTER_ZONES, START_H, energy_days, zone_days
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import ENERGIES_W, noise_free
-from cps_baselines.hvac.reproduction.rules import ALWAYS, falling, of_printed
+from cps_baselines.hvac.reproduction.rules import ALWAYS, CLAIMS, falling, of_printed
 from cps_baselines.reproduction.claims import Claim, Finding, joined
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.verdicts import REPRODUCED, of_cases
 
 MORNING = f"{START_H:g} to {NOON_H:g} h"

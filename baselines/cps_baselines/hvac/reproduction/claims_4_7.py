@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cps_baselines.hvac.reproduction.claims import CLAIMS
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import ATTACKS, LEAST_MEAN, MODEL_FALLBACK, compared
 from cps_baselines.hvac.reproduction.impacts import (
     equal_up_to,
@@ -12,9 +12,8 @@ from cps_baselines.hvac.reproduction.impacts import (
     lines_giving,
     outcomes,
 )
-from cps_baselines.hvac.reproduction.rules import equals, falling, of_printed, shown_impacts
+from cps_baselines.hvac.reproduction.rules import CLAIMS, equals, falling, of_printed, shown_impacts
 from cps_baselines.reproduction.claims import Claim, Finding, joined
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.verdicts import NOT, PARTLY, REPRODUCED, of_cases
 from cps_envs.hvac.sensors import sensor_sets
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cps_baselines.hvac.reproduction.cells import Row, table_rows
-from cps_baselines.hvac.reproduction.claims import CLAIMS
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import PERCENTS, TABLE_SENSORS
-from cps_baselines.hvac.reproduction.rules import CLOSE, falling, of_printed, rising
+from cps_baselines.hvac.reproduction.rules import CLAIMS, CLOSE, falling, of_printed, rising
 from cps_baselines.reproduction.claims import Claim, Finding, joined
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, of_cases
 
 WELL_C = 0.5  # the text: the controller performs well with errors "close to or below 0.5 C"

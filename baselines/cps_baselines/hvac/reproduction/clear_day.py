@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import ENERGIES_W, noise_free
 from cps_baselines.hvac.reproduction.recording import Course
-from cps_baselines.reproduction.evidence import Evidence
+from cps_baselines.hvac.reproduction.rules import CLAIMS
+from cps_baselines.reproduction.exhibit import Column, Table
 
 START_H, NOON_H, AFTERNOON_H = 1.0, 12.0, 13.0  # all zones start 1 C below the reference; that is over after an hour
 OUTER_ZONES = (3, 4)  # which face the outside
@@ -53,6 +55,39 @@ def energy_days(evidence: Evidence) -> list[EnergyDay]:
         usual = float(levels[counts.argmax()]) if len(levels) else 0.0
         days.append(EnergyDay(energy_w, usual, float(np.mean(level > 0)), float(largest)))
     return days
+
+
+def clear_day_table(evidence: Evidence) -> Table:
+    """Fig. 4.2 in numbers."""
+    note = (
+        f"Largest tracking errors from {START_H:g} h to noon and after 13 h; mean heating from {START_H:g} to "
+        f"{NOON_H:g} h and when it ended; heated steps of the day in which the zone was measured below 25 °C."
+    )
+    title = "Fig. 4.2: attack-free day, without noise"
+    return Table(title, ZONE_COLUMNS, zone_days(evidence), (note,), data=asdict)
+
+
+def energies_table(evidence: Evidence) -> Table:
+    """Fig. 4.3 in numbers."""
+    levels = dict(zip(ENERGIES_W, map(CLAIMS.number, ("C06", "C07", "C08")), strict=True))
+    worst = CLAIMS.number("C10")
+    columns = (
+        Column("E", "energy_w", "{:g} W"),
+        Column("usual level (paper)", lambda day: (day.usual_level_percent, levels[day.energy_w]), "{:g} % ({:g} %)"),
+        Column("on-time", lambda day: 100.0 * day.on_share, "{:.0f} %"),
+        Column("largest error (paper)", lambda day: (day.largest_error_c, worst), "{:.2f} °C (below {:g})"),
+    )
+    return Table("Fig. 4.3: zone 1 with three input energies", columns, energy_days(evidence), data=asdict)
+
+
+ZONE_COLUMNS = (
+    Column("zone", "zone"),
+    Column("before noon", "morning_error_c", "{:.2f} °C"),
+    Column("after 13 h", "afternoon_error_c", "{:.2f} °C"),
+    Column("heating", "morning_heating_w", "{:.1f} W"),
+    Column("none after", lambda day: max(day.heated_hours, default=-1) + 1, "{} h"),
+    Column("below 25 °C", lambda day: 100.0 * day.below_share, "{:.0f} %"),
+)
 
 
 def _zone_day(course: Course, zone: int) -> ZoneDay:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import compared
 from cps_baselines.hvac.reproduction.rules import equals
 from cps_baselines.hvac.reproduction.scenario import Outcome
-from cps_baselines.reproduction.evidence import Evidence
 from cps_envs.core.types import FloatArray
 
 

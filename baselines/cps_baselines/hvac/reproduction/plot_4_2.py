@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from cps_baselines.hvac.reproduction.clear_day import energy_days
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.courses import ERROR, HOURS, REFERENCE, TEMPERATURE, draw_zones, name_zones
 from cps_baselines.hvac.reproduction.experiments import ENERGIES_W, noise_free
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.figures import dress, new_figure, shades
 
 

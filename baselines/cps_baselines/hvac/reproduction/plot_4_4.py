@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from cps_baselines.hvac.reproduction.bar_plots import draw_impacts
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.courses import ONSET, REFERENCE, TEMPERATURE, draw_zones, name_zones
 from cps_baselines.hvac.reproduction.experiments import ATTACKS, first_zone, undefended
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.figures import new_figure
 
 DAY = 0  # the seed that is drawn

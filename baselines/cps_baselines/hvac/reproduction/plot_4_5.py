@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.courses import ERROR, ONSET, TEMPERATURE, draw_zones, name_zones
 from cps_baselines.hvac.reproduction.experiments import OBSERVERS, Case, observed
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.figures import new_figure
 
 DAY = 0  # the seed that is drawn

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.courses import ERROR, HOURS, ONSET, draw_zones, name_zones
 from cps_baselines.hvac.reproduction.experiments import second_zone
 from cps_baselines.hvac.reproduction.recording import Course
 from cps_baselines.hvac.reproduction.sets import SetCourse, residuals, set_courses
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.figures import dress, new_figure, shades
 
 DAY = 0  # the seed that is drawn

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from cps_baselines.hvac.reproduction.bar_plots import draw_counts, draw_impacts
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.courses import REFERENCE
 from cps_baselines.hvac.reproduction.experiments import ATTACKS, DEFENCES
 from cps_baselines.hvac.reproduction.impacts import failing_line, impacts, outcomes
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.figures import new_figure, shades
 
 NAMES = {"none": "no defence", "mtd1": "MTD1", "mtd2": "MTD2"}
