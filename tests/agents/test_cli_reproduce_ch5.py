@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,9 +44,9 @@ def test_json_is_all_that_stdout_gets_and_figures_are_written(tmp_path: Path) ->
 
 
 def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    cell = next(each for each in reference.references() if each.damage == 45.144)
-    moved = reference.Reference(cell.what, cell.defender, cell.contact, cell.wave, 50.0, cell.tolerance)
-    monkeypatch.setattr(reference, "references", lambda: [moved])
+    cell = next(each for each in reference.damages() if each.reference.value == 45.144)
+    moved = replace(cell, reference=replace(cell.reference, value=50.0))
+    monkeypatch.setattr(reference, "damages", lambda: [moved])
     result = invoke("--part", "5.5")
     assert result.exit_code == 1
     assert "FAILED" in result.stdout

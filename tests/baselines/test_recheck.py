@@ -31,8 +31,8 @@ from cps_baselines.reproduction.recheck import (
     with_again,
 )
 from cps_baselines.reproduction.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
+from cps_baselines.rogue.reproduction.chapter import behind_claims
 from cps_baselines.rogue.reproduction.experiments import ClosedLoop, Ride, Waves, square_waves
-from cps_baselines.rogue.reproduction.parts import behind_claims
 from cps_baselines.rogue.reproduction.recheck import CONDITIONS, WORLDS
 
 CLAIM = Claim("X01", "1", "it is one", "1", "m")

@@ -10,8 +10,8 @@ from cps_agents.files import write_figure
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from cps_agents.reproduction.chapter import Reproduction
-    from cps_baselines.reproduction.block import Block
+    from cps_baselines.reproduction.chapter import Reproduction
+    from cps_baselines.reproduction.exhibit import Table
 
 COLORS = {
     "match": "green",
@@ -24,11 +24,11 @@ COLORS = {
 }
 
 
-def render(console: Console, found: Reproduction) -> None:
+def render(console: Console, found: Reproduction[Any]) -> None:
     """Print all tables with their notes, then what is not reproduced and why."""
-    for block in found.blocks():
-        console.print(_table(block))
-        for note in block.notes:
+    for table in found.tables():
+        console.print(_table(table))
+        for note in table.notes:
             console.print(note, style="dim", markup=False)
         console.print()
     for paragraph in found.closing():
@@ -36,7 +36,7 @@ def render(console: Console, found: Reproduction) -> None:
         console.print()
 
 
-def draw(found: Reproduction, folder: Path) -> list[Path]:
+def draw(found: Reproduction[Any], folder: Path) -> list[Path]:
     """Write the figures as PNG files; returns their paths."""
     paths = []
     for name, figure in found.figures():
@@ -45,14 +45,14 @@ def draw(found: Reproduction, folder: Path) -> list[Path]:
     return paths
 
 
-def _table(block: Block) -> Any:
+def _table(table: Table) -> Any:
     from cps_agents.console import make_table
 
-    rows = [[_colored(value) for value in row] for row in block.rows]
-    table = make_table(block.title, block.headings, rows, left=block.left)
-    for row in block.breaks:
-        table.rows[row].end_section = True
-    return table
+    rows = [[_colored(value) for value in row] for row in table.rows]
+    shown = make_table(table.title, table.headings, rows, left=table.left)
+    for row in table.breaks:
+        shown.rows[row].end_section = True
+    return shown
 
 
 def _colored(value: str) -> str:

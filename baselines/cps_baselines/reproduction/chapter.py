@@ -176,8 +176,6 @@ class Reproduction(Generic[E]):
         """For readers."""
         return [table for each in self.exhibits for table in self._tables(each)]
 
-    blocks = tables
-
     def closing(self) -> list[str]:
         """Paragraphs that say what is not reproduced, and why."""
         again = [

@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 from cps_baselines.reproduction.evidence import Evidence, Experiment, Vary
 from cps_baselines.reproduction.findings import Findings
 from cps_baselines.reproduction.verdicts import UNKNOWN, VERDICTS
-from cps_envs.core.errors import ConfigurationError
 
 E = TypeVar("E", bound=Evidence)
 
@@ -46,16 +45,6 @@ class Again:
             return f"{self.condition}: {next(iter(counts))}"
         words = sorted(counts, key=lambda word: (-counts[word], VERDICTS.index(word)))
         return f"{self.condition}: {', '.join(f'{counts[word]} {word}' for word in words)}"
-
-
-def require_claims(parts: Sequence[str], name: str, option: str) -> None:
-    """Fail where no claims are judged that could be judged again; `name` is the part with the claims.
-
-    Raises:
-        ConfigurationError: it is not among the parts.
-    """
-    if name not in parts:
-        raise ConfigurationError(f"--recheck judges claims again, and none are judged: add {option} {name}.")
 
 
 def judge_again(evidence: E, conditions: Sequence[Condition], evaluate: Callable[[E], Findings]) -> list[Again]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cps_agents.console import err, out, print_json
 
 if TYPE_CHECKING:
-    from cps_agents.reproduction.chapter import Reproduction
+    from cps_baselines.reproduction.chapter import Reproduction
     from cps_baselines.reproduction.evidence import Report
 
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
@@ -25,7 +25,7 @@ PERCENT = 100
 
 def show(
     title: str,
-    compute: Callable[[int, Report], Reproduction],
+    compute: Callable[[int, Report], Reproduction[Any]],
     *,
     jobs: int | None,
     plot: Path | None,

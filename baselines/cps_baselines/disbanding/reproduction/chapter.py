@@ -116,7 +116,7 @@ INTERPRETED: Exhibit[Evidence] = Exhibit(
     baselines_data,
     given=lambda seen: seen.all_interpretations,
 )
-EXHIBITS = (
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
     _table("2.2", "one platoon disbanded"),
     _table("2.3", "two platoons disbanded"),
     Exhibit(

@@ -59,7 +59,7 @@ def _beside(name: str, about: str, tables: Callable[[Evidence], Any], data: Any 
     return Exhibit(name, about, lambda seen: (), tables, data, given=lambda seen: bool(solved(seen)))
 
 
-EXHIBITS = (
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
     *map(_table, TABLES),
     _beside("counts", "how often we agree", lambda seen: [counts_table(seen)]),
     _beside("controls", "how often simpler rules agree", lambda seen: [controls_table(seen)]),

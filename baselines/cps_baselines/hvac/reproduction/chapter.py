@@ -99,7 +99,7 @@ def _behind_claims(seen: Evidence) -> list[Experiment[Any]]:
 
 
 JUDGED: Judged[Evidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
-EXHIBITS = (
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
     *SHOWN,
     Exhibit(
         "early",

@@ -9,9 +9,8 @@ import numpy as np
 from cps_baselines.reproduction.figures import dress, new_figure, shades
 from cps_baselines.rogue.reproduction.circles import followers, radii_m
 from cps_baselines.rogue.reproduction.evidence import Evidence, swaying_ride
-from cps_baselines.rogue.reproduction.parts import CIRCLED
 from cps_baselines.rogue.reproduction.plot_courses import ATTACKER, TIME
-from cps_baselines.rogue.reproduction.settings import DRAWN_HZ, SWAYS, TITLES
+from cps_baselines.rogue.reproduction.settings import CIRCLED, DRAWN_HZ, SWAYS, TITLES
 from cps_envs.rogue.config import PAPER
 
 CIRCLES = ("n_3", "n_2", "n_1", "1")  # times sigma, from the inside
