@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.disbanding.reproduction import plot_2_1, plot_2_3
+from cps_baselines.disbanding.reproduction import plots
 from cps_baselines.disbanding.reproduction.cells import mean_distance, references, table_cells
 from cps_baselines.disbanding.reproduction.chapter import CHAPTER
 from cps_baselines.disbanding.reproduction.experiments import Evidence, Experiments
@@ -178,7 +178,7 @@ def test_document_is_strict_json(found: Reproduction[Evidence]) -> None:
 
 def test_figures_have_the_paper_s_panels_with_units(found: Reproduction[Evidence]) -> None:
     pytest.importorskip("matplotlib")
-    for draw, panels in ((plot_2_1.draw, "abcde"), (plot_2_3.draw, "abcd")):
+    for draw, panels in ((plots.draw_2_1, "abcde"), (plots.draw_2_3, "abcd")):
         axes = draw(found.evidence).axes
         assert "".join(each.get_title(loc="left")[0] for each in axes) == panels
         assert all(each.get_xlabel() and each.get_ylabel() and each.lines for each in axes)

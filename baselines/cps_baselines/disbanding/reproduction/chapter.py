@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cps_baselines.disbanding.reproduction import claims_2_1, claims_2_3, claims_2_4, plot_2_1, plot_2_3
+from cps_baselines.disbanding.reproduction import claims_2_1, claims_2_3, claims_2_4, plots
 from cps_baselines.disbanding.reproduction.cells import (
     BASELINE,
     baselines_data,
@@ -124,7 +124,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         "Fig. 2.1: strings of 20, 50 and 80 platoons",
         lambda seen: seen.experiments.figure_2_1(quick=seen.quick),
         courses_tables,
-        figures={"figure_2_1": plot_2_1.draw},
+        figures={"figure_2_1": plots.draw_2_1},
     ),
     Exhibit(
         "2.3fig",
@@ -132,7 +132,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         lambda seen: seen.experiments.figure_2_3(),
         sweep_tables,
         sweep_data,
-        figures={"figure_2_3": plot_2_3.draw},
+        figures={"figure_2_3": plots.draw_2_3},
     ),
     Exhibit(
         "platoons",

@@ -12,8 +12,7 @@ from cps_baselines.fdi.reproduction.continuous import compared, continuous_data,
 from cps_baselines.fdi.reproduction.controls import controls_table
 from cps_baselines.fdi.reproduction.counts import counted, counts_table
 from cps_baselines.fdi.reproduction.experiments import Evidence, OneHorizonRun, RelaxedSpeeds
-from cps_baselines.fdi.reproduction.figure_3_2 import figure_rows, figure_runs, figure_table, main_rows
-from cps_baselines.fdi.reproduction.plot_3_2 import draw
+from cps_baselines.fdi.reproduction.figure_3_2 import draw_figure, figure_rows, figure_runs, figure_table, main_rows
 from cps_baselines.fdi.reproduction.settings import FOUR_VEHICLES, ONE_HORIZON, RELAXED, TABLES, Settings
 from cps_baselines.fdi.reproduction.summary import AUDIT, FIGURE, closing
 from cps_baselines.paper.collisions import collision_cells
@@ -76,7 +75,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         "Fig. 3.2: Algorithm 2 against the lead of ten vehicles",
         lambda seen: figure_runs(),
         lambda seen: [figure_table(seen)],
-        figures={"figure_3_2": lambda seen: draw(main_rows(figure_rows(seen)))},
+        figures={"figure_3_2": lambda seen: draw_figure(main_rows(figure_rows(seen)))},
     ),
 )
 

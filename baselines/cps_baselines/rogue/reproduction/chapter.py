@@ -8,15 +8,7 @@ from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit
 from cps_baselines.reproduction.regression import Check
-from cps_baselines.rogue.reproduction import (
-    claims_attacks,
-    claims_courses,
-    claims_maps,
-    plot_courses,
-    plot_errors,
-    plot_maps,
-    reference,
-)
+from cps_baselines.rogue.reproduction import claims_courses, claims_maps, plot_maps, plot_rides, reference
 from cps_baselines.rogue.reproduction.claims import CLAIMS, RULES
 from cps_baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
 from cps_baselines.rogue.reproduction.evidence import (
@@ -48,7 +40,7 @@ from cps_baselines.rogue.reproduction.settings import (
 )
 from cps_baselines.rogue.reproduction.summary import closing, has_maps
 
-SOURCES = (claims_attacks, claims_courses, claims_maps)  # importing them registers the functions that check the claims
+SOURCES = (claims_courses, claims_maps)  # importing them registers the functions that check the claims
 
 
 def _maps() -> list[Experiment[Any]]:
@@ -88,7 +80,7 @@ def _courses(number: str, about: str) -> Exhibit[Evidence]:
         f"Fig. {number}: {about}, at equal power",
         lambda seen: [square_ride(name, each, PASS) for name in defenders for each in COURSE_FREQUENCIES_HZ],
         lambda seen: [courses_table(seen, number, defenders)],
-        figures={f"figure_{number.replace('.', '_')}": lambda seen: plot_courses.draw(seen, number, defenders)},
+        figures={f"figure_{number.replace('.', '_')}": lambda seen: plot_rides.draw(seen, number, defenders)},
     )
 
 
@@ -105,7 +97,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         "Fig. 5.2: an attacker at the rear of ten vehicles that changes the gains of its controller",
         lambda seen: [swaying_ride(attacker) for attacker in SWAYS],
         lambda seen: [sways_table(seen)],
-        figures={"figure_5_2": plot_errors.draw_sways},
+        figures={"figure_5_2": plot_rides.draw_sways},
     ),
     _courses("5.3", "the sliding mode without and with detection"),
     Exhibit(
@@ -113,7 +105,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         "Fig. 5.4: the circles of the modified sliding mode, and where the errors are",
         lambda seen: [square_ride(CIRCLED, each, PASS) for each in COURSE_FREQUENCIES_HZ],
         lambda seen: [circles_table(seen)],
-        figures={"figure_5_4": plot_errors.draw_circles},
+        figures={"figure_5_4": plot_rides.draw_circles},
     ),
     _courses("5.5", "disbanding at +2 m"),
     Exhibit(

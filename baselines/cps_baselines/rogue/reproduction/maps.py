@@ -7,9 +7,8 @@ from itertools import product
 from typing import Any
 
 from cps_baselines.reproduction.exhibit import Column, Table
-from cps_baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
 from cps_baselines.rogue.reproduction.evidence import Evidence, seat_overrides
-from cps_baselines.rogue.reproduction.heat_map import HeatMap
+from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
 from cps_baselines.rogue.reproduction.settings import (
     CONTACTS,
     FREQUENCIES_HZ,
