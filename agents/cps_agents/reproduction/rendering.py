@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cps_agents.files import write_figure
+from cps_agents.files import write_figure, write_text
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -42,6 +42,15 @@ def draw(found: Reproduction[Any], folder: Path) -> list[Path]:
     for name, figure in found.figures():
         paths.append(folder / f"{name}.png")
         write_figure(paths[-1], figure)
+    return paths
+
+
+def write_sheets(found: Reproduction[Any], folder: Path) -> list[Path]:
+    """Write the tables as CSV files; returns their paths."""
+    paths = []
+    for name, text in found.sheets():
+        paths.append(folder / f"{name}.csv")
+        write_text(paths[-1], text)
     return paths
 
 

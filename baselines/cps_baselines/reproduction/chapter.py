@@ -176,6 +176,12 @@ class Reproduction(Generic[E]):
         """For readers."""
         return [table for each in self.exhibits for table in self._tables(each)]
 
+    def sheets(self) -> Iterator[tuple[str, str]]:
+        """File names without suffix, and the tables as comma-separated values."""
+        for each in self.exhibits:
+            for k, table in enumerate(self._tables(each), 1):
+                yield f"{each.name}-{k}", table.csv
+
     def closing(self) -> list[str]:
         """Paragraphs that say what is not reproduced, and why."""
         again = [

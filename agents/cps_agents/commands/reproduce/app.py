@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any
 
 import typer
 
 from cps_agents.commands.reproduce.everything import everything
-from cps_agents.commands.reproduce.showing import AsJson, Folder, Jobs, show
+from cps_agents.commands.reproduce.showing import AsJson, Folder, Jobs, Sheets, show
 from cps_agents.reproduction.commands import COMMANDS, Command, Option
 
 app = typer.Typer(no_args_is_help=True)
@@ -23,20 +24,13 @@ def reproduce() -> None:
 def command_of(command: Command) -> Callable[..., None]:
     """The function behind the command of a chapter, with its options as parameters."""
 
-    def run(*, quick: bool, jobs: int | None, plot: Any, as_json: bool, recheck: bool = False, **others: Any) -> None:
-        chapter = command.load()
+    def run(*, quick: bool, recheck: bool = False, **others: Any) -> None:
+        chapter, shared = command.load(), {name: others.pop(name) for name in SHARED}
         named = [*(others.pop(command.part_option, None) or []), *(flag for flag in command.flags if others.pop(flag))]
         parts = chapter.chosen(named, quick=quick, recheck=recheck, option=f"--{command.part_option}")
         chapter.evidence(quick=quick, **others)  # wrong options are told before anything else
-        show(
-            chapter.title,
-            lambda jobs, report: chapter.reproduce(
-                parts, quick=quick, recheck=recheck, jobs=jobs, report=report, **others
-            ),
-            jobs=jobs,
-            plot=plot,
-            as_json=as_json,
-        )
+        compute = partial(chapter.reproduce, parts, quick=quick, recheck=recheck, **others)
+        show(chapter.title, lambda jobs, report: compute(jobs=jobs, report=report), **shared)
 
     parameters = _parameters(command)
     run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
@@ -53,10 +47,12 @@ def _parameters(command: Command) -> list[inspect.Parameter]:
     ]
     parts = Option(command.part_option, list[str] | None, None, command.parts, "PART")
     every = [*([parts] if command.parts else []), *command.options, *flags]
-    shared = (("jobs", None, Jobs), ("plot", None, Folder), ("as_json", False, AsJson))
     return [
         *map(_parameter, every),
-        *(inspect.Parameter(name, KEYWORD, default=default, annotation=kind) for name, default, kind in shared),
+        *(
+            inspect.Parameter(name, KEYWORD, default=default, annotation=kind)
+            for name, (default, kind) in SHARED.items()
+        ),
     ]
 
 
@@ -66,6 +62,7 @@ def _parameter(option: Option) -> inspect.Parameter:
     return inspect.Parameter(option.name, KEYWORD, default=option.default, annotation=Annotated[option.kind, shown])
 
 
+SHARED = {"jobs": (None, Jobs), "plot": (None, Folder), "sheets": (None, Sheets), "as_json": (False, AsJson)}
 KEYWORD = inspect.Parameter.KEYWORD_ONLY
 for each in COMMANDS:
     app.command(each.name)(command_of(each))

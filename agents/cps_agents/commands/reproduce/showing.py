@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
 Folder = Annotated[Path | None, typer.Option(metavar="DIR", help="Write the figures there as PNG files.")]
+Sheets = Annotated[Path | None, typer.Option("--csv", metavar="DIR", help="Write the tables there as CSV files.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Machine-readable output, nothing else on stdout.")]
 
 REGRESSION = 1  # exit code
@@ -29,9 +30,10 @@ def show(
     *,
     jobs: int | None,
     plot: Path | None,
+    sheets: Path | None,
     as_json: bool,
 ) -> None:
-    """Compute with so many processes, reporting progress; print; draw into the folder `plot`; tell the time.
+    """Compute with so many processes, reporting progress; print; write figures and tables into folders; tell the time.
 
     Raises:
         MissingExtraError: figures are wanted and matplotlib is not installed; nothing has been computed yet.
@@ -39,7 +41,7 @@ def show(
     """
     from cps_agents.machine import available_cores, describe
     from cps_agents.progress import Progress
-    from cps_agents.reproduction.rendering import draw, render
+    from cps_agents.reproduction.rendering import draw, render, write_sheets
     from cps_baselines.reproduction.figures import require_matplotlib
 
     if plot is not None:
@@ -49,6 +51,7 @@ def show(
         found = compute(jobs or available_cores(), lambda share, label: progress.update(int(PERCENT * share), label))
     wall_s = time.monotonic() - started
     files = [] if plot is None else draw(found, plot)
+    files += [] if sheets is None else write_sheets(found, sheets)
     if as_json:
         print_json({**found.document(), "files": list(map(str, files)), "wall_s": wall_s, **describe()})
     else:
