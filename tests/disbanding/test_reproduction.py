@@ -16,10 +16,11 @@ from cps_baselines.disbanding.reproduction.chapter import CHAPTER
 from cps_baselines.disbanding.reproduction.experiments import Evidence, Experiments
 from cps_baselines.disbanding.reproduction.played import READINGS
 from cps_baselines.disbanding.reproduction.recording import Recorded
-from cps_baselines.disbanding.reproduction.rules import CLAIMS, POINTS
+from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
 from cps_baselines.disbanding.reproduction.searching import evaluator
 from cps_baselines.disbanding.reproduction.summary import cells_of
+from cps_baselines.paper.agreement import POINTS
 from cps_baselines.paper.tables import read_table, velocity_errors
 from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.evidence import compute

@@ -14,7 +14,8 @@ from cps_baselines.disbanding.reproduction.experiments import (
     TAUS_S,
     Evidence,
 )
-from cps_baselines.disbanding.reproduction.rules import CLAIMS, POINTS
+from cps_baselines.disbanding.reproduction.rules import CLAIMS
+from cps_baselines.paper.agreement import POINTS
 from cps_baselines.reproduction.claims import Claim, Finding, applying, joined
 from cps_baselines.reproduction.verdicts import of_cases, of_number
 

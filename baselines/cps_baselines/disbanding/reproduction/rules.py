@@ -5,10 +5,8 @@ from __future__ import annotations
 from cps_baselines.disbanding.reproduction.experiments import Evidence
 from cps_baselines.reproduction.claims import Claims
 from cps_baselines.reproduction.recovery import RECOVERY_RULE
-from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
 
 CLAIMS: Claims[Evidence] = Claims("claims_ch2")
-POINTS = Tolerance(2.0, ABSOLUTE)  # of velocity errors in percent; chosen
 RULES = (
     "Rules. A number: reproduced within 5 % of the paper's, near within 10 %. A velocity error: reproduced within 2.0 "
     "points, near within 4.0. A statement about several cases: reproduced if it holds in all, near in all but one, "

@@ -15,9 +15,9 @@ from cps_baselines.fdi.reproduction.settings import TABLES, Settings
 from cps_baselines.paper.collisions import CollisionCell, collision_cells
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.exhibit import Column, Table
-from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR
+from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, Tolerance
 
-SAME_SPEED = 0.10  # relative difference; chosen
+SAME_SPEED = Tolerance(0.10)  # chosen
 RULES = (
     "Verdicts. match: no collision in both, or the same pairs with the target's speed within 10 %. near: a collision "
     "of the target in both, of other pairs or at another speed. miss: a collision in one of them only."
@@ -70,8 +70,8 @@ class Cell:
     @property
     def speed_agrees(self) -> bool:
         """Whether the target's speeds are within SAME_SPEED."""
-        difference, paper = self.speed_difference_mps, self.paper.target_speed_mps
-        return difference is not None and paper is not None and abs(difference) <= SAME_SPEED * abs(paper)
+        ours, paper = self.ours.speed_mps, self.paper.target_speed_mps
+        return ours is not None and paper is not None and SAME_SPEED.admits(ours, paper)
 
     @property
     def verdict(self) -> str:
