@@ -17,7 +17,7 @@ from cps_baselines.fdi.reproduction.settings import SETS
 from cps_baselines.hvac.reproduction.controllers import CONTROLLERS
 from cps_baselines.reproduction.evidence import Report
 from cps_baselines.reproduction.exhibit import Table, places
-from cps_baselines.reproduction.tally import CELLS, CLAIMS, Tally, tally
+from cps_baselines.reproduction.findings import CELLS, CLAIMS, Tally, tally
 from cps_envs.disbanding.config import INTERPRETATIONS
 
 ROOT = Path(__file__).parents[2]

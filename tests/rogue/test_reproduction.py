@@ -13,22 +13,25 @@ from cps_baselines.reproduction.regression import Check
 from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
 from cps_baselines.rogue.reproduction import reference
 from cps_baselines.rogue.reproduction.chapter import CHAPTER
-from cps_baselines.rogue.reproduction.circles import affected, followers, radii_m, shares_of_rings
 from cps_baselines.rogue.reproduction.claims import CLAIMS
 from cps_baselines.rogue.reproduction.course import Course
-from cps_baselines.rogue.reproduction.evidence import (
+from cps_baselines.rogue.reproduction.experiments import (
+    FULL_THROTTLE,
     Evidence,
+    Ride,
+    Waves,
     calm_ride,
     map_rows,
     seat_overrides,
     square_ride,
+    square_waves,
     swaying_ride,
 )
-from cps_baselines.rogue.reproduction.experiments import FULL_THROTTLE, Ride, Waves, square_waves
 from cps_baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, fits, orderings
 from cps_baselines.rogue.reproduction.headroom import head_room_experiments
 from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
 from cps_baselines.rogue.reproduction.plot_maps import edges_of
+from cps_baselines.rogue.reproduction.rides import affected, followers, radii_m, shares_of_rings
 from cps_baselines.rogue.reproduction.settings import (
     COURSE_FREQUENCIES_HZ,
     FREQUENCIES_HZ,

@@ -10,10 +10,16 @@ from typing import Any, Generic
 from cps_baselines.reproduction.claims import Claims
 from cps_baselines.reproduction.evidence import Experiment, Report, compute
 from cps_baselines.reproduction.exhibit import E, Exhibit, Table
-from cps_baselines.reproduction.findings import Findings, findings_document, findings_summary, findings_table
+from cps_baselines.reproduction.findings import (
+    Findings,
+    Tally,
+    findings_document,
+    findings_summary,
+    findings_table,
+    tally_claims,
+)
 from cps_baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
 from cps_baselines.reproduction.regression import Check
-from cps_baselines.reproduction.tally import Tally, tally_claims
 from cps_envs.core.errors import ConfigurationError, near
 
 CLAIMS = "claims"  # the exhibit with everything that the text claims

@@ -31,8 +31,8 @@ from cps_baselines.disbanding.reproduction.summary import cells_of, closing
 from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Column, Exhibit, Table
+from cps_baselines.reproduction.findings import CELLS, EFFECTS, Tally, tally
 from cps_baselines.reproduction.regression import Check
-from cps_baselines.reproduction.tally import CELLS, EFFECTS, Tally, tally
 from cps_envs.disbanding.config import INTERPRETATIONS
 
 SOURCES = (claims_2_1, claims_2_3, claims_2_4)  # importing them registers the functions that check the claims

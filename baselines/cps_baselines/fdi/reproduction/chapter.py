@@ -19,8 +19,8 @@ from cps_baselines.paper.collisions import collision_cells
 from cps_baselines.reproduction.chapter import Chapter, Reproduction
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit
+from cps_baselines.reproduction.findings import CELLS, CLAIMS, Tally, tally
 from cps_baselines.reproduction.regression import Check
-from cps_baselines.reproduction.tally import CELLS, CLAIMS, Tally, tally
 
 ONE_ATTACKED = ("3.1", "3.2", "3.5")  # the tables with one attacked vehicle
 

@@ -27,8 +27,8 @@ from cps_baselines.hvac.reproduction.summary import TABLES, closing
 from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit, Table
+from cps_baselines.reproduction.findings import CELLS, Tally, tally
 from cps_baselines.reproduction.regression import Check
-from cps_baselines.reproduction.tally import CELLS, Tally, tally
 
 SOURCES = (claims_4_4, impacts)  # importing them, and what is imported above, registers the functions that check claims
 

@@ -11,7 +11,7 @@ from cps_baselines.reproduction.regression import Check
 from cps_baselines.rogue.reproduction import claims_courses, claims_maps, plot_maps, plot_rides, reference
 from cps_baselines.rogue.reproduction.claims import CLAIMS, RULES
 from cps_baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
-from cps_baselines.rogue.reproduction.evidence import (
+from cps_baselines.rogue.reproduction.experiments import (
     Evidence,
     calm_ride,
     map_rows,

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cps_baselines.reproduction.exhibit import Column, Table
-from cps_baselines.rogue.reproduction.evidence import Evidence, map_rows
-from cps_baselines.rogue.reproduction.experiments import Overrides, Waves
+from cps_baselines.rogue.reproduction.experiments import Evidence, Overrides, Waves, map_rows
 from cps_baselines.rogue.reproduction.heat_map import HeatMap
 from cps_baselines.rogue.reproduction.settings import MAPS, PASS, RATIOS, SOLID, WIDE_RATIOS
 

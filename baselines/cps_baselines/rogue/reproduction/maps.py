@@ -7,7 +7,7 @@ from itertools import product
 from typing import Any
 
 from cps_baselines.reproduction.exhibit import Column, Table
-from cps_baselines.rogue.reproduction.evidence import Evidence, seat_overrides
+from cps_baselines.rogue.reproduction.experiments import Evidence, seat_overrides
 from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
 from cps_baselines.rogue.reproduction.settings import (
     CONTACTS,

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.reproduction.figures import dress, new_figure, shades
-from cps_baselines.rogue.reproduction.circles import followers, radii_m
 from cps_baselines.rogue.reproduction.course import Course
-from cps_baselines.rogue.reproduction.evidence import Evidence, swaying_ride
+from cps_baselines.rogue.reproduction.experiments import Evidence, swaying_ride
+from cps_baselines.rogue.reproduction.rides import followers, radii_m
 from cps_baselines.rogue.reproduction.settings import CIRCLED, COURSE_FREQUENCIES_HZ, DRAWN_HZ, SWAYS, TITLES
 from cps_envs.rogue.config import PAPER
 

@@ -7,8 +7,7 @@ from functools import lru_cache
 
 from cps_baselines.reproduction.regression import Check, Reference, shipped_rows
 from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
-from cps_baselines.rogue.reproduction.evidence import Evidence
-from cps_baselines.rogue.reproduction.experiments import Waves, square_waves
+from cps_baselines.rogue.reproduction.experiments import Evidence, Waves, square_waves
 from cps_baselines.rogue.reproduction.settings import TITLES
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.regression import NO_SUPPORT, Check, failures
 from cps_baselines.rogue.reproduction.course import Course
-from cps_baselines.rogue.reproduction.evidence import Evidence
+from cps_baselines.rogue.reproduction.experiments import Evidence
 from cps_baselines.rogue.reproduction.fit import Maps, Variant, fits
 from cps_baselines.rogue.reproduction.headroom import GENERAL_RIDE, HeadRoom, head_rooms
 from cps_baselines.rogue.reproduction.settings import DISBANDING, MAPS
