@@ -3,7 +3,6 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator
-from importlib import import_module
 from pathlib import Path
 
 import gymnasium
@@ -11,6 +10,7 @@ import pytest
 from typer.main import get_command
 
 from cps_agents.cli import app
+from cps_agents.reproduction.commands import COMMANDS
 from cps_baselines.paper.items import Item, Place, items
 from cps_envs import find_problem
 from cps_envs.core.lookup import policy_names
@@ -27,12 +27,6 @@ NUMBERED = {  # what the dissertation numbers in chapters 2 to 5, counted in its
     ],
     "Table": ["2.1", "2.2", "2.3", *(f"3.{n}" for n in range(1, 8)), "4.1", "4.2", "5.1"],
     "Algorithm": ["1", "2", "3", "4"],
-}
-PARTS = {
-    "ch2": ("cps_baselines.disbanding.reproduction.selection", "PARTS"),
-    "ch3": ("cps_baselines.fdi.reproduction.selection", "PARTS"),
-    "ch4": ("cps_baselines.hvac.reproduction.selection", "PARTS"),
-    "ch5": ("cps_baselines.rogue.reproduction.parts", "PARTS"),
 }
 
 
@@ -59,10 +53,8 @@ def exists(place: Place) -> bool:
         config = problem_of(first).presets["paper"]  # type: ignore[attr-defined]
         return rest in {field.name for field in dataclasses.fields(config)}
     chapter, _, part = place.name.partition(" ")
-    if chapter == "testbed":
-        return not part
-    module, name = PARTS[chapter]
-    return part in getattr(import_module(module), name)
+    (command,) = (each for each in COMMANDS if each.name == chapter)
+    return part in command.load().parts if command.parts else not part
 
 
 def numbers(item: Item) -> Iterator[tuple[str, str]]:

@@ -1,106 +1,242 @@
+"""The command of every chapter: what it prints, writes and refuses, and its exit code."""
+
 from __future__ import annotations
 
+import csv
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_agents.commands.string_stability import string_stability
-from cps_baselines.disbanding.reproduction import reference
+from cps_agents.reproduction.commands import COMMANDS
+from cps_baselines.disbanding.reproduction import cells
+from cps_baselines.fdi.reproduction import counts
+from cps_baselines.hvac.reproduction import measures
+from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
+from cps_baselines.rogue.reproduction import reference
+from cps_baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ
+from cps_baselines.testbed import chapter as testbed
+from cps_baselines.testbed.exhibits import Spread, spreads
 
-matplotlib_image = pytest.importorskip("matplotlib.image")
-
-
-def invoke(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["reproduce", "ch2", "--jobs", "1", *arguments], env={"COLUMNS": "100"})
-
-
-def invoke_stability(*arguments: str) -> Any:
-    alone = typer.Typer()
-    alone.command()(string_stability)
-    return CliRunner().invoke(alone, list(arguments), env={"COLUMNS": "130"})
+TESTBED = ("testbed", "--quick", "--seeds", "2")
+MANY_JOBS = ("--jobs", "0"), "greater than or equal to 1"
 
 
-def test_table_is_printed_with_verdicts_and_a_closing() -> None:
-    result = invoke("--table", "2.2")
-    assert result.exit_code == 0
-    for words in ("Table 2.2", "29.57", "29.56", "match", "near", "Regression check", "18 of 18", "tuned on the mpc"):
-        assert words in " ".join(result.stdout.split())
-    assert "chapter 2: 100/100" in result.stderr
+def invoke(chapter: str, *arguments: str) -> Any:
+    jobs = () if "--jobs" in arguments or "--help" in arguments else ("--jobs", "1")
+    return CliRunner().invoke(app, ["reproduce", chapter, *jobs, *arguments], env={"COLUMNS": "130"})
 
 
-def test_json_is_all_that_stdout_gets() -> None:
-    result = invoke("--table", "2.3fig", "--json")
-    document = json.loads(result.stdout)
-    assert result.exit_code == 0
-    assert list(document["parts"]) == ["2.3fig"]
-    assert document["command"].startswith("cps-envs")
-    assert document["files"] == []
-    assert document["wall_s"] > 0
+PRINTED: Mapping[tuple[str, ...], Sequence[str]] = {
+    ("ch2", "--table", "2.2"): ("Table 2.2", "29.57", "29.56", "match", "near", "18 of 18", "tuned on the mpc"),
+    ("ch3", "--table", "3.1", "--quick"): (
+        "Table 3.1: n = 4, set A, m = 14, highs, 2 s per solve",
+        "1-2 -1.995",
+        "16 (16)",
+        "Control rules",
+        "Not reproducible: the individual speeds",
+        "Not reproducible: the constants",
+        "no count is more than 3 below its goal",
+    ),
+    ("ch3", "--table", "3.1", "--quick", "--preset-set", "B", "--acceptance", "0.25", "--time-limit", "1"): (
+        "Table 3.1: n = 4, set B, m = 15, highs, 1 s per solve",
+        "the counts are not judged",
+    ),
+    ("ch3", "--audit"): (
+        "75 of 133 comparisons contradict one another",
+        "27 of 66 printed speeds lie beyond the relaxation",
+    ),
+    ("ch4", "--table", "4.3fig", "--table", "4.5fig"): (
+        "Fig. 4.3: zone 1 with three input energies",
+        "25 % (1 %)",
+        "Fig. 4.5: the observer with few sensors",
+        "0.44 (0.34-0.60)",
+        "paper 0.421",
+        "Not reproducible: an input that settles at 1 % of E",
+        "The weight R was chosen so that C12 comes out",
+    ),
+    ("ch5", "--part", "5.5"): ("Fig. 5.5", "modified, +2 m", "867", "62.7", "12 of 12", "largest difference"),
+    TESTBED: ("30.02", "21.82", "19.73", "in 2 of 2 seeds", "T13", "stand-in", "Regression check"),
+}
+LEFT_OUT = {
+    ("ch3", "--table", "3.1", "--quick"): "Table 3.2",
+    ("ch3", "--audit"): "Table 3.1:",
+    ("ch4", "--table", "4.3fig", "--table", "4.5fig"): "Fig. 4.2",
+}
 
 
-def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    moved = {key: reference.Reference(0.0, False, 0.05) for key in reference.references()}
-    monkeypatch.setattr(reference, "references", lambda: moved)
-    result = invoke("--table", "2.2")
-    assert result.exit_code == 1
-    assert "FAILED" in result.stdout
+@pytest.mark.parametrize("arguments", PRINTED, ids=" ".join)
+def test_what_is_asked_for_is_printed_with_a_closing(arguments: tuple[str, ...]) -> None:
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    text = " ".join(result.stdout.split())
+    for words in PRINTED[arguments]:
+        assert words in text
+    assert LEFT_OUT.get(arguments, "nothing of the kind") not in text
+    title = "test bed" if arguments == TESTBED else f"chapter {arguments[0][-1]}"
+    assert f"{title}: 100/100" in result.stderr
 
 
 @pytest.mark.parametrize(
-    ("arguments", "remedy"),
+    ("arguments", "part", "figure"),
     [
-        (("--table", "2.4"), "2.1fig"),
-        (("--table", "2.2", "--interpretation", "S9"), "S0, S1, S2"),
-        (("--table", "2.2", "--recheck"), "add --table claims"),
-        (("--jobs", "0"), "greater than or equal to 1"),
+        (("ch2", "--table", "2.3fig"), "2.3fig", "figure_2_3"),
+        (("ch3", "--table", "fig"), "fig", "figure_3_2"),
+        (("ch4", "--table", "4.2fig"), "4.2fig", "figure_4_2"),
+        (("ch5", "--part", "5.3"), "5.3", "figure_5_3"),
+        (TESTBED, "", "figure_2_5"),
     ],
 )
-def test_wrong_input_names_the_remedy(arguments: Sequence[str], remedy: str) -> None:
+def test_one_exhibit_is_json_a_picture_and_sheets(
+    arguments: tuple[str, ...], part: str, figure: str, tmp_path: Path
+) -> None:
+    matplotlib_image = pytest.importorskip("matplotlib.image")
+    folder = tmp_path / "new" / "plots"
+    result = invoke(*arguments, "--json", "--plot", str(folder), "--csv", str(tmp_path / "sheets"))
+    assert result.exit_code == 0, result.output
+    document = json.loads(result.stdout)  # nothing else on stdout
+    assert list(document.get("parts", {""})) == [part]
+    assert document["command"].startswith("cps-envs")
+    assert document["wall_s"] > 0
+    sheets = sorted((tmp_path / "sheets").iterdir())
+    assert document["files"][0] == str(folder / f"{figure}.png")
+    assert sorted(document["files"][1:]) == list(map(str, sheets))
+    for sheet in sheets:
+        rows = list(csv.reader(sheet.read_text(encoding="utf-8").splitlines()[:1]))
+        assert len(rows[0]) > 1
+    picture = matplotlib_image.imread(folder / f"{figure}.png")
+    assert min(picture.shape[:2]) > 800
+    assert picture.std() > 0.02
+
+
+def test_the_second_by_second_courses_of_chapter_5() -> None:
+    document = json.loads(invoke("ch5", "--part", "5.3", "--json").stdout)
+    assert len(document["parts"]["5.3"]) == 2 * len(COURSE_FREQUENCIES_HZ)
+    assert document["parts"]["5.3"][0]["damage"][-1] == pytest.approx(669.7, abs=0.1)
+    assert all(each["passed"] for each in document["regression"])
+
+
+def moved_cells(patch: pytest.MonkeyPatch) -> None:
+    moved = {key: {**row, "velocity_error_percent": "0.0"} for key, row in cells.references().items()}
+    patch.setattr(cells, "references", lambda: moved)
+
+
+def moved_goals(patch: pytest.MonkeyPatch) -> None:
+    patch.setitem(counts.GOALS["A"], "3.1", counts.Counts(20, 9, 9, 9))  # type: ignore[index]
+
+
+def moved_measures(patch: pytest.MonkeyPatch) -> None:
+    wrong: dict[str, Any] = {"value": 0.0, "tolerance": Tolerance(0.01, ABSOLUTE)}
+    stated = {key: replace(each, **wrong) for key, each in measures.references().items()}
+    patch.setattr(measures, "references", lambda: stated)
+
+
+def moved_damage(patch: pytest.MonkeyPatch) -> None:
+    cell = next(each for each in reference.damages() if each.reference.value == 45.144)
+    patch.setattr(reference, "damages", lambda: [replace(cell, reference=replace(cell.reference, value=50.0))])
+
+
+def moved_spreads(patch: pytest.MonkeyPatch) -> None:
+    moved = {figure: Spread(0.0, 1.0, 10) for figure in spreads()}
+    patch.setattr(testbed, "spreads", lambda: moved)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "move", "words"),
+    [
+        (("ch2", "--table", "2.2"), moved_cells, "FAILED: 2.2 baseline"),
+        (("ch3", "--table", "3.1", "--quick"), moved_goals, "FAILED: 3.1"),
+        (("ch4", "--table", "4.2fig"), moved_measures, "FAILED: clear day: zone 1 before noon"),
+        (("ch5", "--part", "5.5"), moved_damage, "FAILED: sliding mode, pass"),
+        (TESTBED, moved_spreads, "FAILED"),
+    ],
+)
+def test_leaving_the_reference_gives_exit_code_1(
+    arguments: tuple[str, ...],
+    move: Callable[[pytest.MonkeyPatch], None],
+    words: str,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    move(monkeypatch)
     result = invoke(*arguments)
+    assert result.exit_code == 1
+    assert words in " ".join(result.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("chapter", "arguments", "remedy"),
+    [
+        ("ch2", ("--table", "2.4"), "2.1fig"),
+        ("ch2", ("--table", "2.2", "--interpretation", "S9"), "S0, S1, S2"),
+        ("ch2", ("--table", "2.2", "--recheck"), "add --table claims"),
+        ("ch3", ("--table", "3.9"), "3.7"),
+        ("ch3", ("--preset-set", "C"), "A, B"),
+        ("ch3", ("--back-end", "gurobi"), "highs"),
+        ("ch3", ("--time-limit", "0"), "above 0"),
+        ("ch4", ("--table", "4.9"), "4.8fig"),
+        ("ch4", ("--table", "4.1", "--recheck"), "add --table claims"),
+        ("ch4", ("--table", "4.7"), "4.7fig"),
+        ("ch4", ("--controller", "pq"), "Known: clip, qp, levels"),
+        ("ch5", ("--part", "5.9"), "Known: 5.2, 5.3, 5.4, 5.5, maps"),
+        ("ch5", ("--part", "5.3", "--recheck"), "add --part claims"),
+        ("testbed", ("--seeds", "0"), "greater than or equal to 1"),
+        *((command.name, *MANY_JOBS) for command in COMMANDS),
+    ],
+)
+def test_wrong_input_names_the_remedy(chapter: str, arguments: Sequence[str], remedy: str) -> None:
+    result = invoke(chapter, *arguments)
     assert result.exit_code == 2
     assert result.stdout == ""
     assert remedy in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
 
 
-def test_figures_are_written(tmp_path: Path) -> None:
-    folder = tmp_path / "new" / "plots"
-    result = invoke("--table", "2.2", "--table", "2.3fig", "--plot", str(folder))
-    assert result.exit_code == 0
-    assert [path.name for path in folder.iterdir()] == ["figure_2_3.png"]
-    assert str(folder) in result.stderr
-    picture = matplotlib_image.imread(folder / "figure_2_3.png")
-    assert min(picture.shape[:2]) > 800
-    assert picture.std() > 0.02
-
-
-def test_missing_matplotlib_is_told_before_anything_runs(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+@pytest.mark.parametrize("chapter", ["ch2", "ch4"])
+def test_missing_matplotlib_is_told_before_anything_runs(
+    chapter: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    result = invoke("--plot", str(tmp_path))
+    result = invoke(chapter, "--plot", str(tmp_path))
     assert result.exit_code == 2
     assert 'pip install "cps-envs[baselines]"' in " ".join(result.stderr.split())
-    assert "chapter 2" not in result.stderr
+    assert "chapter" not in result.stderr
 
 
-def test_string_stability_prints_the_table_and_the_verdict(tmp_path: Path) -> None:
-    target = tmp_path / "stability.png"
-    result = invoke_stability("--plot", str(target))
+def test_missing_solver_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyscipopt", None)
+    result = invoke("ch3", "--table", "3.1", "--quick", "--back-end", "scip")
+    assert result.exit_code == 2
+    assert "pip install" in " ".join(result.stderr.split())
+
+
+def test_help_says_that_no_table_of_chapter_3_is_reproduced() -> None:
+    assert "No table is reproduced as a whole" in " ".join(invoke("ch3", "--help").stdout.split())
+
+
+@pytest.mark.slow
+def test_quick_leaves_out_what_it_says() -> None:
+    result = invoke("ch4", "--quick", "--json")
+    document = json.loads(result.stdout)
     assert result.exit_code == 0
-    assert "1.688  0.150    42 s" in result.stdout
-    assert "contradicts section 2.2.1" in result.stdout
-    assert matplotlib_image.imread(target).shape[1] > 1000
+    assert {"4.2", "4.8fig", "early"}.isdisjoint(document["parts"])
+    left_out = {row["id"] for row in document["parts"]["claims"] if row["verdict"] == "not evaluated"}
+    assert left_out == {"C27", "C28", "C38", "C39", "C40", "C41", "C42"}
+    assert any("--quick left out" in paragraph for paragraph in document["closing"])
 
 
-def test_string_stability_as_json() -> None:
-    document = json.loads(invoke_stability("--json").stdout)
-    assert len(document["peaks"]) == 14 * 5
-    (peak,) = (row for row in document["peaks"] if (row["vehicles_per_platoon"], row["tau_s"]) == (10, 0.1))
-    assert peak["gain"] == pytest.approx(1.69, abs=0.005)
-    assert document["stable_sizes"]["0.5"] == []
+@pytest.mark.slow
+def test_the_rest_of_chapter_5_is_printed_and_drawn(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    result = invoke("ch5", "--part", "maps", "--part", "claims", "--part", "headroom", "--plot", str(tmp_path))
+    assert result.exit_code == 0, result.output
+    text = " ".join(result.stdout.split())
+    for words in ("Figs. 5.6 to 5.11", "Collision line", "What the text claims", "solid:", "Head-room", "24 of 24"):
+        assert words in text
+    names = {"figures_5_6_to_5_11_pass.png", "figures_5_6_to_5_11_solid.png"}
+    assert {path.name for path in tmp_path.iterdir()} == names

@@ -11,10 +11,14 @@ from typer.testing import CliRunner
 
 from cps_agents.cli import app
 from cps_agents.reproduction import readings
+from cps_agents.reproduction.commands import COMMANDS
 from cps_agents.reproduction.publication import END, START, tables
-from cps_baselines.reproduction.block import Block
+from cps_baselines.fdi.reproduction.settings import SETS
+from cps_baselines.hvac.reproduction.controllers import CONTROLLERS
 from cps_baselines.reproduction.evidence import Report
-from cps_baselines.reproduction.tally import CELLS, CLAIMS, Tally, tally
+from cps_baselines.reproduction.exhibit import Table, places
+from cps_baselines.reproduction.findings import CELLS, CLAIMS, Tally, tally
+from cps_envs.disbanding.config import INTERPRETATIONS
 
 ROOT = Path(__file__).parents[2]
 
@@ -30,8 +34,8 @@ class Chapter:
         verdict = "reproduced" if self.reading.choice == "S0" else "partly"
         return [tally(self.reading.name, CLAIMS, [("P01", verdict), ("P02", "near")]), tally("", CELLS, [])]
 
-    def blocks(self) -> Sequence[Block]:
-        return [Block("A table", ("name", "verdict"), [("first", "near")])]
+    def tables(self) -> Sequence[Table]:
+        return [Table("A table", places("name", "verdict"), [("first", "near")])]
 
     def closing(self) -> Sequence[str]:
         return ["Not reproduced: nothing."]
@@ -62,7 +66,7 @@ class Chapters:
 @pytest.fixture
 def chapters(monkeypatch: pytest.MonkeyPatch) -> Chapters:
     found = Chapters()
-    monkeypatch.setattr(readings, "_COMPUTE", dict.fromkeys(readings._COMPUTE, found))
+    monkeypatch.setattr(readings.Reading, "compute", lambda reading, jobs, report: found(reading, jobs, report))
     return found
 
 
@@ -151,3 +155,11 @@ def test_a_tally_counts_words_for_cells_as_words_for_claims() -> None:
     assert found.counts == {"reproduced": 1, "near": 1, "partly": 1, "not reproduced": 2}
     with pytest.raises(ValueError, match="two statements are called 'a'"):
         tally("S0", CELLS, [("a", "match"), ("a", "miss")])
+
+
+def test_what_all_varies_is_what_the_chapters_know() -> None:
+    known = {"interpretation": set(INTERPRETATIONS), "preset_set": set(SETS), "controller": set(CONTROLLERS)}
+    for command in COMMANDS:
+        assert set(command.values) <= known.get(command.varied, set())
+        evidence = command.load().evidence(**{each.name: each.default for each in command.options})
+        assert evidence.results == {}

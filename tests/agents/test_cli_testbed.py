@@ -10,7 +10,6 @@ import pytest
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_baselines.testbed import reference
 from cps_envs.core.play import play_episodes
 from cps_envs.testbed.problem import TESTBED
 
@@ -75,31 +74,3 @@ def test_wrong_input_names_the_remedy(arguments: Sequence[str], remedy: str) -> 
     result = invoke("testbed", *arguments)
     assert result.exit_code == 2
     assert remedy in " ".join(result.stderr.split())
-
-
-def reproduce(*arguments: str) -> Any:
-    return invoke("reproduce", "testbed", "--quick", "--seeds", "2", "--jobs", "1", *arguments)
-
-
-def test_section_2_5_is_printed_beside_the_paper() -> None:
-    result = reproduce()
-    assert result.exit_code == 0, result.output
-    for words in ("30.02", "21.82", "19.73", "in 2 of 2 seeds", "T13", "stand-in", "Regression check"):
-        assert words in " ".join(result.stdout.split())
-
-
-def test_section_2_5_as_json_and_figure(tmp_path: Path) -> None:
-    pytest.importorskip("matplotlib")
-    result = reproduce("--json", "--plot", str(tmp_path))
-    document = json.loads(result.stdout)
-    assert result.exit_code == 0
-    assert document["seeds"] == 2
-    assert [Path(name).name for name in document["files"]] == ["figure_2_5.png"]
-
-
-def test_leaving_the_reference_gives_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
-    moved = {figure: reference.Reference(0.0, 1.0, 10) for figure in reference.references()}
-    monkeypatch.setattr(reference, "references", lambda: moved)
-    result = reproduce()
-    assert result.exit_code == 1
-    assert "FAILED" in result.stdout

@@ -4,7 +4,7 @@ import pytest
 
 from cps_baselines.reproduction.claims import Claim, Claims, Finding, joined
 from cps_baselines.reproduction.evidence import NotRunError
-from cps_baselines.reproduction.findings import findings_block, findings_document, findings_summary
+from cps_baselines.reproduction.findings import findings_document, findings_summary, findings_table
 from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, of_cases, of_number
 
 
@@ -65,9 +65,13 @@ def test_an_answer_has_no_unit() -> None:
 
 def test_findings_are_shown_stored_and_summed_up() -> None:
     findings = made().evaluate({"P01": 5.4, "P02": 50.0}, only=("P01", "P02"))
-    block = findings_block(findings, "The rules.")
-    assert block.rows[0] == ("P01", "2.1a", findings[0][0].text, "5 %", "5.4", NEAR)
-    assert block.notes == ("The rules.",)
+    table = findings_table({"": findings}, "The rules.")
+    assert table.rows[0] == ("P01", "2.1a", findings[0][0].text, "5 %", "5.4", NEAR)
+    assert table.notes == ("The rules.",)
+    twice = findings_table({"here": findings, "there": findings}, "The rules.")
+    assert [row[4] for row in twice.rows[:2]] == ["here: 5.4", "there: 5.4"]
+    assert twice.rows[1][:4] == ("",) * 4
+    assert twice.breaks == [1]
     row = findings_document(findings)[1]
     assert (row["id"], row["paper"], row["value"], row["verdict"]) == ("P02", "5", 50.0, NOT)
     assert findings_summary(findings) == "Claims: 0 of 2 reproduced; near: P01; not reproduced: P02."

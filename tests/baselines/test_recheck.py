@@ -8,32 +8,31 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.reproduction.chapter import reproduce_chapter as reproduce_chapter_2
+from cps_baselines.disbanding.reproduction.chapter import CHAPTER as CHAPTER_2
+from cps_baselines.disbanding.reproduction.experiments import Evidence as Evidence2
 from cps_baselines.disbanding.reproduction.recheck import CONDITIONS as OTHER_RULES
 from cps_baselines.disbanding.reproduction.recording import Recorded as Course
 from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
 from cps_baselines.disbanding.reproduction.searching import Search
-from cps_baselines.disbanding.reproduction.selection import needed as behind_chapter_2
+from cps_baselines.hvac.reproduction.chapter import CHAPTER as CHAPTER_4
+from cps_baselines.hvac.reproduction.controllers import Evidence as Evidence4
 from cps_baselines.hvac.reproduction.experiments import noise_free, undefended
 from cps_baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
 from cps_baselines.hvac.reproduction.recording import Recorded
 from cps_baselines.hvac.reproduction.scenario import Scenario
-from cps_baselines.hvac.reproduction.selection import needed
 from cps_baselines.reproduction.claims import Claim, Finding
 from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
 from cps_baselines.reproduction.recheck import (
     Again,
     Condition,
-    Results,
-    Varied,
     again_document,
     again_summary,
     judge_again,
     with_again,
 )
 from cps_baselines.reproduction.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
+from cps_baselines.rogue.reproduction.chapter import behind_claims
 from cps_baselines.rogue.reproduction.experiments import ClosedLoop, Ride, Waves, square_waves
-from cps_baselines.rogue.reproduction.parts import behind_claims
 from cps_baselines.rogue.reproduction.recheck import CONDITIONS, WORLDS
 
 CLAIM = Claim("X01", "1", "it is one", "1", "m")
@@ -65,15 +64,15 @@ def same(experiment: Any) -> Any:
 TWICE, BOTH = Condition("at twice", (larger,)), Condition("in 3 worlds", (larger, same, larger))
 
 
-def judged(results: Results) -> list[tuple[Claim, Finding]]:
-    value = Evidence(results)[Number(1.0)]
+def judged(evidence: Evidence) -> list[tuple[Claim, Finding]]:
+    value = evidence[Number(1.0)]
     return [(CLAIM, Finding(value, f"{value:g} m", of_number(value, 1.0)))]
 
 
 def test_a_verdict_that_changes_says_so() -> None:
     todo = [Number(1.0), *TWICE.experiments([Number(1.0)])]
     assert todo == [Number(1.0), Number(2.0)]
-    results = compute(todo)
+    results = Evidence(compute(todo))
     again = judge_again(results, (TWICE, BOTH), judged)
     assert [each.counts for each in again] == [{"X01": {NOT: 1}}, {"X01": {NOT: 2, REPRODUCED: 1}}]
     ((_, finding),) = with_again(judged(results), again)
@@ -87,7 +86,7 @@ def test_a_verdict_that_changes_says_so() -> None:
 
 
 def test_a_verdict_that_stays_is_left_alone() -> None:
-    results = compute([Number(1.0)])
+    results = Evidence(compute([Number(1.0)]))
     again = judge_again(results, (Condition("as before", (same, same)),), judged)
     assert with_again(judged(results), again) == judged(results)
     assert again_summary(judged(results), again) == ["Judged again as before: 1 of 1 verdicts stay."]
@@ -98,10 +97,10 @@ def test_a_verdict_that_stays_is_left_alone() -> None:
 
 
 def test_what_was_not_computed_is_not_taken_from_the_usual_results() -> None:
-    evidence = Evidence(Varied(compute([Number(1.0)]), larger))
+    usual = Evidence(compute([Number(1.0)]))
     with pytest.raises(NotRunError):
-        evidence[Number(1.0)]
-    assert Evidence(Varied(compute([Number(1.0)]), same))[Number(1.0)] == 1.0
+        usual.varied(larger)[Number(1.0)]
+    assert usual.varied(same)[Number(1.0)] == 1.0
 
 
 def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() -> None:
@@ -123,7 +122,7 @@ def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() ->
     (course,) = half.experiments([Course(usual, 1.0)])
     assert course == Course(replace(usual, overrides=(("dt_s", 0.005),)), 1.0)
     assert course.run().outcome.velocity_error_intact == errors["half"]
-    every = behind_chapter_2(("claims",), "S0", quick=False, all_interpretations=False)
+    every = CHAPTER_2.needed(("claims",), Evidence2())
     for condition in OTHER_RULES:
         assert not set(condition.experiments(every)) & set(every)
     with pytest.raises(TypeError, match="no claim needs"):
@@ -132,8 +131,8 @@ def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() ->
 
 @pytest.mark.slow
 def test_chapter_2_says_which_verdicts_change() -> None:
-    found = reproduce_chapter_2(("claims",), quick=True, recheck=True)
-    changed = {name for name, verdict in _verdicts(found) if found.again[1].differs(name, verdict)}
+    found = CHAPTER_2.reproduce(("claims",), quick=True, recheck=True)
+    changed = {name for name, verdict in _verdicts(found) if found.again[""][1].differs(name, verdict)}
     assert {"P27", "P29", "P39"} <= changed  # nobody collides under the standstill rule
     assert "P21" not in changed
     assert len([line for line in found.closing() if line.startswith("Judged again")]) == len(OTHER_RULES)
@@ -141,12 +140,12 @@ def test_chapter_2_says_which_verdicts_change() -> None:
 
 
 def _verdicts(found: Any) -> list[tuple[str, str]]:
-    return [(claim.id, finding.verdict) for claim, finding in found.findings]
+    return [(claim.id, finding.verdict) for claim, finding in found.findings[""]]
 
 
 def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:
     (condition,) = OTHER_DAYS
-    every = needed(("claims",), quick=False)
+    every = CHAPTER_4.needed(("claims",), Evidence4())
     others = condition.experiments(every)
     assert len(others) == len(every)
     assert not set(others) & set(every)

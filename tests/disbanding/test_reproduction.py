@@ -10,22 +10,22 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.disbanding.reproduction import plot_2_1, plot_2_3, reference
-from cps_baselines.disbanding.reproduction.cells import mean_distance, table_cells
-from cps_baselines.disbanding.reproduction.chapter import Reproduction, reproduce_chapter
-from cps_baselines.disbanding.reproduction.claims import CLAIMS
-from cps_baselines.disbanding.reproduction.evidence import Evidence
-from cps_baselines.disbanding.reproduction.experiments import Experiments
+from cps_baselines.disbanding.reproduction import plots
+from cps_baselines.disbanding.reproduction.cells import mean_distance, references, table_cells
+from cps_baselines.disbanding.reproduction.chapter import CHAPTER
+from cps_baselines.disbanding.reproduction.experiments import Evidence, Experiments
 from cps_baselines.disbanding.reproduction.played import READINGS
 from cps_baselines.disbanding.reproduction.recording import Recorded
-from cps_baselines.disbanding.reproduction.rules import of_points
+from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
 from cps_baselines.disbanding.reproduction.searching import evaluator
-from cps_baselines.disbanding.reproduction.selection import PARTS, chosen, needed
+from cps_baselines.disbanding.reproduction.summary import cells_of
+from cps_baselines.paper.agreement import POINTS
 from cps_baselines.paper.tables import read_table, velocity_errors
+from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.evidence import compute
 from cps_baselines.reproduction.recovery import deviation, of_recovery, of_recovery_time, recovery_s
-from cps_baselines.reproduction.verdicts import NEAR, NEAR_SHARE, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_baselines.reproduction.verdicts import NEAR, NEAR_SHARE, NOT, PARTLY, REPRODUCED, UNKNOWN, of_number
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.disbanding.config import PAPER
 
@@ -43,14 +43,14 @@ SHORT = Scenario(((3, 1.0),), num_platoons=3, duration_s=20.0)
 
 
 @pytest.fixture(scope="module")
-def found() -> Reproduction:
-    return reproduce_chapter(FAST, quick=True)
+def found() -> Reproduction[Evidence]:
+    return CHAPTER.reproduce(FAST, quick=True)
 
 
-def test_every_cell_is_within_its_tolerance_of_the_reference(found: Reproduction) -> None:
+def test_every_cell_is_within_its_tolerance_of_the_reference(found: Reproduction[Evidence]) -> None:
     assert len(found.checks) == 36
-    assert [check.cell.name for check in found.checks if not check.passed] == []
-    assert [check.cell.name for check in found.checks if not check.crash_agrees] == []
+    assert [check.label for check in found.checks if not check.passed] == []
+    assert [check.label for check in found.checks if not check.subject.crash_agrees] == []
     assert found.passed
 
 
@@ -65,18 +65,20 @@ def test_every_cell_is_within_its_tolerance_of_the_reference(found: Reproduction
         ("2.3", "mpc", 3.1),
     ],
 )
-def test_mean_distance_from_the_paper(found: Reproduction, table: str, controller: str, distance: float) -> None:
+def test_mean_distance_from_the_paper(
+    found: Reproduction[Evidence], table: str, controller: str, distance: float
+) -> None:
     assert mean_distance(table_cells(found.evidence, table, (controller,))) == pytest.approx(distance, abs=0.05)
 
 
-def test_the_other_averaging_set_fits_the_paper_less(found: Reproduction) -> None:
+def test_the_other_averaging_set_fits_the_paper_less(found: Reproduction[Evidence]) -> None:
     for table, other in (("2.2", "all"), ("2.3", "intact")):
         cells = table_cells(found.evidence, table, ("baseline",))
         assert mean_distance(cells, other) > mean_distance(cells) + 2.0
 
 
 @pytest.mark.parametrize("table", ["2.2", "2.3"])
-def test_cells_stand_beside_those_of_the_paper(found: Reproduction, table: str) -> None:
+def test_cells_stand_beside_those_of_the_paper(found: Reproduction[Evidence], table: str) -> None:
     cells = table_cells(found.evidence, table)
     assert [cell.paper for cell in cells] == velocity_errors(f"table_{table.replace('.', '_')}")
     for cell in cells:
@@ -85,8 +87,8 @@ def test_cells_stand_beside_those_of_the_paper(found: Reproduction, table: str) 
         assert cell.verdict == expected
 
 
-def test_a_matching_cell_does_not_hide_the_effect_of_a_mitigation(found: Reproduction) -> None:
-    effects = {(cell.table, cell.name): cell.effect for cell in found.cells}
+def test_a_matching_cell_does_not_hide_the_effect_of_a_mitigation(found: Reproduction[Evidence]) -> None:
+    effects = {(cell.table, cell.name): cell.effect for cell in cells_of(found)}
     assert sum(effect is None for effect in effects.values()) == 12
     effect = effects["2.2", "heuristic (5 m, 0.1 s)"]
     assert effect is not None
@@ -102,49 +104,49 @@ def test_a_matching_cell_does_not_hide_the_effect_of_a_mitigation(found: Reprodu
 
 
 def test_reference_covers_the_tables_of_the_specification() -> None:
-    known = reference.references()
+    known = references()
     assert len(known) == 13 * 6
     assert {key[:3] for key in known} >= {(table, "S0", name) for table in ("2.2", "2.3") for name in CONTROLLERS}
 
 
-def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction) -> None:
+def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction[Evidence]) -> None:
     experiment = Experiments().cell("2.2", "heuristic", 4.0, 0.3)
-    results = dict.fromkeys(needed(("2.2",), "S0", quick=True, all_interpretations=False))
+    results = dict.fromkeys(CHAPTER.needed(("2.2",), found.evidence))
     results = {each: found.evidence[each] for each in results}
     outcome = results[experiment]
     results[experiment] = replace(outcome, velocity_error_intact=outcome.velocity_error_intact + 0.2)
-    changed = Reproduction(("2.2",), Evidence(results))
+    changed = Reproduction(CHAPTER, ("2.2",), Evidence(results))
     assert not changed.passed
     assert any("FAILED: 2.2 heuristic (4 m, 0.3 s) off by +0.196" in paragraph for paragraph in changed.closing())
 
 
-def test_every_claim_of_the_paper_has_one_evaluation(found: Reproduction) -> None:
+def test_every_claim_of_the_paper_has_one_evaluation(found: Reproduction[Evidence]) -> None:
     printed = [row["id"] for row in read_table("claims_ch2")]
     assert len(set(printed)) == len(printed) == 39
     assert sorted(CLAIMS.judged) == printed
-    assert [claim.id for claim, _ in found.findings] == printed
+    assert [claim.id for claim, _ in found.findings[""]] == printed
 
 
-def test_verdicts_of_the_claims(found: Reproduction) -> None:
-    assert {claim.id: finding.verdict for claim, finding in found.findings} == VERDICTS | dict.fromkeys(
+def test_verdicts_of_the_claims(found: Reproduction[Evidence]) -> None:
+    assert {claim.id: finding.verdict for claim, finding in found.findings[""]} == VERDICTS | dict.fromkeys(
         LEFT_OUT, UNKNOWN
     )
 
 
-def test_values_of_the_claims(found: Reproduction) -> None:
-    values = {claim.id: finding.value for claim, finding in found.findings}
+def test_values_of_the_claims(found: Reproduction[Evidence]) -> None:
+    values = {claim.id: finding.value for claim, finding in found.findings[""]}
     expected = {"P05": 1.08, "P06": 14.2, "P07": 89, "P13": 10.35, "P17": 75, "P18": 29, "P19": 15, "P21": 29.51}
     expected |= {"P22": 44.42, "P32": 64, "P33": 0, "P34": 55.6}
     for name, value in expected.items():
         assert values[name] == pytest.approx(value, abs=0.05 if value < 20 else 0.5), name
 
 
-def test_a_claim_that_drops_cells_says_how_many(found: Reproduction) -> None:
-    shown = {claim.id: finding.shown for claim, finding in found.findings}
+def test_a_claim_that_drops_cells_says_how_many(found: Reproduction[Evidence]) -> None:
+    shown = {claim.id: finding.shown for claim, finding in found.findings[""]}
     assert shown["P27"].endswith("4 of 5 tau apply")
 
 
-def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction) -> None:
+def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction[Evidence]) -> None:
     expected = {
         0.1: (18.86, 19.46, 20.60, 21.97, 23.48, 25.07, 26.69, 28.17, 29.56),
         0.3: (20.86, 23.25, 26.16, 28.90, 31.09, 32.96, 34.64, 36.20, 37.68),
@@ -157,15 +159,15 @@ def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction
     assert collided == [6 * (count - 1) for count in range(2, 11)]
 
 
-def test_closing_names_what_is_missed(found: Reproduction) -> None:
+def test_closing_names_what_is_missed(found: Reproduction[Evidence]) -> None:
     text = " ".join(found.closing())
-    for cell in found.cells:
+    for cell in cells_of(found):
         assert (f"{cell.table} {cell.name} {cell.difference:+.1f}" in text) == (cell.verdict == "miss")
     for words in ("tuned on the mpc column", "36 of 36 cells within", "not reproduced: P08", "--quick left out"):
         assert words in text
 
 
-def test_document_is_strict_json(found: Reproduction) -> None:
+def test_document_is_strict_json(found: Reproduction[Evidence]) -> None:
     document = json.loads(to_json(found.document()))
     assert list(document["parts"]) == list(FAST)
     assert len(document["parts"]["2.2"]["cells"]) == 18
@@ -175,22 +177,22 @@ def test_document_is_strict_json(found: Reproduction) -> None:
     assert document["regression"]["passed"] is True
 
 
-def test_figures_have_the_paper_s_panels_with_units(found: Reproduction) -> None:
+def test_figures_have_the_paper_s_panels_with_units(found: Reproduction[Evidence]) -> None:
     pytest.importorskip("matplotlib")
-    for draw, panels in ((plot_2_1.draw, "abcde"), (plot_2_3.draw, "abcd")):
+    for draw, panels in ((plots.draw_2_1, "abcde"), (plots.draw_2_3, "abcd")):
         axes = draw(found.evidence).axes
         assert "".join(each.get_title(loc="left")[0] for each in axes) == panels
         assert all(each.get_xlabel() and each.get_ylabel() and each.lines for each in axes)
 
 
-def test_blocks_are_rectangular(found: Reproduction) -> None:
-    for block in found.blocks():
-        assert {len(row) for row in block.rows} == {len(block.columns)}, block.title
+def test_tables_are_rectangular(found: Reproduction[Evidence]) -> None:
+    for table in found.tables():
+        assert {len(row) for row in table.rows} == {len(table.columns)}, table.title
 
 
 @pytest.mark.parametrize(("ours", "verdict"), [(32.0, REPRODUCED), (26.1, NEAR), (34.1, NOT)])
 def test_rule_of_points(ours: float, verdict: str) -> None:
-    assert of_points(ours, 30.0) == verdict
+    assert of_number(ours, 30.0, POINTS) == verdict
 
 
 def test_recording_does_not_change_the_outcome() -> None:
@@ -244,12 +246,12 @@ def test_processes_give_the_same_results() -> None:
 
 
 def test_parts_are_ordered_and_checked() -> None:
-    assert chosen([]) == tuple(PARTS)
-    assert chosen([], quick=True) == (*FAST[:4], "ga", "claims")
-    assert chosen(["text"], quick=True) == ("text",)
-    assert chosen(["claims", "2.2", "2.2"]) == ("2.2", "claims")
+    assert CHAPTER.chosen() == tuple(CHAPTER.parts)
+    assert CHAPTER.chosen(quick=True) == (*FAST[:4], "ga", "claims")
+    assert CHAPTER.chosen(["text"], quick=True) == ("text",)
+    assert CHAPTER.chosen(["claims", "2.2", "2.2"]) == ("2.2", "claims")
     with pytest.raises(ConfigurationError, match=r"no part '2\.4'.*Known"):
-        chosen(["2.4"])
+        CHAPTER.chosen(["2.4"])
 
 
 def test_what_is_played_is_what_is_simulated() -> None:
@@ -280,37 +282,37 @@ def test_the_rear_vehicle_s_sensor_is_the_milder_attack() -> None:
 
 def test_what_is_played_fills_its_tables() -> None:
     """With made-up metrics, so that every number stands where it belongs."""
-    todo = needed(("platoons", "text"), "S0", quick=False, all_interpretations=False)
+    todo = CHAPTER.needed(("platoons", "text"), Evidence())
     metrics = ("velocity_error_intact", "collided_intact", "acceleration_mps2", "jerk_mps3", "energy_kj_per_km")
     results = {each: dict.fromkeys((*metrics, "recovery_s"), float(k)) for k, each in enumerate(todo)}
-    made = Reproduction(("platoons", "text"), Evidence(results))
-    blocks = made.blocks()
-    for block in blocks:
-        assert {len(row) for row in block.rows} == {len(block.columns)}, block.title
+    made = Reproduction(CHAPTER, ("platoons", "text"), Evidence(results))
+    tables = made.tables()
+    for table in tables:
+        assert {len(row) for row in table.rows} == {len(table.columns)}, table.title
     where = list(results).index(Experiments().defended(7, 0.3, "mpc"))
-    assert blocks[1].rows[5][0] == "7"
-    assert blocks[1].rows[5][3] == f"{where:.2f} ({where})"
+    assert tables[1].rows[5][0] == "7"
+    assert tables[1].rows[5][3] == f"{where:.2f} ({where})"
     where = list(results).index(Experiments().reading(READINGS[2], 0.5, "copy"))
-    assert blocks[6].rows[2] == ("standstill rule (r_0)", *blocks[6].rows[2][1:3], f"{where:.2f} ({where})")
+    assert tables[6].rows[2] == ("standstill rule (r_0)", *tables[6].rows[2][1:3], f"{where:.2f} ({where})")
     document = json.loads(to_json(made.document()))["parts"]
     assert len(document["platoons"]) + len(document["text"]) == len(results)
     assert made.closing() == []
 
 
 @pytest.fixture(scope="module")
-def everything() -> Reproduction:
-    return reproduce_chapter(tuple(PARTS), jobs=2, all_interpretations=True)
+def everything() -> Reproduction[Evidence]:
+    return CHAPTER.reproduce(jobs=2, all_interpretations=True)
 
 
 @pytest.mark.slow
-def test_full_run_leaves_no_claim_open(everything: Reproduction) -> None:
-    verdicts = {claim.id: finding.verdict for claim, finding in everything.findings}
+def test_full_run_leaves_no_claim_open(everything: Reproduction[Evidence]) -> None:
+    verdicts = {claim.id: finding.verdict for claim, finding in everything.findings[""]}
     assert verdicts == VERDICTS | VERDICTS_IN_FULL | {"P37": NEAR, "P38": PARTLY}
     assert everything.passed
 
 
 @pytest.mark.slow
-def test_genetic_algorithm_finds_the_lead_platoon_at_the_first_instant(everything: Reproduction) -> None:
+def test_genetic_algorithm_finds_the_lead_platoon_at_the_first_instant(everything: Reproduction[Evidence]) -> None:
     rows = json.loads(to_json(everything.document()["parts"]["ga"]))
     single = [row for row in rows if row["budget"] == 1]
     assert [(row["tau_s"], row["found"]) for row in single] == [(tau_s, [[10, 1.0]]) for tau_s in (0.1, 0.3, 0.5)]
@@ -320,7 +322,7 @@ def test_genetic_algorithm_finds_the_lead_platoon_at_the_first_instant(everythin
 
 
 @pytest.mark.slow
-def test_interpretations_decide_the_crash_flags(everything: Reproduction) -> None:
+def test_interpretations_decide_the_crash_flags(everything: Reproduction[Evidence]) -> None:
     documents = everything.document()["interpretations"]
     verdicts = {name: tuple(row["verdict"] for row in document["claims"]) for name, document in documents.items()}
     assert verdicts == {"S0": (NEAR, PARTLY), "S1": (REPRODUCED, NEAR), "S2": (NEAR, REPRODUCED)}

@@ -8,10 +8,17 @@ import numpy as np
 import pytest
 
 from cps_baselines.fdi.branch_and_bound import PRINTED, find_injections, make_search
-from cps_baselines.fdi.reproduction import plot_3_2
+from cps_baselines.fdi.reproduction import figure_3_2
 from cps_baselines.fdi.reproduction.course import Course, attack_course
-from cps_baselines.fdi.reproduction.figure import FAR, ROUGH, FigureRow, main_rows
-from cps_baselines.fdi.reproduction.variants import VARIANTS, FigureRun, figure_runs
+from cps_baselines.fdi.reproduction.figure_3_2 import (
+    FAR,
+    ROUGH,
+    VARIANTS,
+    FigureRow,
+    FigureRun,
+    figure_runs,
+    main_rows,
+)
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
 
@@ -175,6 +182,6 @@ def test_printed_variant_uses_the_printed_sign() -> None:
 
 def test_figure_has_four_panels_with_units(rows: list[FigureRow]) -> None:
     pytest.importorskip("matplotlib")
-    axes = plot_3_2.draw(main_rows(rows)).axes
+    axes = figure_3_2.draw_figure(main_rows(rows)).axes
     assert [each.get_title(loc="left")[0] for each in axes] == ["a", "b", "c", "d"]
     assert all(each.get_xlabel() and each.get_ylabel() and len(each.lines) >= 10 for each in axes)

@@ -10,12 +10,19 @@ import pytest
 
 from cps_agents.console import to_json
 from cps_baselines.fdi.grid import GridCell
-from cps_baselines.fdi.reproduction.cells import MATCH, MISS, NEAR, Cell, table_cells
-from cps_baselines.fdi.reproduction.chapter import Reproduction, reproduce_chapter
+from cps_baselines.fdi.reproduction.audit import beyond_set_a
+from cps_baselines.fdi.reproduction.cells import Cell, table_cells
+from cps_baselines.fdi.reproduction.chapter import CHAPTER, ONE_ATTACKED
 from cps_baselines.fdi.reproduction.continuous import compare, compared, verdict
-from cps_baselines.fdi.reproduction.counts import ALLOWANCE, GOALS, Counts, count_tables
-from cps_baselines.fdi.reproduction.experiments import GridRun, OneHorizonRun, RelaxedSpeeds, four_vehicle_cells
-from cps_baselines.fdi.reproduction.selection import PARTS, QUICK, chosen, needed
+from cps_baselines.fdi.reproduction.controls import control_tables
+from cps_baselines.fdi.reproduction.counts import ALLOWANCE, GOALS, Counts, count_tables, counted
+from cps_baselines.fdi.reproduction.experiments import (
+    Evidence,
+    GridRun,
+    OneHorizonRun,
+    RelaxedSpeeds,
+    four_vehicle_cells,
+)
 from cps_baselines.fdi.reproduction.settings import (
     ALL_FOUR,
     BACK_ENDS,
@@ -28,8 +35,9 @@ from cps_baselines.fdi.reproduction.settings import (
     Settings,
 )
 from cps_baselines.paper.collisions import CollisionCell, collision_cells
-from cps_baselines.reproduction.evidence import Evidence, NotRunError
-from cps_baselines.reproduction.verdicts import NOT, PARTLY
+from cps_baselines.reproduction.chapter import Reproduction
+from cps_baselines.reproduction.evidence import NotRunError
+from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, NOT, PARTLY
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.task import make_task
@@ -45,8 +53,8 @@ def ours(*pairs: tuple[int, float]) -> GridCell:
 
 
 @pytest.fixture(scope="module")
-def found() -> Reproduction:
-    return reproduce_chapter(("3.1", "fig", "audit"), Settings(), quick=True)
+def found() -> Reproduction[Evidence]:
+    return CHAPTER.reproduce(("3.1", "fig", "audit"), quick=True)
 
 
 @pytest.mark.parametrize(
@@ -85,10 +93,10 @@ def test_counts_and_their_total() -> None:
 def test_a_count_more_than_three_below_its_goal_fails() -> None:
     cells = {"3.1": [Cell(NOTHING, ours())] * 10}
     for goal, passed in ((10 + ALLOWANCE, True), (11 + ALLOWANCE, False)):
-        (counted,) = count_tables(cells, {"3.1": Counts(goal, 0, 0, 0)})
-        assert counted.passed is passed
-    (counted,) = count_tables(cells, {"3.1": Counts(10, 0, 0, 1 + ALLOWANCE)})
-    assert not counted.passed
+        (counts,) = count_tables(cells, {"3.1": Counts(goal, 0, 0, 0)})
+        assert counts.passed is passed
+    (counts,) = count_tables(cells, {"3.1": Counts(10, 0, 0, 1 + ALLOWANCE)})
+    assert not counts.passed
 
 
 def test_goals_are_consistent() -> None:
@@ -107,32 +115,34 @@ def test_sets_have_horizons_for_every_table() -> None:
             assert config.num_vehicles == (5 if table == "3.7" else 4)
 
 
-def test_every_solve_reproduces_its_cell(found: Reproduction) -> None:
-    cells = table_cells(found.evidence, found.settings, "3.1")
+def test_every_solve_reproduces_its_cell(found: Reproduction[Evidence]) -> None:
+    cells = table_cells(found.evidence, "3.1")
     assert [cell.paper for cell in cells] == collision_cells("3.1")
     assert [cell.ours.task for cell in cells] == [cell.paper.task for cell in cells]
-    (counted,) = found.counts
-    assert counted.counts.feasibility == 16
-    assert counted.passed
+    (counts,) = counted(found.evidence)
+    assert counts.counts.feasibility == 16
+    assert counts.passed
     assert found.passed
 
 
-def test_relaxed_control_has_the_numbers_of_the_specification(found: Reproduction) -> None:
+def test_relaxed_control_has_the_numbers_of_the_specification(found: Reproduction[Evidence]) -> None:
     speeds = found.evidence[RelaxedSpeeds(RELAXED)]
     expected = {"3.1": 16, "3.2": 15, "3.5": 15, "3.3": 22, "3.4": 23, "3.6": 16}
     for table, count in expected.items():
         cells = collision_cells(table)
         assert sum(((speeds[cell.task] or 0.0) >= 1.75) == cell.feasible for cell in cells) == count
-    assert found.controls[0].relaxed == 16
-    assert found.controls[0].one_horizon is None
+    (controls,) = control_tables(found.evidence, ["3.1"])
+    assert controls.relaxed == 16
+    assert controls.one_horizon is None
 
 
-def test_speeds_beyond_set_a(found: Reproduction) -> None:
-    assert len(found.beyond) == 27
+def test_speeds_beyond_set_a(found: Reproduction[Evidence]) -> None:
+    beyond = list(beyond_set_a(found.evidence))
+    assert len(beyond) == 27
     speeds = found.evidence[RelaxedSpeeds(ONE_HORIZON)]
     assert sum(speed is not None for speed in speeds.values()) == 88
     assert speeds[make_task("x4", 4, 4)] == pytest.approx(6.8159, abs=1e-3)
-    for cell, fastest in found.beyond:
+    for cell, fastest in beyond:
         assert fastest is None or -(cell.target_speed_mps or 0.0) > fastest
 
 
@@ -141,18 +151,19 @@ def test_one_horizon_control_finds_known_speeds() -> None:
     assert OneHorizonRun(make_task("x1", 4, 4)).run() is None
 
 
-def test_a_lost_cell_fails_and_is_named(found: Reproduction) -> None:
-    evidence = {each: found.evidence[each] for each in needed(("3.1",), found.settings, quick=True)}
+def test_a_lost_cell_fails_and_is_named(found: Reproduction[Evidence]) -> None:
+    settings = found.evidence.settings
+    results: dict[Any, Any] = {each: found.evidence[each] for each in CHAPTER.needed(("3.1",), found.evidence)}
     for cell in collision_cells("3.1")[:4]:
-        run = GridRun(found.settings, "3.1", cell.task)
+        run = GridRun(settings, "3.1", cell.task)
         reachable = not cell.feasible
-        evidence[run] = replace(evidence[run], reachable=reachable, speed_mps=-2.0 if reachable else None)
-    changed = Reproduction(("3.1",), Evidence(evidence), found.settings)
+        results[run] = replace(results[run], reachable=reachable, speed_mps=-2.0 if reachable else None)
+    changed = Reproduction(CHAPTER, ("3.1",), Evidence(results))
     assert not changed.passed
     assert any("FAILED: 3.1." in paragraph for paragraph in changed.closing())
 
 
-def test_closing_says_what_is_not_reproducible(found: Reproduction) -> None:
+def test_closing_says_what_is_not_reproducible(found: Reproduction[Evidence]) -> None:
     text = " ".join(found.closing())
     for words in (
         "Not reproducible: the individual speeds",
@@ -189,13 +200,13 @@ def test_shipped_optima_have_continuous_injections_ahead() -> None:
         assert min(found.ratios) >= 1.0
 
 
-def test_no_table_is_called_reproduced(found: Reproduction) -> None:
-    cells = [value for block in found.blocks() for row in block.rows for value in row]
+def test_no_table_is_called_reproduced(found: Reproduction[Evidence]) -> None:
+    cells = [value for table in found.tables() for row in table.rows for value in row]
     assert "reproduced" not in cells
-    assert not any("reproduced" in block.title for block in found.blocks())
+    assert not any("reproduced" in table.title for table in found.tables())
 
 
-def test_document_is_strict_json(found: Reproduction) -> None:
+def test_document_is_strict_json(found: Reproduction[Evidence]) -> None:
     document = json.loads(to_json(found.document()))
     assert list(document["parts"]) == ["3.1", "fig", "audit"]
     assert len(document["parts"]["3.1"]) == 16
@@ -207,26 +218,26 @@ def test_document_is_strict_json(found: Reproduction) -> None:
     assert document["settings"] == {"parameters": "A", "back_end": "highs", "time_limit_s": 2.0, "acceptance": 0.45}
 
 
-def test_blocks_are_rectangular(found: Reproduction) -> None:
-    for block in found.blocks():
-        assert {len(row) for row in block.rows} == {len(block.columns)}, block.title
+def test_tables_are_rectangular(found: Reproduction[Evidence]) -> None:
+    for table in found.tables():
+        assert {len(row) for row in table.rows} == {len(table.columns)}, table.title
 
 
 def test_parts_are_ordered_and_checked() -> None:
-    assert chosen([]) == PARTS
-    assert chosen([], quick=True) == QUICK
-    assert chosen(["audit", "3.7", "3.7"], quick=True) == ("3.7", "audit")
+    assert CHAPTER.chosen() == (*TABLES, "audit", "fig")
+    assert CHAPTER.chosen(quick=True) == (*ONE_ATTACKED, "audit", "fig")
+    assert CHAPTER.chosen(["audit", "3.7", "3.7"], quick=True) == ("3.7", "audit")
     with pytest.raises(ConfigurationError, match=r"no part '3\.8'.*Known"):
-        chosen(["3.8"])
+        CHAPTER.chosen(["3.8"])
 
 
 def test_what_the_parts_need() -> None:
-    everything: list[Any] = needed(PARTS, Settings(), quick=False)
+    everything: list[Any] = CHAPTER.needed(CHAPTER.chosen(), Evidence())
     assert sum(isinstance(each, GridRun) for each in everything) == 170
     assert {each.task for each in everything if isinstance(each, OneHorizonRun)} == {
         cell.task for cell in four_vehicle_cells()
     }
-    assert not any(isinstance(each, OneHorizonRun) for each in needed(PARTS, Settings(), quick=True))
+    assert not any(isinstance(each, OneHorizonRun) for each in CHAPTER.needed(CHAPTER.chosen(), Evidence(quick=True)))
     assert all(each.cost > 0 and each.label for each in everything)
 
 
@@ -250,21 +261,21 @@ def test_goals_hold_for_the_solver_that_they_were_stated_for() -> None:
     others = [Settings(back_end=name) for name in BACK_ENDS[1:]]
     for other in (*others, Settings(time_limit_s=1.0), Settings(acceptance=0.25)):
         assert not other.has_goals
-        assert Reproduction((), Evidence({}), other).passed
+        assert Reproduction(CHAPTER, (), Evidence(settings=other)).passed
 
 
 def test_what_was_left_out_is_not_made_up() -> None:
     with pytest.raises(NotRunError):
-        table_cells(Evidence({}), Settings(), "3.1")
+        table_cells(Evidence(), "3.1")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("parameters", ["A", "B"])
 def test_counts_of_all_tables_reach_their_goals(parameters: str) -> None:
-    full = reproduce_chapter(TABLES, Settings(parameters), quick=True)
+    full = CHAPTER.reproduce(TABLES, quick=True, preset_set=parameters)
     assert full.passed, full.closing()[-1]
-    feasible = {each.table: each.counts.feasibility for each in full.counts}
-    rule = {each.table: each.target_attacked for each in full.controls}
+    feasible = {each.table: each.counts.feasibility for each in counted(full.evidence)}
+    rule = {each.table: each.target_attacked for each in control_tables(full.evidence, TABLES)}
     assert feasible[ALL_FOUR] > rule[ALL_FOUR]
     assert feasible["3.7"] < rule["3.7"]
 

@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.hvac.reproduction import experiments, figures, impacts, reference, rules, weighing
-from cps_baselines.hvac.reproduction.cells import agreement
-from cps_baselines.hvac.reproduction.chapter import Reproduction, reproduce_chapter
-from cps_baselines.hvac.reproduction.claims import CLAIMS
-from cps_baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, controller_named
-from cps_baselines.hvac.reproduction.evaluation import evaluate
-from cps_baselines.hvac.reproduction.measures import Measure, measures
+from cps_baselines.hvac.reproduction import experiments, impacts, rules, weighing
+from cps_baselines.hvac.reproduction.cells import CELL
+from cps_baselines.hvac.reproduction.chapter import CHAPTER, EXHIBITS
+from cps_baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, Evidence, controller_named
+from cps_baselines.hvac.reproduction.measures import measures, references
 from cps_baselines.hvac.reproduction.recording import Recorded
+from cps_baselines.hvac.reproduction.rules import CLAIMS
 from cps_baselines.hvac.reproduction.scenario import Outcome, Scenario
-from cps_baselines.hvac.reproduction.selection import FIGURES, PARTS, QUICK, chosen, needed
 from cps_baselines.paper.tables import read_table
+from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.claims import Claim
-from cps_baselines.reproduction.evidence import Evidence, NotRunError
-from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_baselines.reproduction.evidence import NotRunError
+from cps_baselines.reproduction.regression import Check, Reference
+from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, Tolerance, of_cell
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.building import discretise, weather
 from cps_envs.hvac.sensors import sensor_sets
@@ -57,14 +57,14 @@ OUTSIDE = {
 
 
 @pytest.fixture(scope="module")
-def found() -> Reproduction:
-    todo = [each for part in FAST for each in needed((part,), quick=True) if part != "claims"]
-    return Reproduction(FAST, Evidence({each: each.run() for each in dict.fromkeys(todo)}))
+def found() -> Reproduction[Evidence]:
+    todo = [each for part in FAST for each in CHAPTER.needed((part,), Evidence(quick=True)) if part != "claims"]
+    return Reproduction(CHAPTER, FAST, Evidence({each: each.run() for each in dict.fromkeys(todo)}))
 
 
 @pytest.fixture(scope="module")
-def whole() -> Reproduction:
-    return reproduce_chapter(PARTS)
+def whole() -> Reproduction[Evidence]:
+    return CHAPTER.reproduce()
 
 
 # Days
@@ -121,17 +121,17 @@ def test_a_course_obeys_the_building_and_the_controller_gets_the_readings() -> N
 
 
 def test_parts_are_chosen_in_their_order() -> None:
-    assert chosen([]) == PARTS
-    assert chosen([], quick=True) == QUICK
-    assert chosen(["claims", "4.1"], quick=True) == ("4.1", "claims")
-    assert chosen(["4.8fig"], quick=True) == ("4.8fig",)
+    assert CHAPTER.chosen() == tuple(CHAPTER.parts)
+    assert set(CHAPTER.chosen()) - set(CHAPTER.chosen(quick=True)) == {"4.2", "4.8fig", "early"}
+    assert CHAPTER.chosen(["claims", "4.1"], quick=True) == ("4.1", "claims")
+    assert CHAPTER.chosen(["4.8fig"], quick=True) == ("4.8fig",)
     with pytest.raises(ConfigurationError, match=r"4\.7fig"):
-        chosen(["4.7"])
+        CHAPTER.chosen(["4.7"])
 
 
 def test_quick_claims_need_neither_eight_sensors_nor_table_4_2() -> None:
-    quick = {scenario_of(each) for each in needed(("claims",), quick=True)}
-    full = {scenario_of(each) for each in needed(PARTS, quick=False)}
+    quick = {scenario_of(each) for each in CHAPTER.needed(("claims",), Evidence(quick=True))}
+    full = {scenario_of(each) for each in CHAPTER.needed(CHAPTER.chosen(), Evidence())}
     assert quick < full
     assert not any(("num_sensors", 8) in each.settings for each in quick)
     assert not any("model_error" in dict(each.settings) for each in quick)
@@ -179,7 +179,7 @@ def test_ranges(paper: float, verdict: str) -> None:
     ("ours", "paper", "verdict"), [(0.39, 0.3, "match"), (0.45, 0.3, "near"), (0.51, 0.3, "miss"), (2.1, 2.0, "match")]
 )
 def test_cells(ours: float, paper: float, verdict: str) -> None:
-    assert agreement(ours, paper) == verdict
+    assert of_cell(ours, paper, *CELL) == verdict
 
 
 def test_where_a_defence_fails() -> None:
@@ -221,7 +221,7 @@ def bars(num_sensors: int, mtd1: dict[str, int], mtd2: int | None) -> dict[Any, 
 
 
 def verdicts(days: dict[Any, Any], only: tuple[str, ...]) -> dict[str, str]:
-    return {claim.id: finding.verdict for claim, finding in evaluate(Evidence(days), only)}
+    return {claim.id: finding.verdict for claim, finding in CLAIMS.evaluate(Evidence(days), only)}
 
 
 def test_claims_about_defences_follow_the_days() -> None:
@@ -255,37 +255,37 @@ def test_every_claim_of_the_paper_has_one_evaluation() -> None:
 
 
 def test_reference_has_a_reason_for_every_number_outside() -> None:
-    known = reference.references()
+    known = references()
     assert len(known) == 176
     assert {f"{group}: {case}" for (group, case), each in known.items() if each.recorded is not None} == OUTSIDE
     for each in known.values():
         assert (each.recorded is None) == (each.reason == "")
-        assert each.kind in (reference.ABSOLUTE, reference.SHARE, reference.FACTOR)
-        assert each.recorded is None or not each.admits(each.recorded, each.value)
+        assert each.tolerance.kind in ("absolute", "share", "factor")
+        assert each.recorded is None or not each.tolerance.admits(each.recorded, each.value)
 
 
 @pytest.mark.parametrize(
     ("kind", "tolerance", "inside", "outside"),
-    [("absolute", 0.5, 2.5, 2.6), ("share", 0.1, 1.8, 1.7), ("factor", 2, 4, 4.1)],
+    [("absolute", 0.5, 2.5, 2.6), ("share", 0.1, 1.8, 1.7), ("factor", 2, 4, 4.1), ("below", 1, 1, 0.9)],
 )
 def test_tolerances(kind: str, tolerance: float, inside: float, outside: float) -> None:
-    stated = reference.Reference(2.0, kind, tolerance)
-    assert stated.admits(inside, stated.value)
-    assert not stated.admits(outside, stated.value)
+    stated = Tolerance(tolerance, kind)
+    assert stated.admits(inside, 2.0)
+    assert not stated.admits(outside, 2.0)
 
 
 def test_a_number_recorded_as_outside_has_to_stay_what_it_was() -> None:
-    stated = reference.Reference(1.0, "share", 0.2, recorded=3.0, reason="few days")
+    stated = Reference(1.0, Tolerance(0.2), recorded=3.0, reason="few days")
     for value, passed in ((1.1, True), (3.2, True), (2.0, False), (4.0, False)):
-        assert reference.Check(Measure("group", "case", value), stated).passed == passed
+        assert Check("group: case", value, stated).passed == passed
 
 
-def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction) -> None:
+def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction[Evidence]) -> None:
     assert found.passed
     energy_w = experiments.ENERGIES_W[0]
     course = found.evidence[experiments.noise_free(energy_w)]
     warmer = course._replace(temperature_c=course.temperature_c + 0.1)
-    changed = Reproduction(("4.2fig",), Evidence({experiments.noise_free(energy_w): warmer}))
+    changed = Reproduction(CHAPTER, ("4.2fig",), Evidence({experiments.noise_free(energy_w): warmer}))
     assert not changed.passed
     assert any("FAILED: clear day: zone 1 before noon 0.95" in paragraph for paragraph in changed.closing())
 
@@ -293,14 +293,14 @@ def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction
 # What runs in seconds
 
 
-def test_fast_verdicts(found: Reproduction) -> None:
+def test_fast_verdicts(found: Reproduction[Evidence]) -> None:
     assert {
-        claim.id: finding.verdict for claim, finding in found.findings if finding.verdict != UNKNOWN
+        claim.id: finding.verdict for claim, finding in found.findings[""] if finding.verdict != UNKNOWN
     } == FAST_VERDICTS
 
 
-def test_fast_values(found: Reproduction) -> None:
-    values = {claim.id: finding.value for claim, finding in found.findings}
+def test_fast_values(found: Reproduction[Evidence]) -> None:
+    values = {claim.id: finding.value for claim, finding in found.findings[""]}
     expected = {"C01": 1.18, "C10": 0.86, "C15": 0.444, "C16": 0.436, "C17": 0.143, "C19": 7.66, "C20": 7.11}
     for name, value in expected.items():
         assert values[name] == pytest.approx(value, rel=0.005), name
@@ -308,7 +308,7 @@ def test_fast_values(found: Reproduction) -> None:
     assert values["C30"] == (1.0, 2.0, 3.0, 4.0, 8.0, 9.0, 10.0, 11.0)
 
 
-def test_fast_document_is_strict_json(found: Reproduction) -> None:
+def test_fast_document_is_strict_json(found: Reproduction[Evidence]) -> None:
     document = json.loads(to_json(found.document()))
     assert list(document["parts"]) == list(FAST)
     assert document["regression"]["passed"]
@@ -316,38 +316,46 @@ def test_fast_document_is_strict_json(found: Reproduction) -> None:
     assert len(document["parts"]["4.6fig"]) == 14
 
 
-def test_closing_speaks_of_what_was_computed(found: Reproduction) -> None:
+def test_closing_speaks_of_what_was_computed(found: Reproduction[Evidence]) -> None:
     text = " ".join(found.closing())
     for words in ("settles at 1 %", "consistent with itself", "not evaluated: C11", "are one calibrated set"):
         assert words in text
     assert "what MTD2 does when no set passes" not in text
-    with_claim = Reproduction(("claims",), Evidence(bars(4, dict.fromkeys(experiments.ATTACKS, 2), None)))
+    with_claim = Reproduction(CHAPTER, ("claims",), Evidence(bars(4, dict.fromkeys(experiments.ATTACKS, 2), None)))
     assert "what MTD2 does when no set passes" in " ".join(with_claim.closing())
 
 
-@pytest.mark.parametrize("part", [part for part in FAST if part in FIGURES])
-def test_fast_figures_are_drawn(found: Reproduction, part: str) -> None:
+@pytest.mark.parametrize("part", [part for part in FAST if part != "claims"])
+def test_fast_figures_are_drawn(found: Reproduction[Evidence], part: str) -> None:
     pytest.importorskip("matplotlib")
-    figure = figures.draw(found.evidence, part)
+    figure = draw(found.evidence, part)
     assert all(panel.lines for panel in figure.axes)
+
+
+def draw(evidence: Evidence, part: str) -> Any:
+    """The figure of a part."""
+    (drawn,) = (each.figures for each in EXHIBITS if each.name == part)
+    return next(iter(drawn.values()))(evidence)
 
 
 def test_figures_need_their_days() -> None:
     with pytest.raises(NotRunError):
-        figures.draw(Evidence({}), "4.7fig")
+        draw(Evidence(), "4.7fig")
 
 
 @pytest.mark.parametrize("num_sensors", [4, 8])
 def test_bars_are_drawn_and_listed(num_sensors: int) -> None:
     pytest.importorskip("matplotlib")
     part = {4: "4.7fig", 8: "4.8fig"}[num_sensors]
-    made_up = Reproduction((part,), Evidence(bars(num_sensors, dict.fromkeys(experiments.ATTACKS, 2), num_sensors)))
+    made_up = Reproduction(
+        CHAPTER, (part,), Evidence(bars(num_sensors, dict.fromkeys(experiments.ATTACKS, 2), num_sensors))
+    )
     ((name, figure),) = made_up.figures()
     assert name == f"figure_4_{part[2]}"
     assert len(figure.axes) == 4
-    block, sets = made_up.blocks()
-    assert len(block.rows) == 9
-    assert block.rows[0][:4] == ("constant", "none", "10.0 ± 0.0", "110 ± 0")
+    impact, sets = made_up.tables()
+    assert len(impact.rows) == 9
+    assert impact.rows[0][:4] == ("constant", "none", "10.0 ± 0.0", "110 ± 0")
     assert len(sets.rows) == 4
     document = made_up.document()["parts"][part]
     assert document["bars"]["sine"]["mtd1"][2]["a_impact"]["mean"] == pytest.approx(200.0)
@@ -358,44 +366,44 @@ def test_bars_are_drawn_and_listed(num_sensors: int) -> None:
 
 
 @pytest.mark.slow
-def test_whole_chapter_is_within_the_reference(whole: Reproduction) -> None:
-    assert len(whole.checks) == len(reference.references())
-    assert {check.name for check in whole.checks if not check.inside} == OUTSIDE
+def test_whole_chapter_is_within_the_reference(whole: Reproduction[Evidence]) -> None:
+    assert len(whole.checks) == len(references())
+    assert {check.label for check in whole.checks if not check.inside} == OUTSIDE
     assert whole.passed
 
 
 @pytest.mark.slow
-def test_whole_verdicts(whole: Reproduction) -> None:
-    assert {claim.id: finding.verdict for claim, finding in whole.findings} == FAST_VERDICTS | LONG_VERDICTS
+def test_whole_verdicts(whole: Reproduction[Evidence]) -> None:
+    assert {claim.id: finding.verdict for claim, finding in whole.findings[""]} == FAST_VERDICTS | LONG_VERDICTS
 
 
 @pytest.mark.slow
 def test_verdicts_that_change_over_other_days() -> None:
-    found = reproduce_chapter(("claims",), jobs=2, recheck=True)
-    assert {claim.id: finding.verdict for claim, finding in found.findings} == FAST_VERDICTS | LONG_VERDICTS
-    (again,) = found.again
-    changed = {claim.id for claim, finding in found.findings if again.differs(claim.id, finding.verdict)}
+    found = CHAPTER.reproduce(("claims",), jobs=2, recheck=True)
+    assert {claim.id: finding.verdict for claim, finding in found.findings[""]} == FAST_VERDICTS | LONG_VERDICTS
+    (again,) = found.again[""]
+    changed = {claim.id for claim, finding in found.findings[""] if again.differs(claim.id, finding.verdict)}
     assert changed == {"C20", "C26"}
     assert {again.shown(name).rpartition(": ")[2] for name in changed} == {REPRODUCED}
-    shown = {claim.id: finding.shown for claim, finding in found.findings}
+    shown = {claim.id: finding.shown for claim, finding in found.findings[""]}
     assert all(("over other days" in words) == (name in changed) for name, words in shown.items())
     assert "40 of 42 verdicts stay" in found.closing()[-1]
     assert "40 of 42 verdicts stay" in PAGE.read_text(encoding="utf-8")
 
 
 @pytest.mark.slow
-def test_whole_output(whole: Reproduction) -> None:
+def test_whole_output(whole: Reproduction[Evidence]) -> None:
     pytest.importorskip("matplotlib")
     assert [name for name, _ in whole.figures()] == [f"figure_4_{number}" for number in range(2, 9)]
-    assert len(whole.blocks()) == 14
-    assert list(json.loads(to_json(whole.document()))["parts"]) == list(PARTS)
+    assert len(whole.tables()) == 14
+    assert list(json.loads(to_json(whole.document()))["parts"]) == list(CHAPTER.parts)
     assert "169 of 176 numbers" in " ".join(whole.closing())
     assert len({(each.group, each.case) for each in measures(whole.evidence)}) == len(measures(whole.evidence))
 
 
 def test_a_controller_stands_in_for_the_other_in_every_experiment():
     qp = controller_named("qp")
-    for experiment in needed(PARTS, quick=False):
+    for experiment in CHAPTER.needed(CHAPTER.chosen(), Evidence()):
         assert CLIP.under(experiment) == experiment
         other = qp.under(experiment)
         one, two = (getattr(each, "scenario", each) for each in (experiment, other))
@@ -408,8 +416,8 @@ def test_a_controller_stands_in_for_the_other_in_every_experiment():
 
 def test_the_chapter_can_be_computed_with_each_controller():
     largest = {}
-    for name, controller in CONTROLLERS.items():
-        chapter = reproduce_chapter(("4.2fig",), controller=controller)
+    for name in CONTROLLERS:
+        chapter = CHAPTER.reproduce(("4.2fig",), controller=name)
         document = chapter.document()
         assert document["controller"] == name
         assert bool(document["regression"]["checks"]) == (name == "clip")

@@ -8,26 +8,30 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from cps_baselines.reproduction.chapter import Reproduction
+from cps_baselines.reproduction.regression import Check
 from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
-from cps_baselines.rogue.reproduction import evaluation, parts, reference, summary
-from cps_baselines.rogue.reproduction.chapter import Reproduction, reproduce_chapter
-from cps_baselines.rogue.reproduction.circles import affected, followers, radii_m, shares_of_rings
+from cps_baselines.rogue.reproduction import reference
+from cps_baselines.rogue.reproduction.chapter import CHAPTER
 from cps_baselines.rogue.reproduction.claims import CLAIMS
-from cps_baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
 from cps_baselines.rogue.reproduction.course import Course
-from cps_baselines.rogue.reproduction.evidence import (
+from cps_baselines.rogue.reproduction.experiments import (
+    FULL_THROTTLE,
     Evidence,
+    Ride,
+    Waves,
     calm_ride,
     map_rows,
     seat_overrides,
     square_ride,
+    square_waves,
     swaying_ride,
 )
-from cps_baselines.rogue.reproduction.experiments import FULL_THROTTLE, Ride, Waves, square_waves
-from cps_baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, orderings
+from cps_baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, fits, orderings
 from cps_baselines.rogue.reproduction.headroom import head_room_experiments
-from cps_baselines.rogue.reproduction.heat_map import HeatMap
+from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
 from cps_baselines.rogue.reproduction.plot_maps import edges_of
+from cps_baselines.rogue.reproduction.rides import affected, followers, radii_m, shares_of_rings
 from cps_baselines.rogue.reproduction.settings import (
     COURSE_FREQUENCIES_HZ,
     FREQUENCIES_HZ,
@@ -37,6 +41,7 @@ from cps_baselines.rogue.reproduction.settings import (
     SEATS,
     SWAYS,
 )
+from cps_baselines.rogue.reproduction.summary import LONG
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.config import PAPER
@@ -175,12 +180,11 @@ def test_a_ride_is_the_same_episode_as_a_wave():
 
 
 def test_every_claim_has_a_check():
-    assert evaluation.SOURCES
     assert set(CLAIMS.judged) == {claim.id for claim in CLAIMS.printed()} == {f"R{k:02d}" for k in range(1, 22)}
 
 
 def test_claims_that_were_not_simulated_stay_open():
-    findings = evaluation.evaluate(Evidence({}))
+    findings = Reproduction(CHAPTER, ("claims",), Evidence()).findings
     assert {finding.verdict for _, finding in (*findings["pass"], *findings["solid"])} == {UNKNOWN}
 
 
@@ -210,26 +214,29 @@ def test_recovery_is_judged_against_the_same_run_without_an_attack():
 
 
 def test_parts_have_their_order_and_quick_leaves_out_the_long_ones():
-    assert parts.chosen(["claims", "5.3"]) == ("5.3", "claims")
-    assert parts.chosen([]) == tuple(parts.PARTS)
-    assert set(parts.PARTS) - set(parts.chosen([], quick=True)) == set(parts.LONG)
-    assert parts.chosen(["fit"], quick=True) == ("fit",)
+    assert CHAPTER.chosen(["claims", "5.3"]) == ("5.3", "claims")
+    assert CHAPTER.chosen() == tuple(CHAPTER.parts)
+    assert set(CHAPTER.chosen()) - set(CHAPTER.chosen(quick=True)) == set(LONG)
+    assert CHAPTER.chosen(["fit"], quick=True) == ("fit",)
     with pytest.raises(ConfigurationError, match="headroom"):
-        parts.chosen(["headrom"])
-    assert square_ride("disband_2", 0.05, "pass") in parts.needed(["5.5"])
+        CHAPTER.chosen(["headrom"])
+    assert square_ride("disband_2", 0.05, "pass") in CHAPTER.needed(["5.5"], Evidence())
     assert len(head_room_experiments()) == 49
 
 
 def test_references_have_tolerances_and_a_change_fails():
-    every = reference.references()
+    every = reference.damages()
     assert len(every) == 24
-    assert {each.defender for each in every if each.what == reference.MAXIMUM} == set(MAPS.values())
-    cell = next(each for each in every if each.damage == 106.528)
-    assert cell.tolerance == pytest.approx(1.07, abs=0.01)
-    assert reference.Check(cell, 107.5).passed
-    assert not reference.Check(cell, 107.7).passed
-    failed = summary.closing({}, [], [], None, set(), [reference.Check(cell, 120.0)], quick=False)
-    assert "0 of 1" in failed[-1]
+    assert {each.defender for each in every if each.wave is None} == set(MAPS.values())
+    cell = next(each for each in every if each.reference.value == 106.528)
+    assert cell.reference.tolerance.amount == pytest.approx(1.07, abs=0.01)
+    assert Check(cell.label, 107.5, cell.reference).passed
+    assert not Check(cell.label, 107.7, cell.reference).passed
+    results = {each.experiment: np.array([each.reference.value]) for each in every if each.experiment}
+    found = Reproduction(CHAPTER, (), Evidence({**results, cell.experiment: np.array([120.0])}))
+    assert not found.passed
+    failed = found.closing()
+    assert "11 of 12" in failed[-1]
     assert "FAILED: linear bidirectional, pass, ratio 1.2, 0.1 Hz: 120 for 106.528" in failed[-1]
 
 
@@ -238,11 +245,11 @@ def test_maps_that_are_too_low_fail_the_reproduction():
     for contact in ("pass", "solid"):
         for name in MAPS.values():
             results |= {row: np.ones(len(FREQUENCIES_HZ)) for row in map_rows(name, contact)}
-    results |= {each.experiment: np.array([each.damage]) for each in reference.references() if each.experiment}
-    found = Reproduction(["maps"], Evidence(results))
+    results |= {each.experiment: np.array([each.reference.value]) for each in reference.damages() if each.experiment}
+    found = Reproduction(CHAPTER, ["maps"], Evidence(results))
     assert not found.passed
     assert sum(not each.passed for each in found.checks) == 12
-    assert Reproduction(["5.3"], Evidence(results)).passed
+    assert Reproduction(CHAPTER, ["5.3"], Evidence(results)).passed
 
 
 # Specification 7, where R18 "holds for ratios >= 1.2", R21 is "pass: no", and R17 speaks of both contacts.
@@ -256,7 +263,7 @@ VERDICTS = {
 
 @pytest.mark.slow
 def test_verdicts_are_the_specification_s():
-    found = reproduce_chapter(["maps", "claims"])
+    found = CHAPTER.reproduce(["maps", "claims"])
     assert found.passed
     verdicts = {claim.id: finding.verdict for claim, finding in found.findings["pass"]}
     expected = {f"R{number:02d}": verdict for verdict, numbers in VERDICTS.items() for number in numbers}
@@ -282,9 +289,11 @@ def test_verdicts_are_the_specification_s():
 
 @pytest.mark.slow
 def test_the_configuration_is_as_selected_as_the_specification_says():
-    found = reproduce_chapter(["fit"])
-    hold = {variant.name: held for variant, _, held in found.fits}
-    highest = {variant.name: {name: each.highest for name, each in maps.items()} for variant, maps, _ in found.fits}
+    found = CHAPTER.reproduce(["fit"])
+    hold = {variant.name: held for variant, _, held in fits(found.evidence)}
+    highest = {
+        variant.name: {name: each.highest for name, each in maps.items()} for variant, maps, _ in fits(found.evidence)
+    }
     assert all(hold["as configured"])
     assert all(hold["F- = -0.5"])
     assert all(hold["n_3 = 0.25, ratios to 2"])

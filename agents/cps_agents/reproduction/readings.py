@@ -5,22 +5,22 @@ from __future__ import annotations
 import io
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from cps_agents.benchmark.cell import Result
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
-from cps_agents.reproduction.chapter import Reproduction
+from cps_agents.reproduction.commands import COMMANDS, Command
 from cps_agents.reproduction.rendering import render
 from cps_baselines.reproduction.evidence import Report
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import near
-from cps_envs.disbanding.config import INTERPRETATIONS
 
-SETS = ("A", "B")  # of chapter 3
-CONTROLLERS = ("clip", "qp")  # of chapter 4
+if TYPE_CHECKING:
+    from cps_baselines.reproduction.chapter import Reproduction
+
 PAGE_WIDTH = 120  # columns of a file with tables
 
 
@@ -45,7 +45,7 @@ class Reading:
         from rich.console import Console
 
         started = time.monotonic()
-        found = _COMPUTE[self.chapter](self, jobs, report)
+        found = self.compute(jobs, report)
         page = io.StringIO()
         render(Console(file=page, width=PAGE_WIDTH, highlight=False), found)
         return {
@@ -56,6 +56,12 @@ class Reading:
             "wall_s": round(time.monotonic() - started, 1),
         }
 
+    def compute(self, jobs: int, report: Report) -> Reproduction[Any]:
+        """The chapter under this reading."""
+        chosen = {self.command.varied: self.choice} if self.choice else {}
+        chapter, quick, recheck = self.command.load(), self.quick, self.recheck
+        return chapter.reproduce(quick=quick, recheck=recheck, jobs=jobs, report=report, **chosen)
+
     def check(self, result: Entry) -> None:
         """A document with its tables and tallies."""
         result["document"].entries()
@@ -65,6 +71,12 @@ class Reading:
         result["wall_s"].number(0)
 
     @property
+    def command(self) -> Command:
+        """The command that computes the chapter alone."""
+        (found,) = (each for each in COMMANDS if each.number == self.chapter)
+        return found
+
+    @property
     def choice(self) -> str:
         """What is chosen, such as "S0"; empty where there is no choice."""
         return self.name.partition("-")[2]
@@ -72,14 +84,11 @@ class Reading:
 
 def readings(*, quick: bool, recheck: bool) -> list[Reading]:
     """All of them, in the order of the dissertation."""
-    found = [
-        *((f"ch2-{name}", "2", "disbanding") for name in INTERPRETATIONS),
-        ("testbed", "2.5", "disbanding"),
-        *((f"ch3-{name}", "3", "fdi") for name in SETS),
-        *((f"ch4-{name}", "4", "hvac") for name in CONTROLLERS),
-        ("ch5", "5", "rogue"),
+    return [
+        Reading(f"{each.name}-{value}" if value else each.name, each.number, each.problem, quick, recheck)
+        for each in sorted(COMMANDS, key=lambda each: each.number)
+        for value in each.values or ("",)
     ]
-    return [Reading(*names, quick, recheck) for names in found]
 
 
 def chosen(every: Sequence[Reading], names: Sequence[str]) -> list[Reading]:
@@ -93,56 +102,3 @@ def chosen(every: Sequence[Reading], names: Sequence[str]) -> list[Reading]:
         if name not in known:
             raise CommandError(f"there is no reading {name!r}. {near(name, known)} Known: {', '.join(known)}.")
     return [reading for reading in every if not names or reading.name in names]
-
-
-def _chapter_2(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.disbanding.reproduction.chapter import reproduce_chapter
-    from cps_baselines.disbanding.reproduction.selection import chosen
-
-    parts, quick = chosen([], quick=reading.quick), reading.quick
-    return reproduce_chapter(parts, reading.choice, jobs=jobs, quick=quick, recheck=reading.recheck, report=report)
-
-
-def _section_2_5(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.testbed.cases import QUICK_SEEDS, SEEDS
-    from cps_baselines.testbed.chapter import reproduce_section
-
-    seeds = QUICK_SEEDS if reading.quick else SEEDS
-    return reproduce_section(seeds, jobs=jobs, quick=reading.quick, report=report)
-
-
-def _chapter_3(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.fdi.reproduction.chapter import reproduce_chapter
-    from cps_baselines.fdi.reproduction.selection import chosen
-    from cps_baselines.fdi.reproduction.settings import Settings
-
-    parts, quick = chosen([], quick=reading.quick), reading.quick
-    return reproduce_chapter(parts, Settings(reading.choice), jobs=jobs, quick=quick, report=report)
-
-
-def _chapter_4(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.hvac.reproduction.chapter import reproduce_chapter
-    from cps_baselines.hvac.reproduction.controllers import controller_named
-    from cps_baselines.hvac.reproduction.selection import chosen
-
-    parts, quick, controller = chosen([], quick=reading.quick), reading.quick, controller_named(reading.choice)
-    return reproduce_chapter(
-        parts, jobs=jobs, quick=quick, recheck=reading.recheck, controller=controller, report=report
-    )
-
-
-def _chapter_5(reading: Reading, jobs: int, report: Report) -> Reproduction:
-    from cps_baselines.rogue.reproduction.chapter import reproduce_chapter
-    from cps_baselines.rogue.reproduction.parts import chosen
-
-    parts, quick = chosen([], quick=reading.quick), reading.quick
-    return reproduce_chapter(parts, jobs=jobs, quick=quick, recheck=reading.recheck, report=report)
-
-
-_COMPUTE: dict[str, Callable[[Reading, int, Report], Reproduction]] = {
-    "2": _chapter_2,
-    "2.5": _section_2_5,
-    "3": _chapter_3,
-    "4": _chapter_4,
-    "5": _chapter_5,
-}

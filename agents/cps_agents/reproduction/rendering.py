@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from cps_agents.files import write_figure
+from cps_agents.files import write_figure, write_text
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from cps_agents.reproduction.chapter import Reproduction
-    from cps_agents.table import Table
-    from cps_baselines.reproduction.block import Block
+    from cps_agents.table import Table as Shown
+    from cps_baselines.reproduction.chapter import Reproduction
+    from cps_baselines.reproduction.exhibit import Table
 
 COLORS = {
     "match": "green",
@@ -25,11 +25,11 @@ COLORS = {
 }
 
 
-def render(console: Console, found: Reproduction) -> None:
+def render(console: Console, found: Reproduction[Any]) -> None:
     """Print all tables with their notes, then what is not reproduced and why."""
-    for block in found.blocks():
-        console.print(_table(block))
-        for note in block.notes:
+    for table in found.tables():
+        console.print(_table(table))
+        for note in table.notes:
             console.print(note, style="dim", markup=False)
         console.print()
     for paragraph in found.closing():
@@ -37,7 +37,7 @@ def render(console: Console, found: Reproduction) -> None:
         console.print()
 
 
-def draw(found: Reproduction, folder: Path) -> list[Path]:
+def draw(found: Reproduction[Any], folder: Path) -> list[Path]:
     """Write the figures as PNG files; returns their paths."""
     paths = []
     for name, figure in found.figures():
@@ -46,11 +46,20 @@ def draw(found: Reproduction, folder: Path) -> list[Path]:
     return paths
 
 
-def _table(block: Block) -> Table:
+def write_sheets(found: Reproduction[Any], folder: Path) -> list[Path]:
+    """Write the tables as CSV files; returns their paths."""
+    paths = []
+    for name, text in found.sheets():
+        paths.append(folder / f"{name}.csv")
+        write_text(paths[-1], text)
+    return paths
+
+
+def _table(table: Table) -> Shown:
     from cps_agents.console import make_table
 
-    rows = [[_colored(value) for value in row] for row in block.rows]
-    return make_table(block.title, block.columns, rows, left=block.left, breaks=block.breaks)
+    rows = [[_colored(value) for value in row] for row in table.rows]
+    return make_table(table.title, table.headings, rows, left=table.left, breaks=table.breaks)
 
 
 def _colored(value: str) -> str:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from cps_baselines.reproduction.tally import CLAIMS
+from cps_baselines.reproduction.findings import CLAIMS
 from cps_baselines.reproduction.verdicts import VERDICTS
 
 Finished: TypeAlias = Mapping[str, Any]  # `chapter`, `reading`, `tallies`, `passed`, `wall_s`, ...

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-MATCH_POINTS, NEAR_POINTS = 2.0, 4.0  # of velocity error; chosen
+from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance, of_cell
+
+POINTS = Tolerance(2.0, ABSOLUTE)  # of velocity errors in percent; chosen
 
 
 def verdict(difference: float) -> str:
-    """`match`, `near` or `miss` for a difference in points of velocity error."""
-    distance = abs(difference)
-    return "match" if distance <= MATCH_POINTS else "near" if distance <= NEAR_POINTS else "miss"
+    """`match`, `near` (within twice POINTS) or `miss` for a difference in points of velocity error."""
+    return of_cell(difference, 0.0, POINTS)

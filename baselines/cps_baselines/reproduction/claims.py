@@ -107,6 +107,11 @@ class Claims(Generic[Source]):
             for row in read_table(self._table)
         ]
 
+    def number(self, name: str) -> float:
+        """What the paper prints for the claim with this id."""
+        (found,) = (claim.number for claim in self.printed() if claim.id == name)
+        return found
+
     def evaluate(self, evidence: Source, only: Sequence[str] = ()) -> list[tuple[Claim, Finding]]:
         """Every claim, or those named, with what we find; what was not simulated in this run stays open.
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
-from typing import Any, Protocol, TypeVar
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from cps_baselines.workers import Workers
 
 Result = TypeVar("Result", covariant=True)
+Own = TypeVar("Own", bound="Evidence")
 Report = Callable[[float, str], None]  # share of the work done, what was finished last
 
 
@@ -29,27 +31,37 @@ class Experiment(Hashable, Protocol[Result]):
         ...
 
 
+Vary: TypeAlias = Callable[[Experiment[Any]], Experiment[Any]]
+
+
 class NotRunError(LookupError):
     """The experiment was left out of this run."""
 
 
+def itself(experiment: Experiment[Any]) -> Experiment[Any]:
+    """The usual experiment."""
+    return experiment
+
+
+@dataclass(frozen=True)
 class Evidence:
-    """Results by experiment."""
+    """Results by experiment; chapters add what they read them under."""
 
-    def __init__(self, results: Mapping[Experiment[Any], Any]) -> None:
-        self._results = results
-
-    @property
-    def results(self) -> Mapping[Experiment[Any], Any]:
-        """All of them."""
-        return self._results
+    results: Mapping[Experiment[Any], Any] = field(default_factory=dict)
+    quick: bool = False  # less was computed
+    vary: Vary = itself  # gives the experiment that stands in for another one
 
     def __getitem__(self, experiment: Experiment[Result]) -> Result:
         """The result of an experiment; NotRunError where it was left out."""
-        if experiment not in self._results:
+        found = self.vary(experiment)
+        if found not in self.results:
             raise NotRunError(experiment.label)
-        result: Result = self._results[experiment]
+        result: Result = self.results[found]
         return result
+
+    def varied(self: Own, vary: Vary) -> Own:
+        """The same results, where further experiments stand in for those that are asked for."""
+        return replace(self, vary=lambda experiment: self.vary(vary(experiment)))
 
 
 def compute(

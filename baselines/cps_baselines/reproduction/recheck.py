@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
-from cps_baselines.reproduction.evidence import Experiment
+from cps_baselines.reproduction.evidence import Evidence, Experiment, Vary
 from cps_baselines.reproduction.findings import Findings
 from cps_baselines.reproduction.verdicts import UNKNOWN, VERDICTS
-from cps_envs.core.errors import ConfigurationError
 
-Results = Mapping[Experiment[Any], Any]
-Vary = Callable[[Experiment[Any]], Experiment[Any]]
+E = TypeVar("E", bound=Evidence)
 
 
 @dataclass(frozen=True)
@@ -27,22 +25,6 @@ class Condition:
         """What has to be computed to judge the claims behind these experiments."""
         every = list(todo)
         return [vary(each) for vary in self.variants for each in every]
-
-
-class Varied(Mapping[Experiment[Any], Any]):
-    """Results in which every experiment is found under the name of the one that it stands in for."""
-
-    def __init__(self, results: Results, vary: Vary) -> None:
-        self._results, self._vary = results, vary
-
-    def __getitem__(self, experiment: Experiment[Any]) -> Any:
-        return self._results[self._vary(experiment)]
-
-    def __iter__(self) -> Iterator[Experiment[Any]]:
-        return iter(self._results)
-
-    def __len__(self) -> int:
-        return len(self._results)
 
 
 @dataclass(frozen=True)
@@ -65,25 +47,13 @@ class Again:
         return f"{self.condition}: {', '.join(f'{counts[word]} {word}' for word in words)}"
 
 
-def require_claims(parts: Sequence[str], name: str, option: str) -> None:
-    """Fail where no claims are judged that could be judged again; `name` is the part with the claims.
-
-    Raises:
-        ConfigurationError: it is not among the parts.
-    """
-    if name not in parts:
-        raise ConfigurationError(f"--recheck judges claims again, and none are judged: add {option} {name}.")
-
-
-def judge_again(
-    results: Results, conditions: Sequence[Condition], evaluate: Callable[[Results], Findings]
-) -> list[Again]:
-    """The verdicts under each condition; `evaluate` judges the claims by some results."""
+def judge_again(evidence: E, conditions: Sequence[Condition], evaluate: Callable[[E], Findings]) -> list[Again]:
+    """The verdicts under each condition; `evaluate` judges the claims by some evidence."""
     found = []
     for condition in conditions:
         counts: dict[str, Counter[str]] = {}
         for vary in condition.variants:
-            for claim, finding in evaluate(Varied(results, vary)):
+            for claim, finding in evaluate(evidence.varied(vary)):
                 counts.setdefault(claim.id, Counter())[finding.verdict] += 1
         found.append(Again(condition.name, counts))
     return found

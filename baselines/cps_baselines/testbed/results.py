@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Any
 
 from cps_baselines.reproduction.evidence import Evidence, Experiment
-from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Case, Outcome, Runs
+from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SEEDS, SHORT, Case, Outcome, Runs
 from cps_baselines.testbed.recovery import Recovery
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.testbed.config import BASELINE
@@ -16,12 +15,11 @@ MITIGATED_CASES = (SHORT, LONG)
 ORDERED_SHARE = 0.9  # of the seeds in which E_v has to fall from case to case
 
 
+@dataclass(frozen=True)
 class Results(Evidence):
     """Results by experiment, and what follows from them."""
 
-    def __init__(self, results: Mapping[Experiment[Any], Any], num_seeds: int) -> None:
-        super().__init__(results)
-        self.num_seeds = num_seeds
+    num_seeds: int = SEEDS
 
     def of(self, case: Case) -> Outcome:
         """The runs of a case."""
@@ -59,9 +57,9 @@ class Results(Evidence):
         return short, long
 
 
-def needed(num_seeds: int, *, quick: bool) -> list[Experiment[Any]]:
-    """All experiments; `quick` leaves out the long ones."""
-    calm = Runs(BASE, num_seeds, attacked=False)
-    usual: list[Experiment[Any]] = [calm, *(Runs(case, num_seeds) for case in CASES)]
-    long = [replace(calm, duration_s=LONG_S), *(Runs(case, num_seeds, LONG_S) for case in MITIGATED_CASES)]
-    return usual if quick else [*usual, *long]
+def needed(results: Results) -> list[Experiment[Any]]:
+    """Everything that is judged; `quick` leaves out the long runs."""
+    seeds = results.num_seeds
+    usual: list[Experiment[Any]] = [Runs(BASE, seeds, attacked=False), *(Runs(case, seeds) for case in CASES)]
+    long = [Runs(BASE, seeds, LONG_S, attacked=False), *(Runs(case, seeds, LONG_S) for case in MITIGATED_CASES)]
+    return usual if results.quick else [*usual, *long]

@@ -5,18 +5,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cps_agents.console import err, out, print_json
 
 if TYPE_CHECKING:
-    from cps_agents.reproduction.chapter import Reproduction
+    from cps_baselines.reproduction.chapter import Reproduction
     from cps_baselines.reproduction.evidence import Report
 
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
 Folder = Annotated[Path | None, typer.Option(metavar="DIR", help="Write the figures there as PNG files.")]
+Sheets = Annotated[Path | None, typer.Option("--csv", metavar="DIR", help="Write the tables there as CSV files.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Machine-readable output, nothing else on stdout.")]
 
 REGRESSION = 1  # exit code
@@ -25,13 +26,14 @@ PERCENT = 100
 
 def show(
     title: str,
-    compute: Callable[[int, Report], Reproduction],
+    compute: Callable[[int, Report], Reproduction[Any]],
     *,
     jobs: int | None,
     plot: Path | None,
+    sheets: Path | None,
     as_json: bool,
 ) -> None:
-    """Compute with so many processes, reporting progress; print; draw into the folder `plot`; tell the time.
+    """Compute with so many processes, reporting progress; print; write figures and tables into folders; tell the time.
 
     Raises:
         MissingExtraError: figures are wanted and matplotlib is not installed; nothing has been computed yet.
@@ -39,7 +41,7 @@ def show(
     """
     from cps_agents.machine import available_cores, describe
     from cps_agents.progress import Progress
-    from cps_agents.reproduction.rendering import draw, render
+    from cps_agents.reproduction.rendering import draw, render, write_sheets
     from cps_baselines.reproduction.figures import require_matplotlib
 
     if plot is not None:
@@ -49,6 +51,7 @@ def show(
         found = compute(jobs or available_cores(), lambda share, label: progress.update(int(PERCENT * share), label))
     wall_s = time.monotonic() - started
     files = [] if plot is None else draw(found, plot)
+    files += [] if sheets is None else write_sheets(found, sheets)
     if as_json:
         print_json({**found.document(), "files": list(map(str, files)), "wall_s": wall_s, **describe()})
     else:

@@ -1,168 +1,215 @@
-"""Reproducing chapter 2, or parts of it: simulate, compare, and hand over as tables, words or plain data."""
+"""Chapter 2 as data: its tables and figures, what is played beside them, the optimal attacks, and the claims."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
 from typing import Any
 
-from cps_baselines.disbanding.reproduction import blocks, document, played_blocks, plot_2_1, plot_2_3
-from cps_baselines.disbanding.reproduction.cells import Cell, table_cells
-from cps_baselines.disbanding.reproduction.evaluation import evaluate
-from cps_baselines.disbanding.reproduction.evidence import Evidence
-from cps_baselines.disbanding.reproduction.optimal import optima
+from cps_baselines.disbanding.reproduction import claims_2_1, claims_2_3, claims_2_4, plots
+from cps_baselines.disbanding.reproduction.cells import (
+    BASELINE,
+    baselines_data,
+    baselines_table,
+    cells_data,
+    cells_tables,
+    table_cells,
+)
+from cps_baselines.disbanding.reproduction.cells import checks as cell_checks
+from cps_baselines.disbanding.reproduction.experiments import FIGURE_TAUS_S, PLATOONS, Evidence
+from cps_baselines.disbanding.reproduction.optimal import optima_table
+from cps_baselines.disbanding.reproduction.played_tables import (
+    platoons_data,
+    platoons_tables,
+    readings_data,
+    readings_tables,
+)
 from cps_baselines.disbanding.reproduction.recheck import CONDITIONS
-from cps_baselines.disbanding.reproduction.reference import Check, check
-from cps_baselines.disbanding.reproduction.rules import RULES
-from cps_baselines.disbanding.reproduction.selection import needed
-from cps_baselines.disbanding.reproduction.summary import closing
-from cps_baselines.reproduction.block import Block
-from cps_baselines.reproduction.evidence import Report, compute
-from cps_baselines.reproduction.findings import Findings, findings_block, findings_document
-from cps_baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
-from cps_baselines.reproduction.tally import CELLS, EFFECTS, Tally, tally, tally_claims
+from cps_baselines.disbanding.reproduction.rules import CLAIMS, RULES
+from cps_baselines.disbanding.reproduction.scenario import Outcome
+from cps_baselines.disbanding.reproduction.strings import courses_tables
+from cps_baselines.disbanding.reproduction.summary import cells_of, closing
+from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
+from cps_baselines.reproduction.evidence import Experiment
+from cps_baselines.reproduction.exhibit import Column, Exhibit, Table
+from cps_baselines.reproduction.findings import CELLS, EFFECTS, Tally, tally
+from cps_baselines.reproduction.regression import Check
 from cps_envs.disbanding.config import INTERPRETATIONS
 
+SOURCES = (claims_2_1, claims_2_3, claims_2_4)  # importing them registers the functions that check the claims
 
-@dataclass(frozen=True)
-class Reproduction:
-    """Parts of the chapter, simulated under one interpretation."""
 
-    parts: Sequence[str]
-    evidence: Evidence
-    quick: bool = False
-    all_interpretations: bool = False
-    conditions: Sequence[Condition] = ()  # under which the claims are judged again
+def _table(table: str, about: str) -> Exhibit[Evidence]:
+    return Exhibit(
+        table,
+        f"Table {table}: {about}",
+        lambda seen: seen.experiments.table(table),
+        lambda seen: cells_tables(seen, table),
+        lambda seen: cells_data(table_cells(seen, table)),
+    )
 
-    @cached_property
-    def cells(self) -> list[Cell]:
-        """The cells of the tables asked for."""
-        return [cell for table in ("2.2", "2.3") if table in self.parts for cell in table_cells(self.evidence, table)]
 
-    @cached_property
-    def findings(self) -> Findings:
-        """All claims, if asked for; where a verdict changes when judged again, it says so."""
-        return with_again(evaluate(self.evidence), self.again) if "claims" in self.parts else []
+def sweep_tables(seen: Evidence) -> list[Table]:
+    """What Fig. 2.3 shows, in numbers."""
+    columns = (
+        Column("", lambda each: each[0].figure, "Fig. {}"),
+        Column("paper", lambda each: each[0].paper),
+        Column("ours", lambda each: each[1].shown),
+        Column("verdict", lambda each: each[1].verdict),
+    )
+    intact = "Fig. 2.3c: E_v in percent over intact vehicles, lead platoon disbanded at 1 s"
+    return [
+        Table("Figs. 2.3a, b: E_v in percent", columns, CLAIMS.evaluate(seen, ("P21", "P22"))),
+        _sweep(seen, intact, lambda outcome: f"{outcome.velocity_error_intact:.2f}"),
+        _sweep(seen, "Fig. 2.3d: vehicles involved in collisions", lambda outcome: str(int(outcome.collided.sum()))),
+    ]
 
-    @cached_property
-    def again(self) -> list[Again]:
-        """The verdicts under other conditions."""
-        name = self.evidence.experiments.interpretation
-        results = self.evidence.results
-        return judge_again(results, self.conditions, lambda varied: evaluate(Evidence(varied, name)))
 
-    @cached_property
-    def checks(self) -> list[Check]:
-        """The cells that have a reference, those of the other interpretations included."""
-        cells = list(self.cells)
-        for name in INTERPRETATIONS if self.all_interpretations else ():
-            for table in ("2.2", "2.3"):
-                cells += table_cells(self.evidence.under(name), table, ("baseline",))
-        distinct = {(cell.table, cell.interpretation, cell.name): cell for cell in cells}
-        return check(list(distinct.values()))
+def _sweep(seen: Evidence, title: str, shown: Callable[[Outcome], str]) -> Table:
+    def of(count: int) -> Callable[[float], str]:
+        return lambda tau_s: shown(seen[seen.experiments.single(count, tau_s)])
 
-    @property
-    def passed(self) -> bool:
-        """Whether every cell is within its tolerance of the reference; misses against the paper do not count."""
-        return all(each.passed for each in self.checks)
+    columns = (Column("tau \\ N", float, "{:g} s"), *(Column(str(count), of(count)) for count in PLATOONS))
+    return Table(title, columns, FIGURE_TAUS_S)
 
-    def tallies(self) -> list[Tally]:
-        """How many claims, cells of the tables and effects of mitigations are reproduced."""
-        reading = f"interpretation {self.evidence.experiments.interpretation}"
-        named = [(f"{cell.table} {cell.name}", cell) for cell in self.cells]
-        effects = ((name, cell.effect.verdict) for name, cell in named if cell.effect is not None)
-        return [
-            tally_claims(reading, self.findings),
-            tally(reading, CELLS, ((name, cell.verdict) for name, cell in named)),
-            tally(reading, EFFECTS, effects),
-        ]
 
-    def blocks(self) -> list[Block]:
-        """Tables for readers."""
-        makers: dict[str, Callable[[], list[Block]]] = {
-            "2.2": lambda: blocks.cell_blocks(self.evidence, "2.2"),
-            "2.3": lambda: blocks.cell_blocks(self.evidence, "2.3"),
-            "2.1fig": lambda: blocks.figure_2_1_blocks(self.evidence),
-            "2.3fig": lambda: blocks.figure_2_3_blocks(self.evidence),
-            "platoons": lambda: played_blocks.platoons_blocks(self.evidence),
-            "text": lambda: played_blocks.text_blocks(self.evidence),
-            "ga": lambda: blocks.search_blocks(self.evidence),
-            "claims": lambda: [findings_block(self.findings, RULES)],
+def sweep_data(seen: Evidence) -> list[dict[str, Any]]:
+    """Figs. 2.3c and d, point by point, for JSON."""
+    return [
+        {
+            "tau_s": tau_s,
+            "num_platoons": count,
+            "velocity_error_intact": outcome.velocity_error_intact,
+            "velocity_error_all": outcome.velocity_error_all,
+            "collided": int(outcome.collided.sum()),
         }
-        made = [block for part in self.parts for block in makers[part]()]
-        return made + (blocks.interpretation_blocks(self.evidence) if self.all_interpretations else [])
-
-    def closing(self) -> list[str]:
-        """Paragraphs that say what is not reproduced, and why."""
-        words = closing(self.cells, self.findings, self.checks, quick=self.quick)
-        return words + again_summary(self.findings, self.again)
-
-    def document(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        evidence = self.evidence
-        makers: dict[str, Callable[[], Any]] = {
-            "2.2": lambda: document.table_document(table_cells(evidence, "2.2")),
-            "2.3": lambda: document.table_document(table_cells(evidence, "2.3")),
-            "2.1fig": lambda: document.figure_2_1_document(evidence),
-            "2.3fig": lambda: document.figure_2_3_document(evidence),
-            "platoons": lambda: document.platoons_document(evidence),
-            "text": lambda: document.text_document(evidence),
-            "ga": lambda: document.search_document(optima(evidence)),
-            "claims": lambda: findings_document(self.findings),
-        }
-        return {
-            "chapter": 2,
-            "interpretation": evidence.experiments.interpretation,
-            "quick": self.quick,
-            "parts": {part: makers[part]() for part in self.parts},
-            "interpretations": self._interpretations() if self.all_interpretations else {},
-            "again": again_document(self.again),
-            "regression": document.checks_document(self.checks),
-            "closing": self.closing(),
-        }
-
-    def figures(self) -> Iterator[tuple[str, Any]]:
-        """File names and matplotlib figures of the parts that are figures.
-
-        Raises:
-            MissingExtraError: matplotlib is not installed.
-        """
-        for part, name, draw in (("2.1fig", "figure_2_1", plot_2_1.draw), ("2.3fig", "figure_2_3", plot_2_3.draw)):
-            if part in self.parts:
-                yield name, draw(self.evidence)
-
-    def _interpretations(self) -> dict[str, Any]:
-        documents = {}
-        for name in INTERPRETATIONS:
-            there = self.evidence.under(name)
-            documents[name] = {
-                "tables": {
-                    table: document.table_document(table_cells(there, table, ("baseline",))) for table in ("2.2", "2.3")
-                },
-                "claims": findings_document(evaluate(there, ("P29", "P39"))),
-            }
-        return documents
+        for tau_s in FIGURE_TAUS_S
+        for count in PLATOONS
+        for outcome in [seen[seen.experiments.single(count, tau_s)]]
+    ]
 
 
-def reproduce_chapter(
-    parts: Sequence[str],
-    interpretation: str = "S0",
-    *,
-    jobs: int = 1,
-    quick: bool = False,
-    all_interpretations: bool = False,
-    recheck: bool = False,
-    report: Report | None = None,
-) -> Reproduction:
-    """Simulate what the parts (keys of `selection.PARTS`) need; `recheck` judges the claims under `CONDITIONS` as well.
+def _searches(seen: Evidence) -> list[Experiment[Any]]:
+    """`quick` leaves out the grid of alternative attacks and all but one search."""
+    named = seen.experiments
+    grid = [] if seen.quick else named.two_platoons()
+    return [*named.searches(quick=seen.quick), *named.paper_plans(), *grid]
 
-    `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
-    of the work done.
-    """
-    conditions = CONDITIONS if recheck and "claims" in parts else ()
-    todo = needed(parts, interpretation, quick=quick, all_interpretations=all_interpretations)
-    for condition in conditions:
-        todo += condition.experiments(needed(("claims",), interpretation, quick=quick, all_interpretations=False))
-    evidence = Evidence(compute(todo, jobs, report), interpretation)
-    return Reproduction(tuple(parts), evidence, quick, all_interpretations, conditions)
+
+def _behind_claims(seen: Evidence) -> list[Experiment[Any]]:
+    """`quick` leaves out long strings and the grids of alternative attacks."""
+    named = seen.experiments
+    todo = [*named.table("2.2"), *named.table("2.3"), *named.figure_2_1(quick=seen.quick), *named.figure_2_3()]
+    return todo if seen.quick else [*todo, *named.one_platoon(), *named.two_platoons()]
+
+
+def _baselines(seen: Evidence) -> list[Experiment[Any]]:
+    views = [seen.under(name).experiments for name in INTERPRETATIONS]
+    return [each for named in views for table in ("2.2", "2.3") for each in named.table(table, (BASELINE,))]
+
+
+JUDGED: Judged[Evidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
+INTERPRETED: Exhibit[Evidence] = Exhibit(
+    "interpretations",
+    "the baseline under every interpretation",
+    _baselines,
+    lambda seen: [baselines_table(seen)],
+    baselines_data,
+    given=lambda seen: seen.all_interpretations,
+)
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+    _table("2.2", "one platoon disbanded"),
+    _table("2.3", "two platoons disbanded"),
+    Exhibit(
+        "2.1fig",
+        "Fig. 2.1: strings of 20, 50 and 80 platoons",
+        lambda seen: seen.experiments.figure_2_1(quick=seen.quick),
+        courses_tables,
+        figures={"figure_2_1": plots.draw_2_1},
+    ),
+    Exhibit(
+        "2.3fig",
+        "Fig. 2.3: optimal attacks",
+        lambda seen: seen.experiments.figure_2_3(),
+        sweep_tables,
+        sweep_data,
+        figures={"figure_2_3": plots.draw_2_3},
+    ),
+    Exhibit(
+        "platoons",
+        "every defender against N = 2 to 10 platoons",
+        lambda seen: seen.experiments.platoons(),
+        platoons_tables,
+        platoons_data,
+        quick=False,
+    ),
+    Exhibit(
+        "text",
+        "what the text describes and the tables leave out, with comfort, energy and recovery",
+        lambda seen: seen.experiments.readings(),
+        readings_tables,
+        readings_data,
+        quick=False,
+    ),
+    Exhibit("ga", "the genetic algorithm that solves (2.9)", _searches, lambda seen: [optima_table(seen)]),
+    JUDGED.exhibit,
+    INTERPRETED,
+)
+
+
+def checks(found: Reproduction[Evidence]) -> list[Check]:
+    """The cells that have a reference, those of the other interpretations included."""
+    seen, cells = found.evidence, cells_of(found)
+    for name in INTERPRETATIONS if seen.all_interpretations else ():
+        cells += [cell for table in ("2.2", "2.3") for cell in table_cells(seen.under(name), table, (BASELINE,))]
+    return cell_checks(list({(cell.table, cell.interpretation, cell.name): cell for cell in cells}.values()))
+
+
+def tallies(found: Reproduction[Evidence]) -> list[Tally]:
+    """How many cells of the tables and effects of mitigations are reproduced."""
+    named = [(f"{cell.table} {cell.name}", cell) for cell in cells_of(found)]
+    effects = ((name, cell.effect.verdict) for name, cell in named if cell.effect is not None)
+    return [
+        tally(found.reading, CELLS, ((name, cell.verdict) for name, cell in named)),
+        tally(found.reading, EFFECTS, effects),
+    ]
+
+
+def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+    """Plain data for JSON."""
+    seen = found.evidence
+    return {
+        "chapter": 2,
+        "interpretation": seen.interpretation,
+        "quick": seen.quick,
+        "parts": found.data(),
+        "interpretations": INTERPRETED.data(seen) if seen.all_interpretations else {},
+        "again": found.again_data(),
+        "regression": {"passed": found.passed, "checks": list(map(_check, found.checks))},
+        "closing": found.closing(),
+    }
+
+
+def _check(check: Check) -> dict[str, Any]:
+    cell = check.subject.cell
+    return {
+        "table": cell.table,
+        "interpretation": cell.interpretation,
+        "cell": cell.name,
+        "difference": check.difference,
+        "tolerance_points": float(check.subject.row["tolerance_points"]),
+        "passed": check.passed,
+        "crash_agrees": check.subject.crash_agrees,
+    }
+
+
+CHAPTER: Chapter[Evidence] = Chapter(
+    title="chapter 2",
+    evidence=Evidence,
+    reading=lambda seen: f"interpretation {seen.interpretation}",
+    exhibits=EXHIBITS,
+    closing=closing,
+    document=document,
+    checks=checks,
+    judged=JUDGED,
+    tallies=tallies,
+)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from cps_baselines.disbanding.reproduction.claims import CLAIMS
-from cps_baselines.disbanding.reproduction.evidence import Evidence
 from cps_baselines.disbanding.reproduction.experiments import (
     ATTACK_S,
     ATTACKS,
@@ -14,8 +12,10 @@ from cps_baselines.disbanding.reproduction.experiments import (
     PLATOONS,
     SECOND_PLANS,
     TAUS_S,
+    Evidence,
 )
-from cps_baselines.disbanding.reproduction.rules import of_points
+from cps_baselines.disbanding.reproduction.rules import CLAIMS
+from cps_baselines.paper.agreement import POINTS
 from cps_baselines.reproduction.claims import Claim, Finding, applying, joined
 from cps_baselines.reproduction.verdicts import of_cases, of_number
 
@@ -27,7 +27,7 @@ def mean_error(evidence: Evidence, claim: Claim) -> Finding:
     outcome = evidence[evidence.experiments.rear_speeds(attack)].outcome
     value = outcome.velocity_error_intact
     shown = f"{value:.2f} % over intact vehicles ({outcome.velocity_error_all:.2f} % over all)"
-    return Finding(value, shown, of_points(value, claim.number))
+    return Finding(value, shown, of_number(value, claim.number, POINTS))
 
 
 @CLAIMS.judges("P23")

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from cps_baselines.disbanding.reproduction.cells import Cell, table_cells
-from cps_baselines.disbanding.reproduction.claims import CLAIMS
-from cps_baselines.disbanding.reproduction.evidence import Evidence
-from cps_baselines.disbanding.reproduction.experiments import ATTACK_S, CELLS, TAUS_S
+from cps_baselines.disbanding.reproduction.experiments import ATTACK_S, CELLS, TAUS_S, Evidence
+from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import Outcome
 from cps_baselines.reproduction.claims import Claim, Finding, joined
 from cps_baselines.reproduction.verdicts import of_cases, of_number

@@ -1,14 +1,15 @@
-"""What the chapter simulates, under one interpretation of what it leaves open."""
+"""What the chapter simulates, under one interpretation of what it leaves open, and the results."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from cps_baselines.disbanding.reproduction.played import DEFENDERS, READINGS, Played, Reading
 from cps_baselines.disbanding.reproduction.recording import Recorded
 from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Attack, Scenario
 from cps_baselines.disbanding.reproduction.searching import Search
+from cps_baselines.reproduction import evidence
 from cps_baselines.reproduction.evidence import Experiment
 
 ATTACKS: dict[str, Attack] = {"2.2": ((10, 1.0),), "2.3": ((10, 2.0), (9, 100.0))}
@@ -119,3 +120,20 @@ class Experiments:
         """The genetic algorithm with one and two platoons; `quick` is a single search."""
         every: list[Experiment[Any]] = [self.search(budget, tau_s) for budget in BUDGETS for tau_s in TAUS_S]
         return every[:1] if quick else every
+
+
+@dataclass(frozen=True)
+class Evidence(evidence.Evidence):
+    """Results by experiment; `experiments` names them under the interpretation."""
+
+    interpretation: str = "S0"
+    all_interpretations: bool = False  # of the baseline
+
+    @property
+    def experiments(self) -> Experiments:
+        """The chapter's experiments under the interpretation."""
+        return Experiments(self.interpretation)
+
+    def under(self, interpretation: str) -> Evidence:
+        """The same results, read under another interpretation."""
+        return replace(self, interpretation=interpretation)

@@ -14,7 +14,6 @@ from cps_envs.disbanding.problem import DISBANDING
 
 DEFENDERS = ("none", "heuristic", "mpc", "copy", "feedback", "string")
 COSTS = {"none": 1.0, "heuristic": 2.0, "mpc": 15.0, "copy": 2.0, "feedback": 2.0, "string": 2.0}  # relative
-RIDE = ("acceleration_mps2", "jerk_mps3", "energy_kj_per_km", "recovery_s")
 
 
 @dataclass(frozen=True)

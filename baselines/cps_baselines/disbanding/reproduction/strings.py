@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import asdict, dataclass
 
-from cps_baselines.disbanding.reproduction.claims import CLAIMS
 from cps_baselines.disbanding.reproduction.claims_2_1 import NEARLY_STOPPED_MPS
-from cps_baselines.disbanding.reproduction.evidence import Evidence
-from cps_baselines.disbanding.reproduction.experiments import STRINGS, TAUS_S
+from cps_baselines.disbanding.reproduction.experiments import STRINGS, TAUS_S, Evidence
 from cps_baselines.disbanding.reproduction.recording import Record
+from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.reproduction.evidence import NotRunError
+from cps_baselines.reproduction.exhibit import Column, Table
+from cps_baselines.reproduction.recovery import RECOVERY_RULE
 from cps_envs.disbanding.dynamics import STOP_MPS
 
 SHOWN = (20, 19, 15, 10, 1)  # platoons in the legends of Figs. 2.1a-c
@@ -50,18 +52,45 @@ class EveryOther:
     rear_collided: float
 
 
-def courses(evidence: Evidence) -> tuple[list[PlatoonCourse], list[StringCourse], list[EveryOther]]:
-    """Figs. 2.1a-c, d and e, as far as they were simulated."""
-    printed = {claim.id: claim.number for claim in CLAIMS.printed() if claim.id in RECOVERY_CLAIMS}
+def courses_tables(evidence: Evidence) -> list[Table]:
+    """What Figs. 2.1a-c, d and e show, in numbers, as far as they were simulated."""
     twenty = evidence[evidence.experiments.string(STRINGS[0])]
-    strings = []
-    for count, claim in zip(STRINGS, RECOVERY_CLAIMS, strict=True):
-        try:
-            strings.append(_string(evidence[evidence.experiments.string(count)], printed[claim]))
-        except NotRunError:
-            continue
+    platoons = [_platoon(twenty, platoon) for platoon in SHOWN]
     others = [_every_other(evidence, tau_s) for tau_s in TAUS_S[:2]]
-    return [_platoon(twenty, platoon) for platoon in SHOWN], strings, others
+    return [
+        Table(
+            "Figs. 2.1a-c: 20 platoons, the lead one (20) disbanded at 2 s; gaps inside a platoon",
+            PLATOON_COLUMNS,
+            platoons,
+            key="platoons",
+            data=asdict,
+        ),
+        Table(
+            "Fig. 2.1d: the rear vehicle behind strings of platoons",
+            STRING_COLUMNS,
+            _strings(evidence),
+            (STRING_NOTE,),
+            key="strings",
+            data=asdict,
+        ),
+        Table(
+            "Fig. 2.1e: every other of 20 platoons disbanded, 30 s apart",
+            OTHER_COLUMNS,
+            others,
+            (OTHER_NOTE,),
+            footer=PAPER_SHARES,
+            key="every_other",
+            data=asdict,
+        ),
+    ]
+
+
+def _strings(evidence: Evidence) -> list[StringCourse]:
+    found = []
+    for count, claim in zip(STRINGS, RECOVERY_CLAIMS, strict=True):
+        with suppress(NotRunError):
+            found.append(_string(evidence[evidence.experiments.string(count)], CLAIMS.number(claim)))
+    return found
 
 
 def _platoon(record: Record, platoon: int) -> PlatoonCourse:
@@ -93,3 +122,41 @@ def _every_other(evidence: Evidence, tau_s: float) -> EveryOther:
     once, twice, thrice = (outcome.stopped_share(times) for times in (1, 2, 3))
     rear = 100.0 * float(outcome.rear_collided[outcome.intact].mean())
     return EveryOther(tau_s, (once, twice, thrice), outcome.collided_share(), rear)
+
+
+def _recovered(row: StringCourse) -> str:
+    return f"never in {row.duration_min:.0f} min" if row.recovered_min is None else f"{row.recovered_min:.1f} min"
+
+
+PLATOON_COLUMNS = (
+    Column("Platoon", "platoon"),
+    Column("smallest gap", "smallest_gap_m", "{:.2f} m"),
+    Column("largest gap", "largest_gap_m", "{:.1f} m"),
+    Column("gaps settled", "settled_s", "{:.0f} s"),
+    Column("all stopped", "stopped_s", "{:.0f} s"),
+    Column("slowest", "slowest_mps", "{:.1f} m/s"),
+    Column("leader's top speed", "top_speed_mps", "{:.1f} m/s"),
+)
+STRING_COLUMNS = (
+    Column("Platoons", "num_platoons"),
+    Column("rear vehicle stands", "rear_stopped_s", "{:.0f} s"),
+    Column("recovered", _recovered),
+    Column("paper", "paper_min", "{:g} min"),
+)
+STRING_NOTE = (
+    f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one (`cps-envs string-stability`): "
+    "disturbances grow from platoon to platoon, so that a long string need not settle."
+)
+OTHER_COLUMNS = (
+    Column("tau", "tau_s", "{:g} s"),
+    Column("stop once", lambda row: row.stops[0], "{:.0f} %"),
+    Column("twice", lambda row: row.stops[1], "{:.0f} %"),
+    Column("three times", lambda row: row.stops[2], "{:.0f} %"),
+    Column("collided", "collided", "{:.0f} %"),
+    Column("as rear vehicle", "rear_collided", "{:.0f} %"),
+)
+PAPER_SHARES = ("paper", "65 %", "45 %", "37.5 %", "55 %", "")
+OTHER_NOTE = (
+    "Shares of the 100 vehicles never disbanded, which stop at least so often. The paper speaks of platoons; 37.5 % is "
+    "no whole number of 10 platoons or 100 vehicles, so that its count must be another one."
+)

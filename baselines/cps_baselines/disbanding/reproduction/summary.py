@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cps_baselines.disbanding.reproduction.cells import Cell
-from cps_baselines.disbanding.reproduction.reference import Check
-from cps_baselines.reproduction.findings import Findings, findings_summary
-from cps_baselines.reproduction.regression import NO_SUPPORT
+from cps_baselines.disbanding.reproduction.cells import AVERAGED, Cell, table_cells
+from cps_baselines.disbanding.reproduction.experiments import Evidence
+from cps_baselines.reproduction.chapter import Reproduction
+from cps_baselines.reproduction.regression import NO_SUPPORT, Check, failures
 from cps_baselines.reproduction.verdicts import NEAR, NOT, REPRODUCED
 
 MPC_LABEL = (
@@ -28,15 +28,20 @@ NOTHING_DRAWN = (
 )
 
 
-def closing(cells: Sequence[Cell], findings: Findings, checks: Sequence[Check], *, quick: bool) -> list[str]:
+def closing(found: Reproduction[Evidence]) -> list[str]:
     """Paragraphs on the parts that were computed."""
-    paragraphs = _on_cells(cells) + ([findings_summary(findings)] if findings else [])
+    paragraphs = _on_cells(cells_of(found)) + found.claims_summary()
     if paragraphs:
         paragraphs += [WHY, NOTHING_DRAWN, MPC_LABEL]
-    paragraphs += _on_checks(checks)
-    if quick:
+    paragraphs += _on_checks(found.checks)
+    if found.evidence.quick:
         paragraphs.append("--quick left out long strings, grids of alternative attacks and most searches.")
     return paragraphs
+
+
+def cells_of(found: Reproduction[Evidence]) -> list[Cell]:
+    """The cells of the tables asked for."""
+    return [cell for table in AVERAGED if table in found.parts for cell in table_cells(found.evidence, table)]
 
 
 def _on_cells(cells: Sequence[Cell]) -> list[str]:
@@ -74,13 +79,11 @@ def _on_checks(checks: Sequence[Check]) -> list[str]:
     if not checks:
         return []
     failed = [check for check in checks if not check.passed]
-    flags = [check.cell for check in checks if not check.crash_agrees]
+    flags = [check.subject.cell for check in checks if not check.subject.crash_agrees]
     largest = max(abs(check.difference) for check in checks)
     text = f"Regression check against our second implementation: {len(checks) - len(failed)} of {len(checks)} cells"
     text += f" within their tolerances (0.05 points, mpc 0.3); largest difference {largest:.3f}. {NO_SUPPORT}"
-    if failed:
-        lines = (f"{check.cell.table} {check.cell.name} off by {check.difference:+.3f}" for check in failed)
-        text += f" FAILED: {'; '.join(lines)}. The simulation has changed; this is no finding about the paper."
+    text += failures(f"{check.label} off by {check.difference:+.3f}" for check in failed)
     if flags:
         text += f" Its crash flags differ in: {_names(flags)}."
     return [text]

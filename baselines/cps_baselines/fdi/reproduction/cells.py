@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 from cps_baselines.fdi.grid import GridCell
-from cps_baselines.fdi.reproduction.experiments import GridRun
-from cps_baselines.fdi.reproduction.settings import Settings
+from cps_baselines.fdi.highs import TIME_LIMIT
+from cps_baselines.fdi.reproduction.course import pair_name
+from cps_baselines.fdi.reproduction.experiments import Evidence, GridRun
+from cps_baselines.fdi.reproduction.settings import TABLES, Settings
 from cps_baselines.paper.collisions import CollisionCell, collision_cells
-from cps_baselines.reproduction.evidence import Evidence
+from cps_baselines.reproduction.evidence import NotRunError
+from cps_baselines.reproduction.exhibit import Column, Table
+from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, Tolerance
 
-SAME_SPEED = 0.10  # relative difference; chosen
-MATCH, NEAR, MISS = "match", "near", "miss"
+SAME_SPEED = Tolerance(0.10)  # chosen
 RULES = (
     "Verdicts. match: no collision in both, or the same pairs with the target's speed within 10 %. near: a collision "
     "of the target in both, of other pairs or at another speed. miss: a collision in one of them only."
+)
+CELL_NOTES = (
+    "e_v in m/s by pair, closing < 0. distance: of the end from the grid point that was accepted, else the smallest "
+    "that was found. solver: no solve (the linear relaxation settles it), proved, or how many solves ended by time.",
+    RULES,
 )
 
 
@@ -60,8 +70,8 @@ class Cell:
     @property
     def speed_agrees(self) -> bool:
         """Whether the target's speeds are within SAME_SPEED."""
-        difference, paper = self.speed_difference_mps, self.paper.target_speed_mps
-        return difference is not None and paper is not None and abs(difference) <= SAME_SPEED * abs(paper)
+        ours, paper = self.ours.speed_mps, self.paper.target_speed_mps
+        return ours is not None and paper is not None and SAME_SPEED.admits(ours, paper)
 
     @property
     def verdict(self) -> str:
@@ -71,15 +81,74 @@ class Cell:
         return MATCH if not self.both_feasible or (self.pairs_agree and self.speed_agrees) else NEAR
 
 
-def table_cells(evidence: Evidence, settings: Settings, table: str) -> list[Cell]:
+def grid_runs(settings: Settings, table: str) -> Sequence[GridRun]:
+    """The experiments behind a table."""
+    return [GridRun(settings, table, paper.task) for paper in collision_cells(table)]
+
+
+def table_cells(evidence: Evidence, table: str) -> list[Cell]:
     """The cells of a table in printed order.
 
     Raises:
         NotRunError: the table was left out.
     """
-    return [Cell(paper, evidence[GridRun(settings, table, paper.task)]) for paper in collision_cells(table)]
+    runs = zip(collision_cells(table), grid_runs(evidence.settings, table), strict=True)
+    return [Cell(paper, evidence[run]) for paper, run in runs]
 
 
-def grid_runs(settings: Settings, table: str) -> Sequence[GridRun]:
-    """The experiments behind a table."""
-    return [GridRun(settings, table, paper.task) for paper in collision_cells(table)]
+def solved(evidence: Evidence) -> dict[str, list[Cell]]:
+    """The cells of all tables that were not left out."""
+    found = {}
+    for table in TABLES:
+        with suppress(NotRunError):
+            found[table] = table_cells(evidence, table)
+    return found
+
+
+def cells_table(evidence: Evidence, table: str) -> Table:
+    """A table cell by cell; how to read them stands under the last one."""
+    settings = evidence.settings
+    config = settings.config(table)
+    title = (
+        f"Table {table}: n = {config.num_vehicles}, set {settings.parameters}, m = {config.horizon}, "
+        f"{settings.back_end}, {settings.time_limit_s:g} s per solve"
+    )
+    notes = CELL_NOTES if table == list(solved(evidence))[-1] else ()
+    return Table(title, COLUMNS, table_cells(evidence, table), notes, left=4, grouped=1, data=_data)
+
+
+def solver_shown(cell: Cell) -> str:
+    """How the solver settled a cell."""
+    statuses = cell.ours.statuses
+    if not statuses:
+        return "no solve"
+    limited = statuses.count(TIME_LIMIT)
+    return f"{limited}/{len(statuses)} by time" if limited else "proved"
+
+
+def _pairs(speeds_mps: Sequence[tuple[int, float]]) -> str | None:
+    return "\n".join(f"{pair_name(pair)} {speed:.3f}" for pair, speed in speeds_mps) or None
+
+
+def _data(cell: Cell) -> dict[str, Any]:
+    """For JSON; pairs by rear vehicle with relative speeds in m/s, closing < 0."""
+    names = ("feasibility_agrees", "pairs_agree", "pairs_included", "speed_agrees", "speed_difference_mps", "verdict")
+    return {
+        "attacked": str(cell.paper.task.sensors),
+        "target": cell.paper.task.target,
+        "paper": {pair_name(pair): speed for pair, speed in cell.paper.speeds_mps},
+        "ours": {pair_name(pair): speed for pair, speed in cell.ours.pairs},
+        **{name: getattr(cell.ours, name) for name in ("distance", "back_end", "statuses", "wall_s", "injections")},
+        **{name: getattr(cell, name) for name in names},
+    }
+
+
+COLUMNS = (
+    Column("", "paper.task.sensors"),
+    Column("target", "paper.task.target", "V_{}"),
+    Column("paper, e_v", lambda cell: _pairs(cell.paper.speeds_mps)),
+    Column("ours, e_v", lambda cell: _pairs(cell.ours.pairs)),
+    Column("distance", "ours.distance", "{:.3f}"),
+    Column("solver", solver_shown),
+    Column("verdict", "verdict"),
+)

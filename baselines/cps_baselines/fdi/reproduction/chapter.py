@@ -1,152 +1,126 @@
-"""Reproducing chapter 3, or parts of it: solve, compare, and hand over as tables, words or plain data."""
+"""Chapter 3 as data: its tables cell by cell, their audit, Fig. 3.2, and rules that know less beside our counts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
-from cps_baselines.fdi.reproduction import blocks, document
-from cps_baselines.fdi.reproduction.audit import Comparison, beyond_relaxation, comparisons
-from cps_baselines.fdi.reproduction.cells import Cell, table_cells
-from cps_baselines.fdi.reproduction.continuous import Continuous, compared, verdict
-from cps_baselines.fdi.reproduction.controls import TableControls, control_tables
-from cps_baselines.fdi.reproduction.counts import GOALS, TableCounts, count_tables
-from cps_baselines.fdi.reproduction.experiments import RelaxedSpeeds, four_vehicle_cells
-from cps_baselines.fdi.reproduction.figure import FigureRow, figure_rows, main_rows
-from cps_baselines.fdi.reproduction.selection import AUDIT, FIGURE, needed, tables_of
-from cps_baselines.fdi.reproduction.settings import ONE_HORIZON, Settings
-from cps_baselines.fdi.reproduction.summary import closing
-from cps_baselines.paper.collisions import CollisionCell
-from cps_baselines.reproduction.block import Block
-from cps_baselines.reproduction.evidence import Evidence, Report, compute
-from cps_baselines.reproduction.tally import CELLS, CLAIMS, Tally, tally
+from cps_baselines.fdi.reproduction.audit import audit_data, audit_tables
+from cps_baselines.fdi.reproduction.cells import cells_table, grid_runs, solved
+from cps_baselines.fdi.reproduction.continuous import compared, continuous_data, continuous_table, verdict
+from cps_baselines.fdi.reproduction.controls import controls_table
+from cps_baselines.fdi.reproduction.counts import counted, counts_table
+from cps_baselines.fdi.reproduction.experiments import Evidence, OneHorizonRun, RelaxedSpeeds
+from cps_baselines.fdi.reproduction.figure_3_2 import draw_figure, figure_rows, figure_runs, figure_table, main_rows
+from cps_baselines.fdi.reproduction.settings import FOUR_VEHICLES, ONE_HORIZON, RELAXED, TABLES, Settings
+from cps_baselines.fdi.reproduction.summary import AUDIT, FIGURE, closing
+from cps_baselines.paper.collisions import collision_cells
+from cps_baselines.reproduction.chapter import Chapter, Reproduction
+from cps_baselines.reproduction.evidence import Experiment
+from cps_baselines.reproduction.exhibit import Exhibit
+from cps_baselines.reproduction.findings import CELLS, CLAIMS, Tally, tally
+from cps_baselines.reproduction.regression import Check
+
+ONE_ATTACKED = ("3.1", "3.2", "3.5")  # the tables with one attacked vehicle
 
 
-@dataclass(frozen=True)
-class Reproduction:
-    """Parts of the chapter, solved with one setting."""
-
-    parts: Sequence[str]
-    evidence: Evidence
-    settings: Settings
-    quick: bool = False
-
-    @cached_property
-    def cells(self) -> dict[str, list[Cell]]:
-        """The cells of the tables asked for."""
-        return {table: table_cells(self.evidence, self.settings, table) for table in tables_of(self.parts)}
-
-    @cached_property
-    def counts(self) -> list[TableCounts]:
-        """How often they agree with the paper."""
-        return count_tables(self.cells, GOALS[self.settings.parameters] if self.settings.has_goals else None)
-
-    @cached_property
-    def controls(self) -> list[TableControls]:
-        """How often simpler rules agree."""
-        return control_tables(self.evidence, tables_of(self.parts))
-
-    @cached_property
-    def comparisons(self) -> list[Comparison]:
-        """The printed tables against one another, if asked for."""
-        return comparisons() if AUDIT in self.parts else []
-
-    @cached_property
-    def beyond(self) -> list[tuple[CollisionCell, float | None]]:
-        """Printed speeds that set A cannot reach, if asked for."""
-        return list(beyond_relaxation(self.evidence[RelaxedSpeeds(ONE_HORIZON)])) if AUDIT in self.parts else []
-
-    @cached_property
-    def rows(self) -> list[FigureRow]:
-        """Fig. 3.2, if asked for."""
-        return figure_rows(self.evidence) if FIGURE in self.parts else []
-
-    @cached_property
-    def continuous(self) -> list[Continuous]:
-        """Continuous injections against the shipped optima."""
-        return compared()
-
-    @property
-    def passed(self) -> bool:
-        """Whether no count is more than the allowance below its goal; single cells that differ do not count."""
-        return all(each.passed for each in self.counts)
-
-    def tallies(self) -> list[Tally]:
-        """How many cells of the tables are reproduced, and what else the chapter states."""
-        reading = f"set {self.settings.parameters}"
-        cells = [
-            (f"{table} {cell.paper.task.sensors}>{cell.paper.task.target}", cell.verdict)
-            for table, each in self.cells.items()
-            for cell in each
-        ]
-        figure = [(f"Fig. 3.2, {row.paper.sensors}", row.verdict) for row in main_rows(self.rows)]
-        continuous = [("continuous injections are stronger", verdict(self.continuous))] if self.cells else []
-        return [tally(reading, CLAIMS, [*figure, *continuous]), tally(reading, CELLS, cells)]
-
-    def blocks(self) -> list[Block]:
-        """Tables for readers."""
-        made = blocks.cell_blocks(self.cells, self.settings)
-        if self.cells:
-            made += [
-                blocks.counts_block(self.counts, self.settings),
-                blocks.controls_block(self.controls, self.counts),
-                blocks.continuous_block(self.continuous),
-            ]
-        if AUDIT in self.parts:
-            made += [blocks.audit_block(self.comparisons), blocks.beyond_block(self.beyond, _printed_speeds())]
-        return made + ([blocks.figure_block(self.rows)] if self.rows else [])
-
-    def closing(self) -> list[str]:
-        """Paragraphs that say what is not reproducible, and why."""
-        found = (self.counts, self.controls, self.comparisons, self.rows, self.settings, self.continuous)
-        return closing(*found, quick=self.quick)
-
-    def document(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        audited = document.audit_document(self.comparisons, self.beyond, _printed_speeds())
-        return {
-            "chapter": 3,
-            "settings": document.settings_document(self.settings),
-            "quick": self.quick,
-            "parts": {
-                **{table: document.cells_document(cells) for table, cells in self.cells.items()},
-                **({FIGURE: document.figure_document(self.rows)} if self.rows else {}),
-                **({AUDIT: audited} if AUDIT in self.parts else {}),
-            },
-            "counts": document.counts_document(self.counts),
-            "controls": document.controls_document(self.controls),
-            "continuous": document.continuous_document(self.continuous),
-            "passed": self.passed,
-            "closing": self.closing(),
-        }
-
-    def figures(self) -> Iterator[tuple[str, Any]]:
-        """Names of the figures asked for, and the figures."""
-        from cps_baselines.fdi.reproduction.plot_3_2 import draw
-
-        if self.rows:
-            yield "figure_3_2", draw(main_rows(self.rows))
-
-
-def reproduce_chapter(
-    parts: Sequence[str],
-    settings: Settings,
+def evidence(
     *,
-    jobs: int = 1,
     quick: bool = False,
-    report: Report | None = None,
-) -> Reproduction:
-    """Solve what the parts (of `selection.PARTS`) need.
+    preset_set: str = "A",
+    back_end: str = "highs",
+    time_limit: float = 2.0,
+    acceptance: float = 0.45,
+) -> Evidence:
+    """Solved with these settings; `quick` leaves out the control with one horizon.
 
-    `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
-    of the work done. `quick` leaves out the control with one horizon.
+    Raises:
+        ConfigurationError: see `Settings`.
     """
-    return Reproduction(
-        tuple(parts), Evidence(compute(needed(parts, settings, quick=quick), jobs, report)), settings, quick
-    )
+    return Evidence(quick=quick, settings=Settings(preset_set, back_end, time_limit, acceptance))
 
 
-def _printed_speeds() -> int:
-    return sum(cell.feasible for cell in four_vehicle_cells())
+def _table(table: str) -> Exhibit[Evidence]:
+    def experiments(seen: Evidence) -> list[Experiment[Any]]:
+        todo: list[Experiment[Any]] = [*grid_runs(seen.settings, table)]
+        if table in FOUR_VEHICLES:
+            todo.append(RelaxedSpeeds(RELAXED))
+            todo += [] if seen.quick else [OneHorizonRun(cell.task) for cell in collision_cells(table)]
+        return todo
+
+    about = f"Table {table}, with the agreement of all tables"
+    return Exhibit(table, about, experiments, lambda seen: [cells_table(seen, table)], quick=table in ONE_ATTACKED)
+
+
+def _beside(name: str, about: str, tables: Callable[[Evidence], Any], data: Any = None) -> Exhibit[Evidence]:
+    """What follows from the tables that were solved."""
+    return Exhibit(name, about, lambda seen: (), tables, data, given=lambda seen: bool(solved(seen)))
+
+
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+    *map(_table, TABLES),
+    _beside("counts", "how often we agree", lambda seen: [counts_table(seen)]),
+    _beside("controls", "how often simpler rules agree", lambda seen: [controls_table(seen)]),
+    _beside("continuous", "injections of any size", lambda seen: [continuous_table()], lambda seen: continuous_data()),
+    Exhibit(
+        AUDIT,
+        "the printed tables against one another",
+        lambda seen: [RelaxedSpeeds(ONE_HORIZON)],
+        audit_tables,
+        audit_data,
+    ),
+    Exhibit(
+        FIGURE,
+        "Fig. 3.2: Algorithm 2 against the lead of ten vehicles",
+        lambda seen: figure_runs(),
+        lambda seen: [figure_table(seen)],
+        figures={"figure_3_2": lambda seen: draw_figure(main_rows(figure_rows(seen)))},
+    ),
+)
+
+
+def checks(found: Reproduction[Evidence]) -> list[Check]:
+    """All counts that have a goal; single cells that differ do not count."""
+    return [check for each in counted(found.evidence) for check in each.checks]
+
+
+def tallies(found: Reproduction[Evidence]) -> list[Tally]:
+    """How many cells of the tables are reproduced, and what else the chapter states."""
+    tables, reading = solved(found.evidence), found.reading
+    cells = [
+        (f"{table} {cell.paper.task.sensors}>{cell.paper.task.target}", cell.verdict)
+        for table, each in tables.items()
+        for cell in each
+    ]
+    rows = main_rows(figure_rows(found.evidence)) if FIGURE in found.parts else []
+    claims = [(f"Fig. 3.2, {row.paper.sensors}", row.verdict) for row in rows]
+    claims += [("continuous injections are stronger", verdict(compared()))] if tables else []
+    return [tally(reading, CLAIMS, claims), tally(reading, CELLS, cells)]
+
+
+def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+    """Plain data for JSON."""
+    seen, data = found.evidence, found.data()
+    beside = {each.name: each.data(seen) for each in EXHIBITS if each.given}
+    return {
+        "chapter": 3,
+        "settings": asdict(seen.settings),
+        "quick": seen.quick,
+        "parts": {name: data[name] for name in (*TABLES, FIGURE, AUDIT) if name in data},
+        **beside,
+        "passed": found.passed,
+        "closing": found.closing(),
+    }
+
+
+CHAPTER: Chapter[Evidence] = Chapter(
+    title="chapter 3",
+    evidence=evidence,
+    reading=lambda seen: f"set {seen.settings.parameters}",
+    exhibits=EXHIBITS,
+    closing=closing,
+    document=document,
+    checks=checks,
+    tallies=tallies,
+)

@@ -4,12 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from cps_baselines.fdi.reproduction.cells import Cell
+from cps_baselines.fdi.reproduction.cells import Cell, solved
+from cps_baselines.fdi.reproduction.experiments import Evidence
 from cps_baselines.fdi.reproduction.settings import ALL_FOUR, FOUR_VEHICLES
+from cps_baselines.reproduction.exhibit import Column, Table
+from cps_baselines.reproduction.regression import Check, Reference
+from cps_baselines.reproduction.verdicts import BELOW, Tolerance
 
 ALLOWANCE = 3  # by which a count may fall below its goal, as solves end by time
+NOTE = (
+    "Cells that agree. feasibility: the target is hit in both or in neither. both: hit in both; of these, pairs: the "
+    "same pairs collide, pairs incl.: all printed ones do, speed: the target's within 10 %."
+)
+COLUMNS = (
+    Column("Table", "table"),
+    Column("cells", "cells"),
+    Column("feasibility", lambda each: each.shown(0), "{}{}"),
+    Column("both", "both_feasible"),
+    Column("pairs", lambda each: each.shown(1), "{}{}"),
+    Column("pairs incl.", lambda each: each.shown(2), "{}{}"),
+    Column("speed 10 %", lambda each: each.shown(3), "{}{}"),
+)
 
 
 class Counts(NamedTuple):
@@ -32,11 +49,20 @@ class TableCounts:
     goals: Counts | None  # none were stated for this solver
 
     @property
+    def checks(self) -> list[Check]:
+        """Each count beside its goal."""
+        pairs = zip(self.counts, self.goals, strict=True) if self.goals is not None else ()
+        return [Check(self.table, count, Reference(goal, Tolerance(ALLOWANCE, BELOW))) for count, goal in pairs]
+
+    @property
     def passed(self) -> bool:
         """Whether no count is more than ALLOWANCE below its goal."""
-        return self.goals is None or all(
-            count >= goal - ALLOWANCE for count, goal in zip(self.counts, self.goals, strict=True)
-        )
+        return all(each.passed for each in self.checks)
+
+    def shown(self, place: int) -> tuple[str, ...]:
+        """A count, and its goal in brackets."""
+        goal = "" if self.goals is None else f" ({self.goals[place]})"
+        return f"{self.counts[place]}", goal
 
 
 GOALS: Mapping[str, Mapping[str, Counts]] = {
@@ -61,6 +87,32 @@ GOALS: Mapping[str, Mapping[str, Counts]] = {
         ALL_FOUR: Counts(115, 39, 53, 20),
     },
 }
+
+
+def counted(evidence: Evidence) -> list[TableCounts]:
+    """How often our tables agree with the paper, beside the goals that were stated for this solver."""
+    settings = evidence.settings
+    return count_tables(solved(evidence), GOALS[settings.parameters] if settings.has_goals else None)
+
+
+def counts_table(evidence: Evidence) -> Table:
+    """The four counts of every table, with their goals."""
+    goals = f"In brackets the goals; a count more than {ALLOWANCE} below its goal fails the command."
+    if not evidence.settings.has_goals:
+        goals = "Goals were stated for highs, at least 2 s per solve and acceptance 0.45 only."
+    title = f"Agreement with the printed tables, set {evidence.settings.parameters}"
+    return Table(title, COLUMNS, counted(evidence), (NOTE, goals), data=_data)
+
+
+def _data(each: TableCounts) -> dict[str, Any]:
+    return {
+        "table": each.table,
+        "cells": each.cells,
+        "both_feasible": each.both_feasible,
+        **each.counts._asdict(),
+        "goals": None if each.goals is None else each.goals._asdict(),
+        "passed": each.passed,
+    }
 
 
 def count_tables(cells: Mapping[str, Sequence[Cell]], goals: Mapping[str, Counts] | None) -> list[TableCounts]:

@@ -22,6 +22,11 @@ class Collision(NamedTuple):
     impact_speed_mps: float  # relative speed, closing < 0
 
 
+def pair_name(pair: int) -> str:
+    """Pair i with the vehicle ahead of it."""
+    return f"{pair}-{pair + 1}"
+
+
 @dataclass(frozen=True)
 class Course:
     """What happened; K samples up to the collision or the end."""

@@ -1,19 +1,27 @@
-"""What the chapter solves: cells of the tables, and the controls beside them."""
+"""What the chapter solves: cells of the tables, and the controls beside them, with one setting."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from cps_baselines.fdi.cross import cross, relaxation_mps
 from cps_baselines.fdi.grid import GridCell, solve_cell
 from cps_baselines.fdi.reproduction.settings import FOUR_VEHICLES, ONE_HORIZON, Settings
 from cps_baselines.paper.collisions import CollisionCell, collision_cells
+from cps_baselines.reproduction import evidence
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.task import Task
 
 ONE_HORIZON_LIMIT_S = 4.0
 ONE_HORIZON_GAP = 0.01
+
+
+@dataclass(frozen=True)
+class Evidence(evidence.Evidence):
+    """Results by experiment, solved with one setting."""
+
+    settings: Settings = field(default_factory=Settings)
 
 
 @dataclass(frozen=True)

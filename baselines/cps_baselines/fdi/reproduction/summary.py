@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cps_baselines.fdi.reproduction.audit import Comparison
-from cps_baselines.fdi.reproduction.continuous import Continuous, verdict
-from cps_baselines.fdi.reproduction.controls import TableControls
-from cps_baselines.fdi.reproduction.counts import ALLOWANCE, TableCounts
-from cps_baselines.fdi.reproduction.figure import FigureRow, main_rows
+from cps_baselines.fdi.reproduction.audit import Comparison, comparisons
+from cps_baselines.fdi.reproduction.cells import solved
+from cps_baselines.fdi.reproduction.continuous import Continuous, compared, verdict
+from cps_baselines.fdi.reproduction.controls import TableControls, control_tables
+from cps_baselines.fdi.reproduction.counts import ALLOWANCE, TableCounts, counted
+from cps_baselines.fdi.reproduction.experiments import Evidence
+from cps_baselines.fdi.reproduction.figure_3_2 import FigureRow, figure_rows, main_rows
 from cps_baselines.fdi.reproduction.settings import ALL_FOUR, Settings
 from cps_baselines.paper.collisions import TABLE_VEHICLES
+from cps_baselines.reproduction.chapter import Reproduction
 
+FIGURE, AUDIT = "fig", "audit"
 CONSTANTS = (
     "Not reproducible: the constants. The chapter states neither k_p, k_d, the limits of u, dt, the horizon m nor "
     "d_max. The tables do not identify them: k_p 1 to 2, k_d 2 to 5, u from -8..-4 to 4..5 m/s2 and x_d 4 or 5 m fit "
@@ -21,27 +25,20 @@ CONSTANTS = (
 QUICK = "--quick left out the tables with two attacked vehicles and the control with one horizon."
 
 
-def closing(
-    counts: Sequence[TableCounts],
-    controls: Sequence[TableControls],
-    found: Sequence[Comparison],
-    rows: Sequence[FigureRow],
-    settings: Settings,
-    compared: Sequence[Continuous],
-    *,
-    quick: bool,
-) -> list[str]:
+def closing(found: Reproduction[Evidence]) -> list[str]:
     """Paragraphs on the parts that were computed."""
-    paragraphs = []
+    evidence, settings = found.evidence, found.evidence.settings
+    counts, paragraphs = counted(evidence), []
     if counts:
-        paragraphs += [_on_speeds(counts, settings), *_on_five(counts, controls), CONSTANTS, _on_continuous(compared)]
-    if found:
-        paragraphs.append(_on_contradictions(found))
-    if rows:
-        paragraphs.append(_on_figure(rows))
+        controls = control_tables(evidence, list(solved(evidence)))
+        paragraphs += [_on_speeds(counts, settings), *_on_five(counts, controls), CONSTANTS, _on_continuous(compared())]
+    if AUDIT in found.parts:
+        paragraphs.append(_on_contradictions(comparisons()))
+    if FIGURE in found.parts:
+        paragraphs.append(_on_figure(figure_rows(evidence)))
     if counts:
         paragraphs.append(_on_goals(counts))
-    return [*paragraphs, *([QUICK] if quick else [])]
+    return [*paragraphs, *([QUICK] if evidence.quick else [])]
 
 
 def _on_speeds(counts: Sequence[TableCounts], settings: Settings) -> str:

@@ -1,156 +1,167 @@
-"""Reproducing chapter 4, or parts of it: simulate, compare, and hand over as tables, words or plain data."""
+"""Chapter 4 as data: its tables and figures, attacks that come early, the claims and the regression check."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
 from typing import Any
 
-from cps_baselines.hvac.reproduction import blocks, document, figures
-from cps_baselines.hvac.reproduction.cells import Row, table_rows
-from cps_baselines.hvac.reproduction.controllers import CLIP, Controller
-from cps_baselines.hvac.reproduction.evaluation import evaluate
-from cps_baselines.hvac.reproduction.measures import measures
-from cps_baselines.hvac.reproduction.recheck import CONDITIONS
-from cps_baselines.hvac.reproduction.reference import Check, check
-from cps_baselines.hvac.reproduction.rules import RULES
-from cps_baselines.hvac.reproduction.selection import CLAIMS, EARLY, FIGURES, TABLES, needed
-from cps_baselines.hvac.reproduction.summary import closing
-from cps_baselines.reproduction.block import Block
-from cps_baselines.reproduction.evidence import Evidence, Report, compute
-from cps_baselines.reproduction.findings import Findings, findings_block, findings_document
-from cps_baselines.reproduction.recheck import (
-    Again,
-    Condition,
-    Varied,
-    again_document,
-    again_summary,
-    judge_again,
-    with_again,
+from cps_baselines.hvac.reproduction import claims_4_4, impacts, measures, plots
+from cps_baselines.hvac.reproduction.bars import (
+    FIGURES,
+    bars_data,
+    bars_tables,
+    early_data,
+    early_table,
+    undefended_data,
+    undefended_tables,
 )
-from cps_baselines.reproduction.tally import CELLS, Tally, tally, tally_claims
+from cps_baselines.hvac.reproduction.cells import errors_data, errors_table, table_rows
+from cps_baselines.hvac.reproduction.clear_day import clear_day_table, energies_table
+from cps_baselines.hvac.reproduction.controllers import CLIP, Evidence, evidence_under
+from cps_baselines.hvac.reproduction.experiments import early_onsets, figure, table_cells
+from cps_baselines.hvac.reproduction.observers import observers_table
+from cps_baselines.hvac.reproduction.recheck import CONDITIONS
+from cps_baselines.hvac.reproduction.rules import CLAIMS, RULES
+from cps_baselines.hvac.reproduction.sets import sets_table
+from cps_baselines.hvac.reproduction.summary import TABLES, closing
+from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
+from cps_baselines.reproduction.evidence import Experiment
+from cps_baselines.reproduction.exhibit import Exhibit, Table
+from cps_baselines.reproduction.findings import CELLS, Tally, tally
+from cps_baselines.reproduction.regression import Check
+
+SOURCES = (claims_4_4, impacts)  # importing them, and what is imported above, registers the functions that check claims
 
 
-@dataclass(frozen=True)
-class Reproduction:
-    """Parts of the chapter, simulated."""
-
-    parts: Sequence[str]
-    evidence: Evidence
-    quick: bool = False
-    conditions: Sequence[Condition] = ()  # under which the claims are judged again
-    controller: Controller = CLIP  # the reading of (4.17)
-
-    @cached_property
-    def tables(self) -> dict[str, list[Row]]:
-        """The tables asked for."""
-        return {part: table_rows(self.evidence, part) for part in self.parts if part in TABLES}
-
-    @cached_property
-    def findings(self) -> Findings:
-        """All claims, if asked for; where a verdict changes when judged again, it says so."""
-        return with_again(evaluate(self.evidence), self.again) if CLAIMS in self.parts else []
-
-    @cached_property
-    def again(self) -> list[Again]:
-        """The verdicts under other conditions."""
-        return judge_again(self.evidence.results, self.conditions, lambda results: evaluate(Evidence(results)))
-
-    @cached_property
-    def checks(self) -> list[Check]:
-        """The numbers of this run that have a reference: it has the controller that clips."""
-        return check(measures(self.evidence)) if self.controller == CLIP else []
-
-    @property
-    def passed(self) -> bool:
-        """Whether our numbers are those of the reference, or where they never were, what they were."""
-        return all(each.passed for each in self.checks)
-
-    def tallies(self) -> list[Tally]:
-        """How many claims and cells of the tables are reproduced."""
-        cells = [
-            (f"{table} {cell.paper.percent} % {cell.paper.sensors_used} zone {cell.paper.zone}", cell.verdict)
-            for table, rows in self.tables.items()
-            for row in rows
-            for cell in row.cells
-        ]
-        reading = self.controller.reading
-        return [tally_claims(reading, self.findings), tally(reading, CELLS, cells)]
-
-    def blocks(self) -> list[Block]:
-        """Tables for readers."""
-        evidence = self.evidence
-        makers: dict[str, Callable[[], list[Block]]] = {
-            "4.1": lambda: [blocks.table_block(evidence, "4.1")],
-            "4.2": lambda: [blocks.table_block(evidence, "4.2")],
-            "4.2fig": lambda: [blocks.clear_day_block(evidence)],
-            "4.3fig": lambda: [blocks.energies_block(evidence)],
-            "4.4fig": lambda: blocks.undefended_blocks(evidence),
-            "4.5fig": lambda: [blocks.observers_block(evidence)],
-            "4.6fig": lambda: [blocks.sets_block(evidence)],
-            "4.7fig": lambda: blocks.bars_blocks(evidence, 4),
-            "4.8fig": lambda: blocks.bars_blocks(evidence, 8),
-            EARLY: lambda: [blocks.early_block(evidence)],
-            CLAIMS: lambda: [findings_block(self.findings, RULES)],
-        }
-        return [block for part in self.parts for block in makers[part]()]
-
-    def closing(self) -> list[str]:
-        """Paragraphs that say what is not reproduced, and why."""
-        words = closing(
-            self.parts, self.tables, self.findings, self.checks, quick=self.quick, controller=self.controller
-        )
-        return words + again_summary(self.findings, self.again)
-
-    def document(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        return {
-            "chapter": 4,
-            "controller": self.controller.name,
-            "settings": dict(self.controller.settings),
-            "quick": self.quick,
-            "parts": {part: self._part_document(part) for part in self.parts},
-            "again": again_document(self.again),
-            "regression": document.checks_document(self.checks),
-            "closing": self.closing(),
-        }
-
-    def figures(self) -> Iterator[tuple[str, Any]]:
-        """File names and matplotlib figures of the parts that are figures.
-
-        Raises:
-            MissingExtraError: matplotlib is not installed.
-        """
-        for part in self.parts:
-            if part in FIGURES:
-                yield f"figure_{part.removesuffix('fig').replace('.', '_')}", figures.draw(self.evidence, part)
-
-    def _part_document(self, part: str) -> Any:
-        if part in TABLES:
-            return document.table_document(self.tables[part])
-        if part in FIGURES:
-            return document.figure_document(self.evidence, part)
-        return document.early_document(self.evidence) if part == EARLY else findings_document(self.findings)
+def _table(table: str, *, quick: bool) -> Exhibit[Evidence]:
+    return Exhibit(
+        table,
+        f"Table {table}: tracking errors",
+        lambda seen: table_cells(table),
+        lambda seen: [errors_table(seen, table)],
+        lambda seen: errors_data(seen, table),
+        quick=quick,
+    )
 
 
-def reproduce_chapter(
-    parts: Sequence[str],
+def _figure(
+    number: str,
+    about: str,
+    tables: Callable[[Evidence], list[Table]],
+    draw: Callable[[Evidence], Any],
+    document: Callable[[Evidence], Any] | None = None,
     *,
-    jobs: int = 1,
-    quick: bool = False,
-    recheck: bool = False,
-    controller: Controller = CLIP,
-    report: Report | None = None,
-) -> Reproduction:
-    """Simulate what the parts (of `selection.PARTS`) need; `recheck` judges the claims under `CONDITIONS` as well.
+    quick: bool = True,
+) -> Exhibit[Evidence]:
+    name = f"figure_{number.replace('.', '_')}"
+    part, about = f"{number}fig", f"Fig. {number}: {about}"
+    return Exhibit(part, about, lambda seen: figure(part), tables, document, {name: draw}, quick)
 
-    `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
-    of the work done. `quick` leaves Table 4.2 and eight sensors out of the claims.
-    """
-    conditions = CONDITIONS if recheck and CLAIMS in parts else ()
-    todo = needed(parts, quick=quick)
-    for condition in conditions:
-        todo += condition.experiments(needed((CLAIMS,), quick=quick))
-    results = compute([controller.under(each) for each in todo], jobs, report)
-    return Reproduction(tuple(parts), Evidence(Varied(results, controller.under)), quick, conditions, controller)
+
+def _bars(num_sensors: int, *, quick: bool) -> Exhibit[Evidence]:
+    return _figure(
+        f"4.{FIGURES[num_sensors]}",
+        f"both defences with {num_sensors} sensors",
+        lambda seen: bars_tables(seen, num_sensors),
+        lambda seen: plots.draw_bars(seen, num_sensors),
+        lambda seen: bars_data(seen, num_sensors),
+        quick=quick,
+    )
+
+
+SHOWN = (  # the tables and figures of the chapter
+    _table("4.1", quick=True),
+    _table("4.2", quick=False),
+    _figure("4.2", "attack-free day", lambda seen: [clear_day_table(seen)], plots.draw_clear_day),
+    _figure("4.3", "three input energies", lambda seen: [energies_table(seen)], plots.draw_energies),
+    _figure("4.4", "attacks without a defence", undefended_tables, plots.draw_undefended, undefended_data),
+    _figure("4.5", "the observer with few sensors", lambda seen: [observers_table(seen)], plots.draw_observers),
+    _figure("4.6", "sensor sets under a bias", lambda seen: [sets_table(seen)], plots.draw_sets),
+    _bars(4, quick=True),
+    _bars(8, quick=False),
+)
+
+
+def _behind_claims(seen: Evidence) -> list[Experiment[Any]]:
+    """`quick` leaves out Table 4.2 and eight sensors."""
+    return [todo for each in SHOWN if each.quick or not seen.quick for todo in each.experiments(seen)]
+
+
+JUDGED: Judged[Evidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+    *SHOWN,
+    Exhibit(
+        "early",
+        "attacks before MTD2 is ready",
+        lambda seen: early_onsets(),
+        lambda seen: [early_table(seen)],
+        early_data,
+        quick=False,
+    ),
+    JUDGED.exhibit,
+)
+
+
+def checks(found: Reproduction[Evidence]) -> list[Check]:
+    """The numbers of this run that have a reference: it has the controller that clips."""
+    return measures.checks(found.evidence) if found.evidence.controller == CLIP else []
+
+
+def tallies(found: Reproduction[Evidence]) -> list[Tally]:
+    """How many cells of the tables are reproduced."""
+    cells = [
+        (f"{table} {cell.paper.percent} % {cell.paper.sensors_used} zone {cell.paper.zone}", cell.verdict)
+        for table in TABLES
+        if table in found.parts
+        for row in table_rows(found.evidence, table)
+        for cell in row.cells
+    ]
+    return [tally(found.reading, CELLS, cells)]
+
+
+def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+    """Plain data for JSON."""
+    seen = found.evidence
+    return {
+        "chapter": 4,
+        "controller": seen.controller.name,
+        "settings": dict(seen.controller.settings),
+        "quick": seen.quick,
+        "parts": found.data(),
+        "again": found.again_data(),
+        "regression": {
+            "passed": found.passed,
+            "inside": sum(each.inside for each in found.checks),
+            "checks": list(map(_check, found.checks)),
+        },
+        "closing": found.closing(),
+    }
+
+
+def _check(check: Check) -> dict[str, Any]:
+    reference = check.reference
+    return {
+        "name": check.label,
+        "ours": check.ours,
+        "standard_error": check.subject.standard_error,
+        "value": reference.value,
+        "kind": reference.tolerance.kind,
+        "tolerance": reference.tolerance.amount,
+        "recorded": reference.recorded,
+        "reason": reference.reason,
+        "inside": check.inside,
+        "passed": check.passed,
+    }
+
+
+CHAPTER: Chapter[Evidence] = Chapter(
+    title="chapter 4",
+    evidence=evidence_under,
+    reading=lambda seen: seen.controller.reading,
+    exhibits=EXHIBITS,
+    closing=closing,
+    document=document,
+    checks=checks,
+    judged=JUDGED,
+    tallies=tallies,
+)

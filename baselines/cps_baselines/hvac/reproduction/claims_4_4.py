@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_baselines.hvac.reproduction.claims import CLAIMS
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import ATTACKS, first_zone, undefended
-from cps_baselines.hvac.reproduction.rules import of_printed, rising
+from cps_baselines.hvac.reproduction.rules import CLAIMS, of_printed, rising
 from cps_baselines.reproduction.claims import Claim, Finding, joined
-from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.verdicts import of_cases
 from cps_envs.core.types import FloatArray
 

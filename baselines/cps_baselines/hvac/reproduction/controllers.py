@@ -1,4 +1,4 @@
-"""The readings of (4.17): which controller the chapter is simulated with, and how far it looks and how it weighs moves.
+"""The readings of (4.17), and results under one: the controller, how far it looks and how it weighs moves.
 
 `python -m cps_baselines.hvac.reproduction.weighing` finds horizon N and weight R, by the same rule for each.
 """
@@ -10,6 +10,7 @@ from typing import Any
 
 from cps_baselines.hvac.reproduction.recording import Recorded
 from cps_baselines.hvac.reproduction.scenario import Scenario, Settings
+from cps_baselines.reproduction import evidence
 from cps_baselines.reproduction.evidence import Experiment
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.hvac.config import HvacConfig
@@ -65,3 +66,20 @@ def controller_named(name: str) -> Controller:
         known = ", ".join(CONTROLLERS)
         raise ConfigurationError(f"chapter 4 has no controller {name!r}. {near(name, CONTROLLERS)} Known: {known}.")
     return CONTROLLERS[name]
+
+
+@dataclass(frozen=True)
+class Evidence(evidence.Evidence):
+    """Results by experiment, computed with a controller."""
+
+    controller: Controller = CLIP
+
+
+def evidence_under(*, quick: bool = False, controller: str = CLIP.name) -> Evidence:
+    """Where the experiments with this controller stand in for those of the chapter.
+
+    Raises:
+        ConfigurationError: there is no such controller.
+    """
+    reading = controller_named(controller)
+    return Evidence(quick=quick, vary=reading.under, controller=reading)

@@ -1,15 +1,17 @@
-"""Our numbers under the names that the reference file has for them."""
+"""The regression check: our numbers under the names that the reference file has for them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from cps_baselines.hvac.reproduction.cells import table_rows
 from cps_baselines.hvac.reproduction.claims_4_4 import mean_rise_c
 from cps_baselines.hvac.reproduction.clear_day import zone_days
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import (
     ATTACKS,
     DEFENCES,
@@ -21,7 +23,9 @@ from cps_baselines.hvac.reproduction.experiments import (
 )
 from cps_baselines.hvac.reproduction.impacts import outcomes
 from cps_baselines.hvac.reproduction.scenario import Outcome
-from cps_baselines.reproduction.evidence import Evidence, NotRunError
+from cps_baselines.reproduction.evidence import NotRunError
+from cps_baselines.reproduction.regression import Check, Reference, shipped_rows
+from cps_baselines.reproduction.verdicts import Tolerance
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.sensors import sensor_sets
 
@@ -126,3 +130,27 @@ GROUPS: tuple[Callable[[Evidence], Iterator[Measure]], ...] = (
     *(_bars(num_sensors, defender) for num_sensors in (4, 8) for defender in DEFENCES),
     _early,
 )
+
+
+@lru_cache(maxsize=1)
+def references() -> Mapping[tuple[str, str], Reference]:
+    """Those of `reference.csv` by group and case."""
+    return {
+        (row["group"], row["case"]): Reference(
+            float(row["value"]),
+            Tolerance(float(row["tolerance"]), row["kind"]),
+            float(row["recorded"]) if row["recorded"] else None,
+            row["reason"],
+        )
+        for row in shipped_rows("cps_baselines.hvac.reproduction")
+    }
+
+
+def checks(evidence: Evidence) -> list[Check]:
+    """The numbers for which there is a reference."""
+    known = references()
+    return [
+        Check(f"{each.group}: {each.case}", each.value, known[each.group, each.case], each)
+        for each in measures(evidence)
+        if (each.group, each.case) in known
+    ]

@@ -1,15 +1,17 @@
-"""The rules of the chapter's verdicts, beside the common ones."""
+"""The claims of the chapter, which functions beside its exhibits check; rules of verdicts beside the common ones."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
+from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.scenario import Outcome
-from cps_baselines.reproduction.claims import Claim
+from cps_baselines.reproduction.claims import Claim, Claims
 from cps_baselines.reproduction.verdicts import NEAR, NEAR_SHARE, NOT, REPRODUCED, of_number
 from cps_envs.core.types import FloatArray
 
+CLAIMS: Claims[Evidence] = Claims("claims_ch4")
 CLOSE = 1.2  # "close to or below" a number: up to this many times it
 EQUAL = 2.0  # an impact "equals" the attack-free one up to this many times it
 SMALL = 99.95  # impacts below it are shown with a decimal

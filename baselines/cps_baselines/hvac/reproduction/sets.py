@@ -1,4 +1,4 @@
-"""Fig. 4.6: the sensor sets while sensor 2 shows a negative bias, by their residuals and by MTD1's choices."""
+"""Fig. 4.6: the sensor sets under a negative bias of sensor 2, by residuals and MTD1's choices; claims C29 and C30."""
 
 from __future__ import annotations
 
@@ -6,9 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_baselines.hvac.reproduction.experiments import second_zone
+from cps_baselines.hvac.reproduction.controllers import Evidence
+from cps_baselines.hvac.reproduction.experiments import FIGURE_4_6_DAYS, second_zone
 from cps_baselines.hvac.reproduction.recording import Course
-from cps_baselines.reproduction.evidence import Evidence
+from cps_baselines.hvac.reproduction.rules import CLAIMS
+from cps_baselines.reproduction.claims import Claim, Finding, joined
+from cps_baselines.reproduction.exhibit import Column, Table, with_properties
+from cps_baselines.reproduction.verdicts import of_cases
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.sensors import sensor_sets
 
@@ -57,3 +61,53 @@ def set_courses(evidence: Evidence) -> list[SetCourse]:
 def residuals(course: Course) -> FloatArray:
     """J_a of the steps in which something was decided, (K - 1, B, sets) C2."""
     return course.residual_c2[:-1]
+
+
+def sets_table(evidence: Evidence) -> Table:
+    """Fig. 4.6 in numbers."""
+    note = (
+        f"Medians over {FIGURE_4_6_DAYS} days from the onset on, °C²; late: once the window holds forged readings only."
+    )
+    data = with_properties("intact", "selected")
+    title = "Fig. 4.6: sensor 2 reads 22 °C"
+    return Table(title, COLUMNS, set_courses(evidence), (note,), left=3, data=data)
+
+
+COLUMNS = (
+    Column("set", "index"),
+    Column("sensors", lambda each: ", ".join(f"s{sensor}" for sensor in each.sensors)),
+    Column("", lambda each: "intact" if each.intact else "flawed"),
+    Column("J", "residual_c2", "{:.3f}"),
+    Column("J, late", "late_residual_c2", "{:.3f}"),
+    Column("selected by MTD1", lambda each: 100.0 * each.selected_share, "{:.1f} %"),
+)
+
+
+@CLAIMS.judges("C29")
+def flawed_above_intact(evidence: Evidence, claim: Claim) -> Finding:
+    """The median residual of every flawed set against the largest of an intact one."""
+    courses = set_courses(evidence)
+    highest = max(each.residual_c2 for each in courses if each.intact)
+    flawed = [each for each in courses if not each.intact]
+    hold = [each.residual_c2 > highest for each in flawed]
+    below = [each for each, holds in zip(flawed, hold, strict=True) if not holds]
+    above = [each.residual_c2 for each, holds in zip(flawed, hold, strict=True) if holds]
+    shown = (
+        f"intact up to {highest:.2f}; {len(above)} of {len(flawed)} flawed {joined([min(above), max(above)], '.1f')}"
+    )
+    shown += "".join(
+        f"; set {each.index} {each.residual_c2:.3f}, later {each.late_residual_c2:.3f} °C²" for each in below
+    )
+    return Finding(all(hold), shown, of_cases(hold))
+
+
+@CLAIMS.judges("C30")
+def selected_by_mtd1(evidence: Evidence, claim: Claim) -> Finding:
+    """Sets selected, each against the paper's list."""
+    courses, paper = set_courses(evidence), {int(number) for number in claim.numbers}
+    hold = [each.selected == (each.index in paper) for each in courses]
+    ours = [each.index for each in courses if each.selected]
+    more = [each for each in courses if each.selected and each.index not in paper]
+    shown = ", ".join(map(str, ours))
+    shown += "".join(f"; set {each.index} in {100.0 * each.selected_share:.0f} % of the steps" for each in more)
+    return Finding(tuple(map(float, ours)), shown, of_cases(hold))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from cps_baselines.hvac.reproduction.cells import CLOSE, MATCH, MISS, Row
-from cps_baselines.hvac.reproduction.controllers import Controller
-from cps_baselines.hvac.reproduction.reference import Check
-from cps_baselines.reproduction.findings import Findings, findings_summary
-from cps_baselines.reproduction.regression import NO_SUPPORT
-from cps_baselines.reproduction.verdicts import REPRODUCED, UNKNOWN
+from cps_baselines.hvac.reproduction.cells import Row, table_rows
+from cps_baselines.hvac.reproduction.controllers import Controller, Evidence
+from cps_baselines.reproduction.chapter import Reproduction
+from cps_baselines.reproduction.findings import Findings
+from cps_baselines.reproduction.regression import NO_SUPPORT, Check, failures
+from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, REPRODUCED, UNKNOWN
 
+TABLES = ("4.1", "4.2")
 CONSTANTS = (
     "Why: the paper prints none of its constants, neither the building's resistances and capacities nor the weather, "
     "horizon, weights, noise, amplitude and onset of the attacks, or eps. Ours are one calibrated set for everything. "
@@ -66,21 +67,14 @@ REASONS = (  # words, and the parts and the claims that they are about
 )
 
 
-def closing(
-    parts: Sequence[str],
-    tables: Mapping[str, Sequence[Row]],
-    findings: Findings,
-    checks: Sequence[Check],
-    *,
-    quick: bool,
-    controller: Controller,
-) -> list[str]:
+def closing(found: Reproduction[Evidence]) -> list[str]:
     """Paragraphs on the parts that were computed."""
-    paragraphs = [_on_table(table, rows) for table, rows in tables.items()]
-    paragraphs += [findings_summary(findings)] if findings else []
-    paragraphs += _reasons(parts, findings)
-    paragraphs += [CONSTANTS, _on_controller(controller), *_on_checks(checks)]
-    return [*paragraphs, *([QUICK] if quick else [])]
+    seen = found.evidence
+    paragraphs = [_on_table(table, table_rows(seen, table)) for table in TABLES if table in found.parts]
+    paragraphs += found.claims_summary()
+    paragraphs += _reasons(found.parts, found.findings.get("", ()))
+    paragraphs += [CONSTANTS, _on_controller(seen.controller), *_on_checks(found.checks)]
+    return [*paragraphs, *([QUICK] if seen.quick else [])]
 
 
 def _on_controller(controller: Controller) -> str:
@@ -101,7 +95,7 @@ def _reasons(parts: Sequence[str], findings: Findings) -> list[str]:
 def _on_table(table: str, rows: Sequence[Row]) -> str:
     words = Counter(cell.verdict for row in rows for cell in row.cells)
     count = sum(words.values())
-    return f"Table {table}: {words[MATCH]} of {count} cells match, {words[CLOSE]} are near, {words[MISS]} are missed."
+    return f"Table {table}: {words[MATCH]} of {count} cells match, {words[NEAR]} are near, {words[MISS]} are missed."
 
 
 def _on_checks(checks: Sequence[Check]) -> list[str]:
@@ -114,15 +108,14 @@ def _on_checks(checks: Sequence[Check]) -> list[str]:
     if known:
         text += f" Outside, as before: {'; '.join(map(_outside, known))}."
     failed = [each for each in checks if not each.passed]
-    if failed:
-        text += f" FAILED: {'; '.join(map(_outside, failed))}. The simulation has changed; this is no finding about "
-        text += "the paper."
+    text += failures(map(_outside, failed))
     return [text]
 
 
 def _outside(check: Check) -> str:
-    error = check.measure.standard_error
+    error = check.subject.standard_error
     spread = "" if error is None else f" ± {error:.2g}"
     reason = f" ({check.reference.reason})" if check.passed and check.reference.reason else ""
-    value, reference = check.measure.value, check.reference
-    return f"{check.name} {value:.4g}{spread}, reference {reference.value:g} within {reference.shown}{reason}"
+    value, reference = check.ours, check.reference
+    shown = f"{check.label} {value:.4g}{spread}, reference {reference.value:g}"
+    return f"{shown} within {reference.tolerance.shown}{reason}"

@@ -1,162 +1,191 @@
-"""Reproducing chapter 5, or parts of it: simulate, compare, and hand over as tables, words or plain data."""
+"""Chapter 5 as data: courses, maps, other seats, what is open to attackers, and the claims with both contacts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
-from cps_baselines.reproduction.block import Block
-from cps_baselines.reproduction.evidence import Report, compute
-from cps_baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
-from cps_baselines.reproduction.tally import Tally, tally_claims
-from cps_baselines.rogue.reproduction import blocks, document, plot_courses, plot_errors, plot_maps
-from cps_baselines.rogue.reproduction.evaluation import FindingsByContact, evaluate, judging
-from cps_baselines.rogue.reproduction.evidence import Evidence
-from cps_baselines.rogue.reproduction.fit import FURTHER, OWN, Maps, Variant, fits
-from cps_baselines.rogue.reproduction.headroom import GENERAL_RIDE, HeadRoom, head_rooms
-from cps_baselines.rogue.reproduction.parts import COURSES, behind_claims, needed
+from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
+from cps_baselines.reproduction.evidence import Experiment
+from cps_baselines.reproduction.exhibit import Exhibit
+from cps_baselines.reproduction.regression import Check
+from cps_baselines.rogue.reproduction import claims_courses, claims_maps, plot_maps, plot_rides, reference
+from cps_baselines.rogue.reproduction.claims import CLAIMS, RULES
+from cps_baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
+from cps_baselines.rogue.reproduction.experiments import (
+    Evidence,
+    calm_ride,
+    map_rows,
+    searched_ride,
+    seat_overrides,
+    square_ride,
+    steady_waves,
+    swaying_ride,
+)
+from cps_baselines.rogue.reproduction.fit import FURTHER, fits_data, fits_table
+from cps_baselines.rogue.reproduction.headroom import head_room_experiments, head_rooms_table
+from cps_baselines.rogue.reproduction.maps import every_seat, maps_data, maps_tables, seats_data, seats_table
 from cps_baselines.rogue.reproduction.recheck import CONDITIONS
-from cps_baselines.rogue.reproduction.reference import Check, check
-from cps_baselines.rogue.reproduction.settings import CONTACTS, MAPS
-from cps_baselines.rogue.reproduction.summary import closing
+from cps_baselines.rogue.reproduction.rides import circles_table, courses_table, sways_table
+from cps_baselines.rogue.reproduction.settings import (
+    CIRCLED,
+    CONTACTS,
+    COURSE_FREQUENCIES_HZ,
+    COURSES,
+    DISBANDING,
+    FREQUENCIES_HZ,
+    MAPS,
+    PASS,
+    SEAT_RATIOS,
+    SWAYS,
+)
+from cps_baselines.rogue.reproduction.summary import closing, has_maps
+
+SOURCES = (claims_courses, claims_maps)  # importing them registers the functions that check the claims
 
 
-@dataclass(frozen=True)
-class Reproduction:
-    """Parts of the chapter."""
-
-    parts: Sequence[str]
-    evidence: Evidence
-    quick: bool = False
-    conditions: Sequence[Condition] = ()  # under which the claims are judged again
-
-    @cached_property
-    def findings(self) -> FindingsByContact:
-        """All claims by contact, if asked for; where a verdict changes when judged again, it says so."""
-        found = evaluate(self.evidence) if "claims" in self.parts else {}
-        return {contact: with_again(each, self.again[contact]) for contact, each in found.items()}
-
-    @cached_property
-    def again(self) -> dict[str, list[Again]]:
-        """The verdicts under other conditions, by contact."""
-        evidence = self.evidence
-        return {contact: judge_again(evidence.results, self.conditions, judging(contact)) for contact in CONTACTS}
-
-    @cached_property
-    def fits(self) -> list[tuple[Variant, Maps, list[bool]]]:
-        """Which orderings survive which changes, if asked for."""
-        return list(fits(self.evidence, (*OWN, *FURTHER))) if "fit" in self.parts else []
-
-    @cached_property
-    def head_rooms(self) -> list[HeadRoom]:
-        """Kinds of attackers, if asked for."""
-        return head_rooms(self.evidence) if "headroom" in self.parts else []
-
-    @cached_property
-    def checks(self) -> list[Check]:
-        """What has a reference."""
-        return check(self.evidence, maps=self._has_maps)
-
-    @property
-    def passed(self) -> bool:
-        """Whether our damages are those of the reference; claims that do not hold do not count."""
-        return all(each.passed for each in self.checks)
-
-    def tallies(self) -> list[Tally]:
-        """How many claims are reproduced, with each contact."""
-        return [tally_claims(f"contact {contact}", found) for contact, found in self.findings.items()]
-
-    def blocks(self) -> list[Block]:
-        """Tables for readers."""
-        makers: dict[str, Callable[[], list[Block]]] = {
-            "5.2": lambda: [blocks.sway_block(self.evidence)],
-            "5.4": lambda: [blocks.circles_block(self.evidence)],
-            "seats": lambda: [blocks.seats_block(self.evidence)],
-            **{
-                number: lambda number=number: [blocks.courses_block(self.evidence, number, COURSES[number])]  # type: ignore[misc]
-                for number in COURSES
-            },
-            "maps": lambda: [blocks.maps_block(self.evidence), blocks.line_block()],
-            "claims": lambda: [blocks.claims_block(self.findings)],
-            "fit": lambda: [blocks.fit_block(self.fits)],
-            "headroom": lambda: [blocks.head_room_block(self.head_rooms)],
-        }
-        return [block for part in self.parts for block in makers[part]()]
-
-    def closing(self) -> list[str]:
-        """Paragraphs that say what is not reproduced, and why."""
-        peaks = {self.evidence.map(defender).peak for defender in MAPS.values()} if self._has_maps else set()
-        fooled = self.evidence[GENERAL_RIDE] if self.head_rooms else None
-        words = closing(self.findings, self.fits, self.head_rooms, fooled, peaks, self.checks, quick=self.quick)
-        return words + [
-            f"Contact {contact}. {sentence}"
-            for contact, found in self.findings.items()
-            for sentence in again_summary(found, self.again[contact])
-        ]
-
-    def document(self) -> dict[str, Any]:
-        """Plain data for JSON."""
-        makers: dict[str, Callable[[], Any]] = {
-            "5.2": lambda: document.sways_document(self.evidence),
-            "5.4": lambda: document.circles_document(self.evidence),
-            "seats": lambda: document.seats_document(self.evidence),
-            **{
-                number: lambda number=number: document.courses_document(self.evidence, COURSES[number])  # type: ignore[misc]
-                for number in COURSES
-            },
-            "maps": lambda: document.maps_document(self.evidence),
-            "claims": lambda: document.claims_document(self.findings),
-            "fit": lambda: document.fit_document(self.fits),
-            "headroom": lambda: document.head_room_document(self.head_rooms),
-        }
-        return {
-            "chapter": 5,
-            "quick": self.quick,
-            "parts": {part: makers[part]() for part in self.parts},
-            "again": {contact: again_document(found) for contact, found in self.again.items()},
-            "regression": document.checks_document(self.checks),
-            "closing": self.closing(),
-        }
-
-    def figures(self) -> Iterator[tuple[str, Any]]:
-        """File names and matplotlib figures of the parts that are figures.
-
-        Raises:
-            MissingExtraError: matplotlib is not installed.
-        """
-        if "5.2" in self.parts:
-            yield "figure_5_2", plot_errors.draw_sways(self.evidence)
-        if "5.4" in self.parts:
-            yield "figure_5_4", plot_errors.draw_circles(self.evidence)
-        for number, defenders in COURSES.items():
-            if number in self.parts:
-                yield f"figure_{number.replace('.', '_')}", plot_courses.draw(self.evidence, number, defenders)
-        if "maps" in self.parts:
-            for contact in CONTACTS:
-                yield f"figures_5_6_to_5_11_{contact}", plot_maps.draw(self.evidence.under(contact))
-
-    @property
-    def _has_maps(self) -> bool:
-        return bool({"maps", "claims", "fit"} & set(self.parts))
+def _maps() -> list[Experiment[Any]]:
+    return [row for contact in CONTACTS for name in MAPS.values() for row in map_rows(name, contact)]
 
 
-def reproduce_chapter(
-    parts: Sequence[str],
-    *,
-    jobs: int = 1,
-    quick: bool = False,
-    recheck: bool = False,
-    report: Report | None = None,
-) -> Reproduction:
-    """Simulate what the parts (keys of `parts.PARTS`) need; `recheck` judges the claims under `CONDITIONS` as well.
+def _seats() -> list[Experiment[Any]]:
+    return [
+        row
+        for contact in CONTACTS
+        for vehicles, seat, name in every_seat()
+        for row in map_rows(name, contact, SEAT_RATIOS, seat_overrides(vehicles, seat))
+    ]
 
-    `jobs` processes share the work; they are spawned, so a script must guard its main part. `report` is told the share
-    of the work done.
-    """
-    conditions = CONDITIONS if recheck and "claims" in parts else ()
-    todo = needed(parts)
-    for condition in conditions:
-        todo += condition.experiments(behind_claims())
-    return Reproduction(tuple(parts), Evidence(compute(todo, jobs, report)), quick, conditions)
+
+def behind_claims() -> list[Experiment[Any]]:
+    """What the claims need."""
+    return _maps() + [each for contact in CONTACTS for each in _claimed(contact)]
+
+
+def _claimed(contact: str) -> list[Experiment[Any]]:
+    """What the claims need beyond the maps."""
+    todo: list[Experiment[Any]] = [
+        square_ride(name, each, contact) for name in MAPS.values() for each in COURSE_FREQUENCIES_HZ
+    ]
+    todo.append(calm_ride("disband_2", contact))
+    todo += [square_ride("disband_2", each, contact, human_returns=True) for each in COURSE_FREQUENCIES_HZ]
+    todo += [square_ride(name, FREQUENCIES_HZ[0], contact, ratio) for name in EARLY_DISBANDING for ratio in ENDS]
+    todo += [searched_ride(name, contact) for name in DISBANDING]
+    return todo + [steady_waves(name, contact) for name in ("pd", "sliding", "sliding_detection")]
+
+
+def _courses(number: str, about: str) -> Exhibit[Evidence]:
+    defenders = COURSES[number]
+    return Exhibit(
+        number,
+        f"Fig. {number}: {about}, at equal power",
+        lambda seen: [square_ride(name, each, PASS) for name in defenders for each in COURSE_FREQUENCIES_HZ],
+        lambda seen: [courses_table(seen, number, defenders)],
+        figures={f"figure_{number.replace('.', '_')}": lambda seen: plot_rides.draw(seen, number, defenders)},
+    )
+
+
+JUDGED: Judged[Evidence] = Judged(
+    CLAIMS,
+    RULES,
+    lambda seen: behind_claims(),
+    CONDITIONS,
+    lambda seen: {contact: seen.under(contact) for contact in CONTACTS},
+)
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+    Exhibit(
+        "5.2",
+        "Fig. 5.2: an attacker at the rear of ten vehicles that changes the gains of its controller",
+        lambda seen: [swaying_ride(attacker) for attacker in SWAYS],
+        lambda seen: [sways_table(seen)],
+        figures={"figure_5_2": plot_rides.draw_sways},
+    ),
+    _courses("5.3", "the sliding mode without and with detection"),
+    Exhibit(
+        "5.4",
+        "Fig. 5.4: the circles of the modified sliding mode, and where the errors are",
+        lambda seen: [square_ride(CIRCLED, each, PASS) for each in COURSE_FREQUENCIES_HZ],
+        lambda seen: [circles_table(seen)],
+        figures={"figure_5_4": plot_rides.draw_circles},
+    ),
+    _courses("5.5", "disbanding at +2 m"),
+    Exhibit(
+        "maps",
+        "Figs. 5.6 to 5.11: damage over frequency and power",
+        lambda seen: _maps(),
+        maps_tables,
+        maps_data,
+        {
+            f"figures_5_6_to_5_11_{contact}": lambda seen, contact=contact: plot_maps.draw(seen.under(contact))  # type: ignore[misc]
+            for contact in CONTACTS
+        },
+    ),
+    Exhibit(
+        "seats",
+        "such maps for every seat of the attacker and platoons of ten; beside them detection over the linear law",
+        lambda seen: _seats(),
+        lambda seen: [seats_table(seen)],
+        seats_data,
+        quick=False,
+    ),
+    JUDGED.exhibit,
+    Exhibit(
+        "fit",
+        "how selected the configuration is",
+        lambda seen: _maps() + [each for variant in FURTHER for each in variant.experiments()],
+        lambda seen: [fits_table(seen)],
+        fits_data,
+        quick=False,
+    ),
+    Exhibit(
+        "headroom",
+        "what square waves and searched attackers can do in the learning problem",
+        lambda seen: head_room_experiments(),
+        lambda seen: [head_rooms_table(seen)],
+        quick=False,
+    ),
+)
+
+
+def always(seen: Evidence) -> list[Experiment[Any]]:
+    """The cells of the regression check."""
+    return [each.experiment for each in reference.damages() if each.experiment is not None]
+
+
+def checks(found: Reproduction[Evidence]) -> list[Check]:
+    """What has a reference; claims that do not hold do not count."""
+    return reference.checks(found.evidence, maps=has_maps(found))
+
+
+def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+    """Plain data for JSON."""
+    return {
+        "chapter": 5,
+        "quick": found.evidence.quick,
+        "parts": found.data(),
+        "again": found.again_data(),
+        "regression": list(map(_check, found.checks)),
+        "closing": found.closing(),
+    }
+
+
+def _check(check: Check) -> dict[str, Any]:
+    return {
+        "what": check.label,
+        "ours": check.ours,
+        "reference": check.reference.value,
+        "tolerance": check.reference.tolerance.amount,
+        "passed": check.passed,
+    }
+
+
+CHAPTER: Chapter[Evidence] = Chapter(
+    title="chapter 5",
+    evidence=Evidence,
+    reading=lambda seen: "contact",
+    exhibits=EXHIBITS,
+    closing=closing,
+    document=document,
+    checks=checks,
+    judged=JUDGED,
+    always=always,
+)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cps_baselines.reproduction.claims import Claims, Finding
 from cps_baselines.reproduction.recovery import RECOVERY_RULE
 from cps_baselines.reproduction.verdicts import NOT, REPRODUCED
-from cps_baselines.rogue.reproduction.evidence import Evidence
+from cps_baselines.rogue.reproduction.experiments import Evidence
 
 CLAIMS: Claims[Evidence] = Claims("claims_ch5")
 FAR_LESS = 0.5  # chosen: "far less" and "greatly" mean below this share

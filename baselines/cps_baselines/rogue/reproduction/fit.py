@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from cps_baselines.rogue.reproduction.evidence import Evidence, map_rows
-from cps_baselines.rogue.reproduction.experiments import Overrides, Waves
+from cps_baselines.reproduction.exhibit import Column, Table
+from cps_baselines.rogue.reproduction.experiments import Evidence, Overrides, Waves, map_rows
 from cps_baselines.rogue.reproduction.heat_map import HeatMap
 from cps_baselines.rogue.reproduction.settings import MAPS, PASS, RATIOS, SOLID, WIDE_RATIOS
 
@@ -85,8 +86,44 @@ def orderings(maps: Maps) -> list[bool]:
     ]
 
 
-def fits(evidence: Evidence, variants: tuple[Variant, ...]) -> Iterator[tuple[Variant, Maps, list[bool]]]:
+def fits(
+    evidence: Evidence, variants: tuple[Variant, ...] = (*OWN, *FURTHER)
+) -> Iterator[tuple[Variant, Maps, list[bool]]]:
     """Each variant with its maps and the orderings that hold."""
     for variant in variants:
         maps = variant.maps(evidence)
         yield variant, maps, orderings(maps)
+
+
+def fits_table(evidence: Evidence) -> Table:
+    """Which orderings of the maps survive."""
+    columns = (
+        Column("", lambda each: each[0].name),
+        *(
+            Column(str(k + 1), lambda each, k=k: "yes" if each[2][k] else "NO")  # type: ignore[misc]
+            for k in range(len(ORDERINGS))
+        ),
+        Column("hold", lambda each: (sum(each[2]), len(each[2])), "{} of {}"),
+        Column(
+            "maxima: pd, sliding, detection, +2, +4, +7",
+            lambda each: ", ".join(f"{heat_map.highest:.0f}" for heat_map in each[1].values()),
+        ),
+    )
+    notes = tuple(f"{k + 1}: {text}." for k, text in enumerate(ORDERINGS))
+    title = "How selected the configuration is: what the paper says of the maps"
+    return Table(title, columns, list(fits(evidence)), notes)
+
+
+def fits_data(evidence: Evidence) -> dict[str, Any]:
+    """The same for JSON."""
+    variants = [
+        {
+            "variant": variant.name,
+            "contact": variant.contact,
+            "hold": hold,
+            "maxima": {defender: heat_map.highest for defender, heat_map in maps.items()},
+            "means": {defender: heat_map.mean for defender, heat_map in maps.items()},
+        }
+        for variant, maps, hold in fits(evidence)
+    ]
+    return {"orderings": list(ORDERINGS), "variants": variants}

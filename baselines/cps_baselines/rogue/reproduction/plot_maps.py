@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.reproduction.figures import PURPOSE, new_figure
-from cps_baselines.rogue.reproduction.collision_line import bumper_gap_m, collision_frequency_hz
-from cps_baselines.rogue.reproduction.evidence import Evidence
-from cps_baselines.rogue.reproduction.heat_map import HeatMap
+from cps_baselines.rogue.reproduction.experiments import Evidence
+from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
 from cps_baselines.rogue.reproduction.settings import CONTACTS, MAPS, PASS, RATIOS, TITLES
 from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
-from cps_baselines.rogue.reproduction.evidence import Evidence
-from cps_baselines.rogue.reproduction.experiments import Waves, square_waves
+from cps_baselines.reproduction.regression import Check, Reference, shipped_rows
+from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
+from cps_baselines.rogue.reproduction.experiments import Evidence, Waves, square_waves
 from cps_baselines.rogue.reproduction.settings import TITLES
-from cps_baselines.rogue.reproduction.shipped import shipped_rows
-
-MAXIMUM = "maximum"
 
 
 @dataclass(frozen=True)
-class Reference:
-    """What the other implementation has."""
+class Damage:
+    """A number of the other implementation."""
 
-    what: str  # MAXIMUM of a map, or a cell
     defender: str
     contact: str
-    wave: tuple[float, float] | None  # power ratio and frequency in Hz of a cell
-    damage: float
-    tolerance: float  # absolute
+    wave: tuple[float, float] | None  # power ratio and frequency in Hz of a cell; None: the maximum of a map
+    reference: Reference
 
     @property
     def label(self) -> str:
@@ -37,42 +34,27 @@ class Reference:
         return Waves(self.defender, self.wave[0], square_waves((self.wave[1],)), self.contact)
 
 
-@dataclass(frozen=True)
-class Check:
-    """Ours beside the reference."""
-
-    reference: Reference
-    ours: float
-
-    @property
-    def difference(self) -> float:
-        """Relative."""
-        return self.ours / self.reference.damage - 1
-
-    @property
-    def passed(self) -> bool:
-        """Whether ours is within the tolerance."""
-        return abs(self.ours - self.reference.damage) <= self.reference.tolerance
-
-
-def references() -> list[Reference]:
+@lru_cache(maxsize=1)
+def damages() -> tuple[Damage, ...]:
     """All of `reference.csv`."""
-    return [_reference(row) for row in shipped_rows("reference")]
+    return tuple(map(_damage, shipped_rows("cps_baselines.rogue.reproduction")))
 
 
-def _reference(row: dict[str, str]) -> Reference:
-    wave = None if row["what"] == MAXIMUM else (float(row["power_ratio"]), float(row["frequency_hz"]))
+def _damage(row: dict[str, str]) -> Damage:
+    """Tolerances there are relative; half of the last digit that is given comes on top."""
+    wave = None if row["what"] == "maximum" else (float(row["power_ratio"]), float(row["frequency_hz"]))
     damage, digits = float(row["damage"]), len(row["damage"].partition(".")[2])
-    tolerance = float(row["tolerance"]) * damage + 0.5 * 10**-digits
-    return Reference(row["what"], row["defender"], row["contact"], wave, damage, tolerance)
+    tolerance = Tolerance(float(row["tolerance"]) * damage + 0.5 * 10**-digits, ABSOLUTE)
+    return Damage(row["defender"], row["contact"], wave, Reference(damage, tolerance))
 
 
-def check(evidence: Evidence, *, maps: bool) -> list[Check]:
+def checks(evidence: Evidence, *, maps: bool) -> list[Check]:
     """The cells, and with `maps` the maxima."""
-    checks = []
-    for each in references():
+    made = []
+    for each in damages():
         if each.experiment is not None:
-            checks.append(Check(each, float(evidence[each.experiment][0])))
+            made.append(Check(each.label, float(evidence[each.experiment][0]), each.reference))
         elif maps:
-            checks.append(Check(each, evidence.under(each.contact).map(each.defender).highest))
-    return checks
+            highest = evidence.under(each.contact).map(each.defender).highest
+            made.append(Check(each.label, highest, each.reference))
+    return made

@@ -28,6 +28,8 @@ TITLES: Mapping[str, str] = {
     "disband_7": "modified, +7 m",
 }
 FREQUENCIES_HZ = tuple(np.round(np.linspace(0.02, 0.5, 17), 3).tolist())  # chosen
+CIRCLED = "disband_7"  # whose errors Fig. 5.4 shows
+COURSES = {"5.3": ("sliding", "sliding_detection"), "5.5": ("disband_2",)}
 RATIOS = (1.0, 1.1, 1.2, 1.3, 1.4)  # chosen
 DISBANDING = ("disband_2", "disband_4", "disband_7")
 COURSE_FREQUENCIES_HZ = (0.02, 0.05, 0.1)  # chosen; the paper names none for Figs. 5.3 and 5.5

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cps_baselines.reproduction.findings import findings_summary
-from cps_baselines.reproduction.regression import NO_SUPPORT
+from cps_baselines.reproduction.chapter import Reproduction
+from cps_baselines.reproduction.regression import NO_SUPPORT, Check, failures
 from cps_baselines.rogue.reproduction.course import Course
-from cps_baselines.rogue.reproduction.evaluation import FindingsByContact
-from cps_baselines.rogue.reproduction.fit import Maps, Variant
-from cps_baselines.rogue.reproduction.headroom import HeadRoom
-from cps_baselines.rogue.reproduction.parts import LONG
-from cps_baselines.rogue.reproduction.reference import Check
-from cps_baselines.rogue.reproduction.settings import DISBANDING
+from cps_baselines.rogue.reproduction.experiments import Evidence
+from cps_baselines.rogue.reproduction.fit import Maps, Variant, fits
+from cps_baselines.rogue.reproduction.headroom import GENERAL_RIDE, HeadRoom, head_rooms
+from cps_baselines.rogue.reproduction.settings import DISBANDING, MAPS
 
+LONG = ("seats", "fit", "headroom")  # left out by --quick
 SELECTED = (
     "How selected this configuration is. The text leaves out the detector's form, the strongest braking effort F-, the "
     "axes of the maps, their duration, n_1 to n_3, the interval of the growth, the human model and what counts as "
@@ -34,33 +33,27 @@ VERDICT = (
 )
 
 
-def closing(
-    findings: FindingsByContact,
-    variants: Sequence[tuple[Variant, Maps, list[bool]]],
-    head_rooms: Sequence[HeadRoom],
-    fooled: Course | None,
-    peaks: set[tuple[float, float]],
-    checks: Sequence[Check],
-    *,
-    quick: bool,
-) -> list[str]:
-    """Paragraphs on the parts that were computed; `peaks` are where the maps with contact pass have their maxima.
-
-    `fooled` is the course behind `head_rooms` against detection; None without them.
-    """
-    paragraphs = [f"Contact {contact}. {findings_summary(found)}" for contact, found in findings.items()]
-    if findings or peaks:
+def closing(found: Reproduction[Evidence]) -> list[str]:
+    """Paragraphs on the parts that were computed."""
+    seen, parts, mapped = found.evidence, found.parts, has_maps(found)
+    paragraphs = found.claims_summary()
+    if mapped:
         paragraphs.append(SELECTED)
-    if len(peaks) == 1:
-        paragraphs.append(CORNER)
-    if variants:
-        paragraphs.append(_on_variants(variants))
-    if findings or peaks:
+        if len({seen.map(defender).peak for defender in MAPS.values()}) == 1:
+            paragraphs.append(CORNER)
+    if "fit" in parts:
+        paragraphs.append(_on_variants(list(fits(seen))))
+    if mapped:
         paragraphs.append(VERDICT)
-    if fooled is not None:
-        paragraphs.append(_on_head_room(head_rooms, fooled))
-    paragraphs.append(_on_checks(checks))
-    return [*paragraphs, *([f"--quick left out: {', '.join(LONG)}."] if quick else [])]
+    if "headroom" in parts:
+        paragraphs.append(_on_head_room(head_rooms(seen), seen[GENERAL_RIDE]))
+    paragraphs.append(_on_checks(found.checks))
+    return [*paragraphs, *([f"--quick left out: {', '.join(LONG)}."] if seen.quick else [])]
+
+
+def has_maps(found: Reproduction[Evidence]) -> bool:
+    """Whether the maps of Figs. 5.6 to 5.11 were computed."""
+    return bool({"maps", "claims", "fit"} & set(found.parts))
 
 
 def _on_variants(variants: Sequence[tuple[Variant, Maps, list[bool]]]) -> str:
@@ -94,12 +87,9 @@ def _on_head_room(found: Sequence[HeadRoom], fooled: Course) -> str:
 
 def _on_checks(checks: Sequence[Check]) -> str:
     failed = [check for check in checks if not check.passed]
-    largest = max(abs(check.difference) for check in checks)
+    largest = max(abs(check.ours / check.reference.value - 1) for check in checks)
     text = (
         f"Regression check against our second implementation: {len(checks) - len(failed)} of {len(checks)} damages "
         f"within their tolerances (maxima of maps 5 %, cells 1 %); largest difference {largest:.2%}. {NO_SUPPORT}"
     )
-    if failed:
-        lines = (f"{check.reference.label}: {check.ours:.4g} for {check.reference.damage:g}" for check in failed)
-        text += f" FAILED: {'; '.join(lines)}. The simulation has changed; this is no finding about the paper."
-    return text
+    return text + failures(f"{check.label}: {check.ours:.4g} for {check.reference.value:g}" for check in failed)
