@@ -23,7 +23,6 @@ from cps_agents.commands.oracle import oracle
 from cps_agents.commands.play import play
 from cps_agents.commands.reliability import reliability
 from cps_agents.commands.reproduce.app import app as reproduce
-from cps_agents.commands.results import results
 from cps_agents.commands.search_feedback import search_feedback
 from cps_agents.commands.search_string import search_string
 from cps_agents.commands.search_switching import search_switching
@@ -128,7 +127,6 @@ app.command("tune")(tune)
 app.add_typer(zoo, name="zoo", cls=Commands)
 app.command("dataset")(dataset)
 app.command("evaluate")(evaluate)
-app.command("results")(results)
 app.command("coverage")(coverage)
 app.command("benchmark")(benchmark)
 app.command("contest")(contest)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cps_agents.benchmark.matrix import Entry, Grid, every_entry, grids
-from cps_agents.benchmark.runner import Outcome
+from cps_agents.benchmark.suite import Outcome
 from cps_agents.files import replacing
 from cps_agents.heatmap import draw_matrix
 

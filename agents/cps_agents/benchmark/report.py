@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from cps_agents.benchmark.matrix import Entry, Grid, entries, every_entry, grids, prepared
-from cps_agents.benchmark.runner import Outcome
+from cps_agents.benchmark.matrix import Entry, Grid, entries, every_entry, grids
+from cps_agents.benchmark.suite import Outcome
 from cps_agents.console import make_table
 from cps_envs import find_problem
 
@@ -79,8 +79,8 @@ def _problem(outcome: Outcome) -> dict[str, Any]:
         {
             "name": setting.name,
             "title": setting.title,
-            "config": asdict(problem.config(setting.preset, setting.overrides)),
-            "preparations": prepared(outcome, setting),
+            "config": asdict(setting.venue.config),
+            "preparations": outcome.preparations(setting.name),
             "cells": [_cell(outcome, entry) for row in entries(outcome, setting) for entry in row],
         }
         for setting in benchmark.settings
@@ -89,7 +89,7 @@ def _problem(outcome: Outcome) -> dict[str, Any]:
 
 
 def _cell(outcome: Outcome, entry: Entry) -> dict[str, Any]:
-    metrics = outcome.cells[entry.setting, entry.attacker, entry.defender]["metrics"]
+    metrics = outcome.result((entry.setting, entry.attacker, entry.defender))["metrics"]
     extra = {"difference": entry.difference, "verdict": entry.verdict, "crash_agrees": entry.crash_agrees}
     return {key: value for key, value in asdict(entry).items() if key != "means"} | extra | {"metrics": metrics}
 

@@ -8,13 +8,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.contest.played import Effort, Played
 from cps_agents.contest.rules import BEST_CONSTANT, NEUTRAL, TOLD, Finding, judge, shortfall
-from cps_agents.evaluation.statistics import Estimate, estimate
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.value import game_value
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Contest
-from cps_baselines.schedule import Entrant
 from cps_envs import find_problem
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
@@ -86,14 +86,14 @@ def _game(played: Played) -> dict[str, Any]:
     }
 
 
-def _played(entrants: Sequence[Entrant], probabilities: FloatArray) -> dict[str, float]:
+def _played(entrants: Sequence[Contestant], probabilities: FloatArray) -> dict[str, float]:
     shares = {entrant.name: float(share) for entrant, share in zip(entrants, probabilities, strict=True)}
     return {name: share for name, share in shares.items() if share > LEAST_SHARE}
 
 
 def _rows(played: Played, role: Role) -> Iterator[dict[str, Any]]:
     side, constant = played.side(role), played.constant(role)
-    groups: list[tuple[str, list[Entrant]]] = [
+    groups: list[tuple[str, list[Contestant]]] = [
         ("policy", list(side.policies)),
         ("informed", list(side.informed)),
         ("constant", [constant] if constant else []),
@@ -111,7 +111,7 @@ def _rows(played: Played, role: Role) -> Iterator[dict[str, Any]]:
         }
 
 
-def _row(played: Played, role: Role, entrant: Entrant, kind: str) -> dict[str, Any]:
+def _row(played: Played, role: Role, entrant: Contestant, kind: str) -> dict[str, Any]:
     side, rivals = played.side(role), played.side(other(role)).policies
     values = played.values(role, entrant)
     means = {rival.name: float(row.mean()) for rival, row in zip(rivals, values, strict=True)}
@@ -165,13 +165,13 @@ def _constraint(played: Played) -> dict[str, Any] | None:
     return {**asdict(rule), "rows": rows}
 
 
-def _meetings(played: Played, role: Role, entrant: Entrant) -> Iterator[tuple[str, float]]:
+def _meetings(played: Played, role: Role, entrant: Contestant) -> Iterator[tuple[str, float]]:
     for rival in played.rated(other(role)):
         pair = (entrant.name, rival.name) if role == "attacker" else (rival.name, entrant.name)
         yield rival.name, float(played.meetings[pair]["return"].mean())
 
 
-def _column(played: Played, defender: Entrant, column: Column) -> float:
+def _column(played: Played, defender: Contestant, column: Column) -> float:
     """Over the episodes against all attackers and the response, or against one attacker."""
     attackers = played.contest.attackers.policies
     rows = dict(zip((each.name for each in attackers), played.values("defender", defender, column.metric), strict=True))

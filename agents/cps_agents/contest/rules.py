@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.contest.played import Played
-from cps_agents.evaluation.statistics import Estimate, estimate
-from cps_baselines.schedule import Entrant
+from cps_baselines.arena import Contestant
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 NEUTRAL = "none"
@@ -83,7 +83,7 @@ def best_possible(played: Played, role: Role) -> float:
     return float(max(paid))
 
 
-def shortfall(played: Played, role: Role, entrant: Entrant) -> tuple[str, FloatArray]:
+def shortfall(played: Played, role: Role, entrant: Contestant) -> tuple[str, FloatArray]:
     """Against whom a policy is furthest from its role's best possible value, and by how much, (E,)."""
     ideal = best_possible(played, role)
     rivals = played.rated(other(role))
@@ -99,12 +99,12 @@ def shortfall(played: Played, role: Role, entrant: Entrant) -> tuple[str, FloatA
     return worst, found[worst]
 
 
-def _nearest_to_winning(played: Played, role: Role) -> list[Entrant]:
+def _nearest_to_winning(played: Played, role: Role) -> list[Contestant]:
     policies = played.side(role).policies
     return [min(policies, key=lambda each: shortfall(played, role, each)[1].mean())]
 
 
-def _not_won(played: Played, role: Role, entrant: Entrant) -> Finding:
+def _not_won(played: Played, role: Role, entrant: Contestant) -> Finding:
     rival, lost = shortfall(played, role, entrant)
     lead, margin = estimate([lost[None]]), played.contest.win_tolerance
     return Finding(NOT_WON, role, lead.mean > margin, rival, entrant.name, lead, margin)

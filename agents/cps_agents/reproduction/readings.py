@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from typing import ClassVar
 
-from cps_agents.benchmark.cell import Result
+from cps_agents.arena.meeting import Result
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.reproduction.chapter import Reproduction
