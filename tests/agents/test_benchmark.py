@@ -173,7 +173,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatc
     assert {file.name for file in (tmp_path / "out").iterdir()} == names
     assert len(list(meetings.iterdir())) == 2
     second = CliRunner().invoke(app, [*arguments, "--json"])
-    assert "2 meetings had been played before" in second.stderr
+    assert "Played before: 2 meetings" in second.stderr
     assert json.loads(second.stdout)["problems"][0]["problem"] == "disbanding"
 
 

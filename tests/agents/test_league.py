@@ -196,7 +196,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
     rows = list(csv.DictReader((tmp_path / "out" / "rogue.csv").read_text().splitlines()))
     assert [(row["attacker"], row["defender"]) for row in rows][:2] == [("square", "pd"), ("square", "sliding")]
     second = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--json"])
-    assert "4 pairs had been played before" in second.stderr
+    assert "Played before: 4 meetings" in second.stderr
     found = json.loads(second.stdout)
     kept = json.loads((tmp_path / "out" / "rogue.json").read_text())
     for volatile in ("wall_s", "command"):
@@ -206,7 +206,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
     assert found["equilibrium"]["low"] <= found["equilibrium"]["value"] <= found["equilibrium"]["high"]
     assert sum(found["equilibrium"]["attacker"]["probabilities"].values()) == pytest.approx(1.0)
     third = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--fresh"])
-    assert "had been played" not in third.stderr
+    assert "Played before" not in third.stderr
     wrong = CliRunner().invoke(app, ["league", "rogue", "--defenders", "slidin", *short])
     assert wrong.exit_code == 2
     assert "Did you mean 'sliding'" in wrong.stderr

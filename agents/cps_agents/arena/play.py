@@ -54,12 +54,12 @@ class Pairing:
         if self.every_seed is None:
             return [self._meeting(pair, self.label)]
         mine, label = pair[self.every_seed], self.label or f"{self.attacker.name} - {self.defender.name}"
+        seeds = by_training_seed(mine.reference)
+        if len(seeds) == 1:  # the same meeting as without the seed's number
+            return [self._meeting(pair, label)]
         return [
-            self._meeting(
-                {**pair, self.every_seed: replace(mine, policy=reference)},
-                label if seed is None else f"{label}, seed {seed}",
-            )
-            for seed, reference in by_training_seed(mine.reference).items()
+            self._meeting({**pair, self.every_seed: replace(mine, policy=reference)}, f"{label}, seed {seed}")
+            for seed, reference in seeds.items()
         ]
 
     def _meeting(self, pair: Mapping[Role, Contestant], label: str) -> Meeting:

@@ -11,6 +11,7 @@ from cps_agents.benchmark.matrix import Entry, Grid, every_entry, grids
 from cps_agents.benchmark.suite import Outcome
 from cps_agents.files import replacing
 from cps_agents.heatmap import draw_matrix
+from cps_envs import find_problem
 
 DPI = 150
 
@@ -20,7 +21,7 @@ def draw_heat_maps(outcome: Outcome, folder: Path) -> list[Path]:
     top = max((entry.value for entry in every_entry(outcome)), default=1.0)
     paths = []
     for grid in grids(outcome):
-        path = folder / f"{outcome.benchmark.problem}-{grid.name}.png"
+        path = folder / f"{find_problem(outcome.benchmark.problem).name}-{grid.name}.png"
         figure = _draw(grid, top)
         with replacing(path) as draft:
             figure.savefig(draft, dpi=DPI)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
 from cps_agents.console import err, make_table, out, print_json
 from cps_agents.errors import CommandError
 
@@ -128,9 +128,9 @@ def _play(benchmarks: Sequence[Any], choice: Choice, store: Store, folder: Path,
     if as_json:
         print_json(found)
     reused = sum(outcome.played.reused for outcome in outcomes)
-    again = f"; {reused} meetings had been played before, --fresh plays them again" if reused else ""
-    more = "" if choice.full or choice.tables else " --full plays the other tables, too."
-    err().print(f"{wall_s:.0f} s{again}. Written: {', '.join(map(str, files))}.{more}", soft_wrap=True)
+    left = not (choice.full or choice.tables) and any(each.only_full for found in benchmarks for each in found.settings)
+    more = "--full plays the other tables, too." if left else ""
+    conclude(files, reused, f"{wall_s:.0f} s.", more)
 
 
 def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: int) -> Iterator[Outcome]:
@@ -163,9 +163,8 @@ def _show(outcome: Outcome) -> None:
     console = out()
     for table in tables(outcome):
         console.print(table)
-    for note in outcome.benchmark.notes:
+    for note in filter(None, (*outcome.benchmark.notes, agreement(outcome))):
         console.print(note)
-    console.print(agreement(outcome))
 
 
 def _examine(
@@ -193,7 +192,4 @@ def _examine(
     files = [*write(result, folder), *(put(result, Path()) if publish else [])]
     if as_json:
         print_json(result)
-    if findings.reused:
-        played = f"{findings.reused} of {findings.jobs} meetings had been played before"
-        err().print(f"{played}, --fresh plays them again.")
-    err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+    conclude(files, findings.reused)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def contest(
         print_json(found)
     if quick:
         err().print("--quick: few episodes and short searches; these are no results.")
-    err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+    conclude(files)
     broken = [each["problem"] for each in found if each["holds"] is False]
     if broken and not quick:
         err().print(f"Not a contest by every rule: {', '.join(broken)}.")
@@ -91,8 +91,7 @@ def _play(each: Contest, one: Variant, effort: Effort, store: Store, jobs: int |
     started = time.monotonic()
     with Progress(f"{each.problem} {one.name}", 1) as progress:
         played = play_contest(each, one, effort, store, jobs or available_cores(), progress.report)
-    if played.reused:
-        err().print(f"{played.reused} pieces of work had been done before, --fresh does them again.")
+    conclude([], played.reused)
     return document(played, effort, describe(), time.monotonic() - started)
 
 

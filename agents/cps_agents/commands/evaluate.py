@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
 from cps_agents.commands.play import POLICY
 from cps_agents.console import assignments, err, make_table, out, print_json
 from cps_agents.errors import CommandError, built_by_user
@@ -109,8 +109,7 @@ def _compare(comparison: Comparison, store: Store, workers: int) -> list[Standin
         _check(comparison)
         with Progress("policies against opponents", 1) as progress:
             standings, reused = compare(comparison, store, workers, progress.report)
-    if reused:
-        err().print(f"{reused} meetings had been played before, --fresh plays them again.")
+    conclude([], reused)
     return standings
 
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
+from cps_agents.console import assignments, out, print_json
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
@@ -72,9 +72,7 @@ def league(
         print_json(document(found, describe(), wall_s))
     else:
         _show(found)
-    reused = found.payoffs.reused
-    again = f"; {reused} pairs had been played before, --fresh plays them again" if reused else ""
-    err().print(f"{wall_s:.0f} s{again}. Written: {', '.join(map(str, files))}", soft_wrap=True)
+    conclude(files, found.payoffs.reused, f"{wall_s:.0f} s.")
 
 
 def _play(plan: Plan, store: Store, jobs: int) -> League:
@@ -88,8 +86,9 @@ def _play(plan: Plan, store: Store, jobs: int) -> League:
 def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
     from cps_agents.files import write_figure, write_json, write_text
     from cps_agents.league.report import draw, rows_as_csv
+    from cps_envs import find_problem
 
-    files = [folder / f"{found.plan.venue.problem}.{suffix}" for suffix in ("json", "csv", "png")]
+    files = [folder / f"{find_problem(found.plan.venue.problem).name}.{suffix}" for suffix in ("json", "csv", "png")]
     write_json(files[0], content)
     write_text(files[1], rows_as_csv(found))
     write_figure(files[2], draw(found))

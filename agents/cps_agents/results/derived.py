@@ -30,7 +30,7 @@ def derived(name: str, policies: Sequence[str]) -> Iterator[Block]:
                 role=role,
                 metric="return",
                 learned=tuple(Contestant(short_name(policy), policy) for policy in mine),
-                baselines=(),
+                baselines=tuple(_own(name, role)),
                 rows=tuple(_rows(name, role)),
                 bars=(Bar(every=True),),
                 unit=problem.unit,
@@ -39,6 +39,12 @@ def derived(name: str, policies: Sequence[str]) -> Iterator[Block]:
 
 def _names(name: str, role: Role) -> tuple[tuple[str, Role], ...]:
     return (name, role), (find_problem(name).name, role)
+
+
+def _own(name: str, role: Role) -> Iterator[Contestant]:
+    """The policies that presets name without registering them; registered ones join every block."""
+    usual_ones = dict.fromkeys(each[role] for each in find_problem(name).opponents.values())
+    yield from (Contestant(each) for each in usual_ones if ":" in each)
 
 
 def _rows(name: str, role: Role) -> Iterator[Row]:
