@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import cps_baselines
+import cps_envs
 from cps_agents.arena.meeting import Meeting, identity, make_meeting, run_job
 from cps_agents.arena.play import Pairing, play
-from cps_agents.arena.store import Store, file_name
+from cps_agents.arena.sources import fingerprint
+from cps_agents.arena.store import Store, _digest, file_name
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
+from cps_envs import PROBLEMS
 
 VENUE = Venue("rogue", "paper", {"duration_s": 2.0})
 NONE, PD = Contestant("none"), Contestant("pd")
@@ -67,3 +74,80 @@ def test_code_of_ones_own_that_changed_is_played_again(tmp_path: Path, monkeypat
     file.write_text(POLICY.format(2))
     assert store.get(meeting(attacker=mine)) is None
     assert meeting().sources == {}
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_problems_know_nothing_of_one_another(name: str) -> None:
+    """Otherwise results that were kept for one would have to be forgotten when another changes."""
+    others = "|".join(set(PROBLEMS) - {name})
+    foreign = re.compile(rf"^ *(?:from|import) (?:cps_envs|cps_baselines)\.(?:{others})\b", re.MULTILINE)
+    for package in (cps_envs, cps_baselines):
+        files = list((Path(package.__path__[0]) / name).rglob("*.py"))
+        assert files
+        assert not [file for file in files if foreign.search(file.read_text())]
+    assert len({fingerprint(each) for each in (*PROBLEMS, "elsewhere:PROBLEM")}) == len(PROBLEMS) + 1
+
+
+KEPT: dict[str, Any] = {"metrics": {"return": [1.0, 2.0]}, "simulations": 0, "cpu_s": 0.1}
+
+
+def edited(file: Path, change: str) -> str:
+    """The text of a kept result after something happened to it."""
+    text = file.read_text(encoding="utf-8")
+    kept = json.loads(text)
+    if change == "deep":
+        return "[" * 100_000
+    if change == "values":
+        kept["result"]["metrics"]["return"] = [1e9, 1e9]
+    elif change == "one value":
+        kept["result"]["metrics"]["return"] = [1.0]
+    elif change == "not a number":
+        return text.replace("2.0", "NaN")
+    elif change.startswith("forged"):  # with a digest that fits
+        kept["result"]["metrics"]["return"] = FORGED[change]
+        kept["digest"] = _digest(kept["result"])
+    elif change == "another job":
+        kept["job"]["attacker"] = "random"
+    elif change == "no digest":
+        del kept["digest"]
+    elif change == "no result":
+        del kept["result"]
+    elif change == "half":
+        return text[: len(text) // 2]
+    else:
+        return change
+    return json.dumps(kept)
+
+
+FORGED: dict[str, Any] = {
+    "forged value": [float("nan")] * 3,
+    "forged length": [1.0],
+    "forged text": ["1", "2", "3"],
+    "forged kind": 7,
+}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        *FORGED,
+        "values",
+        "one value",
+        "not a number",
+        "another job",
+        "no digest",
+        "no result",
+        "half",
+        "deep",
+        "",
+        "[]",
+        "null",
+    ],
+)
+def test_a_result_that_was_changed_is_not_believed(tmp_path: Path, change: str) -> None:
+    kept = Store(tmp_path)
+    kept.put(meeting(), KEPT)
+    assert kept.get(meeting()) == KEPT
+    (file,) = tmp_path.glob("*.json")
+    file.write_text(edited(file, change), encoding="utf-8")
+    assert kept.get(meeting()) is None

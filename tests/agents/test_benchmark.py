@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,11 +10,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import cps_baselines
-import cps_envs
 from cps_agents.arena import store
 from cps_agents.arena.meeting import Job, Meeting, Preparation, Result, make_meeting
-from cps_agents.arena.sources import fingerprint
 from cps_agents.arena.store import Store
 from cps_agents.benchmark import suite
 from cps_agents.benchmark.matrix import entries
@@ -258,81 +254,3 @@ def test_planning_is_counted(tmp_path: Path) -> None:
     outcome = run_benchmark(replace(TINY, settings=(setting,), paper=()), Store(tmp_path), workers=1)
     assert 2 <= outcome.result(("tiny", "ga", "none"))["simulations"] <= 8
     assert outcome.result(("tiny", "none", "none"))["simulations"] == 0
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_problems_know_nothing_of_one_another(name: str) -> None:
-    """Otherwise results that were kept for one would have to be forgotten when another changes."""
-    others = "|".join(set(PROBLEMS) - {name})
-    foreign = re.compile(rf"^ *(?:from|import) (?:cps_envs|cps_baselines)\.(?:{others})\b", re.MULTILINE)
-    for package in (cps_envs, cps_baselines):
-        files = list((Path(package.__path__[0]) / name).rglob("*.py"))
-        assert files
-        assert not [file for file in files if foreign.search(file.read_text())]
-    assert len({fingerprint(each) for each in (*PROBLEMS, "elsewhere:PROBLEM")}) == len(PROBLEMS) + 1
-
-
-MEETING = make_meeting(TINY.settings[0].venue, Contestant("none"), Contestant("none"), 2)
-KEPT: dict[str, Any] = {"metrics": {"return": [1.0, 2.0]}, "simulations": 0, "cpu_s": 0.1}
-
-
-def edited(file: Path, change: str) -> str:
-    """The text of a kept result after something happened to it."""
-    text = file.read_text(encoding="utf-8")
-    kept = json.loads(text)
-    if change == "deep":
-        return "[" * 100_000
-    if change == "values":
-        kept["result"]["metrics"]["return"] = [1e9, 1e9]
-    elif change == "one value":
-        kept["result"]["metrics"]["return"] = [1.0]
-    elif change == "not a number":
-        return text.replace("2.0", "NaN")
-    elif change.startswith("forged"):  # with a digest that fits
-        kept["result"]["metrics"]["return"] = FORGED[change]
-        kept["digest"] = store._digest(kept["result"])
-    elif change == "another job":
-        kept["job"]["attacker"] = "random"
-    elif change == "no digest":
-        del kept["digest"]
-    elif change == "no result":
-        del kept["result"]
-    elif change == "half":
-        return text[: len(text) // 2]
-    else:
-        return change
-    return json.dumps(kept)
-
-
-FORGED: dict[str, Any] = {
-    "forged value": [float("nan")] * 3,
-    "forged length": [1.0],
-    "forged text": ["1", "2", "3"],
-    "forged kind": 7,
-}
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        *FORGED,
-        "values",
-        "one value",
-        "not a number",
-        "another job",
-        "no digest",
-        "no result",
-        "half",
-        "deep",
-        "",
-        "[]",
-        "null",
-    ],
-)
-def test_a_result_that_was_changed_is_not_believed(tmp_path: Path, change: str) -> None:
-    kept = Store(tmp_path)
-    kept.put(MEETING, KEPT)
-    assert kept.get(MEETING) == KEPT
-    (file,) = tmp_path.glob("*.json")
-    file.write_text(edited(file, change), encoding="utf-8")
-    assert kept.get(MEETING) is None

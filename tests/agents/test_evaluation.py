@@ -132,6 +132,13 @@ def test_evaluate_prints_tables(tiny: str) -> None:
         assert text in result.stdout
 
 
+def test_all_stands_for_every_baseline_of_the_role() -> None:
+    result = CliRunner().invoke(app, [*ROGUE, "--policy", "square", "--baseline", "all", "--episodes", "1", "--json"])
+    assert result.exit_code == 0, result.output
+    first, *others = json.loads(result.stdout)["standings"]
+    assert set(first["differences"]) == {each["policy"] for each in others} >= {"none", "duty_square", "random"}
+
+
 def test_a_baseline_with_one_training_seed_is_marked(tiny: str) -> None:
     one = f"{tiny}?seed=1"
     arguments = [*ROGUE, "--policy", "square", "--baseline", one, "--baseline", tiny, "--baseline", "none"]

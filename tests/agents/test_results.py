@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cps_agents.arena.challenge import HAPPENED, Challenge
-from cps_agents.arena.meeting import Meeting, Preparation, Result
+from cps_agents.arena.meeting import Preparation, Result
 from cps_agents.arena.play import Played
 from cps_agents.arena.store import Store
 from cps_agents.catalogue import policies
@@ -180,23 +180,6 @@ def test_everything_is_played_once_and_kept(block: Block, tmp_path: Path) -> Non
     assert len(findings.results["tiny", 0, 0, "learned"]) == 5
     assert findings.results["tiny", 0, 0, "square"] == findings.results["tiny", 1, 0, "square"]
     assert examine([block], store, workers=1).reused == 16
-
-
-def test_an_interrupted_examination_goes_on(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = Meeting.run
-    done: list[Meeting] = []
-
-    def run(job: Meeting) -> Result:
-        if len(done) == 6:
-            raise KeyboardInterrupt
-        done.append(job)
-        return whole(job)
-
-    monkeypatch.setattr(Meeting, "run", run)
-    with pytest.raises(KeyboardInterrupt):
-        examine([block], Store(tmp_path / "cells"), workers=1)
-    monkeypatch.setattr(Meeting, "run", whole)
-    assert examine([block], Store(tmp_path / "cells"), workers=1).reused == 6
 
 
 def test_missing_policies_are_listed(block: Block, tmp_path: Path) -> None:

@@ -13,12 +13,16 @@ from cps_agents.console import assignments, err, make_table, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from cps_agents.arena.statistics import Estimate
     from cps_agents.arena.store import Store
     from cps_agents.evaluation.comparison import Comparison, Standing
+    from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
 
 EVALUATED = "A name from `cps-envs list`, zoo:NAME for all its training seeds, zoo:NAME?seed=3; may be repeated."
+BASELINE = "To compare with, pairwise; `all` of the role that can play; may be repeated."
 METRIC = "What is measured; `return` is what the attacker is paid."
 MARK = "*"  # of a baseline that the intervals say less about
 MOST = 1_000_000  # evaluation seeds
@@ -29,7 +33,7 @@ def evaluate(
     role: Annotated[str, typer.Argument(help="attacker or defender: who is evaluated.")],
     policy: Annotated[list[str], typer.Option(help=EVALUATED)],
     opponent: Annotated[list[str] | None, typer.Option(help=f"{POLICY} May be repeated.")] = None,
-    baseline: Annotated[list[str] | None, typer.Option(help="To compare with, pairwise; may be repeated.")] = None,
+    baseline: Annotated[list[str] | None, typer.Option(help=BASELINE)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
     overrides: Annotated[
         list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
@@ -68,7 +72,7 @@ def evaluate(
     opponents = opponent or [found.opponents[preset][other(known)]]
     venue = Venue(problem, preset, values)
     challenges = [Challenge(venue, known, name, episodes) for name in dict.fromkeys(opponents)]
-    comparison = Comparison(challenges, policy, baseline or [], metric, per)
+    comparison = Comparison(challenges, policy, _baselines(venue, known, baseline or []), metric, per)
     if certified is not None:
         comparison = _with_certificates(comparison, certified)
     standings = _compare(comparison, Store(meetings, fresh=fresh), jobs or available_cores())
@@ -79,6 +83,14 @@ def evaluate(
         return
     for challenge in challenges:
         _print(comparison, known, [each for each in standings if each.opponent == challenge.opponent])
+
+
+def _baselines(venue: Venue, role: Role, names: Sequence[str]) -> list[str]:
+    """The names, with `all` in full."""
+    from cps_agents.arena.entrants import ALL, able, usual
+
+    every = [each.reference for each in able(venue, role, usual(venue, role))] if ALL in names else []
+    return list(dict.fromkeys(each for name in names for each in (every if name == ALL else [name])))
 
 
 def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
