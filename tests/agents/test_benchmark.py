@@ -121,7 +121,7 @@ def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
 
 
 def test_processes_find_the_same(tmp_path: Path) -> None:
-    part = select(TINY, Choice(attackers=["none", "random"]))
+    (part,) = select([TINY], Choice(attackers=["none", "random"]))
     alone = run_benchmark(part, Store(tmp_path / "alone"), workers=1)
     together = run_benchmark(part, Store(tmp_path / "together"), workers=2)
     assert {key: found["metrics"] for key, (found,) in alone.played.results.items()} == {
@@ -137,7 +137,7 @@ def test_an_error_tells_which_work_had_it(tmp_path: Path, workers: int) -> None:
 
 
 def test_quick_plays_fewer_episodes_and_tells_the_preparation(tmp_path: Path) -> None:
-    outcome = run_benchmark(select(TINY, Choice(quick=True)), Store(tmp_path), workers=1, quick=True)
+    outcome = run_benchmark(*select([TINY], Choice(quick=True)), Store(tmp_path), workers=1, quick=True)
     assert len(outcome.result(("tiny", "random", "none"))["metrics"]["return"]) == 2
     assert outcome.preparations("tiny")["ready"]["note"] == "quick: True"
 
@@ -159,7 +159,7 @@ def test_documents_hold_everything(tmp_path: Path) -> None:
 
 def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    part = select(TINY, Choice(attackers=["none"]))
+    (part,) = select([TINY], Choice(attackers=["none"]))
     monkeypatch.setattr(suite, "find_benchmark", lambda name: part)
     arguments = ["benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
     first = CliRunner().invoke(app, arguments)
@@ -254,3 +254,36 @@ def test_planning_is_counted(tmp_path: Path) -> None:
     outcome = run_benchmark(replace(TINY, settings=(setting,), paper=()), Store(tmp_path), workers=1)
     assert 2 <= outcome.result(("tiny", "ga", "none"))["simulations"] <= 8
     assert outcome.result(("tiny", "none", "none"))["simulations"] == 0
+
+
+def test_what_is_chosen() -> None:
+    every = [find_benchmark(name) for name in PROBLEMS]
+
+    def chosen(choice: Choice) -> dict[str, list[str]]:
+        return {each.problem: [setting.name for setting in each.settings] for each in select(every, choice)}
+
+    main, full = chosen(Choice(full=False)), chosen(Choice())
+    assert set(main) == set(full) == set(PROBLEMS)
+    assert all(set(main[name]) <= set(full[name]) for name in PROBLEMS)
+    assert sum(map(len, main.values())) < sum(map(len, full.values())) == 27
+    assert chosen(Choice(["tau-0.1"], full=False)) == {"disbanding": ["tau-0.1"]}  # named, so played
+    assert len(chosen(Choice(["tasks"]))["fdi"]) == 9  # settings that share a table
+    assert set(chosen(Choice(defenders=["mtd2"]))) == {"hvac"}
+    with pytest.raises(CommandError, match=r"has no table 'task'\. Did you mean 'tasks'"):
+        chosen(Choice(["task"]))
+
+
+def test_tables_are_listed() -> None:
+    result = CliRunner().invoke(app, ["benchmark", "rogue", "--list"])
+    assert result.exit_code == 0, result.output
+    assert {"paper-1", "solid-1", "easy"} <= set(result.stdout.split())
+
+
+def test_several_problems_are_played_side_by_side(tmp_path: Path, meetings: Path) -> None:
+    pytest.importorskip("matplotlib")
+    few = ["--attacker", "none", "--defender", "none", "--defender", "pd", "--quick", "--jobs", "2"]
+    tables = ["--table", "x4-4", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
+    result = CliRunner().invoke(app, ["benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json"])
+    assert result.exit_code == 0, result.output
+    assert [each["problem"] for each in json.loads(result.stdout)["problems"]] == ["fdi", "hvac", "rogue"]
+    assert len(list(meetings.glob("*.json"))) == 3

@@ -93,7 +93,7 @@ def test_list_as_json() -> None:
         (("play", "disbanding", "--episodes", "0"), "greater than or equal to 1"),
         (("benchmark", "disbandin"), "Did you mean 'disbanding'?"),
         (("benchmark", "--table", "tau-0.4"), "tau-0."),
-        (("benchmark", "--attacker", "leed"), "Did you mean 'lead' or 'learned'?"),
+        (("benchmark", "disbanding", "--attacker", "leed"), "Did you mean 'lead' or 'learned'?"),
         (("benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
         (("bench", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
     ],

@@ -34,7 +34,7 @@ def test_the_benchmark_is_found_and_its_entrants_exist():
 
 
 def test_tasks_are_columns_of_one_table(tmp_path: Path):
-    part = select(BENCHMARK, LEAD)
+    (part,) = select([BENCHMARK], LEAD)
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
     (grid,) = grids(outcome)
     assert grid.columns == ["x1>1", "x4>4"]
@@ -58,7 +58,7 @@ def test_every_task_of_the_table_is_a_setting_of_its_own():
 @pytest.mark.slow
 def test_no_attacker_exceeds_the_bound(tmp_path: Path):
     tasks = [setting.name for setting in BENCHMARK.settings if setting.table is not None]
-    part = select(BENCHMARK, Choice(tasks))
+    (part,) = select([BENCHMARK], Choice(tasks))
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
     for result in (found for (found,) in outcome.played.results.values()):
         metrics = result["metrics"]

@@ -40,7 +40,7 @@ def test_every_registered_policy_plays_the_contest_or_a_reason_is_given() -> Non
 @pytest.mark.parametrize("setting", [setting.name for setting in BENCHMARK.settings])
 def test_a_meeting_shows_damage_and_tracking(setting: str, tmp_path: Path) -> None:
     wanted = Choice([setting], ["slow_square"], ["sliding_detection"], quick=True)
-    outcome = run_benchmark(select(BENCHMARK, wanted), Store(tmp_path), workers=1, quick=True)
+    outcome = run_benchmark(*select([BENCHMARK], wanted), Store(tmp_path), workers=1, quick=True)
     ((entry,),) = entries(outcome, outcome.benchmark.settings[0])
     assert entry.value == entry.means["damage"] > 0
     assert entry.crash

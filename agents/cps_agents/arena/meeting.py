@@ -19,25 +19,31 @@ Result = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Meeting:
+class InVenue:
+    """Work that is done in a venue."""
+
+    venue: Venue
+
+    @property
+    def problem(self) -> str:
+        """The problem's name, or module:attribute."""
+        return self.venue.problem
+
+
+@dataclass(frozen=True)
+class Meeting(InVenue):
     """An attacker against a defender in a venue: some episodes in one batch.
 
     Who asks for it and what it is called there is no part of it: the same meeting is played once for everybody.
     """
 
     kind: ClassVar[str] = "meeting"
-    venue: Venue
     attacker: str  # reference
     defender: str
     episodes: int  # on seeds first_seed, first_seed + 1, ...
     first_seed: int = 0
     sources: Mapping[str, str] = field(default_factory=dict)  # hashes of trained policies and of code of one's own
     label: str = field(default="", compare=False)  # for progress
-
-    @property
-    def problem(self) -> str:
-        """The problem's name, or module:attribute."""
-        return self.venue.problem
 
     def run(self) -> Result:
         """`metrics`: each metric's values, one per episode; `simulations`: episodes that an attacker planned on."""
@@ -59,21 +65,15 @@ class Meeting:
 
 
 @dataclass(frozen=True)
-class Preparation:
+class Preparation(InVenue):
     """What a contestant finds out before it plays."""
 
     kind: ClassVar[str] = "preparation"
-    venue: Venue
     function: str  # module:function
     quick: bool
     opponent: str = ""  # that it prepares for; empty: for all
     sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
     label: str = field(default="", compare=False)
-
-    @property
-    def problem(self) -> str:
-        """The problem's name, or module:attribute."""
-        return self.venue.problem
 
     def run(self) -> Result:
         """`policy`, the reference to play with, and `note`."""

@@ -18,7 +18,7 @@ from cps_baselines.schedule import Benchmark, Setting
 from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near
-from cps_envs.core.types import ROLES, Role
+from cps_envs.core.types import Role
 
 Place = tuple[str, str, str]  # setting, attacker, defender
 DERIVED_EPISODES = 20
@@ -107,25 +107,27 @@ class Choice:
     full: bool = True  # also what takes long; what is named in `tables` is played anyway
 
 
-def select(benchmark: Benchmark, choice: Choice) -> Benchmark:
-    """The chosen part of a benchmark.
+def select(benchmarks: Sequence[Benchmark], choice: Choice) -> list[Benchmark]:
+    """The chosen parts of benchmarks, without those of which nothing is left.
 
     Raises:
-        CommandError: a name that the benchmark does not have.
+        CommandError: a name that none of them has.
     """
-    settings = _chosen(benchmark, choice)
-    known: dict[Role, set[str]] = {
-        "attacker": {each.name for setting in settings for each in setting.attackers},
-        "defender": {each.name for setting in settings for each in setting.defenders},
+    settings = [setting for each in benchmarks for setting in each.settings]
+    known = {
+        "table": (choice.tables, [name for each in settings for name in tables_of(each)]),
+        "attacker": (choice.attackers, [each.name for setting in settings for each in setting.attackers]),
+        "defender": (choice.defenders, [each.name for setting in settings for each in setting.defenders]),
     }
-    for role, names in zip(ROLES, (choice.attackers, choice.defenders), strict=True):
+    for kind, (names, there) in known.items():
         for name in names:
-            if name not in known[role]:
+            if name not in there:
+                problems = ", ".join(each.problem for each in benchmarks)
                 raise CommandError(
-                    f"the benchmark of {benchmark.problem} has no {role} {name!r}. {near(name, known[role])}"
+                    f"the benchmark of {problems} has no {kind} {name!r}. {near(name, dict.fromkeys(there))}"
                 )
-    kept = [_narrowed(setting, choice) for setting in settings]
-    return replace(benchmark, settings=tuple(setting for setting in kept if setting.attackers and setting.defenders))
+    found = [replace(each, settings=tuple(_chosen(each.settings, choice))) for each in benchmarks]
+    return [each for each in found if each.settings]
 
 
 def tables_of(setting: Setting) -> tuple[str, ...]:
@@ -133,15 +135,13 @@ def tables_of(setting: Setting) -> tuple[str, ...]:
     return (setting.name, *([setting.table.name] if setting.table else []))
 
 
-def _chosen(benchmark: Benchmark, choice: Choice) -> list[Setting]:
-    settings = benchmark.settings
-    known = dict.fromkeys(name for setting in settings for name in tables_of(setting))
-    for name in choice.tables:
-        if name not in known:
-            raise CommandError(f"the benchmark of {benchmark.problem} has no table {name!r}. {near(name, known)}")
-    if choice.tables:
-        return [setting for setting in settings if set(tables_of(setting)) & set(choice.tables)]
-    return [setting for setting in settings if choice.full or not setting.only_full]
+def _chosen(settings: Sequence[Setting], choice: Choice) -> Iterator[Setting]:
+    for setting in settings:
+        named = bool(set(tables_of(setting)) & set(choice.tables))
+        narrowed = _narrowed(setting, choice)
+        wanted = named or (not choice.tables and (choice.full or not setting.only_full))
+        if wanted and narrowed.attackers and narrowed.defenders:
+            yield narrowed
 
 
 def _narrowed(setting: Setting, choice: Choice) -> Setting:

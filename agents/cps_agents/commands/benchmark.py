@@ -137,7 +137,7 @@ def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: 
     from cps_agents.benchmark.suite import compile_kernels, run_benchmark, select
     from cps_agents.progress import Progress
 
-    chosen = [select(benchmark, choice) for benchmark in benchmarks]
+    chosen = select(benchmarks, choice)
     compile_kernels(chosen, store, workers)
     for each in chosen:
         with Progress(each.problem, 1) as progress:
@@ -145,16 +145,18 @@ def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: 
 
 
 def _write(outcomes: Sequence[Outcome], found: dict[str, Any], folder: Path) -> list[Path]:
-    from cps_agents.benchmark.heatmap import draw_heat_maps
-    from cps_agents.benchmark.report import markdown, rows_as_csv
-    from cps_agents.files import write_json, write_text
+    from cps_agents.benchmark.report import heat_maps, markdown, rows_as_csv
+    from cps_agents.files import write_figure, write_json, write_text
 
     files = [folder / f"benchmark.{suffix}" for suffix in ("json", "csv", "md")]
     write_json(files[0], found)
     write_text(files[1], rows_as_csv(outcomes))
     made = f"`{found['command']}`, {found['cpu']}, {found['cores']} cores, {found['wall_s']:.0f} s"
     write_text(files[2], "\n".join(["# Benchmark", "", made, "", *map(markdown, outcomes)]))
-    return [*files, *(path for outcome in outcomes for path in draw_heat_maps(outcome, folder))]
+    for name, figure in (each for outcome in outcomes for each in heat_maps(outcome)):
+        files.append(folder / f"{name}.png")
+        write_figure(files[-1], figure)
+    return files
 
 
 def _show(outcome: Outcome) -> None:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cps_agents.arena.meeting import Result
+from cps_agents.arena.meeting import InVenue, Result
 from cps_agents.contest.search import Judge, run_search
 from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Venue
@@ -38,22 +38,16 @@ def judge_in(venue: Venue, role: Role, rivals: Sequence[str]) -> Judge:
 
 
 @dataclass(frozen=True)
-class Screening:
+class Screening(InVenue):
     """Some policies of a role on a few episodes against each rival."""
 
     kind: ClassVar[str] = "screening"
-    venue: Venue
     role: Role
     policies: tuple[str, ...]
     rivals: tuple[str, ...]
     episodes: int
     first_seed: int
     sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
-
-    @property
-    def problem(self) -> str:
-        """The problem's name."""
-        return self.venue.problem
 
     @property
     def label(self) -> str:
@@ -73,11 +67,10 @@ class Screening:
 
 
 @dataclass(frozen=True)
-class Response:
+class Response(InVenue):
     """A role's searches against fixed rivals; they share the budget equally."""
 
     kind: ClassVar[str] = "response"
-    venue: Venue
     role: Role
     name: str  # whom it responds to
     rivals: tuple[str, ...]
@@ -86,11 +79,6 @@ class Response:
     episodes: int  # of a candidate, against each rival
     first_seed: int
     sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
-
-    @property
-    def problem(self) -> str:
-        """The problem's name."""
-        return self.venue.problem
 
     @property
     def label(self) -> str:
