@@ -220,7 +220,7 @@ def test_trained_policies_take_part_if_they_are_there(tmp_path: Path, monkeypatc
     )
     monkeypatch.setattr(disbanding, "BENCHMARK", replace(TINY, settings=(setting,)))
     found = find_benchmark("disbanding")
-    assert [entrant.name for entrant in found.settings[0].attackers] == ["none", "learned"]
+    assert [contestant.name for contestant in found.settings[0].attackers] == ["none", "learned"]
     assert found.notes == ("Left out, because no such trained policy is shipped: zoo:nobody.",)
     assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 0
     assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 4
@@ -228,7 +228,7 @@ def test_trained_policies_take_part_if_they_are_there(tmp_path: Path, monkeypatc
     assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 2  # another network
 
 
-def test_trained_entrants_fit_their_settings() -> None:
+def test_trained_contestants_fit_their_settings() -> None:
     """Vacuous where none is shipped: those are left out."""
     for benchmark in map(find_benchmark, PROBLEMS):
         for setting in benchmark.settings:

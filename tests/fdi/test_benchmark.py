@@ -19,17 +19,17 @@ from tests.fdi.episodes import spec_of
 LEAD = Choice(["x4-4", "x1-1"], ["none", "oracle", "bound"], quick=True)
 
 
-def test_the_benchmark_is_found_and_its_entrants_exist():
+def test_the_benchmark_is_found_and_its_contestants_exist():
     assert find_benchmark("fdi").problem == "fdi"
     for setting in BENCHMARK.settings:
         if setting.table is not None:
             config = setting.venue.config
             assert known(config)[config.fixed_task].feasible
-            for entrant in setting.attackers:
-                if entrant.reference.startswith("zoo:"):
+            for contestant in setting.attackers:
+                if contestant.reference.startswith("zoo:"):
                     continue  # `tests/agents/test_benchmark.py` plays those that are shipped
                 spec = spec_of("attacker", preset=setting.venue.preset, **setting.venue.overrides)
-                assert resolve_policy(entrant.reference, spec) is not None
+                assert resolve_policy(contestant.reference, spec) is not None
         assert {setting.metric, setting.reference or setting.metric} <= set(Metrics._fields)
 
 

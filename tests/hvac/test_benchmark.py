@@ -29,11 +29,11 @@ def test_every_table_has_the_defender_that_ignores_sensors():
 
 
 @pytest.mark.parametrize("setting", BENCHMARK.settings, ids=lambda setting: setting.name)
-def test_entrants_can_be_built(setting):
+def test_contestants_can_be_built(setting):
     game = HVAC.game(setting.venue.config, 1)
-    for role, entrants in (("attacker", setting.attackers), ("defender", setting.defenders)):
-        for entrant in (each for each in entrants if not each.reference.startswith("zoo:")):
-            resolve_policy(entrant.reference, game.spec(role))
+    for role, contestants in (("attacker", setting.attackers), ("defender", setting.defenders)):
+        for contestant in (each for each in contestants if not each.reference.startswith("zoo:")):
+            resolve_policy(contestant.reference, game.spec(role))
 
 
 def test_the_paper_s_number_is_reproduced(tmp_path):

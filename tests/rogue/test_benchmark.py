@@ -24,15 +24,15 @@ def test_every_policy_of_the_paper_takes_part() -> None:
     assert find_benchmark("rogue").problem == "rogue"
     known = {role: set(policy_names("rogue", role)) - {*NEED_OPTIONS} - BEYOND[role] for role in ROLES}
     for setting in BENCHMARK.settings:
-        attackers = {entrant.reference.partition("?")[0] for entrant in setting.attackers}
-        defenders = {entrant.reference for entrant in setting.defenders}
+        attackers = {contestant.reference.partition("?")[0] for contestant in setting.attackers}
+        defenders = {contestant.reference for contestant in setting.defenders}
         assert attackers == known["attacker"] | {"zoo:rogue-attack-ppo"}
         assert defenders == known["defender"] - {"none"} | {"zoo:rogue-defense-ppo"}
 
 
 def test_every_registered_policy_plays_the_contest_or_a_reason_is_given() -> None:
     for role, side in (("attacker", CONTEST.attackers), ("defender", CONTEST.defenders)):
-        playing = {entrant.reference.partition("?")[0] for entrant in (*side.policies, *side.informed)}
+        playing = {contestant.reference.partition("?")[0] for contestant in (*side.policies, *side.informed)}
         assert playing | set(side.left_out) >= set(policy_names("rogue", role)) - {*NEED_OPTIONS}
         assert not playing & set(side.left_out)
 

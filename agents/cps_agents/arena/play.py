@@ -80,43 +80,34 @@ def play(
     pairings: Mapping[Key, Pairing], store: Store, pool: Workers, *, quick: bool = False, report: Report = silent
 ) -> Played[Key]:
     """Play everything that `store` does not have yet, keeping each result as soon as it is there."""
+    results: dict[str, Result] = {}  # by the name of the job
+    played: Played[Key] = Played()
+
+    def do(jobs: Iterable[Job], later: int) -> None:
+        left = {name: job for job in jobs if (name := file_name(job)) not in results}
+        played.jobs = len(results) + len(left) + later
+        for job, result, known in finish_all(list(left.values()), store, pool):
+            results[file_name(job)] = result
+            played.reused += known
+            report(len(results), played.jobs, job.label)
+
     preparing = {key: found for key, pairing in pairings.items() if (found := pairing.preparations(quick))}
     ready = {key: pairing.meetings({}) for key, pairing in pairings.items() if key not in preparing}
-    work: _Work[Key] = _Work(store, pool, report)
-    first: list[Job] = [job for jobs in preparing.values() for job in jobs.values()]
-    later = len(preparing)
-    work.do([*first, *_longest_first(ready.values())], later)
+    do(
+        [*(job for jobs in preparing.values() for job in jobs.values()), *_longest_first(ready.values())],
+        len(preparing),
+    )
     for key, jobs in preparing.items():
-        for role, job in jobs.items():
-            work.played.prepared[key, role] = work.results[file_name(job)]
-        ready[key] = pairings[key].meetings(
-            {role: work.played.prepared[key, role]["policy"] for role in preparing[key]}
-        )
-    work.do(_longest_first(ready[key] for key in preparing))
-    work.played.results = {key: [work.results[file_name(job)] for job in ready[key]] for key in pairings}
-    return work.played
+        notes = {role: results[file_name(job)] for role, job in jobs.items()}
+        played.prepared |= {(key, role): result for role, result in notes.items()}
+        ready[key] = pairings[key].meetings({role: result["policy"] for role, result in notes.items()})
+    do(_longest_first(ready[key] for key in preparing), 0)
+    played.results = {key: [results[file_name(job)] for job in ready[key]] for key in pairings}
+    return played
 
 
 def _longest_first(groups: Iterable[Sequence[Meeting]]) -> list[Meeting]:
     return sorted((job for jobs in groups for job in jobs), key=lambda job: -job.episodes)
-
-
-class _Work(Generic[Key]):
-    """Results by the name of the job, each done once."""
-
-    def __init__(self, store: Store, pool: Workers, report: Report) -> None:
-        self.results: dict[str, Result] = {}
-        self.played: Played[Key] = Played()
-        self._store, self._pool, self._report = store, pool, report
-
-    def do(self, jobs: Sequence[Job], later: int = 0) -> None:
-        """Do what is not done yet; so many more jobs are to come."""
-        left = {name: job for job in jobs if (name := file_name(job)) not in self.results}
-        self.played.jobs = len(self.results) + len(left) + later
-        for job, result, known in finish_all(list(left.values()), self._store, self._pool):
-            self.results[file_name(job)] = result
-            self.played.reused += known
-            self._report(len(self.results), self.played.jobs, job.label)
 
 
 def finish_all(jobs: Sequence[AnyJob], store: Store, pool: Workers) -> Iterator[tuple[AnyJob, Result, bool]]:

@@ -87,7 +87,7 @@ def evaluate(
 
 def _baselines(venue: Venue, role: Role, names: Sequence[str]) -> list[str]:
     """The names, with `all` in full."""
-    from cps_agents.arena.entrants import ALL, able, usual
+    from cps_agents.arena.admission import ALL, able, usual
 
     every = [each.reference for each in able(venue, role, usual(venue, role))] if ALL in names else []
     return list(dict.fromkeys(each for name in names for each in (every if name == ALL else [name])))

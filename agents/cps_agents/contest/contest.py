@@ -117,12 +117,12 @@ class _Run:
     def _file(self, job: Response, result: Result) -> None:
         played = self.played
         for each in result["found"]:
-            entrant = Contestant(f"{each['search']} against {job.name}", each["policy"])
-            (played.found if job.role == "attacker" else played.searched).append(entrant)
+            contestant = Contestant(f"{each['search']} against {job.name}", each["policy"])
+            (played.found if job.role == "attacker" else played.searched).append(contestant)
             played.searches.append({"role": job.role, "against": job.name, **each, "cpu_s": result["cpu_s"]})
 
     def _screenings(self, role: Role, effort: Effort) -> Iterator[Screening]:
-        rivals = tuple(entrant.reference for entrant in self.played.side(other(role)).policies)
+        rivals = tuple(contestant.reference for contestant in self.played.side(other(role)).policies)
         policies = self.played.side(role).constants
         for first in range(0, len(policies), CHUNK):
             chunk = policies[first : first + CHUNK]

@@ -57,23 +57,23 @@ class Played:
         choices = self.constants.get(role, [])
         return max(choices, key=lambda each: self.valued(role, each), default=None)
 
-    def values(self, role: Role, entrant: Contestant, metric: str = "return") -> FloatArray:
+    def values(self, role: Role, contestant: Contestant, metric: str = "return") -> FloatArray:
         """A metric of the evaluation episodes against each policy of the other side, (rivals, E)."""
-        return _stack(self.meetings, role, entrant, self.side(other(role)).policies, metric)
+        return _stack(self.meetings, role, contestant, self.side(other(role)).policies, metric)
 
-    def scores(self, role: Role, entrant: Contestant) -> FloatArray:
+    def scores(self, role: Role, contestant: Contestant) -> FloatArray:
         """What the role is paid in the evaluation episodes, the mean over the other side's policies, (E,)."""
-        found: FloatArray = SIGN[role] * self.values(role, entrant).mean(axis=0)
+        found: FloatArray = SIGN[role] * self.values(role, contestant).mean(axis=0)
         return found
 
-    def valued(self, role: Role, entrant: Contestant) -> float:
+    def valued(self, role: Role, contestant: Contestant) -> float:
         """The mean score in the validation episodes."""
-        found = _stack(self.validation, role, entrant, self.side(other(role)).policies, "return")
+        found = _stack(self.validation, role, contestant, self.side(other(role)).policies, "return")
         return SIGN[role] * float(found.mean())
 
-    def best(self, role: Role, entrants: Sequence[Contestant]) -> Contestant:
+    def best(self, role: Role, contestants: Sequence[Contestant]) -> Contestant:
         """Whom the validation episodes favour."""
-        return max(entrants, key=lambda each: self.valued(role, each))
+        return max(contestants, key=lambda each: self.valued(role, each))
 
     def told(self) -> FloatArray:
         """What attackers are paid who are told whom they face: the response to each defender, mean over them, (E,)."""
@@ -87,11 +87,11 @@ class Played:
 def _stack(
     meetings: Mapping[Pair, Mapping[str, FloatArray]],
     role: Role,
-    entrant: Contestant,
+    contestant: Contestant,
     rivals: Sequence[Contestant],
     metric: str,
 ) -> FloatArray:
-    return np.array([meetings[_pair(role, entrant, rival)][metric] for rival in rivals])
+    return np.array([meetings[_pair(role, contestant, rival)][metric] for rival in rivals])
 
 
 def _pair(role: Role, mine: Contestant, rival: Contestant) -> Pair:

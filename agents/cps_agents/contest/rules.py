@@ -83,18 +83,18 @@ def best_possible(played: Played, role: Role) -> float:
     return float(max(paid))
 
 
-def shortfall(played: Played, role: Role, entrant: Contestant) -> tuple[str, FloatArray]:
+def shortfall(played: Played, role: Role, contestant: Contestant) -> tuple[str, FloatArray]:
     """Against whom a policy is furthest from its role's best possible value, and by how much, (E,)."""
     ideal = best_possible(played, role)
     rivals = played.rated(other(role))
     found = {}
     for rival in rivals:
-        pair = (entrant.name, rival.name) if role == "attacker" else (rival.name, entrant.name)
+        pair = (contestant.name, rival.name) if role == "attacker" else (rival.name, contestant.name)
         paid = played.meetings[pair]["return"]
         found[rival.name] = ideal - paid if role == "attacker" else paid - ideal
-    if role == "defender" and entrant.name in played.responses:
-        response = played.responses[entrant.name]
-        found[response.name] = played.meetings[response.name, entrant.name]["return"] - ideal
+    if role == "defender" and contestant.name in played.responses:
+        response = played.responses[contestant.name]
+        found[response.name] = played.meetings[response.name, contestant.name]["return"] - ideal
     worst = max(found, key=lambda name: found[name].mean())
     return worst, found[worst]
 
@@ -104,7 +104,7 @@ def _nearest_to_winning(played: Played, role: Role) -> list[Contestant]:
     return [min(policies, key=lambda each: shortfall(played, role, each)[1].mean())]
 
 
-def _not_won(played: Played, role: Role, entrant: Contestant) -> Finding:
-    rival, lost = shortfall(played, role, entrant)
+def _not_won(played: Played, role: Role, contestant: Contestant) -> Finding:
+    rival, lost = shortfall(played, role, contestant)
     lead, margin = estimate([lost[None]]), played.contest.win_tolerance
-    return Finding(NOT_WON, role, lead.mean > margin, rival, entrant.name, lead, margin)
+    return Finding(NOT_WON, role, lead.mean > margin, rival, contestant.name, lead, margin)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeAlias
 
-from cps_agents.arena.entrants import ALL, Admission, Entrant, admit, check_known, contestants, usual
+from cps_agents.arena.admission import ALL, Admission, Application, admit, check_known, contestants, usual
 from cps_agents.arena.play import Report, silent
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
@@ -115,26 +115,28 @@ def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Co
         CommandError: a name that nothing has.
     """
     asked = {role: contestants(plan.venue, plan.wanted(role)) for role in ROLES}
-    entrants = [
-        Entrant(role, each, has_played(plan.venue, role, each, asked[other(role)], plan.seeds, store))
+    applications = [
+        Application(role, each, has_played(plan.venue, role, each, asked[other(role)], plan.seeds, store))
         for role in ROLES
         for each in asked[role]
     ]
     present: dict[Role, list[Contestant]] = {role: [] for role in ROLES}
     left_out = []
-    found = {id(entrant): admission for entrant, admission in pool.run(partial(admit, plan.venue), entrants)}
-    for entrant in entrants:
-        if reason := _reason(plan, entrant, found[id(entrant)]):
-            left_out.append(LeftOut(entrant.role, entrant.contestant.reference, reason))
+    found = {
+        id(application): admission for application, admission in pool.run(partial(admit, plan.venue), applications)
+    }
+    for application in applications:
+        if reason := _reason(plan, application, found[id(application)]):
+            left_out.append(LeftOut(application.role, application.contestant.reference, reason))
         else:
-            present[entrant.role].append(entrant.contestant)
+            present[application.role].append(application.contestant)
     return present, left_out
 
 
-def _reason(plan: Plan, entrant: Entrant, admission: Admission) -> str:
-    """Why an entrant is left out; empty if it plays."""
-    if entrant.contestant.reference in (plan.references.get(entrant.role) or ()):  # asked for by its name
-        check_known(entrant, admission)
+def _reason(plan: Plan, application: Application, admission: Admission) -> str:
+    """Why an application is left out; empty if it plays."""
+    if application.contestant.reference in (plan.references.get(application.role) or ()):  # asked for by its name
+        check_known(application, admission)
         return admission.refusal
     return admission.oracle if admission.oracle and not plan.oracles else admission.refusal
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from cps_agents.arena.admission import able, short_name, usual
 from cps_agents.arena.challenge import Challenge
-from cps_agents.arena.entrants import able, short_name, usual
 from cps_agents.results.block import Bar, Block, Row
 from cps_agents.zoo.references import card_of
 from cps_baselines.arena import Contestant, Venue

@@ -24,7 +24,7 @@ LONGEST_NAME = 32
 
 
 @dataclass(frozen=True)
-class Entrant:
+class Application:
     """A contestant who wants to play a role."""
 
     role: Role
@@ -88,17 +88,17 @@ def short_name(reference: str) -> str:
     return f"{reference[: LONGEST_NAME - 3]}..."
 
 
-def admit(venue: Venue, entrant: Entrant) -> Admission:
+def admit(venue: Venue, application: Application) -> Admission:
     """Build a policy and let it make its first decision against nobody.
 
     One that has played before, and an oracle, which would plan, are only built.
     """
-    problem, mine, role = find_problem(venue.problem), entrant.contestant, entrant.role
+    problem, mine, role = find_problem(venue.problem), application.contestant, application.role
     config = problem.config(venue.preset, {**venue.overrides, **mine.overrides})
     try:
         policy = problem.policy(mine.reference, problem.game(config, 1), role)
         privileged = tuple(sorted(getattr(policy, "privileged", frozenset())))
-        if privileged or entrant.has_played:
+        if privileged or application.has_played:
             return Admission(privileged=privileged)
         match = problem.match(config, 1, {role: policy})
         match.reset(np.ones(1, np.bool_), [seeding.np_random(0)[0]])
@@ -111,17 +111,17 @@ def admit(venue: Venue, entrant: Entrant) -> Admission:
     return Admission()
 
 
-def check_known(entrant: Entrant, admission: Admission) -> None:
+def check_known(application: Application, admission: Admission) -> None:
     """A mistyped name is no policy that cannot play.
 
     Raises:
         CommandError: there is no such policy.
     """
     if admission.unknown:
-        raise CommandError(f"{entrant.role} {entrant.contestant.reference!r}: {admission.refusal}")
+        raise CommandError(f"{application.role} {application.contestant.reference!r}: {admission.refusal}")
 
 
 def able(venue: Venue, role: Role, references: Sequence[str]) -> tuple[Contestant, ...]:
     """Those that can play a role and know no more than they observe."""
-    found = [(each, admit(venue, Entrant(role, each))) for each in contestants(venue, references)]
+    found = [(each, admit(venue, Application(role, each))) for each in contestants(venue, references)]
     return tuple(each for each, admission in found if not (admission.refusal or admission.privileged))
