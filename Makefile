@@ -44,7 +44,7 @@ train: $(ALL) ## train every shipped policy anew, five seeds each, and put it in
 	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/cps_agents/zoo/policies --resume $(ARGS)
 
 results: $(LIGHT) ## judge the shipped policies on evaluation seeds, into docs/results.md (no torch)
-	$(BIN)/cps-envs results --publish $(ARGS)
+	$(BIN)/cps-envs benchmark --suite learned --publish $(ARGS)
 
 lint: style types ## check style, format and types
 

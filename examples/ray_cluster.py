@@ -1,12 +1,12 @@
-"""Training seeds and cells of a league side by side on a Ray cluster.
+"""Training seeds and meetings of a league side by side on a Ray cluster.
 
     ray start --head                                            # or join a cluster
     python examples/ray_cluster.py train RogueAttack-v0 --seeds 16 --out /shared/runs
-    python examples/ray_cluster.py league rogue --episodes 100 --out /shared/league
+    python examples/ray_cluster.py league rogue --episodes 100 --out /shared/meetings
     ray job submit -- python examples/ray_cluster.py train ...  # from outside
 
-Runs and cells are plain data; `--out` has to be a folder that every machine of the cluster sees. What is finished there
-is not done again.
+Runs and meetings are plain data. `--out` has to be a folder that every machine of the cluster sees. What is finished
+there is not done again.
 """
 
 from __future__ import annotations
@@ -19,14 +19,13 @@ from typing import Any
 
 import ray
 
-from cps_agents.benchmark.cell import run_job
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.meeting import make_meeting, run_job
+from cps_agents.arena.store import Store
 from cps_agents.league.league import Plan, line_up
-from cps_agents.league.meetings import make_meeting
-from cps_agents.league.players import Venue
 from cps_agents.learning.job import Job
 from cps_agents.learning.learner import learn
 from cps_agents.recipes.finding import find_recipe
+from cps_baselines.arena import Venue
 from cps_baselines.workers import Workers
 
 
@@ -51,17 +50,17 @@ def train_everywhere(name: str, seeds: int, folder: Path) -> None:
 
 
 def play_everywhere(problem: str, episodes: int, folder: Path) -> None:
-    """One task per meeting; `cps-envs league PROBLEM --episodes N --out FOLDER` then finds them all played."""
+    """One task per meeting; `cps-envs league PROBLEM --episodes N --meetings FOLDER` then finds them all played."""
     plan = Plan(Venue(problem, "learning"), {}, episodes)
-    store = Store(folder / "cells")
+    store = Store(folder)
     with Workers(1) as pool:
         players, _ = line_up(plan, store, pool)
     pairs = product(players["attacker"], players["defender"])
-    cells = [make_meeting(plan.venue, attacker, defender, plan.seeds) for attacker, defender in pairs]
-    for cell, result in spread(run_job, [cell for cell in cells if store.get(cell) is None]):
-        store.put(cell, result)
+    meetings = [make_meeting(plan.venue, attacker, defender, episodes) for attacker, defender in pairs]
+    for meeting, result in spread(run_job, [meeting for meeting in meetings if store.get(meeting) is None]):
+        store.put(meeting, result)
         returns = result["metrics"]["return"]
-        print(f"{cell.attacker} against {cell.defender}: {sum(returns) / len(returns):.3f}")
+        print(f"{meeting.attacker} against {meeting.defender}: {sum(returns) / len(returns):.3f}")
 
 
 def main() -> None:

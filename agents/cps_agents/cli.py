@@ -24,7 +24,6 @@ from cps_agents.commands.oracle import oracle
 from cps_agents.commands.play import play
 from cps_agents.commands.reliability import reliability
 from cps_agents.commands.reproduce.app import app as reproduce
-from cps_agents.commands.results import results
 from cps_agents.commands.search_feedback import search_feedback
 from cps_agents.commands.search_string import search_string
 from cps_agents.commands.search_switching import search_switching
@@ -144,7 +143,6 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
         "evaluate": evaluate,
         "benchmark": benchmark,
         "league": league,
-        "results": results,
         "contest": contest,
         "coverage": coverage,
     },

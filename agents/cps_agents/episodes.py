@@ -1,4 +1,4 @@
-"""A batch of episodes between two policies: played, shown, and printed metric by metric."""
+"""A meeting of two policies: played, shown, and printed metric by metric."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from gymnasium.utils import seeding
 
+from cps_agents.arena.meeting import Meeting
 from cps_agents.console import err, make_table, out, print_json
 from cps_agents.errors import built_by_user
 from cps_agents.film import Film, play_shown
@@ -16,28 +17,22 @@ from cps_agents.progress import Progress
 from cps_envs.core.play import finish
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Array, Role
+from cps_envs.registration import find_problem
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 
-def show_episodes(
-    problem: Problem,
-    preset: str,
-    config: Any,
-    players: Mapping[Role, str],
-    seeds: range,
-    *,
-    film: Film | None,
-    as_json: bool,
-) -> None:
-    """Play an episode for each seed, as one batch, filming the first, and print the metrics."""
-    outcome, paid = _play(problem, config, players, seeds, film)
-    heading = {"problem": problem.name, "preset": preset, "config": config} | dict(players)
+def show_meeting(meeting: Meeting, film: Film | None, as_json: bool) -> None:
+    """Play a meeting, filming its first episode, and print the metrics."""
+    problem, config, seed = find_problem(meeting.problem), meeting.venue.config, meeting.first_seed
+    players: dict[Role, str] = {"attacker": meeting.attacker, "defender": meeting.defender}
+    outcome, paid = _play(problem, config, players, range(seed, seed + meeting.episodes), film)
+    heading = {"problem": problem.name, "preset": meeting.venue.preset, "config": config} | dict(players)
     if as_json:
-        print_json(_document(heading, seeds.start, outcome))
+        print_json(_document(heading, seed, outcome))
     else:
-        _print(out(), heading, seeds.start, outcome, paid)
+        _print(out(), heading, seed, outcome, paid)
 
 
 def _play(

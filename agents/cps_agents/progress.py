@@ -48,6 +48,11 @@ class Progress:
             self._last_line, self._shown = now, (done, note)
             self._console.print(f"{self.title}: {done}/{self.total} after {now - self._started:.0f} s  {note}".rstrip())
 
+    def report(self, done: int, total: int, note: str = "") -> None:
+        """Show that `done` of `total` is finished, where the total is not known in advance."""
+        self.total = total
+        self.update(done, note)
+
     def say(self, line: str) -> None:
         """Print a line that stays, above the bar where there is one."""
         console = self._console if self._bar is None else self._bar.console

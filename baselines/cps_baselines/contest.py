@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from cps_baselines.schedule import Entrant
+from cps_baselines.arena import Contestant
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,9 @@ class Search:
 class Side:
     """Who plays one role in a contest."""
 
-    policies: tuple[Entrant, ...]  # every registered policy that can play, `none` (the neutral one) included
+    policies: tuple[Contestant, ...]  # every registered policy that can play, `none` (the neutral one) included
     constants: tuple[str, ...]  # policies that take one action: all there are, or a grid, such as "always?action=1"
-    informed: tuple[Entrant, ...] = ()  # told what the role has to infer; others are compared with the first one
+    informed: tuple[Contestant, ...] = ()  # told what the role has to infer; others are compared with the first one
     searches: tuple[Search, ...] = ()  # together they share the budget of CPU time
     margin_informed: float = 0.0  # the best informed one has to be better than every other policy by this
     margin_neutral: float = 0.0  # the best policy has to be better than doing nothing by this

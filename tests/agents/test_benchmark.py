@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import csv
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,21 +10,21 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import cps_baselines
-import cps_envs
-from cps_agents.benchmark import runner, store
-from cps_agents.benchmark.cell import Cell, Job, Preparation, Result, make_cell
+from cps_agents.arena import store
+from cps_agents.arena.meeting import Job, Meeting, Preparation, Result, make_meeting
+from cps_agents.arena.store import Store
+from cps_agents.benchmark import suite
 from cps_agents.benchmark.matrix import entries
 from cps_agents.benchmark.report import agreement, document, markdown, rows_as_csv, tables
-from cps_agents.benchmark.runner import find_benchmarks, run_benchmark, select
-from cps_agents.benchmark.store import Store, fingerprint
+from cps_agents.benchmark.suite import Choice, find_benchmark, run_benchmark, select
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
+from cps_baselines.arena import Contestant, Prepared, Venue
 from cps_baselines.disbanding import benchmark as disbanding
-from cps_baselines.disbanding.benchmark import search_plan
+from cps_baselines.disbanding.genetic import undefended_plan
 from cps_baselines.paper.agreement import verdict
 from cps_baselines.paper.tables import read_table, velocity_errors
-from cps_baselines.schedule import Benchmark, Entrant, PaperCell, Prepared, Setting
+from cps_baselines.schedule import Benchmark, PaperCell, Setting
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
@@ -38,9 +37,9 @@ TINY = Benchmark(
             name="tiny",
             title="Tiny",
             metric="velocity_error_all",
-            attackers=(Entrant("none"), Entrant("random"), Entrant("ready", prepare=f"{__name__}:prepare")),
-            defenders=(Entrant("none"), Entrant("copy")),
-            overrides={"duration_s": 5, "num_platoons": 2},
+            attackers=(Contestant("none"), Contestant("random"), Contestant("ready", prepare=f"{__name__}:prepare")),
+            defenders=(Contestant("none"), Contestant("copy")),
+            venue=Venue("disbanding", "paper", {"duration_s": 5, "num_platoons": 2}),
             more_episodes={"random": 3},
             form="{value:.2f} ({collided:.0f})",
         ),
@@ -48,10 +47,9 @@ TINY = Benchmark(
     paper=(PaperCell("tiny", "none", "none", 3.0, True, "Table 0"),),
     crash_metric="collided",
 )
-EVERYTHING: dict[str, list[str]] = {"setting": [], "attacker": [], "defender": []}
 
 
-def prepare(config: Any, quick: bool) -> Prepared:
+def prepare(config: Any, quick: bool, opponent: str) -> Prepared:
     return Prepared("plan?events=[[2,1]]", f"quick: {quick}")
 
 
@@ -62,7 +60,7 @@ def _prepare_here(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def run(job: Preparation) -> Result:
         assert job.function == ready.prepare
-        found = prepare(None, job.quick)
+        found = prepare(None, job.quick, job.opponent)
         return {"policy": found.policy, "note": found.note}
 
     monkeypatch.setattr(Preparation, "run", run)
@@ -92,23 +90,23 @@ def test_the_paper_s_number_is_beside_ours(tmp_path: Path) -> None:
 
 def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     done: list[Job] = []
-    whole = Cell.run
+    whole = Meeting.run
 
-    def run(job: Cell) -> Result:
+    def run(job: Meeting) -> Result:
         if len(done) == 3:
             raise KeyboardInterrupt
         done.append(job)
         return whole(job)
 
-    monkeypatch.setattr(Cell, "run", run)
+    monkeypatch.setattr(Meeting, "run", run)
     with pytest.raises(KeyboardInterrupt):
         run_benchmark(TINY, Store(tmp_path), workers=1)
     assert len(list(tmp_path.iterdir())) == 4  # with the preparation
-    monkeypatch.setattr(Cell, "run", whole)
+    monkeypatch.setattr(Meeting, "run", whole)
     resumed = run_benchmark(TINY, Store(tmp_path), workers=1)
-    assert (resumed.reused, resumed.jobs) == (4, 7)
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 7
-    assert run_benchmark(TINY, Store(tmp_path, fresh=True), workers=1).reused == 0
+    assert (resumed.played.reused, resumed.played.jobs) == (4, 7)
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 7
+    assert run_benchmark(TINY, Store(tmp_path, fresh=True), workers=1).played.reused == 0
 
 
 def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
@@ -116,32 +114,32 @@ def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
 ) -> None:
     run_benchmark(TINY, Store(tmp_path), workers=1)
     next(tmp_path.glob("*random-copy*")).write_text('{"job": ')
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 6
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 6
     monkeypatch.setattr(store, "fingerprint", lambda problem: "other code")
-    assert run_benchmark(TINY, Store(tmp_path), workers=1).reused == 0
+    assert run_benchmark(TINY, Store(tmp_path), workers=1).played.reused == 0
     assert len(list(tmp_path.iterdir())) == 7
 
 
 def test_processes_find_the_same(tmp_path: Path) -> None:
-    part = select(TINY, {**EVERYTHING, "attacker": ["none", "random"]}, quick=False)
+    (part,) = select([TINY], Choice(attackers=["none", "random"]))
     alone = run_benchmark(part, Store(tmp_path / "alone"), workers=1)
     together = run_benchmark(part, Store(tmp_path / "together"), workers=2)
-    assert {key: found["metrics"] for key, found in alone.cells.items()} == {
-        key: found["metrics"] for key, found in together.cells.items()
+    assert {key: found["metrics"] for key, (found,) in alone.played.results.items()} == {
+        key: found["metrics"] for key, (found,) in together.played.results.items()
     }
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_error_tells_which_work_had_it(tmp_path: Path, workers: int) -> None:
-    wrong = replace(TINY.settings[0], attackers=(Entrant("leed"),), defenders=(Entrant("none"),))
+    wrong = replace(TINY.settings[0], attackers=(Contestant("leed"),), defenders=(Contestant("none"),))
     with pytest.raises(CommandError, match=r"disbanding tiny leed none: .* Did you mean 'lead'"):
         run_benchmark(replace(TINY, settings=(wrong,)), Store(tmp_path), workers=workers)
 
 
 def test_quick_plays_fewer_episodes_and_tells_the_preparation(tmp_path: Path) -> None:
-    outcome = run_benchmark(select(TINY, EVERYTHING, quick=True), Store(tmp_path), workers=1, quick=True)
-    assert len(outcome.cells["tiny", "random", "none"]["metrics"]["return"]) == 2
-    assert outcome.preparations["tiny", "ready"]["note"] == "quick: True"
+    outcome = run_benchmark(*select([TINY], Choice(quick=True)), Store(tmp_path), workers=1, quick=True)
+    assert len(outcome.result(("tiny", "random", "none"))["metrics"]["return"]) == 2
+    assert outcome.preparations("tiny")["ready"]["note"] == "quick: True"
 
 
 def test_documents_hold_everything(tmp_path: Path) -> None:
@@ -159,24 +157,24 @@ def test_documents_hold_everything(tmp_path: Path) -> None:
     assert len(tables(outcome)) == 1
 
 
-def test_the_command_writes_its_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    part = select(TINY, {**EVERYTHING, "attacker": ["none"]}, quick=False)
-    monkeypatch.setattr(runner, "find_benchmarks", lambda names: [part])
-    arguments = ["benchmark", "--out", str(tmp_path), "--jobs", "1"]
+    (part,) = select([TINY], Choice(attackers=["none"]))
+    monkeypatch.setattr(suite, "find_benchmark", lambda name: part)
+    arguments = ["benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
     first = CliRunner().invoke(app, arguments)
     assert first.exit_code == 0, first.output
     assert "0.00 (0)" in first.stdout
-    names = {"benchmark.json", "benchmark.csv", "benchmark.md", "disbanding-tiny.png", "cells", ".lock"}
-    assert {file.name for file in tmp_path.iterdir()} == names
-    assert len(list((tmp_path / "cells").iterdir())) == 2
+    names = {"benchmark.json", "benchmark.csv", "benchmark.md", "disbanding-tiny.png", ".lock"}
+    assert {file.name for file in (tmp_path / "out").iterdir()} == names
+    assert len(list(meetings.iterdir())) == 2
     second = CliRunner().invoke(app, [*arguments, "--json"])
-    assert "2 cells were there already" in second.stderr
+    assert "Played before: 2 meetings" in second.stderr
     assert json.loads(second.stdout)["problems"][0]["problem"] == "disbanding"
 
 
 def test_the_disbanding_benchmark_covers_the_printed_cells() -> None:
-    (benchmark,) = find_benchmarks(["disbanding"])
+    benchmark = find_benchmark("disbanding")
     meetings = {
         (setting.name, attacker.name, defender.name)
         for setting in benchmark.settings
@@ -194,7 +192,7 @@ def test_the_searched_plan_can_be_played() -> None:
 
     problem = find_problem("disbanding")
     config = problem.config("paper", {"duration_s": 5, "num_platoons": 3})
-    found = search_plan(config, quick=True)
+    found = undefended_plan(config, quick=True)
     assert found.policy.startswith("plan?events=[[")
     assert play_episodes(problem, config, {"attacker": found.policy}, [0])["disbanded_platoons"] == [2]
 
@@ -215,22 +213,24 @@ def test_verdicts(difference: float, word: str) -> None:
 
 def test_trained_policies_take_part_if_they_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     card = tmp_path / "tiny.json"
-    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].overrides))
-    learned = Entrant("learned", policy=f"zoo:{card}")
-    setting = replace(TINY.settings[0], attackers=(Entrant("none"), learned, Entrant("gone", policy="zoo:nobody")))
+    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].venue.overrides))
+    learned = Contestant("learned", policy=f"zoo:{card}")
+    setting = replace(
+        TINY.settings[0], attackers=(Contestant("none"), learned, Contestant("gone", policy="zoo:nobody"))
+    )
     monkeypatch.setattr(disbanding, "BENCHMARK", replace(TINY, settings=(setting,)))
-    (found,) = runner.find_benchmarks(["disbanding"])
-    assert [entrant.name for entrant in found.settings[0].attackers] == ["none", "learned"]
+    found = find_benchmark("disbanding")
+    assert [contestant.name for contestant in found.settings[0].attackers] == ["none", "learned"]
     assert found.notes == ("Left out, because no such trained policy is shipped: zoo:nobody.",)
-    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).reused == 0
-    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).reused == 4
-    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].overrides), hold=2)
-    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).reused == 2  # another network
+    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 0
+    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 4
+    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].venue.overrides), hold=2)
+    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 2  # another network
 
 
-def test_trained_entrants_fit_their_settings() -> None:
+def test_trained_contestants_fit_their_settings() -> None:
     """Vacuous where none is shipped: those are left out."""
-    for benchmark in runner.find_benchmarks([]):
+    for benchmark in map(find_benchmark, PROBLEMS):
         for setting in benchmark.settings:
             assert setting.attackers
             assert setting.defenders
@@ -241,95 +241,49 @@ def test_trained_entrants_fit_their_settings() -> None:
                 if "zoo:" in attacker.policy + defender.policy and not attacker.prepare
             ]
             for attacker, defender in trained:
-                cell = make_cell(benchmark.problem, setting, attacker, defender, 1)
-                problem = find_problem(cell.problem)
-                players: dict[Any, str] = {"attacker": cell.attacker_policy, "defender": cell.defender_policy}
-                match = problem.match(problem.config(cell.preset, cell.overrides), 1, players)
+                meeting = make_meeting(setting.venue, attacker, defender, 1)
+                players: dict[Any, str] = {"attacker": meeting.attacker, "defender": meeting.defender}
+                match = find_problem(meeting.problem).match(meeting.venue.config, 1, players)
                 match.reset(np.ones(1, np.bool_), [np.random.default_rng(0)])
                 match.step({}, np.ones(1, np.bool_), max(match.game.decision_interval.values()))
 
 
 def test_planning_is_counted(tmp_path: Path) -> None:
-    search = Entrant("ga", policy="ga?generations=2&population=4")
-    setting = replace(TINY.settings[0], attackers=(search, Entrant("none")), more_episodes={})
+    search = Contestant("ga", policy="ga?generations=2&population=4")
+    setting = replace(TINY.settings[0], attackers=(search, Contestant("none")), more_episodes={})
     outcome = run_benchmark(replace(TINY, settings=(setting,), paper=()), Store(tmp_path), workers=1)
-    assert 2 <= outcome.cells["tiny", "ga", "none"]["simulations"] <= 8
-    assert outcome.cells["tiny", "none", "none"]["simulations"] == 0
+    assert 2 <= outcome.result(("tiny", "ga", "none"))["simulations"] <= 8
+    assert outcome.result(("tiny", "none", "none"))["simulations"] == 0
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_problems_know_nothing_of_one_another(name: str) -> None:
-    """Otherwise results that were kept for one would have to be forgotten when another changes."""
-    others = "|".join(set(PROBLEMS) - {name})
-    foreign = re.compile(rf"^ *(?:from|import) (?:cps_envs|cps_baselines)\.(?:{others})\b", re.MULTILINE)
-    for package in (cps_envs, cps_baselines):
-        files = list((Path(package.__path__[0]) / name).rglob("*.py"))
-        assert files
-        assert not [file for file in files if foreign.search(file.read_text())]
-    assert len({fingerprint(each) for each in (*PROBLEMS, "elsewhere:PROBLEM")}) == len(PROBLEMS) + 1
+def test_what_is_chosen() -> None:
+    every = [find_benchmark(name) for name in PROBLEMS]
+
+    def chosen(choice: Choice) -> dict[str, list[str]]:
+        return {each.problem: [setting.name for setting in each.settings] for each in select(every, choice)}
+
+    main, full = chosen(Choice(full=False)), chosen(Choice())
+    assert set(main) == set(full) == set(PROBLEMS)
+    assert all(set(main[name]) <= set(full[name]) for name in PROBLEMS)
+    assert sum(map(len, main.values())) < sum(map(len, full.values())) == 27
+    assert chosen(Choice(["tau-0.1"], full=False)) == {"disbanding": ["tau-0.1"]}  # named, so played
+    assert len(chosen(Choice(["tasks"]))["fdi"]) == 9  # settings that share a table
+    assert set(chosen(Choice(defenders=["mtd2"]))) == {"hvac"}
+    with pytest.raises(CommandError, match=r"has no table 'task'\. Did you mean 'tasks'"):
+        chosen(Choice(["task"]))
 
 
-CELL = make_cell("disbanding", TINY.settings[0], Entrant("none"), Entrant("none"), 2)
-KEPT: dict[str, Any] = {"metrics": {"return": [1.0, 2.0]}, "simulations": 0, "cpu_s": 0.1}
+def test_tables_are_listed() -> None:
+    result = CliRunner().invoke(app, ["benchmark", "rogue", "--list"])
+    assert result.exit_code == 0, result.output
+    assert {"paper-1", "solid-1", "easy"} <= set(result.stdout.split())
 
 
-def edited(file: Path, change: str) -> str:
-    """The text of a kept result after something happened to it."""
-    text = file.read_text(encoding="utf-8")
-    kept = json.loads(text)
-    if change == "deep":
-        return "[" * 100_000
-    if change == "values":
-        kept["result"]["metrics"]["return"] = [1e9, 1e9]
-    elif change == "one value":
-        kept["result"]["metrics"]["return"] = [1.0]
-    elif change == "not a number":
-        return text.replace("2.0", "NaN")
-    elif change.startswith("forged"):  # with a digest that fits
-        kept["result"]["metrics"]["return"] = FORGED[change]
-        kept["digest"] = store._digest(kept["result"])
-    elif change == "another job":
-        kept["job"]["attacker"] = "random"
-    elif change == "no digest":
-        del kept["digest"]
-    elif change == "no result":
-        del kept["result"]
-    elif change == "half":
-        return text[: len(text) // 2]
-    else:
-        return change
-    return json.dumps(kept)
-
-
-FORGED: dict[str, Any] = {
-    "forged value": [float("nan")] * 3,
-    "forged length": [1.0],
-    "forged text": ["1", "2", "3"],
-    "forged kind": 7,
-}
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        *FORGED,
-        "values",
-        "one value",
-        "not a number",
-        "another job",
-        "no digest",
-        "no result",
-        "half",
-        "deep",
-        "",
-        "[]",
-        "null",
-    ],
-)
-def test_a_result_that_was_changed_is_not_believed(tmp_path: Path, change: str) -> None:
-    kept = Store(tmp_path)
-    kept.put(CELL, KEPT)
-    assert kept.get(CELL) == KEPT
-    (file,) = tmp_path.glob("*.json")
-    file.write_text(edited(file, change), encoding="utf-8")
-    assert kept.get(CELL) is None
+def test_several_problems_are_played_side_by_side(tmp_path: Path, meetings: Path) -> None:
+    pytest.importorskip("matplotlib")
+    few = ["--attacker", "none", "--defender", "none", "--defender", "pd", "--quick", "--jobs", "2"]
+    tables = ["--table", "x4-4", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
+    result = CliRunner().invoke(app, ["benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json"])
+    assert result.exit_code == 0, result.output
+    assert [each["problem"] for each in json.loads(result.stdout)["problems"]] == ["fdi", "hvac", "rogue"]
+    assert len(list(meetings.glob("*.json"))) == 3

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import cps_agents.contest.contest as module
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.contest.contest import choose_variants, find_contests, play_contest
 from cps_agents.contest.document import document
@@ -24,8 +24,8 @@ from cps_agents.contest.tables import markdown, sheets, summary
 from cps_agents.errors import CommandError
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.machine import available_cores
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
-from cps_baselines.schedule import Entrant
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, FloatArray
 
@@ -41,13 +41,13 @@ def rogue() -> Contest:
     return Contest(
         problem="rogue",
         attackers=Side(
-            policies=(Entrant("none"), Entrant("square")),
+            policies=(Contestant("none"), Contestant("square")),
             constants=("always?action=0", "always?action=2"),
             searches=(Search("wave", "square", {"frequency_hz": (0.05, 0.5)}),),
         ),
         defenders=Side(
-            policies=(Entrant("none"), Entrant("pd"), Entrant("sliding")),
-            informed=(Entrant("told", policy="sliding"),),
+            policies=(Contestant("none"), Contestant("pd"), Contestant("sliding")),
+            informed=(Contestant("told", policy="sliding"),),
             constants=("always?action=0",),
         ),
         variants=(Variant("tiny", "six seconds", "paper", SHORT), Variant("other", "five seconds", "paper", SHORT)),
@@ -115,8 +115,8 @@ def test_searches_choices_and_tables_have_seeds_of_their_own(tmp_path: Path) -> 
     contest = rogue()
     play_contest(contest, contest.variants[0], TINY, Store(tmp_path), 1)
     jobs = [json.loads(path.read_text())["job"] for path in tmp_path.glob("*.json")]
-    cells = {range(job["first_seed"], job["first_seed"] + job["episodes"]) for job in jobs if job["kind"] == "cell"}
-    searches = [job["first_seed"] for job in jobs if job["kind"] != "cell"]
+    cells = {range(job["first_seed"], job["first_seed"] + job["episodes"]) for job in jobs if job["kind"] == "meeting"}
+    searches = [job["first_seed"] for job in jobs if job["kind"] != "meeting"]
     evaluation, *choices = sorted(cells, key=lambda seeds: seeds.start)
     assert (evaluation.start, len(evaluation)) == (0, 3)
     assert sorted(map(len, choices)) == [2, 4]  # the validation, and the last choice of a response
@@ -159,7 +159,7 @@ def test_the_document_is_plain_and_its_tables_are_complete(played: Played) -> No
     assert {row[0] for row in rules.rows} >= {"nobody has won", "something can be done"}
     assert sum(found["game"]["attacker"].values()) == pytest.approx(1.0, abs=0.02)
     assert set(found["game"]["defender"]) <= {"none", "pd", "sliding"}
-    attacks = [Entrant("none"), Entrant("square"), *played.found]
+    attacks = [Contestant("none"), Contestant("square"), *played.found]
     paid = [
         [played.validation[each.name, name]["return"].mean() for name in ("none", "pd", "sliding")] for each in attacks
     ]
@@ -218,7 +218,7 @@ def made(attacks: Mapping[str, Mapping[str, float]], **sides: Side) -> Played:
 
 
 def side(*names: str, informed: tuple[str, ...] = (), need: float = 0.0) -> Side:
-    return Side(tuple(map(Entrant, names)), (), tuple(map(Entrant, informed)), (), need, need)
+    return Side(tuple(map(Contestant, names)), (), tuple(map(Contestant, informed)), (), need, need)
 
 
 def holding(played: Played) -> dict[tuple[str, str], bool]:
@@ -236,7 +236,7 @@ def test_rules_hold_where_both_sides_have_something_to_win() -> None:
         attackers=side("none", "hit", "feint", need=0.5),
         defenders=side("none", "guard", informed=("seer",), need=0.5),
     )
-    played.responses = {name: Entrant(best) for name, best in (("none", "hit"), ("guard", "feint"), ("seer", "hit"))}
+    played.responses = {name: Contestant(best) for name, best in (("none", "hit"), ("guard", "feint"), ("seer", "hit"))}
     assert all(holding(played).values())
     assert set(holding(played)) == {
         (rule, role)
@@ -264,7 +264,7 @@ def test_a_constant_that_is_best_breaks_the_rule() -> None:
         "hit": {"none": 20.0, "wall": 9.0, "constant 1": 5.0},
     }
     played = made(table, attackers=side("none", "hit"), defenders=side("none", "wall"))
-    played.constants = {"defender": [Entrant("constant 1", "always?action=3")]}
+    played.constants = {"defender": [Contestant("constant 1", "always?action=3")]}
     broken = next(finding for finding in judge(played) if finding.rule == "no constant action is best")
     assert not broken.holds
     assert broken.worse == "best constant"

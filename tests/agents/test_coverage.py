@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from cps_agents.arena.statistics import Estimate
 from cps_agents.cli import app
 from cps_agents.coverage import cases as declared
 from cps_agents.coverage.case import Case, Outcome
 from cps_agents.coverage.cases import all_cases
 from cps_agents.coverage.simulation import Effort, simulate
-from cps_agents.evaluation.statistics import Estimate
 
 ROOT = Path(__file__).parents[2]
 REPETITIONS = 200

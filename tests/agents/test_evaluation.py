@@ -1,4 +1,4 @@
-"""Policies in arenas, and `cps-envs evaluate`."""
+"""Policies in challenges, and `cps-envs evaluate`."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from cps_agents.arena.challenge import Challenge, scores
+from cps_agents.arena.statistics import Estimate
 from cps_agents.cli import app, main
-from cps_agents.evaluation.arena import Arena, scores
 from cps_agents.evaluation.comparison import is_better
-from cps_agents.evaluation.statistics import Estimate
 from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
+from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
@@ -72,12 +73,12 @@ def test_each_gets_the_form_it_was_trained_with(tmp_path: Path) -> None:
     config = find_problem("fdi").config("paper", {"attacked": "x1", "target": 1})
     assert form_of(f"zoo:{path}", config) == {"attack_action": "share", "tasks": "x1>1"}
     assert form_of("oracle", config) == {}
-    arena = Arena("fdi", "attacker", "none", "paper", {"attacked": "x1", "target": 1}, 2, "task")
-    trained, oracle = arena.cells(f"zoo:{path}"), arena.cells("oracle")
+    challenge = Challenge(Venue("fdi", "paper", {"attacked": "x1", "target": 1}), "attacker", "none", 2)
+    trained, oracle = (challenge.pairing(Contestant(name)).meetings({}) for name in (f"zoo:{path}", "oracle"))
     assert len(trained) == 2
-    assert trained[0].overrides["attack_action"] == "share"
-    assert "attack_action" not in oracle[0].overrides
-    assert len(scores([cell.run() for cell in trained], "impact_speed_mps", "oracle_value_mps")) == 2
+    assert trained[0].venue.overrides["attack_action"] == "share"
+    assert "attack_action" not in oracle[0].venue.overrides
+    assert len(scores([meeting.run() for meeting in trained], "impact_speed_mps", "oracle_value_mps")) == 2
     assert scores([oracle[0].run()], "impact_speed_mps", "oracle_value_mps").mean() == pytest.approx(1.0)
 
 
@@ -88,9 +89,9 @@ def test_the_share_of_episodes_in_which_something_happened() -> None:
         scores([{"metrics": {"collided": [0.0]}}], "colided>0")
 
 
-def test_cells_play_the_evaluation_seeds(tiny: str) -> None:
-    arena = Arena("rogue", "attacker", "pd", "paper", SHORT, 3)
-    found = scores([cell.run() for cell in arena.cells(tiny)], "damage")
+def test_challenges_play_the_evaluation_seeds(tiny: str) -> None:
+    challenge = Challenge(Venue("rogue", "paper", SHORT), "attacker", "pd", 3)
+    found = scores([meeting.run() for meeting in challenge.pairing(Contestant(tiny)).meetings({})], "damage")
     config = find_problem("rogue").config("paper", SHORT)
     players: Any = {"attacker": f"{tiny}?seed=2", "defender": "pd"}
     expected = play_episodes(find_problem("rogue"), config, players, range(3))["damage"]
@@ -129,6 +130,13 @@ def test_evaluate_prints_tables(tiny: str) -> None:
     assert result.exit_code == 0, result.output
     for text in ("attacker against pd: return", "95 % interval", "IQM", "3 x 50", "square", "minus none"):
         assert text in result.stdout
+
+
+def test_all_stands_for_every_baseline_of_the_role() -> None:
+    result = CliRunner().invoke(app, [*ROGUE, "--policy", "square", "--baseline", "all", "--episodes", "1", "--json"])
+    assert result.exit_code == 0, result.output
+    first, *others = json.loads(result.stdout)["standings"]
+    assert set(first["differences"]) == {each["policy"] for each in others} >= {"none", "duty_square", "random"}
 
 
 def test_a_baseline_with_one_training_seed_is_marked(tiny: str) -> None:

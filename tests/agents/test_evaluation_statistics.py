@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from cps_agents.evaluation.statistics import difference, estimate, interquartile_mean, mean
+from cps_agents.arena.statistics import difference, estimate, interquartile_mean, mean
 
 NUMBERS = st.floats(-1e3, 1e3).map(lambda value: round(value, 3))
 SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 8))

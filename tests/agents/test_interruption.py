@@ -73,18 +73,17 @@ def stopped(process: subprocess.Popen[str], code: int, advice: str) -> None:
 
 @needs_signals
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_a_league_that_is_terminated_keeps_its_pairs(tmp_path: Path, jobs: str) -> None:
+def test_a_league_that_is_terminated_keeps_its_pairs(tmp_path: Path, meetings: Path, jobs: str) -> None:
     pytest.importorskip("scipy")
-    cells = tmp_path / "cells"
     with started(*LONG, "--jobs", jobs, "--out", str(tmp_path), ignoring=True) as process:
-        wait_for(lambda: list(cells.glob("*.json")), process)
+        wait_for(lambda: list(meetings.glob("*.json")), process)
         process.send_signal(signal.SIGINT)  # ignored
         second = CliRunner().invoke(app, [*LONG, "--out", str(tmp_path)])
         assert second.exit_code == 2, second.output
         assert "another command is writing" in second.stderr
         os.killpg(process.pid, signal.SIGTERM) if jobs == "2" else process.terminate()
         stopped(process, 143, AGAIN)
-    assert list(cells.glob("*.json"))
+    assert list(meetings.glob("*.json"))
     assert not (tmp_path / "rogue.json").exists()
     assert not list(tmp_path.rglob(".drafts"))
 

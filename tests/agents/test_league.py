@@ -16,14 +16,14 @@ from typer.testing import CliRunner
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from cps_agents.benchmark import store as stores
-from cps_agents.benchmark.cell import Cell
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.admission import contestants, short_name, usual
+from cps_agents.arena.meeting import Meeting
+from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.league.league import League, Plan, play_league
-from cps_agents.league.players import Venue, make_players, short_name, usual
 from cps_agents.league.standing import standings, strategies
+from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from tests.agents.trained import save_tiny
@@ -69,9 +69,9 @@ def test_the_usual_policies_take_part(tmp_path: Path, monkeypatch: pytest.Monkey
     save_tiny(tmp_path / "fdi-tiny.json", "fdi", "attacker")
     for module in ("files", "references"):
         monkeypatch.setattr(f"cps_agents.zoo.{module}.find", lambda name: tmp_path / f"{name}.json")
-    monkeypatch.setattr("cps_agents.league.players.SHIPPED", tmp_path)
-    monkeypatch.setattr("cps_agents.league.players.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
-    names = usual(find_problem("rogue"), "attacker")
+    monkeypatch.setattr("cps_agents.arena.admission.SHIPPED", tmp_path)
+    monkeypatch.setattr("cps_agents.arena.admission.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
+    names = usual(VENUE, "attacker")
     assert {"square", "switching", "zoo:rogue-tiny"} <= set(names)
     assert not {"mixture", "zoo:fdi-tiny"} & set(names)
     wanted = plan(references={"attacker": ["all", "square?duty=0.3"]}).wanted("attacker")
@@ -99,7 +99,7 @@ def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
     assert "trained as attacker of rogue" in reasons[f"zoo:{other}"]
     assert "could not be built" in reasons["random?chance=1"]
     assert "impossible actions" in reasons["tests.agents.players:Constant?value=0.5"]
-    assert found.attackers[0].form == {"attack_action": "share"}
+    assert found.attackers[0].overrides == {"attack_action": "share"}
 
 
 def test_oracles_have_to_be_asked_for(tmp_path: Path) -> None:
@@ -121,20 +121,20 @@ def test_a_mistyped_name_is_an_error_and_so_is_nobody(tmp_path: Path) -> None:
 
 
 def test_an_interrupted_league_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    done: list[Cell] = []
-    whole = Cell.run
+    done: list[Meeting] = []
+    whole = Meeting.run
 
-    def run(job: Cell) -> dict[str, Any]:
+    def run(job: Meeting) -> dict[str, Any]:
         if len(done) == 3:
             signal.raise_signal(signal.SIGINT)
         done.append(job)
         return whole(job)
 
-    monkeypatch.setattr(Cell, "run", run)
+    monkeypatch.setattr(Meeting, "run", run)
     with pytest.raises(KeyboardInterrupt):
         play(tmp_path, plan())
     assert len(list(tmp_path.glob("*.json"))) == 3
-    monkeypatch.setattr(Cell, "run", whole)
+    monkeypatch.setattr(Meeting, "run", whole)
     resumed = play(tmp_path, plan())
     assert resumed.payoffs.reused == 3
     fresh = play(tmp_path / "fresh", plan())
@@ -142,7 +142,7 @@ def test_an_interrupted_league_goes_on(tmp_path: Path, monkeypatch: pytest.Monke
     assert play(tmp_path, plan()).payoffs.reused == 4
 
 
-def test_what_changed_is_played_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_network_is_played_again(tmp_path: Path) -> None:
     card = tmp_path / "tiny.json"
     save_tiny(card, "rogue", "attacker")
     wanted = plan(references={"attacker": [f"zoo:{card}", "none"], "defender": ["pd"]})
@@ -150,15 +150,6 @@ def test_what_changed_is_played_again(tmp_path: Path, monkeypatch: pytest.Monkey
     assert play(tmp_path / "cells", wanted).payoffs.reused == 2
     save_tiny(card, "rogue", "attacker", best=1)
     assert play(tmp_path / "cells", wanted).payoffs.reused == 1
-    next((tmp_path / "cells").glob("*none-pd*")).write_text("{")
-    assert play(tmp_path / "cells", wanted).payoffs.reused == 1
-    monkeypatch.setattr(stores, "fingerprint", lambda problem: "other code")
-    assert play(tmp_path / "cells", wanted).payoffs.reused == 0
-
-
-def test_processes_find_the_same(tmp_path: Path) -> None:
-    alone, together = play(tmp_path / "alone", plan()), play(tmp_path / "together", plan(), workers=2)
-    np.testing.assert_array_equal(alone.payoffs.values, together.payoffs.values)
 
 
 def test_standings_tell_best_opponents_and_what_is_dominated(tmp_path: Path) -> None:
@@ -180,23 +171,24 @@ def test_names_are_short_and_differ(tmp_path: Path) -> None:
     assert short_name(f"zoo:{path}") == "zoo:very_long_name_of_a_folder/seed-3"
     assert short_name("mixture?policies=" + 20 * "abc").endswith("...")
     mixtures = [f'mixture?policies=["square","none"]&weights=[{k},1]' for k in range(1, 3)]
-    first, second = make_players(VENUE, "attacker", mixtures)
+    first, second = contestants(VENUE, mixtures)
     assert second.name == f"{first.name} #2"
 
 
-def test_the_command_writes_its_files(tmp_path: Path) -> None:
+def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
     names = ["--attackers", "square", "--attackers", "none", "--defenders", "pd", "--defenders", "sliding"]
-    short = ["--set", "duration_s=3", "--episodes", "3", "--jobs", "1", "--out", str(tmp_path)]
+    short = ["--set", "duration_s=3", "--episodes", "3", "--jobs", "1", "--out", str(tmp_path / "out")]
     first = CliRunner().invoke(app, ["league", "rogue", *names, *short])
     assert first.exit_code == 0, first.output
     assert "Value of the game" in first.stdout
-    assert {file.name for file in tmp_path.iterdir()} == {"rogue.json", "rogue.csv", "rogue.png", "cells", ".lock"}
-    rows = list(csv.DictReader((tmp_path / "rogue.csv").read_text().splitlines()))
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {"rogue.json", "rogue.csv", "rogue.png", ".lock"}
+    assert len(list(meetings.glob("*.json"))) == 4
+    rows = list(csv.DictReader((tmp_path / "out" / "rogue.csv").read_text().splitlines()))
     assert [(row["attacker"], row["defender"]) for row in rows][:2] == [("square", "pd"), ("square", "sliding")]
     second = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--json"])
-    assert "4 pairs had been played before" in second.stderr
+    assert "Played before: 4 meetings" in second.stderr
     found = json.loads(second.stdout)
-    kept = json.loads((tmp_path / "rogue.json").read_text())
+    kept = json.loads((tmp_path / "out" / "rogue.json").read_text())
     for volatile in ("wall_s", "command"):
         assert found.pop(volatile) is not None
         kept.pop(volatile)
@@ -204,7 +196,7 @@ def test_the_command_writes_its_files(tmp_path: Path) -> None:
     assert found["equilibrium"]["low"] <= found["equilibrium"]["value"] <= found["equilibrium"]["high"]
     assert sum(found["equilibrium"]["attacker"]["probabilities"].values()) == pytest.approx(1.0)
     third = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--fresh"])
-    assert "had been played" not in third.stderr
+    assert "Played before" not in third.stderr
     wrong = CliRunner().invoke(app, ["league", "rogue", "--defenders", "slidin", *short])
     assert wrong.exit_code == 2
     assert "Did you mean 'sliding'" in wrong.stderr

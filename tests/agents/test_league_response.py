@@ -14,18 +14,18 @@ import pytest
 
 pytest.importorskip("scipy")
 
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.statistics import Estimate
+from cps_agents.arena.store import Store
 from cps_agents.cli import main
 from cps_agents.errors import CommandError
-from cps_agents.evaluation.statistics import Estimate
 from cps_agents.league.exploitability import Contest, LeagueValue, gain_over, judge, league_value
 from cps_agents.league.league import Plan, play_league
-from cps_agents.league.players import Venue
 from cps_agents.league.report import document
 from cps_agents.league.response import Trained, against, differing_presets, limited, merged, recipe_of, venue_of
 from cps_agents.league.strategy import mix, strategy_of
 from cps_agents.learning.recipe import Recipe
 from cps_agents.recipes.finding import find_recipe
+from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Role
@@ -86,7 +86,7 @@ def test_an_opponent_that_cannot_play_is_an_error(tmp_path: Path) -> None:
 
 def test_a_recipe_takes_the_strategy_and_the_forms_of_its_policies(tmp_path: Path) -> None:
     save_tiny(tmp_path / "share.json", "fdi", "attacker", overrides={"attack_action": "share"})
-    recipe = recipe_of(find_problem("fdi"), "defender")
+    recipe = recipe_of("fdi", "defender")
     assert recipe.role == "defender"
     tuned = against(recipe, mix(["random", f"zoo:{tmp_path}/share.json"]), total_steps=5)
     assert tuned.overrides == {**recipe.overrides, "attack_action": "share"}
@@ -99,7 +99,7 @@ def test_a_recipe_takes_the_strategy_and_the_forms_of_its_policies(tmp_path: Pat
 
 def test_a_recipe_has_to_fit() -> None:
     with pytest.raises(CommandError, match="trains the attacker of fdi, not the defender"):
-        recipe_of(find_problem("fdi"), "defender", "FdiAttack-v0")
+        recipe_of("fdi", "defender", "FdiAttack-v0")
 
 
 def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:

@@ -26,8 +26,8 @@ with {0}(Path({1!r})):
 SMALL = ("--episodes", "2", "--jobs", "1")
 COMMANDS = {
     "league": ("league", "rogue", "--attackers", "square", "--defenders", "pd", *SMALL),
-    "benchmark": ("benchmark", "--problem", "rogue", "--quick"),
-    "results": ("results", "--problem", "rogue", "--quick"),
+    "benchmark": ("benchmark", "rogue", "--quick"),
+    "examination": ("benchmark", "rogue", "--suite", "learned", "--quick"),
     "contest": ("contest", "rogue", "--quick"),
     "reproduce": ("reproduce", "all", "--quick", "--reading", "ch5"),
     "self-play": ("self-play", "rogue", "--attackers", "none", "--defenders", "pd", *SMALL),

@@ -12,16 +12,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from cps_agents.benchmark.cell import Cell, Preparation, Result
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.challenge import HAPPENED, Challenge
+from cps_agents.arena.meeting import Preparation, Result
+from cps_agents.arena.play import Played
+from cps_agents.arena.store import Store
 from cps_agents.catalogue import policies
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
-from cps_agents.evaluation.arena import HAPPENED, Arena
-from cps_agents.results import examination, rogue
-from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.results import rogue
+from cps_agents.results.block import Bar, Block, Row
 from cps_agents.results.document import document, merged
-from cps_agents.results.examination import Findings, examine, find_blocks, missing_of
+from cps_agents.results.examination import Findings, examine, find_blocks, missing_of, pairing
 from cps_agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
 from cps_agents.results.markdown import END, START, readme_table, results_markdown, with_table
 from cps_agents.results.publication import publish, record
@@ -31,6 +32,7 @@ from cps_agents.results.tables import bar_lines, best_baseline, judged_against, 
 from cps_agents.results.terminal import tables
 from cps_agents.zoo.card import read_card
 from cps_agents.zoo.references import missing_names, weights_of
+from cps_baselines.arena import Contestant, Venue
 from cps_envs.core import lookup
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
@@ -40,9 +42,9 @@ from tests.agents.trained import save_tiny
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"duration_s": 3.0, "contact": "solid"}
-MACHINE = {"command": "cps-envs results", "cpu": "x", "versions": {"cps-envs": "0"}}
+MACHINE = {"command": "cps-envs benchmark", "cpu": "x", "versions": {"cps-envs": "0"}}
 NOBODY_ELSE = dict.fromkeys(policy_names("rogue", "attacker"), "a test")
-ARENA = Arena("rogue", "attacker", "pd", "paper", SHORT, 3, "short")
+CHALLENGE = Challenge(Venue("rogue", "paper", SHORT), "attacker", "pd", 3)
 BLOCK = Block(
     name="tiny",
     title="tiny attacker",
@@ -52,7 +54,7 @@ BLOCK = Block(
     metric="damage",
     learned=(Contestant("learned", "zoo:nobody"),),
     baselines=(Contestant("none"), Contestant("square"), Contestant("best", optimum=True, policy="duty_square")),
-    rows=(Row("pd", (ARENA,)), Row("both", (ARENA, replace(ARENA, opponent="sliding", name="other")), bars=())),
+    rows=(Row("pd", (CHALLENGE,)), Row("both", (CHALLENGE, replace(CHALLENGE, opponent="sliding")), bars=())),
     bars=(Bar(beat=("none",), or_equal=True), Bar(value=1e6)),
     shown=("collisions",),
     left_out=NOBODY_ELSE,
@@ -71,11 +73,11 @@ def found(scores: dict[str, Any], block: Block = BLOCK) -> Findings:
         (block.name, 0, 0, name): [{"metrics": {"damage": row, "return": row, "collisions": row}} for row in rows]
         for name, rows in scores.items()
     }
-    return Findings(played=results)
+    return Played(results)
 
 
 def verdict(bar: Bar, learned: Any, role: Any = "attacker", **baselines: Any) -> str:
-    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(bar,), role=role)
+    block = replace(BLOCK, rows=(Row("one", (CHALLENGE,)),), bars=(bar,), role=role)
     return worst([each.verdict for each in judge(block, 0, found({"learned": learned, **baselines}, block))])
 
 
@@ -114,7 +116,7 @@ def test_a_tie_counts_only_where_it_may() -> None:
 
 def test_of_many_baselines_the_hardest_is_shown() -> None:
     bar = Bar(beat=("none", "square"))
-    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(bar,))
+    block = replace(BLOCK, rows=(Row("one", (CHALLENGE,)),), bars=(bar,))
     scores = {"learned": FIVE, "none": FIVE[:1] - 2, "square": FIVE[:1] - 1, "best": FIVE[:1]}
     (row,) = document([block], found(scores, block), MACHINE, False)["problems"]["rogue"]["blocks"][0]["rows"]
     (line,) = bar_lines(row, "learned")
@@ -123,7 +125,7 @@ def test_of_many_baselines_the_hardest_is_shown() -> None:
 
 
 def test_a_bar_above_every_baseline_takes_all_that_the_table_shows() -> None:
-    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(Bar(every=True),))
+    block = replace(BLOCK, rows=(Row("one", (CHALLENGE,)),), bars=(Bar(every=True),))
     scores = {"learned": FIVE, "none": FIVE[:1] - 2, "square": FIVE[:1] + 1, "best": FIVE[:1] + 9}
     judgements = judge(block, 0, found(scores, block))
     assert [(each.against, each.verdict) for each in judgements] == [("none", REACHED), ("square", NOT_REACHED)]
@@ -135,7 +137,7 @@ def test_a_bar_above_every_baseline_takes_all_that_the_table_shows() -> None:
 
 
 def test_the_best_baseline_is_the_hardest_in_common_episodes() -> None:
-    block = replace(BLOCK, rows=(Row("one", (ARENA,)),), bars=(Bar(every=True),))
+    block = replace(BLOCK, rows=(Row("one", (CHALLENGE,)),), bars=(Bar(every=True),))
     few = FIVE[:1, :4] + 0.5  # plays less, and what the learned policy finds easier
     learned = np.hstack([FIVE[:, :4], FIVE[:, 4:] + 5])
     scores = {"learned": learned, "none": learned[:1] - 1, "square": few, "best": FIVE[:1]}
@@ -163,7 +165,7 @@ def test_bars_can_be_for_one_policy_only() -> None:
     two = replace(
         BLOCK,
         learned=(Contestant("learned"), Contestant("second")),
-        rows=(Row("one", (ARENA,), (Bar(value=0.0, of=("second",)),)),),
+        rows=(Row("one", (CHALLENGE,), (Bar(value=0.0, of=("second",)),)),),
     )
     judgements = judge(two, 0, found({"learned": FIVE, "second": FIVE}, two))
     assert [each.policy for each in judgements] == ["second"]
@@ -175,26 +177,9 @@ def test_everything_is_played_once_and_kept(block: Block, tmp_path: Path) -> Non
     findings = examine([block], store, workers=1, report=lambda *report: reports.append(report))
     assert findings.jobs == 2 * (5 + 3)  # two arenas, of which one is in both rows
     assert [report[:2] for report in reports] == [(k, 16) for k in range(1, 17)]
-    assert len(findings.played["tiny", 0, 0, "learned"]) == 5
-    assert findings.played["tiny", 0, 0, "square"] == findings.played["tiny", 1, 0, "square"]
+    assert len(findings.results["tiny", 0, 0, "learned"]) == 5
+    assert findings.results["tiny", 0, 0, "square"] == findings.results["tiny", 1, 0, "square"]
     assert examine([block], store, workers=1).reused == 16
-
-
-def test_an_interrupted_examination_goes_on(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = Cell.run
-    done: list[Cell] = []
-
-    def run(job: Cell) -> Result:
-        if len(done) == 6:
-            raise KeyboardInterrupt
-        done.append(job)
-        return whole(job)
-
-    monkeypatch.setattr(Cell, "run", run)
-    with pytest.raises(KeyboardInterrupt):
-        examine([block], Store(tmp_path / "cells"), workers=1)
-    monkeypatch.setattr(Cell, "run", whole)
-    assert examine([block], Store(tmp_path / "cells"), workers=1).reused == 6
 
 
 def test_missing_policies_are_listed(block: Block, tmp_path: Path) -> None:
@@ -204,7 +189,7 @@ def test_missing_policies_are_listed(block: Block, tmp_path: Path) -> None:
     text = results_markdown(document([BLOCK], gone, MACHINE, False))
     assert "Missing: learned, because there is no trained policy nobody." in text
     assert "**missing**" in text
-    row = Row("nobody", (replace(ARENA, opponent="zoo:nobody"),))
+    row = Row("nobody", (replace(CHALLENGE, opponent="zoo:nobody"),))
     part = replace(block, rows=(row, *block.rows))
     made = document([part], examine([part], Store(tmp_path / "cells"), workers=1), MACHINE, False)
     assert [each["verdicts"] for each in made["problems"]["rogue"]["blocks"][0]["rows"][:2]] == [
@@ -217,11 +202,13 @@ def test_baselines_can_search_first(block: Block, tmp_path: Path, monkeypatch: p
     asked = []
 
     def run(job: Preparation) -> Result:
-        asked.append((job.function, job.quick, job.opponent, job.overrides))
+        asked.append((job.function, job.quick, job.opponent, job.venue.overrides))
         return {"policy": "square?frequency_hz=0.3", "note": "0.3 Hz"}
 
     monkeypatch.setattr(Preparation, "run", run)
-    searching = replace(block, baselines=(Contestant("wave", prepare="module:function"),), bars=(Bar(beat=("wave",)),))
+    searching = replace(
+        block, baselines=(Contestant("wave", prepare="module:function", for_each=True),), bars=(Bar(beat=("wave",)),)
+    )
     findings = examine([searching], Store(tmp_path / "cells"), workers=1, quick=True)
     assert asked[0] == ("module:function", True, "pd", SHORT)
     assert len(asked) == 2
@@ -229,7 +216,7 @@ def test_baselines_can_search_first(block: Block, tmp_path: Path, monkeypatch: p
     expected = examine([plain], Store(tmp_path / "others"), workers=1, quick=True)
     for place in ((0, 0), (1, 1)):
         key = ("tiny", *place, "wave")
-        assert findings.played[key][0]["metrics"] == expected.played[key][0]["metrics"]
+        assert findings.results[key][0]["metrics"] == expected.results[key][0]["metrics"]
     assert "wave (pd): 0.3 Hz" in results_markdown(document([searching], findings, MACHINE, False))
 
 
@@ -313,7 +300,7 @@ def test_a_card_records_what_its_policy_reached(block: Block, tmp_path: Path) ->
 def test_what_is_published_is_current() -> None:
     kept = json.loads((ROOT / "docs" / "results.json").read_text(encoding="utf-8"))
     page, readme = (ROOT / name for name in ("docs/results.md", "README.md"))
-    message = "run `cps-envs results --publish`"
+    message = "run `cps-envs benchmark --suite learned --publish`"
     assert page.read_text(encoding="utf-8") == results_markdown(kept), message
     text = readme.read_text(encoding="utf-8")
     assert text == with_table(text, kept), message
@@ -321,7 +308,7 @@ def test_what_is_published_is_current() -> None:
 
 
 def test_declared_blocks_are_sound() -> None:
-    blocks = find_blocks([])
+    blocks = find_blocks()
     assert len({block.name for block in blocks}) == len(blocks)
     for block in blocks:
         names = [each.name for each in block.contestants]
@@ -331,15 +318,15 @@ def test_declared_blocks_are_sound() -> None:
                 assert set(bar.beat) <= {each.name for each in block.baselines}
                 assert set(bar.of) <= {each.name for each in block.learned}
                 assert bar.beat or bar.every or bar.value is not None
-            for arena in row.arenas:
-                assert arena.role == block.role
-                assert arena.config is not None
+            for challenge in row.challenges:
+                assert challenge.role == block.role
+                assert challenge.config is not None
                 for each in block.baselines:
                     if not each.prepare:
-                        examination._cells(arena, each, True)
+                        pairing(challenge, each, True).meetings({})
 
 
-@pytest.mark.parametrize("block", find_blocks([]), ids=lambda block: block.name)
+@pytest.mark.parametrize("block", find_blocks(), ids=lambda block: block.name)
 def test_every_policy_of_the_role_is_a_baseline(block: Block) -> None:
     registered = policies(find_problem(block.problem), block.role)
     usual = {entry.name for entry in registered if not entry.privileged} - set(NEED_OPTIONS)
@@ -354,7 +341,7 @@ def test_every_policy_of_the_role_is_a_baseline(block: Block) -> None:
 
 
 def test_teachers_are_rivals_of_their_learners() -> None:
-    known = {block.name: block for block in find_blocks([])}
+    known = {block.name: block for block in find_blocks()}
     references = {each.reference for each in known["hvac-attack"].baselines}
     assert {"brink", "brink?gain=0.2&margin_c2=0.02", "constant?reading_c=10"} <= references
     for row in known["hvac-attack"].rows:
@@ -365,27 +352,25 @@ def test_teachers_are_rivals_of_their_learners() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("block", find_blocks([]), ids=lambda block: block.name)
+@pytest.mark.parametrize("block", find_blocks(), ids=lambda block: block.name)
 def test_every_baseline_can_play_every_row(block: Block) -> None:
-    for arena in {arena.name: arena for row in block.rows for arena in row.arenas}.values():
-        for each in (each for each in block.baselines if not each.prepare and not missing_names(arena.opponent)):
-            for cell in examination._cells(replace(arena, episodes=1), replace(each, episodes=0), True):
-                assert cell.run()["metrics"][block.metric]
+    for challenge in (challenge for row in block.rows for challenge in row.challenges):
+        for each in (each for each in block.baselines if not each.prepare and not missing_names(challenge.opponent)):
+            for meeting in pairing(replace(challenge, episodes=1), replace(each, episodes=0), True).meetings({}):
+                assert meeting.run()["metrics"][block.metric]
 
 
 def test_metrics_of_declared_blocks_exist() -> None:
-    for block in find_blocks([]):
-        arena = block.rows[0].arenas[0]
-        metrics = {"return", *examination_metrics(arena)}
+    for block in find_blocks():
+        challenge = block.rows[0].challenges[0]
+        metrics = {"return", *examination_metrics(challenge)}
         wanted = {block.metric, block.per, *block.shown} - {""}
         wanted |= {bar.metric for row in block.rows for bar in block.bars_of(row) if bar.metric}
         assert {name.removesuffix(HAPPENED) for name in wanted} <= metrics, block.name
 
 
-def examination_metrics(arena: Arena) -> set[str]:
-    from cps_agents.benchmark.cell import problem_of
-
-    return set(problem_of(arena.problem).game(arena.config, 1).metrics())
+def examination_metrics(challenge: Challenge) -> set[str]:
+    return set(find_problem(challenge.venue.problem).game(challenge.config, 1).metrics())
 
 
 def test_searches_return_policies() -> None:
@@ -404,22 +389,21 @@ def test_searches_return_policies() -> None:
 
 def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rogue, "BLOCKS", (block,))
-    command = ["results", "--problem", "rogue", "--jobs", "1", "--out", str(tmp_path / "out")]
+    command = ["benchmark", "rogue", "--suite", "learned", "--jobs", "1", "--out", str(tmp_path / "out")]
     result = CliRunner().invoke(app, [*command, "--quick"])
     assert result.exit_code == 0, result.output
     assert "tiny attacker" in result.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         ".lock",
         "README-table.md",
-        "cells",
         "results.json",
         "results.md",
     ]
     result = CliRunner().invoke(app, [*command, "--json"])
     assert json.loads(result.stdout)["problems"]["rogue"]["blocks"][0]["name"] == "tiny"
-    result = CliRunner().invoke(app, ["results", "--list", "--problem", "rogue"])
+    result = CliRunner().invoke(app, ["benchmark", "rogue", "--suite", "learned", "--list"])
     assert "tiny" in result.stdout
-    for wrong in (["--block", "tine"], ["--publish", "--quick"]):
+    for wrong in (["--table", "tine"], ["--publish", "--quick"]):
         assert CliRunner().invoke(app, [*command, *wrong]).exit_code == 2
 
 
@@ -439,7 +423,7 @@ def test_every_registered_rogue_attacker_and_the_teacher_are_in_the_table() -> N
     names = {each.reference.partition("?")[0] for each in completed(rogue.ATTACK).baselines}
     assert set(policy_names("rogue", "attacker")) - {"none", *NEED_OPTIONS} <= names
     assert any(each.prepare.endswith(":told") for each in rogue.ATTACK.baselines)
-    ratios = {float(row.arenas[0].overrides["power_ratio"]) for row in rogue.ATTACK.rows}
+    ratios = {float(row.challenges[0].venue.overrides["power_ratio"]) for row in rogue.ATTACK.rows}
     assert ratios == {1.0, 1.1, 1.2, 1.3}
 
 

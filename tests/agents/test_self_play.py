@@ -16,19 +16,19 @@ import pytest
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.store import Store
 from cps_agents.cli import main
 from cps_agents.errors import CommandError
 from cps_agents.league import self_play
 from cps_agents.league.bounds import Outcome, judge, shares
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import play_meetings
-from cps_agents.league.players import Player, Venue
 from cps_agents.league.response import Budget, Trained
 from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
 from cps_agents.league.self_play_report import document, draw
 from cps_agents.league.strategy import mix, strategy_of
 from cps_agents.learning.recipe import Recipe
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, SIGN, Role
@@ -49,8 +49,8 @@ BUDGET = Budget(seeds=1, workers=1, command="cps-envs self-play")
 Respond = Callable[[Recipe, Path, Budget, str], Trained]
 
 
-def players(role: Role, names: Sequence[str]) -> list[Player]:
-    return [Player(role, name, name) for name in names]
+def players(names: Sequence[str]) -> list[Contestant]:
+    return list(map(Contestant, names))
 
 
 def exact(cells: Path) -> Respond:
@@ -58,8 +58,8 @@ def exact(cells: Path) -> Respond:
 
     def respond(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained:
         strategy = strategy_of(recipe.opponent)
-        mine = players(recipe.role, EVERY[recipe.role])
-        theirs = players("defender" if recipe.role == "attacker" else "attacker", strategy.policies)
+        mine = players(EVERY[recipe.role])
+        theirs = players(strategy.policies)
         sides = (mine, theirs) if recipe.role == "attacker" else (theirs, mine)
         seeds = range(1_000_000, 1_000_000 + GAME.episodes)
         with Workers(1) as pool:
@@ -76,10 +76,10 @@ def run(folder: Path, iterations: int, game: Game = GAME) -> Outcome:
     outcomes: list[Outcome] = []
 
     def after(pool: Pool, done: list[Iteration]) -> None:
-        outcomes.append(judge(game, pool, done, folder, 1))
+        outcomes.append(judge(game, pool, done, Store(folder / "meetings"), 1))
 
     claim(folder, game, resume=True)
-    iterate(game, folder, iterations, BUDGET, after)
+    iterate(game, folder, Store(folder / "meetings"), iterations, BUDGET, after)
     return outcomes[-1]
 
 
@@ -92,8 +92,8 @@ def _oracle(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.Monkey
 
 def test_exact_responses_reach_the_equilibrium_of_the_whole_game(tmp_path: Path, oracle: Respond) -> None:
     outcome = run(tmp_path, 6)
-    everybody = {role: players(role, EVERY[role]) for role in ROLES}
-    whole = play_validation(GAME, everybody, tmp_path, 1).means
+    everybody = {role: players(EVERY[role]) for role in ROLES}
+    whole = play_validation(GAME, everybody, Store(tmp_path / "meetings"), 1).means
     attacking, defending = (shares(outcome.final[role], everybody[role]) for role in ROLES)
     value = solve(whole).value
     assert (whole @ defending).max() == pytest.approx(value, abs=1e-4 * np.ptp(whole))
@@ -109,7 +109,7 @@ def test_bounds_are_those_of_the_evaluation_seeds(tmp_path: Path, oracle: Respon
     first = outcome.bounds[0]
     with Workers(1) as pool:
         sides = (outcome.pool["attacker"], outcome.pool["defender"])
-        matrix = play_meetings(VENUE, *sides, range(GAME.episodes), store=Store(tmp_path / "cells"), pool=pool).means
+        matrix = play_meetings(VENUE, *sides, range(GAME.episodes), store=Store(tmp_path / "meetings"), pool=pool).means
     names = {role: [player.name for player in outcome.pool[role]] for role in ROLES}
     row, column = names["attacker"].index(first.best_attacker), names["defender"].index(first.best_defender)
     assert first.conceded.mean == pytest.approx(matrix[row, 0])

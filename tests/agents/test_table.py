@@ -30,7 +30,7 @@ COMMANDS = [
     ("string-stability",),
     ("zoo", "list"),
     ("zoo", "show", "disbanding-defense-cma"),
-    ("results", "--list"),
+    ("benchmark", "--suite", "learned", "--list"),
     ("reliability", "--minutes", "0"),
     ("evaluate", "rogue", "attacker", "--policy", "random", "--baseline", "none", "--episodes", "2", *ALONE),
     (
@@ -46,7 +46,7 @@ COMMANDS = [
         "2",
         *ALONE,
     ),
-    ("benchmark", "--problem", "rogue", "--quick", "--setting", "solid-1.3", "--attacker", "random", *ALONE),
+    ("benchmark", "rogue", "--quick", "--table", "solid-1.3", "--attacker", "random", *ALONE),
     ("oracle", "--set", "horizon=12", "--task", "x4>1", *ALONE),
     ("reproduce", "ch2", "--table", "2.3fig", *ALONE),
     pytest.param(("reproduce", "testbed", *ALONE), marks=pytest.mark.slow),

@@ -242,7 +242,7 @@ def test_shipped_numbers_of_every_form_are_there() -> None:
 
 def test_the_contest_names_every_registered_policy() -> None:
     for role, side in (("attacker", CONTEST.attackers), ("defender", CONTEST.defenders)):
-        playing = {entrant.name for entrant in (*side.policies, *side.informed)}
+        playing = {contestant.name for contestant in (*side.policies, *side.informed)}
         listed = playing | set(side.left_out)
         assert set(policy_names("disbanding", role)) - {"always", "mixture"} <= listed
 

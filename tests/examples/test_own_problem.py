@@ -70,6 +70,33 @@ def test_the_command_line_plays_it(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     assert picture.stat().st_size > 0
 
 
+def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It trains, and its trained policy plays in a league, in the benchmark and against the learned ones' targets."""
+    for extra in ("scipy", "matplotlib", "sb3_contrib"):
+        pytest.importorskip(extra)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("CPS_ENVS_MEETINGS", str(tmp_path / "meetings"))
+
+    def command(words: str) -> str:
+        result = CliRunner().invoke(app, [*words.split(), "--jobs", "1"])
+        assert result.exit_code == 0, result.output
+        return " ".join(result.output.split())
+
+    tiny = "--knob num_envs=4 --knob steps_per_update=32 --knob evaluation_episodes=2 --seeds 1 --steps 128"
+    command(f"train own_problem:own_problem/TankAttack-v0 {tiny}")
+    mine, every = "zoo:runs/tank-attacker-ppo/seed-0", "league own_problem:TANK --attackers all --episodes 20"
+    assert "Value of the game" in command(f"{every} --attackers {mine}")
+    assert "Played before: 4 meetings" in command("benchmark own_problem:TANK")
+    judged = command(f"evaluate own_problem:TANK attacker --policy {mine} --baseline own_problem:Bias --episodes 20")
+    assert "Played before: 2 meetings" in judged
+    learned = command(f"benchmark own_problem:TANK --suite learned --policy {mine} --quick")
+    assert "tank attacker" in learned
+    assert "against: own_problem:Bias; none" in learned
+    response = command(f"best-response own_problem:TANK defender --against {mine} {tiny} --episodes 20")
+    assert "Over the best policy known before" in response
+    assert json.loads((tmp_path / "league" / "tank.json").read_text())["problem"] == "tank"
+
+
 def test_the_documents_describe_it(tank: Problem) -> None:
     page = "\n".join(chapter(tank))
     assert "| 0 | `level` |" in page

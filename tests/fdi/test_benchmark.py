@@ -6,36 +6,35 @@ from pathlib import Path
 
 import pytest
 
+from cps_agents.arena.store import Store
 from cps_agents.benchmark.matrix import grids
 from cps_agents.benchmark.report import markdown, tables
-from cps_agents.benchmark.runner import find_benchmarks, run_benchmark, select
-from cps_agents.benchmark.store import Store
+from cps_agents.benchmark.suite import Choice, find_benchmark, run_benchmark, select
 from cps_baselines.fdi.benchmark import BENCHMARK, TASKS
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.payoff import Metrics
-from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import spec_of
 
-LEAD = {"setting": ["x4-4", "x1-1"], "attacker": ["none", "oracle", "bound"], "defender": []}
+LEAD = Choice(["x4-4", "x1-1"], ["none", "oracle", "bound"], quick=True)
 
 
-def test_the_benchmark_is_found_and_its_entrants_exist():
-    assert [found.problem for found in find_benchmarks(["fdi"])] == ["fdi"]
+def test_the_benchmark_is_found_and_its_contestants_exist():
+    assert find_benchmark("fdi").problem == "fdi"
     for setting in BENCHMARK.settings:
         if setting.table is not None:
-            config = FDI.config(setting.preset, setting.overrides)
+            config = setting.venue.config
             assert known(config)[config.fixed_task].feasible
-            for entrant in setting.attackers:
-                if entrant.reference.startswith("zoo:"):
+            for contestant in setting.attackers:
+                if contestant.reference.startswith("zoo:"):
                     continue  # `tests/agents/test_benchmark.py` plays those that are shipped
-                spec = spec_of("attacker", preset=setting.preset, **setting.overrides)
-                assert resolve_policy(entrant.reference, spec) is not None
+                spec = spec_of("attacker", preset=setting.venue.preset, **setting.venue.overrides)
+                assert resolve_policy(contestant.reference, spec) is not None
         assert {setting.metric, setting.reference or setting.metric} <= set(Metrics._fields)
 
 
 def test_tasks_are_columns_of_one_table(tmp_path: Path):
-    part = select(BENCHMARK, LEAD, quick=True)
+    (part,) = select([BENCHMARK], LEAD)
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
     (grid,) = grids(outcome)
     assert grid.columns == ["x1>1", "x4>4"]
@@ -59,8 +58,8 @@ def test_every_task_of_the_table_is_a_setting_of_its_own():
 @pytest.mark.slow
 def test_no_attacker_exceeds_the_bound(tmp_path: Path):
     tasks = [setting.name for setting in BENCHMARK.settings if setting.table is not None]
-    part = select(BENCHMARK, {"setting": tasks, "attacker": [], "defender": []}, quick=False)
+    (part,) = select([BENCHMARK], Choice(tasks))
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
-    for result in outcome.cells.values():
+    for result in (found for (found,) in outcome.played.results.values()):
         metrics = result["metrics"]
         assert max(metrics["impact_speed_mps"]) <= metrics["oracle_bound_mps"][0] + 1e-5

@@ -210,7 +210,7 @@ def test_options_out_of_range_are_refused(name: str, options: str) -> None:
 @pytest.mark.parametrize("role", ["attacker", "defender"])
 def test_the_contest_plays_every_policy_or_says_why_not(role: Role) -> None:
     side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
-    playing = {entrant.reference for entrant in (*side.policies, *side.informed)}
+    playing = {contestant.reference for contestant in (*side.policies, *side.informed)}
     left_out = {name for name in side.left_out if not name.startswith("zoo:")}
     assert playing | left_out == set(policy_names("fdi", role)) - {*NEED_OPTIONS}
     assert not playing & left_out

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from cps_agents.arena.store import Store
 from cps_agents.benchmark.matrix import entries
-from cps_agents.benchmark.runner import find_benchmarks, run_benchmark
-from cps_agents.benchmark.store import Store
+from cps_agents.benchmark.suite import find_benchmark, run_benchmark
 from cps_baselines.hvac.benchmark import BENCHMARK
 from cps_baselines.paper.agreement import verdict
 from cps_envs.core.lookup import resolve_policy
@@ -20,7 +20,7 @@ def setting_of(name):
 
 
 def test_it_is_found():
-    assert [found.problem for found in find_benchmarks(["hvac"])] == ["hvac"]
+    assert find_benchmark("hvac").problem == "hvac"
 
 
 def test_every_table_has_the_defender_that_ignores_sensors():
@@ -29,11 +29,11 @@ def test_every_table_has_the_defender_that_ignores_sensors():
 
 
 @pytest.mark.parametrize("setting", BENCHMARK.settings, ids=lambda setting: setting.name)
-def test_entrants_can_be_built(setting):
-    game = HVAC.game(HVAC.config(setting.preset, setting.overrides), 1)
-    for role, entrants in (("attacker", setting.attackers), ("defender", setting.defenders)):
-        for entrant in (each for each in entrants if not each.reference.startswith("zoo:")):
-            resolve_policy(entrant.reference, game.spec(role))
+def test_contestants_can_be_built(setting):
+    game = HVAC.game(setting.venue.config, 1)
+    for role, contestants in (("attacker", setting.attackers), ("defender", setting.defenders)):
+        for contestant in (each for each in contestants if not each.reference.startswith("zoo:")):
+            resolve_policy(contestant.reference, game.spec(role))
 
 
 def test_the_paper_s_number_is_reproduced(tmp_path):
@@ -51,5 +51,5 @@ def test_cells_with_drawn_plants_show_median_and_quartiles(tmp_path):
     chosen = replace(full, attackers=full.attackers[:1], defenders=full.defenders[2:3], episodes=5)
     outcome = run_benchmark(replace(BENCHMARK, settings=(chosen,)), Store(tmp_path), workers=1)
     ((entry,),) = entries(outcome, chosen)
-    found = sorted(outcome.cells[chosen.name, entry.attacker, entry.defender]["metrics"]["a_impact"])
+    found = sorted(outcome.result((chosen.name, entry.attacker, entry.defender))["metrics"]["a_impact"])
     assert entry.text == f"{found[2]:.1f}\n{found[1]:.1f} - {found[3]:.1f}"

@@ -30,7 +30,7 @@ def spec_of(role: Role, variant: Variant) -> RoleSpec:
 @pytest.mark.parametrize("role", ROLES)
 def test_every_registered_policy_plays_or_is_left_out_for_a_reason(role: Role) -> None:
     side = SIDES[role]
-    entered = {entrant.reference.partition("?")[0] for entrant in (*side.policies, *side.informed)}
+    entered = {contestant.reference.partition("?")[0] for contestant in (*side.policies, *side.informed)}
     left = set(side.left_out)
     names = set(policy_names("hvac", role)) - set(BUILT_IN)
     assert names | {"none"} == entered | {name for name in left if not name.startswith("zoo:")}
@@ -40,7 +40,7 @@ def test_every_registered_policy_plays_or_is_left_out_for_a_reason(role: Role) -
 
 @pytest.mark.parametrize("role", ROLES)
 def test_names_are_told_apart(role: Role) -> None:
-    names = [entrant.name for entrant in (*SIDES[role].policies, *SIDES[role].informed)]
+    names = [contestant.name for contestant in (*SIDES[role].policies, *SIDES[role].informed)]
     assert len(names) == len(set(names))
 
 
@@ -111,7 +111,7 @@ def test_more_liars_cost_more() -> None:
 @pytest.mark.slow
 def test_listening_pays_and_being_told_pays_more() -> None:
     """The attackers' side of the contest: bold lies earn most on the mean, and inferring whom one faces earns more."""
-    defenders = [entrant.reference for entrant in CONTEST.defenders.policies]
+    defenders = [contestant.reference for contestant in CONTEST.defenders.policies]
     bold, listening, creeping, tracking = (
         np.array([paid(attacker, defender) for defender in defenders])
         for attacker in ("constant?reading_c=10", "listener", "brink", "tracker")

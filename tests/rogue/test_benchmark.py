@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
+from cps_agents.arena.store import Store
 from cps_agents.benchmark.matrix import entries
-from cps_agents.benchmark.runner import find_benchmarks, run_benchmark, select
-from cps_agents.benchmark.store import Store
+from cps_agents.benchmark.suite import Choice, find_benchmark, run_benchmark, select
 from cps_baselines.rogue.benchmark import BENCHMARK
 from cps_baselines.rogue.contest import CONTEST
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
@@ -21,26 +21,26 @@ BEYOND = {  # what the maps of the dissertation show
 
 
 def test_every_policy_of_the_paper_takes_part() -> None:
-    assert [found.problem for found in find_benchmarks(["rogue"])] == ["rogue"]
+    assert find_benchmark("rogue").problem == "rogue"
     known = {role: set(policy_names("rogue", role)) - {*NEED_OPTIONS} - BEYOND[role] for role in ROLES}
     for setting in BENCHMARK.settings:
-        attackers = {entrant.reference.partition("?")[0] for entrant in setting.attackers}
-        defenders = {entrant.reference for entrant in setting.defenders}
+        attackers = {contestant.reference.partition("?")[0] for contestant in setting.attackers}
+        defenders = {contestant.reference for contestant in setting.defenders}
         assert attackers == known["attacker"] | {"zoo:rogue-attack-ppo"}
         assert defenders == known["defender"] - {"none"} | {"zoo:rogue-defense-ppo"}
 
 
 def test_every_registered_policy_plays_the_contest_or_a_reason_is_given() -> None:
     for role, side in (("attacker", CONTEST.attackers), ("defender", CONTEST.defenders)):
-        playing = {entrant.reference.partition("?")[0] for entrant in (*side.policies, *side.informed)}
+        playing = {contestant.reference.partition("?")[0] for contestant in (*side.policies, *side.informed)}
         assert playing | set(side.left_out) >= set(policy_names("rogue", role)) - {*NEED_OPTIONS}
         assert not playing & set(side.left_out)
 
 
 @pytest.mark.parametrize("setting", [setting.name for setting in BENCHMARK.settings])
 def test_a_meeting_shows_damage_and_tracking(setting: str, tmp_path: Path) -> None:
-    wanted = {"setting": [setting], "attacker": ["slow_square"], "defender": ["sliding_detection"]}
-    outcome = run_benchmark(select(BENCHMARK, wanted, quick=True), Store(tmp_path), workers=1, quick=True)
+    wanted = Choice([setting], ["slow_square"], ["sliding_detection"], quick=True)
+    outcome = run_benchmark(*select([BENCHMARK], wanted), Store(tmp_path), workers=1, quick=True)
     ((entry,),) = entries(outcome, outcome.benchmark.settings[0])
     assert entry.value == entry.means["damage"] > 0
     assert entry.crash

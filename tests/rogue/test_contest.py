@@ -28,7 +28,7 @@ def payoff(attacker: str, defender: str, first: int = SEEDS[0], count: int = len
 
 
 def score(
-    defender: str, attackers: tuple[str, ...] = tuple(entrant.reference for entrant in ATTACKERS), **seeds: Any
+    defender: str, attackers: tuple[str, ...] = tuple(contestant.reference for contestant in ATTACKERS), **seeds: Any
 ) -> Array:
     return np.mean([payoff(attacker, defender, **seeds) for attacker in attackers], axis=0)
 
@@ -37,7 +37,7 @@ def score(
 def test_everybody_in_the_declaration_can_be_built(role: Role) -> None:
     side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
     spec = ROGUE.game(ROGUE.config("learning", {}), 1).spec(role)
-    for reference in (*(entrant.reference for entrant in (*side.policies, *side.informed)), *side.constants):
+    for reference in (*(contestant.reference for contestant in (*side.policies, *side.informed)), *side.constants):
         resolve_policy(reference, spec)
     for search in side.searches:
         for place in (0, 1):
@@ -53,7 +53,7 @@ def test_a_constant_gives_each_class_of_places_its_law() -> None:
 
 
 def test_informed_knows_a_response_to_every_attacker_of_the_contest() -> None:
-    assert list(responses()) == [entrant.reference for entrant in ATTACKERS]
+    assert list(responses()) == [contestant.reference for contestant in ATTACKERS]
 
 
 @pytest.mark.slow
@@ -77,11 +77,13 @@ def test_something_is_left_to_infer_and_something_can_be_done() -> None:
 @pytest.mark.slow
 def test_nobody_has_won() -> None:
     """No defender is unharmed by everybody, and no attacker is as good everywhere as the best is without a defence."""
-    undisturbed = min(payoff("none", entrant.reference).mean() for entrant in CONTEST.defenders.policies)
-    unopposed = max(payoff(entrant.reference, "none").mean() for entrant in ATTACKERS)
-    for entrant in CONTEST.defenders.policies:
-        worst = max(payoff(attacker.reference, entrant.reference).mean() for attacker in ATTACKERS)
+    undisturbed = min(payoff("none", contestant.reference).mean() for contestant in CONTEST.defenders.policies)
+    unopposed = max(payoff(contestant.reference, "none").mean() for contestant in ATTACKERS)
+    for contestant in CONTEST.defenders.policies:
+        worst = max(payoff(attacker.reference, contestant.reference).mean() for attacker in ATTACKERS)
         assert worst > undisturbed + CONTEST.win_tolerance
     for attacker in ATTACKERS:
-        least = min(payoff(attacker.reference, entrant.reference).mean() for entrant in CONTEST.defenders.policies)
+        least = min(
+            payoff(attacker.reference, contestant.reference).mean() for contestant in CONTEST.defenders.policies
+        )
         assert least < unopposed - 5.0

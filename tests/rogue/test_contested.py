@@ -124,7 +124,7 @@ def test_the_informed_defender_waits_for_the_onset_and_knows_the_seat() -> None:
 def test_the_informed_defender_recognises_its_attackers_and_no_others() -> None:
     informed = Informed(spec_of("defender"))
     references = list(responses())
-    assert references == [entrant.reference for entrant in ATTACKERS]
+    assert references == [contestant.reference for contestant in ATTACKERS]
     spec = spec_of("attacker")
     for place, reference in enumerate(references):
         opponent = None if reference == "none" else resolve_policy(reference, spec)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_agents.benchmark.cell import Result
-from cps_agents.benchmark.runner import Outcome
+from cps_agents.benchmark.suite import Outcome
+from cps_baselines.arena import Contestant
 from cps_baselines.paper.agreement import verdict
-from cps_baselines.schedule import Entrant, PaperCell, Setting
+from cps_baselines.schedule import PaperCell, Setting
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def _grid(outcome: Outcome, name: str, settings: list[Setting]) -> Grid:
     )
 
 
-def _column(setting: Setting, defender: Entrant) -> str:
+def _column(setting: Setting, defender: Contestant) -> str:
     if setting.table is None:
         return defender.name
     return setting.title if len(setting.defenders) == 1 else f"{setting.title} {defender.name}"
@@ -111,9 +111,9 @@ def entries(outcome: Outcome, setting: Setting) -> Iterator[list[Entry]]:
         yield [_entry(outcome, setting, attacker, defender) for defender in setting.defenders]
 
 
-def _entry(outcome: Outcome, setting: Setting, attacker: Entrant, defender: Entrant) -> Entry:
+def _entry(outcome: Outcome, setting: Setting, attacker: Contestant, defender: Contestant) -> Entry:
     meeting = (setting.name, attacker.name, defender.name)
-    result = outcome.cells[meeting]
+    result = outcome.result(meeting)
     means = {name: float(np.mean(values)) for name, values in result["metrics"].items()}
     metric = attacker.metric or setting.metric
     share = means[metric] / ((means[setting.reference] if setting.reference else 0.0) or np.nan)
@@ -135,11 +135,6 @@ def _entry(outcome: Outcome, setting: Setting, attacker: Entrant, defender: Entr
     )
 
 
-def prepared(outcome: Outcome, setting: Setting) -> dict[str, Result]:
-    """What the entrants of a setting found out in advance, by name."""
-    return {name: found for (where, name), found in outcome.preparations.items() if where == setting.name}
-
-
 def notes(outcome: Outcome, setting: Setting) -> list[str]:
-    """The same as lines for the reader."""
-    return [f"{name}: {found['note']}" for name, found in prepared(outcome, setting).items()]
+    """What the contestants of a setting found out in advance, as lines for the reader."""
+    return [f"{name}: {found['note']}" for name, found in outcome.preparations(setting.name).items()]

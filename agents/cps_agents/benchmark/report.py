@@ -1,16 +1,19 @@
-"""A benchmark as tables on the terminal and as files: JSON, CSV, Markdown."""
+"""A benchmark as tables on the terminal and as files: JSON, CSV, Markdown, heat maps."""
 
 from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from cps_agents.benchmark.matrix import Entry, Grid, entries, every_entry, grids, prepared
-from cps_agents.benchmark.runner import Outcome
+import numpy as np
+
+from cps_agents.benchmark.matrix import Entry, Grid, entries, every_entry, grids
+from cps_agents.benchmark.suite import Outcome
 from cps_agents.console import make_table
+from cps_agents.heatmap import draw_matrix
 from cps_envs import find_problem
 
 if TYPE_CHECKING:
@@ -74,8 +77,8 @@ def _problem(outcome: Outcome) -> dict[str, Any]:
         {
             "name": setting.name,
             "title": setting.title,
-            "config": asdict(problem.config(setting.preset, setting.overrides)),
-            "preparations": prepared(outcome, setting),
+            "config": asdict(setting.venue.config),
+            "preparations": outcome.preparations(setting.name),
             "cells": [_cell(outcome, entry) for row in entries(outcome, setting) for entry in row],
         }
         for setting in benchmark.settings
@@ -84,7 +87,7 @@ def _problem(outcome: Outcome) -> dict[str, Any]:
 
 
 def _cell(outcome: Outcome, entry: Entry) -> dict[str, Any]:
-    metrics = outcome.cells[entry.setting, entry.attacker, entry.defender]["metrics"]
+    metrics = outcome.result((entry.setting, entry.attacker, entry.defender))["metrics"]
     extra = {"difference": entry.difference, "verdict": entry.verdict, "crash_agrees": entry.crash_agrees}
     return {key: value for key, value in asdict(entry).items() if key != "means"} | extra | {"metrics": metrics}
 
@@ -105,3 +108,26 @@ def rows_as_csv(outcomes: Sequence[Outcome]) -> str:
         numbers += [entry.verdict, printed.crash if printed else ""]
         writer.writerow([*numbers, *(entry.means.get(name, "") for name in metrics)])
     return text.getvalue()
+
+
+def heat_maps(outcome: Outcome) -> Iterator[tuple[str, Any]]:
+    """A matplotlib figure for each table, by its name: the darker, the more damage; the same colours in all of them."""
+    top = max((entry.value for entry in every_entry(outcome)), default=1.0)
+    for grid in grids(outcome):
+        rows = [row for _, row in grid.rows]
+        yield (
+            f"{find_problem(outcome.benchmark.problem).name}-{grid.name}",
+            draw_matrix(
+                np.array([[entry.value for entry in row] for row in rows]),
+                [[_in_heat_map(entry) for entry in row] for row in rows],
+                [heading for heading, _ in grid.rows],
+                grid.columns,
+                title=f"{grid.title}\n{grid.legend}",
+                axis=grid.axis,
+                limits=(0.0, max(top, 1e-9)),
+            ),
+        )
+
+
+def _in_heat_map(entry: Entry) -> str:
+    return entry.text + (f"\npaper {entry.paper.value:.2f}" if entry.paper else "")

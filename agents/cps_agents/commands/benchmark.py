@@ -1,103 +1,197 @@
-"""`cps-envs benchmark`: every analytic attacker against every defender, beside the paper's numbers."""
+"""`cps-envs benchmark`: the declared meetings of problems, judged against the paper or against the other policies."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import err, out, print_json
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
+from cps_agents.console import err, make_table, out, print_json
+from cps_agents.errors import CommandError
 
 if TYPE_CHECKING:
-    from cps_agents.benchmark.runner import Outcome
+    from cps_agents.arena.store import Store
+    from cps_agents.benchmark.suite import Choice, Outcome
+    from cps_agents.results.block import Block
 
 Names = list[str] | None
 
 
-def benchmark(
-    folder: Annotated[Path, typer.Option("--out", help="Where files go; finished work in cells/.")] = Path("results"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Few episodes and a short search: a look, no result.")] = False,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
-    problem: Annotated[Names, typer.Option(help="Only this problem; may be repeated.")] = None,
-    setting: Annotated[Names, typer.Option(help="Only this setting; may be repeated.")] = None,
-    attacker: Annotated[Names, typer.Option(help="Only this attacker; may be repeated.")] = None,
-    defender: Annotated[Names, typer.Option(help="Only this defender; may be repeated.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
-) -> None:
-    """Play every analytic attacker against every defender of every problem.
+class Suite(str, Enum):
+    """What is played and how it is judged."""
 
-    Each finished cell is kept at once: an interrupted run goes on where it stopped. Cells are computed again when the
-    code, a version or the configuration has changed.
+    PAPER = "paper"
+    LEARNED = "learned"
+
+
+def benchmark(
+    problem: Annotated[Names, typer.Argument(help="Such as hvac; all four if left out.")] = None,
+    suite: Annotated[Suite, typer.Option(help="Beside the paper's numbers, or learned policies.")] = Suite.PAPER,
+    table: Annotated[Names, typer.Option(help="Only this one, see --list; may be repeated.")] = None,
+    attacker: Annotated[Names, typer.Option(help="Only this one (suite paper); may be repeated.")] = None,
+    defender: Annotated[Names, typer.Option(help="Only this one (suite paper); may be repeated.")] = None,
+    policy: Annotated[Names, typer.Option(help="Examine zoo:FOLDER too (suite learned); may be repeated.")] = None,
+    full: Annotated[bool, typer.Option("--full", help="Every table of suite paper, not only the main ones.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Few episodes and short searches: a look, no result.")] = False,
+    publish: Annotated[bool, typer.Option("--publish", help="Renew docs/results.md and more (suite learned).")] = False,
+    show: Annotated[bool, typer.Option("--list", help="Print the tables and stop.")] = False,
+    folder: Annotated[Path, typer.Option("--out", help="Where files go.")] = Path("results"),
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
+    fresh: Fresh = False,
+    as_json: AsJson = False,
+) -> None:
+    """Play the declared attackers against the declared defenders and judge them.
+
+    Suite `paper`: every analytic attacker against every defender, beside
+    the paper's numbers. Suite `learned`: trained policies against what they
+    have to reach. A problem of your own is played in each of its presets by
+    all policies that can play it.
+
+    Press Ctrl-C at any time: finished meetings are kept, and the same command
+    continues. They are played again when code, version or network changes.
     """
+    from cps_agents.arena.store import Store
+    from cps_agents.benchmark.suite import Choice, find_benchmark
+    from cps_agents.locking import alone_in
+    from cps_agents.machine import available_cores
+    from cps_agents.results.examination import find_blocks
+    from cps_envs import PROBLEMS, find_problem
+
+    if publish and (quick or suite is not Suite.LEARNED):
+        raise CommandError("--publish takes --suite learned at full length: leave out --quick")
+    names = list(problem or PROBLEMS)
+    for name in names:
+        find_problem(name)
+    store, workers = Store(meetings, fresh=fresh), jobs or available_cores()
+    if suite is Suite.LEARNED:
+        blocks = find_blocks(names, table or [], policy or [])
+        if show:
+            _list_blocks(blocks)
+            return
+        with alone_in(folder):
+            _examine(blocks, store, folder, workers, quick, publish, as_json)
+    else:
+        choice = Choice(table or [], attacker or [], defender or [], quick, full)
+        if show:
+            _list_settings(names)
+            return
+        with alone_in(folder):
+            _play([find_benchmark(name) for name in names], choice, store, folder, workers, as_json)
+    if quick:
+        err().print("--quick: few episodes and short searches; these are no results.")
+
+
+def _list_settings(names: Sequence[str]) -> None:
+    from cps_agents.benchmark.suite import find_benchmark
+
+    rows = [
+        (name, setting.name, setting.title, "--full" if setting.only_full else "")
+        for name in names
+        for setting in find_benchmark(name).settings
+    ]
+    out().print(make_table("Tables", ("problem", "table", "title", "only with"), rows, left=4))
+
+
+def _list_blocks(blocks: Sequence[Block]) -> None:
+    from cps_agents.results.examination import missing_of
+
+    rows = []
+    for each in blocks:
+        missing = dict.fromkeys(name for names in missing_of(each).values() for name in names)
+        rows.append((each.problem, each.name, each.title, "\n".join(missing)))
+    table = make_table("Tables", ("problem", "table", "title", "missing policies"), rows, left=4)
+    table.columns[1].no_wrap = True
+    out().print(table)
+
+
+def _play(benchmarks: Sequence[Any], choice: Choice, store: Store, folder: Path, workers: int, as_json: bool) -> None:
+    """Suite `paper`, with each problem's tables as soon as they are there."""
     import time
 
     from cps_agents.benchmark.report import document
-    from cps_agents.benchmark.runner import find_benchmarks, select
-    from cps_agents.locking import alone_in
-    from cps_agents.machine import available_cores, describe
-    from cps_envs import find_problem
+    from cps_agents.machine import describe
 
-    names = [find_problem(name).name for name in problem or []]
-    wanted = {"setting": setting or [], "attacker": attacker or [], "defender": defender or []}
-    chosen = [select(found, wanted, quick) for found in find_benchmarks(names)]
     started = time.monotonic()
-    with alone_in(folder):
-        outcomes = _play(chosen, folder, jobs or available_cores(), quick, fresh)
-        wall_s = time.monotonic() - started
-        found = document(outcomes, describe(), wall_s)
-        files = _write(outcomes, found, folder)
+    outcomes = []
+    for outcome in _outcomes(benchmarks, choice, store, workers):
+        outcomes.append(outcome)
+        if not as_json:
+            _show(outcome)
+    wall_s = time.monotonic() - started
+    found = document(outcomes, describe(), wall_s)
+    files = _write(outcomes, found, folder)
     if as_json:
         print_json(found)
-    else:
-        _show(outcomes)
-    if quick:
-        err().print("--quick: few episodes and a short search; these are no results.")
-    reused = sum(outcome.reused for outcome in outcomes)
-    again = f"; {reused} cells were there already, --fresh computes them again" if reused else ""
-    err().print(f"{wall_s:.0f} s{again}. Written: {', '.join(map(str, files))}", soft_wrap=True)
+    reused = sum(outcome.played.reused for outcome in outcomes)
+    left = not (choice.full or choice.tables) and any(each.only_full for found in benchmarks for each in found.settings)
+    more = "--full plays the other tables, too." if left else ""
+    conclude(files, reused, f"{wall_s:.0f} s.", more)
 
 
-def _play(chosen: Sequence[Any], folder: Path, jobs: int, quick: bool, fresh: bool) -> list[Outcome]:
-    from cps_agents.benchmark.runner import run_benchmark
-    from cps_agents.benchmark.store import Store
+def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: int) -> Iterator[Outcome]:
+    from cps_agents.benchmark.suite import compile_kernels, run_benchmark, select
     from cps_agents.progress import Progress
 
-    store = Store(folder / "cells", fresh=fresh)
-    outcomes = []
-    for benchmark in chosen:
-        with Progress(benchmark.problem, 1) as progress:
-
-            def report(done: int, total: int, label: str, progress: Progress = progress) -> None:
-                progress.total = total
-                progress.update(done, label)
-
-            outcomes.append(run_benchmark(benchmark, store, workers=jobs, quick=quick, report=report))
-    return outcomes
+    chosen = select(benchmarks, choice)
+    compile_kernels(chosen, store, workers)
+    for each in chosen:
+        with Progress(each.problem, 1) as progress:
+            yield run_benchmark(each, store, workers=workers, quick=choice.quick, report=progress.report)
 
 
 def _write(outcomes: Sequence[Outcome], found: dict[str, Any], folder: Path) -> list[Path]:
-    from cps_agents.benchmark.heatmap import draw_heat_maps
-    from cps_agents.benchmark.report import markdown, rows_as_csv
-    from cps_agents.files import write_json, write_text
+    from cps_agents.benchmark.report import heat_maps, markdown, rows_as_csv
+    from cps_agents.files import write_figure, write_json, write_text
 
     files = [folder / f"benchmark.{suffix}" for suffix in ("json", "csv", "md")]
     write_json(files[0], found)
     write_text(files[1], rows_as_csv(outcomes))
     made = f"`{found['command']}`, {found['cpu']}, {found['cores']} cores, {found['wall_s']:.0f} s"
     write_text(files[2], "\n".join(["# Benchmark", "", made, "", *map(markdown, outcomes)]))
-    return [*files, *(path for outcome in outcomes for path in draw_heat_maps(outcome, folder))]
+    for name, figure in (each for outcome in outcomes for each in heat_maps(outcome)):
+        files.append(folder / f"{name}.png")
+        write_figure(files[-1], figure)
+    return files
 
 
-def _show(outcomes: Sequence[Outcome]) -> None:
+def _show(outcome: Outcome) -> None:
     from cps_agents.benchmark.report import agreement, tables
 
     console = out()
-    for outcome in outcomes:
-        for table in tables(outcome):
-            console.print(table)
-        for note in outcome.benchmark.notes:
-            console.print(note)
-        console.print(agreement(outcome))
+    for table in tables(outcome):
+        console.print(table)
+    for note in filter(None, (*outcome.benchmark.notes, agreement(outcome))):
+        console.print(note)
+
+
+def _examine(
+    blocks: Sequence[Block], store: Store, folder: Path, workers: int, quick: bool, publish: bool, as_json: bool
+) -> None:
+    """Suite `learned`, with each problem's tables as soon as they are there."""
+    from cps_agents.machine import describe
+    from cps_agents.progress import Progress
+    from cps_agents.results.document import document
+    from cps_agents.results.examination import examine, together
+    from cps_agents.results.publication import publish as put
+    from cps_agents.results.publication import write
+    from cps_agents.results.terminal import tables
+
+    found, console = [], out()
+    for name in dict.fromkeys(block.problem for block in blocks):
+        mine = [block for block in blocks if block.problem == name]
+        with Progress(name, 1) as progress:
+            found.append(examine(mine, store, workers=workers, quick=quick, report=progress.report))
+        if not as_json:
+            for table in tables(document(mine, found[-1], describe(), quick)):
+                console.print(table)
+    findings = together(found)
+    result = document(blocks, findings, describe(), quick)
+    files = [*write(result, folder), *(put(result, Path()) if publish else [])]
+    if as_json:
+        print_json(result)
+    conclude(files, findings.reused)

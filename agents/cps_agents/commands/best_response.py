@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings
 from cps_agents.console import assignments, err, make_table, out, print_json
 from cps_agents.errors import CommandError
 
 if TYPE_CHECKING:
-    from cps_agents.evaluation.statistics import Estimate
+    from cps_agents.arena.statistics import Estimate
+    from cps_agents.arena.store import Store
     from cps_agents.league.exploitability import Contest, Judgement
     from cps_agents.league.response import Budget, Trained
     from cps_agents.learning.recipe import Recipe
@@ -40,16 +42,18 @@ def best_response(
     league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
     episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="On seeds 0, 1, ...")] = 50,
     folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("best-response"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
     device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Train a best response to a fixed opponent: how far can that one be exploited, at least?
 
     Among the training seeds validation chooses; evaluation seeds judge. No bound from above: a better response may
     exist that this training did not find.
     """
+    from cps_agents.arena.store import Store
     from cps_agents.files import write_json
     from cps_agents.league.exploitability import Contest, gain_over, league_value
     from cps_agents.league.response import Budget, differing_presets, limited, venue_of
@@ -80,7 +84,7 @@ def best_response(
     budget = Budget(seeds, jobs or available_cores(), describe()["command"], resume=resume, device=device)
     value = None if league is None else league_value(league, contest.venue)
     with alone_in(folder):
-        trained, judgement = _run(contest, trained_by, budget, folder)
+        trained, judgement = _run(contest, trained_by, budget, folder, Store(meetings))
         over_value = None if value is None else gain_over(value, judgement.response, chosen)
         content = _document(contest, trained_by, trained, judgement, over_value) | describe()
         write_json(folder / "best-response.json", content)
@@ -104,26 +108,19 @@ def _recipe(problem: str, role: Any, name: str | None, strategy: Any, given: dic
     """The recipe with what was asked for, and then with the opponent in the configuration that this gives."""
     from cps_agents.league.response import against, recipe_of
     from cps_agents.learning.recipe import changed
-    from cps_envs import find_problem
 
-    recipe = changed(recipe_of(find_problem(problem), role, name), given)
+    recipe = changed(recipe_of(problem, role, name), given)
     return against(recipe, strategy, name=f"{recipe.name}-response")
 
 
-def _run(contest: Contest, recipe: Recipe, budget: Budget, folder: Path) -> tuple[Trained, Judgement]:
-    from cps_agents.benchmark.store import Store
+def _run(contest: Contest, recipe: Recipe, budget: Budget, folder: Path, store: Store) -> tuple[Trained, Judgement]:
     from cps_agents.league.exploitability import judge
     from cps_agents.league.response import respond
     from cps_agents.progress import Progress
 
     trained = respond(recipe, folder, budget, recipe.name)
     with Progress("evaluation pairs", 1) as progress:
-
-        def report(done: int, total: int, label: str) -> None:
-            progress.total = total
-            progress.update(done, label)
-
-        judgement = judge(contest, trained, Store(folder / "cells"), budget.workers, report)
+        judgement = judge(contest, trained, store, budget.workers, progress.report)
     return trained, judgement
 
 

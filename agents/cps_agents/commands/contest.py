@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
 
 if TYPE_CHECKING:
-    from cps_agents.benchmark.store import Store
+    from cps_agents.arena.store import Store
     from cps_agents.contest.document import Document
     from cps_agents.contest.played import Effort
     from cps_baselines.contest import Contest, Variant
@@ -23,12 +24,13 @@ def contest(
     variant: Annotated[list[str] | None, typer.Option(help="Only this variant; may be repeated.")] = None,
     budget: Annotated[float, typer.Option(min=1, help="CPU seconds of search against each defender.")] = 300.0,
     episodes: Annotated[int, typer.Option(min=0, help="Of each meeting; 0: as the contest says.")] = 0,
-    folder: Annotated[Path, typer.Option("--out", help="Where files go; finished work in cells/.")] = Path("contest"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    folder: Annotated[Path, typer.Option("--out", help="Where files go.")] = Path("contest"),
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
     quick: Annotated[bool, typer.Option("--quick", help="Few episodes and short searches: a look, no result.")] = False,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
+    fresh: Fresh = False,
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/contest.md and contest.json here.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Judge whether a problem's game is a contest.
 
@@ -43,7 +45,7 @@ def contest(
     Press Ctrl-C at any time: finished work is kept, and the same command
     continues.
     """
-    from cps_agents.benchmark.store import Store
+    from cps_agents.arena.store import Store
     from cps_agents.contest.contest import choose_variants, find_contests
     from cps_agents.contest.played import Effort
     from cps_agents.contest.publication import publish as put
@@ -61,7 +63,7 @@ def contest(
     effort = Effort(4.0, 8, 1, 8, 2, 2, 16) if quick else Effort(budget, episodes)
     found = []
     with alone_in(folder):
-        store = Store(folder / "cells", fresh=fresh)
+        store = Store(meetings, fresh=fresh)
         for each, one in chosen:
             found.append(_play(each, one, effort, store, jobs))
             if not as_json:
@@ -71,7 +73,7 @@ def contest(
         print_json(found)
     if quick:
         err().print("--quick: few episodes and short searches; these are no results.")
-    err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+    conclude(files)
     broken = [each["problem"] for each in found if each["holds"] is False]
     if broken and not quick:
         err().print(f"Not a contest by every rule: {', '.join(broken)}.")
@@ -88,14 +90,8 @@ def _play(each: Contest, one: Variant, effort: Effort, store: Store, jobs: int |
 
     started = time.monotonic()
     with Progress(f"{each.problem} {one.name}", 1) as progress:
-
-        def report(done: int, total: int, label: str) -> None:
-            progress.total = total
-            progress.update(done, label)
-
-        played = play_contest(each, one, effort, store, jobs or available_cores(), report)
-    if played.reused:
-        err().print(f"{played.reused} pieces of work were there already, --fresh does them again.")
+        played = play_contest(each, one, effort, store, jobs or available_cores(), progress.report)
+    conclude([], played.reused)
     return document(played, effort, describe(), time.monotonic() - started)
 
 

@@ -13,7 +13,7 @@ import typer
 from cps_agents.console import err, make_table, out, print_json
 
 if TYPE_CHECKING:
-    from cps_agents.evaluation.statistics import Estimate
+    from cps_agents.arena.statistics import Estimate
     from cps_agents.league.double_oracle import Round, Row
     from cps_baselines.rogue.fixed_game import FixedGame
 

@@ -7,16 +7,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
 from cps_agents.commands.play import POLICY
 from cps_agents.console import assignments, err, make_table, out, print_json
 from cps_agents.errors import CommandError, built_by_user
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from cps_agents.arena.statistics import Estimate
+    from cps_agents.arena.store import Store
     from cps_agents.evaluation.comparison import Comparison, Standing
-    from cps_agents.evaluation.statistics import Estimate
+    from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
 
 EVALUATED = "A name from `cps-envs list`, zoo:NAME for all its training seeds, zoo:NAME?seed=3; may be repeated."
+BASELINE = "To compare with, pairwise; `all` of the role that can play; may be repeated."
 METRIC = "What is measured; `return` is what the attacker is paid."
 MARK = "*"  # of a baseline that the intervals say less about
 MOST = 1_000_000  # evaluation seeds
@@ -27,7 +33,7 @@ def evaluate(
     role: Annotated[str, typer.Argument(help="attacker or defender: who is evaluated.")],
     policy: Annotated[list[str], typer.Option(help=EVALUATED)],
     opponent: Annotated[list[str] | None, typer.Option(help=f"{POLICY} May be repeated.")] = None,
-    baseline: Annotated[list[str] | None, typer.Option(help="To compare with, pairwise; may be repeated.")] = None,
+    baseline: Annotated[list[str] | None, typer.Option(help=BASELINE)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
     overrides: Annotated[
         list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
@@ -38,8 +44,10 @@ def evaluate(
     certified: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Share of the certified optimum: FILE of `oracle --episodes`.")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
+    fresh: Fresh = False,
+    as_json: AsJson = False,
 ) -> None:
     """Evaluate policies on seeds that training never used.
 
@@ -47,9 +55,11 @@ def evaluate(
     are paired, episode by episode, and count the training seeds of both. Trained policies get the observation and
     action form they were trained with.
     """
-    from cps_agents.evaluation.arena import Arena
+    from cps_agents.arena.challenge import Challenge
+    from cps_agents.arena.store import Store
     from cps_agents.evaluation.comparison import Comparison
     from cps_agents.machine import available_cores, describe
+    from cps_baselines.arena import Venue
     from cps_envs import find_problem
     from cps_envs.core.types import ROLES, other
 
@@ -60,18 +70,27 @@ def evaluate(
     values = assignments(overrides or [])
     found.config(preset, values)
     opponents = opponent or [found.opponents[preset][other(known)]]
-    arenas = [Arena(problem, known, name, preset, values, episodes) for name in dict.fromkeys(opponents)]
-    comparison = Comparison(arenas, policy, baseline or [], metric, per)
+    venue = Venue(problem, preset, values)
+    challenges = [Challenge(venue, known, name, episodes) for name in dict.fromkeys(opponents)]
+    comparison = Comparison(challenges, policy, _baselines(venue, known, baseline or []), metric, per)
     if certified is not None:
         comparison = _with_certificates(comparison, certified)
-    standings = _compare(comparison, jobs or available_cores())
+    standings = _compare(comparison, Store(meetings, fresh=fresh), jobs or available_cores())
     if as_json:
         heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values), "episodes": episodes}
         measured = {"metric": metric, "per": comparison.per}
         print_json({**describe(), **heading, **measured, "standings": [each.to_json() for each in standings]})
         return
-    for arena in arenas:
-        _print(comparison, known, [each for each in standings if each.opponent == arena.opponent])
+    for challenge in challenges:
+        _print(comparison, known, [each for each in standings if each.opponent == challenge.opponent])
+
+
+def _baselines(venue: Venue, role: Role, names: Sequence[str]) -> list[str]:
+    """The names, with `all` in full."""
+    from cps_agents.arena.admission import ALL, able, usual
+
+    every = [each.reference for each in able(venue, role, usual(venue, role))] if ALL in names else []
+    return list(dict.fromkeys(each for name in names for each in (every if name == ALL else [name])))
 
 
 def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
@@ -84,24 +103,26 @@ def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
 
     from cps_agents.evaluation.certified import certified_metrics
 
-    arena = comparison.arenas[0]
-    if (arena.problem, arena.role, *(each.opponent for each in comparison.arenas)) != ("fdi", "attacker", "none"):
+    first = comparison.challenges[0]
+    opponents = (each.opponent for each in comparison.challenges)
+    if (first.venue.problem, first.role, *opponents) != ("fdi", "attacker", "none"):
         raise CommandError("--certified is about attackers of fdi without a defender: name the opponent none")
-    known = certified_metrics(path, arena.config, arena.episodes)
+    known = certified_metrics(path, first.config, first.episodes)
     found, proved = ((known[name] > 0).sum() for name in ("oracle_value_mps", "optimum_proved"))
-    err().print(f"{arena.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
+    err().print(f"{first.episodes} episodes, {found} with a known attack, of which {proved} are proved to be optimal.")
     return replace(comparison, per=comparison.per or "oracle_bound_mps", known=known)
 
 
-def _compare(comparison: Comparison, workers: int) -> list[Standing]:
+def _compare(comparison: Comparison, store: Store, workers: int) -> list[Standing]:
     from cps_agents.evaluation.comparison import compare
     from cps_agents.progress import Progress
 
     with built_by_user():
-        total = sum(map(len, comparison.jobs().values()))
         _check(comparison)
-        with Progress("policies against opponents", total) as progress:
-            return compare(comparison, min(workers, total), progress.update)
+        with Progress("policies against opponents", 1) as progress:
+            standings, reused = compare(comparison, store, workers, progress.report)
+    conclude([], reused)
+    return standings
 
 
 def _check(comparison: Comparison) -> None:
@@ -109,11 +130,11 @@ def _check(comparison: Comparison) -> None:
     from cps_envs import find_problem
     from cps_envs.core.errors import near
 
-    arena = comparison.arenas[0]
-    metrics = ["return", *find_problem(arena.problem).game(arena.config, 1).metrics()]
+    first = comparison.challenges[0]
+    metrics = ["return", *find_problem(first.venue.problem).game(first.config, 1).metrics()]
     for name in (comparison.metric, *([comparison.per] if comparison.per else [])):
         if name not in metrics:
-            raise CommandError(f"{arena.problem} has no metric {name!r}. {near(name, metrics)}")
+            raise CommandError(f"{first.venue.problem} has no metric {name!r}. {near(name, metrics)}")
 
 
 def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> None:

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import assignments, err, out, print_json
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
+from cps_agents.console import assignments, out, print_json
 
 if TYPE_CHECKING:
+    from cps_agents.arena.store import Store
     from cps_agents.league.league import League, Plan
 
 NAMES = (
@@ -31,10 +33,11 @@ def league(
     ] = None,
     episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...")] = 50,
     metric: Annotated[str, typer.Option(help="What is paid; `return` is the attacker's payoff.")] = "return",
-    folder: Annotated[Path, typer.Option("--out", help="Where files go; finished work in cells/.")] = Path("league"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    folder: Annotated[Path, typer.Option("--out", help="Where files go.")] = Path("league"),
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
+    fresh: Fresh = False,
+    as_json: AsJson = False,
 ) -> None:
     """Play every attacker against every defender and solve the zero-sum game of the means.
 
@@ -46,51 +49,46 @@ def league(
     """
     import time
 
+    from cps_agents.arena.store import Store
     from cps_agents.league.league import Plan
-    from cps_agents.league.players import Venue
     from cps_agents.league.report import document
     from cps_agents.locking import alone_in
     from cps_agents.machine import available_cores, describe
+    from cps_baselines.arena import Venue
     from cps_envs import find_problem
     from cps_envs.core.errors import require
 
     require("scipy", extra="baselines", purpose="a league")
     require("matplotlib", extra="baselines", purpose="a league's heat map")
-    venue = Venue(find_problem(problem).name, preset, assignments(overrides or []))
+    find_problem(problem)
+    venue = Venue(problem, preset, assignments(overrides or []))
     plan = Plan(venue, {"attacker": attackers or [], "defender": defenders or []}, episodes, metric, oracles)
     started = time.monotonic()
     with alone_in(folder):
-        found = _play(plan, folder, jobs or available_cores(), fresh)
+        found = _play(plan, Store(meetings, fresh=fresh), jobs or available_cores())
         wall_s = time.monotonic() - started
         files = _write(found, document(found, describe(), wall_s), folder)
     if as_json:
         print_json(document(found, describe(), wall_s))
     else:
         _show(found)
-    reused = found.payoffs.reused
-    again = f"; {reused} pairs had been played before, --fresh plays them again" if reused else ""
-    err().print(f"{wall_s:.0f} s{again}. Written: {', '.join(map(str, files))}", soft_wrap=True)
+    conclude(files, found.payoffs.reused, f"{wall_s:.0f} s.")
 
 
-def _play(plan: Plan, folder: Path, jobs: int, fresh: bool) -> League:
-    from cps_agents.benchmark.store import Store
+def _play(plan: Plan, store: Store, jobs: int) -> League:
     from cps_agents.league.league import play_league
     from cps_agents.progress import Progress
 
     with Progress(f"{plan.venue.problem} pairs", 1) as progress:
-
-        def report(done: int, total: int, label: str) -> None:
-            progress.total = total
-            progress.update(done, label)
-
-        return play_league(plan, Store(folder / "cells", fresh=fresh), jobs, report)
+        return play_league(plan, store, jobs, progress.report)
 
 
 def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
     from cps_agents.files import write_figure, write_json, write_text
     from cps_agents.league.report import draw, rows_as_csv
+    from cps_envs import find_problem
 
-    files = [folder / f"{found.plan.venue.problem}.{suffix}" for suffix in ("json", "csv", "png")]
+    files = [folder / f"{find_problem(found.plan.venue.problem).name}.{suffix}" for suffix in ("json", "csv", "png")]
     write_json(files[0], content)
     write_text(files[1], rows_as_csv(found))
     write_figure(files[2], draw(found))
@@ -99,6 +97,7 @@ def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
 
 def _show(found: League) -> None:
     from cps_agents.league.report import tables, verdict
+    from cps_envs.core.types import ROLES
 
     console = out()
     for table in tables(found):
@@ -106,6 +105,7 @@ def _show(found: League) -> None:
     console.print(verdict(found), markup=False)
     for missing in found.left_out:
         console.print(f"Left out: {missing.role} {missing.reference}: {missing.reason}", markup=False)
-    for player in (*found.attackers, *found.defenders):
-        if player.form:
-            console.print(f"{player.role} {player.name} plays in its own form: {dict(player.form)}", markup=False)
+    for role in ROLES:
+        for each in found.players(role):
+            if each.overrides:
+                console.print(f"{role} {each.name} plays in its own form: {dict(each.overrides)}", markup=False)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from cps_agents.console import assignments
-
-if TYPE_CHECKING:
-    from cps_envs.core.types import Role
 
 POLICY = "A name from `cps-envs list`, name?option=value, or with --trust module:attribute; the preset's if left out."
 RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png (one picture)."
@@ -35,16 +32,15 @@ def play(
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
 ) -> None:
     """Play episodes of one attacker against one defender: print their metrics, or film them."""
-    from cps_agents.episodes import show_episodes
+    from cps_agents.arena.meeting import Meeting
+    from cps_agents.episodes import show_meeting
     from cps_agents.film import Film
+    from cps_baselines.arena import Venue
     from cps_envs import find_problem
 
-    found = find_problem(problem)
-    config = found.config(preset, assignments(overrides or []))
-    film = Film(render, fps, speed, at) if render is not None else None
+    found, values = find_problem(problem), assignments(overrides or [])
+    found.config(preset, values)  # which refuses unknown ones
     usual = found.opponents[preset]
-    players: dict[Role, str] = {
-        "attacker": attacker or usual["attacker"],
-        "defender": defender or usual["defender"],
-    }
-    show_episodes(found, preset, config, players, range(seed, seed + episodes), film=film, as_json=as_json)
+    pair = (attacker or usual["attacker"], defender or usual["defender"])
+    film = Film(render, fps, speed, at) if render is not None else None
+    show_meeting(Meeting(Venue(problem, preset, values), *pair, episodes, seed), film, as_json)

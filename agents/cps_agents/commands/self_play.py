@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cps_agents.commands.league import NAMES
+from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings
 from cps_agents.console import assignments, err, out, print_json
 
 if TYPE_CHECKING:
+    from cps_agents.arena.store import Store
     from cps_agents.league.bounds import Outcome
-    from cps_agents.league.players import Venue
     from cps_agents.league.response import Budget
     from cps_agents.league.self_play import Game, Iteration, Pool
     from cps_agents.learning.recipe import Recipe
+    from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
 
 RECIPE = "See `cps-envs train --list`; the role's own if left out."
@@ -39,21 +41,22 @@ def self_play(
     seeds: Annotated[int, typer.Option(min=1, help="Training seeds of each response.")] = 1,
     episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Of each pair.")] = 50,
     folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("self-play"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with what is there.")] = False,
     device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Let both roles train best responses to each other, in turn, from the equilibrium of all policies so far.
 
     Starts from the analytic policies and the shipped ones. Every finished pair, run and iteration is kept at once:
     --resume goes on after an interruption at any point.
     """
+    from cps_agents.arena.store import Store
     from cps_agents.league.response import Budget, limited
     from cps_agents.league.self_play import claim
     from cps_agents.locking import alone_in
     from cps_agents.machine import available_cores, describe
-    from cps_envs import find_problem
     from cps_envs.core.errors import require
 
     for package in ("stable_baselines3", "sb3_contrib"):
@@ -62,14 +65,15 @@ def self_play(
     names: dict[Role, str | None] = {"attacker": attacker_recipe, "defender": defender_recipe}
     values = assignments(overrides or [])
     given: dict[str, Any] = {**assignments(knobs or [], "--knob", "learning_rate=0.001")}
-    venue, recipes = _settings(find_problem(problem).name, names, preset, values, given)
+    venue, recipes = _settings(problem, names, preset, values, given)
     recipes = {role: limited(recipe, steps) for role, recipe in recipes.items()}
     budget = Budget(seeds, jobs or available_cores(), describe()["command"], device=device)
     chosen: dict[Role, list[str]] = {"attacker": attackers or ["all"], "defender": defenders or ["all"]}
+    store = Store(meetings)
     with alone_in(folder):
-        game = _game(venue, chosen, recipes, episodes, budget, folder)
+        game = _game(venue, chosen, recipes, episodes, budget, store)
         claim(folder, game, resume)
-        outcome = _play(game, folder, iterations, budget)
+        outcome = _play(game, folder, store, iterations, budget)
     if as_json:
         print_json(_document(outcome))
     else:
@@ -82,12 +86,11 @@ def _settings(
     problem: str, names: dict[Role, str | None], preset: str | None, values: Any, given: dict[str, Any]
 ) -> tuple[Venue, dict[Role, Recipe]]:
     """One configuration for both recipes: what they need together, and what is asked for."""
-    from cps_agents.league.players import Venue
     from cps_agents.league.response import merged, recipe_of
     from cps_agents.learning.recipe import changed
-    from cps_envs import find_problem
+    from cps_baselines.arena import Venue
 
-    recipes = {role: recipe_of(find_problem(problem), role, name) for role, name in names.items()}
+    recipes = {role: recipe_of(problem, role, name) for role, name in names.items()}
     needed = [{key: each for key, each in recipe.overrides.items() if key not in values} for recipe in recipes.values()]
     presets = [{"preset": recipe.preset} for recipe in recipes.values()] if preset is None else [{"preset": preset}]
     venue = Venue(problem, merged(presets, "a recipe")["preset"], {**merged(needed, "a recipe"), **values})
@@ -101,17 +104,16 @@ def _game(
     recipes: dict[Role, Recipe],
     episodes: int,
     budget: Budget,
-    folder: Path,
+    store: Store,
 ) -> Game:
     """With those of the policies asked for that can play."""
-    from cps_agents.benchmark.store import Store
     from cps_agents.league.league import Plan, check_anybody, line_up
     from cps_agents.league.self_play import Game
     from cps_baselines.workers import Workers
     from cps_envs.core.types import ROLES
 
     with Workers(budget.workers) as pool:
-        players, left_out = line_up(Plan(venue, references, episodes), Store(folder / "cells"), pool)
+        players, left_out = line_up(Plan(venue, references, episodes), store, pool)
     for missing in left_out:
         err().print(f"Left out: {missing.role} {missing.reference}: {missing.reason}", markup=False, soft_wrap=True)
     for role in ROLES:
@@ -120,7 +122,7 @@ def _game(
     return Game(venue, start, recipes, episodes, budget.seeds)
 
 
-def _play(game: Game, folder: Path, iterations: int, budget: Budget) -> Outcome:
+def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budget) -> Outcome:
     """Iterate; after each iteration the results are judged and written."""
     from cps_agents.files import write_figure, write_json
     from cps_agents.league.bounds import judge
@@ -130,11 +132,11 @@ def _play(game: Game, folder: Path, iterations: int, budget: Budget) -> Outcome:
     outcomes = []
 
     def report(pool: Pool, done: list[Iteration]) -> None:
-        outcomes.append(judge(game, pool, done, folder, budget.workers))
+        outcomes.append(judge(game, pool, done, store, budget.workers))
         write_json(folder / "self-play.json", _document(outcomes[-1]))
         write_figure(folder / "self-play.png", draw(outcomes[-1]))
 
-    iterate(game, folder, iterations, budget, report)
+    iterate(game, folder, store, iterations, budget, report)
     return outcomes[-1]
 
 

@@ -11,7 +11,7 @@ from cps_agents.console import assignments
 from cps_agents.errors import CommandError
 
 if TYPE_CHECKING:
-    from cps_envs.core.types import Role
+    pass
 
 DEFENDER = (
     "Any defender of the disbanding problem: a name from `cps-envs list`, name?option=value; also module:attribute."
@@ -40,19 +40,19 @@ def drive_robots(
     A defender sees the robots as vehicles on a road ten times as large. Collision avoidance acts on all of them, as in
     the disbanding problem; only the mitigation of the paper (--period) replaces it once a platoon has disbanded.
     """
-    from cps_agents.episodes import show_episodes
+    from cps_agents.arena.meeting import Meeting
+    from cps_agents.episodes import show_meeting
     from cps_agents.film import Film
+    from cps_baselines.arena import Venue
     from cps_baselines.testbed.mitigation import mitigation
     from cps_envs.testbed.problem import TESTBED
 
     if period is not None and defender is not None:
         raise CommandError("--period is the paper's mitigation and --defender another one: give one of them")
     preset = "paper" if period is None else "mitigated"
-    config = TESTBED.config(preset, assignments(overrides or []))
+    venue = Venue("cps_envs.testbed.problem:TESTBED", preset, assignments(overrides or []))
     film = Film(render, fps, speed, at) if render is not None else None
     usual = TESTBED.opponents[preset]
-    players: dict[Role, str] = {
-        "attacker": attacker or usual["attacker"],
-        "defender": mitigation(period, config) if period is not None else defender or usual["defender"],
-    }
-    show_episodes(TESTBED, preset, config, players, range(seed, seed + episodes), film=film, as_json=as_json)
+    against = mitigation(period, venue.config) if period is not None else defender or usual["defender"]
+    meeting = Meeting(venue, attacker or usual["attacker"], against, episodes, seed)
+    show_meeting(meeting, film, as_json)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import product
@@ -11,22 +10,21 @@ from typing import TypeAlias
 
 import numpy as np
 
-from cps_agents.benchmark.cell import Cell, Job, Result, make_cell
-from cps_agents.benchmark.runner import finish_all
-from cps_agents.benchmark.store import Store
-from cps_agents.contest.jobs import Ground, Response, Screening
+from cps_agents.arena.meeting import Job, Result
+from cps_agents.arena.play import Pairing, Report, finish_all, play, silent
+from cps_agents.arena.sources import sources_of
+from cps_agents.arena.store import Store
+from cps_agents.contest.jobs import Response, Screening
 from cps_agents.contest.played import Effort, Pair, Played
 from cps_agents.errors import CommandError
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION
-from cps_agents.zoo.references import weights_of
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.contest import Contest, Variant
-from cps_baselines.schedule import Entrant, Setting
 from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import near
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
-Report = Callable[[int, int, str], None]  # pieces of work done, pieces in all, the last one
 Metrics: TypeAlias = dict[Pair, Mapping[str, FloatArray]]
 CHUNK = 16  # constants that are screened in one piece of work
 FINAL_SEED = VALIDATION.start + 500_000
@@ -68,7 +66,7 @@ def play_contest(
     effort: Effort,
     store: Store,
     workers: int,
-    report: Report = lambda done, total, label: None,
+    report: Report = silent,
 ) -> Played:
     """Play everything that `store` does not have yet, keeping each result as soon as it is there.
 
@@ -93,7 +91,7 @@ class _Run:
     def __init__(self, played: Played, store: Store, pool: Workers, report: Report) -> None:
         self.played, self._store, self._pool, self._report = played, store, pool, report
         variant = played.variant
-        self._ground = Ground(played.contest.problem, variant.name, variant.preset, dict(variant.overrides))
+        self._venue = Venue(played.contest.problem, variant.preset, variant.overrides)
 
     def prepare(self, effort: Effort) -> None:
         """Screen the constants and search the responses."""
@@ -110,7 +108,7 @@ class _Run:
         for role in ROLES:
             order = sorted(played.side(role).constants, key=lambda policy: -scores[role][policy])
             played.constants[role] = [
-                Entrant(f"constant {place}", policy) for place, policy in enumerate(order[: effort.finalists], 1)
+                Contestant(f"constant {place}", policy) for place, policy in enumerate(order[: effort.finalists], 1)
             ]
         for job in responses:
             assert isinstance(job, Response)
@@ -119,17 +117,17 @@ class _Run:
     def _file(self, job: Response, result: Result) -> None:
         played = self.played
         for each in result["found"]:
-            entrant = Entrant(f"{each['search']} against {job.name}", each["policy"])
-            (played.found if job.role == "attacker" else played.searched).append(entrant)
+            contestant = Contestant(f"{each['search']} against {job.name}", each["policy"])
+            (played.found if job.role == "attacker" else played.searched).append(contestant)
             played.searches.append({"role": job.role, "against": job.name, **each, "cpu_s": result["cpu_s"]})
 
     def _screenings(self, role: Role, effort: Effort) -> Iterator[Screening]:
-        rivals = tuple(entrant.reference for entrant in self.played.side(other(role)).policies)
+        rivals = tuple(contestant.reference for contestant in self.played.side(other(role)).policies)
         policies = self.played.side(role).constants
         for first in range(0, len(policies), CHUNK):
             chunk = policies[first : first + CHUNK]
             yield Screening(
-                self._ground, role, chunk, rivals, effort.screening_episodes, SCREENING_SEED, _weights(rivals)
+                self._venue, role, chunk, rivals, effort.screening_episodes, SCREENING_SEED, self._sources(rivals)
             )
 
     def _responses(self, effort: Effort) -> Iterator[Response]:
@@ -141,11 +139,11 @@ class _Run:
         if defences.searches:
             yield self._response("defender", "all attackers", attacks.policies, len(self.played.responses), effort)
 
-    def _response(self, role: Role, name: str, rivals: Sequence[Entrant], place: int, effort: Effort) -> Response:
+    def _response(self, role: Role, name: str, rivals: Sequence[Contestant], place: int, effort: Effort) -> Response:
         contest = self.played.contest
         references = tuple(rival.reference for rival in rivals)
         return Response(
-            ground=self._ground,
+            venue=self._venue,
             role=role,
             name=name,
             rivals=references,
@@ -153,7 +151,7 @@ class _Run:
             budget_s=effort.budget_s,
             episodes=contest.search_episodes,
             first_seed=TRAINING_START + place * 1_000_000,
-            weights=_weights(references),
+            sources=self._sources(references),
         )
 
     def choose_responses(self, effort: Effort) -> None:
@@ -170,42 +168,33 @@ class _Run:
     def meet(
         self,
         into: dict[Pair, Mapping[str, FloatArray]],
-        pairs: Iterable[tuple[Entrant, Entrant]],
+        pairs: Iterable[tuple[Contestant, Contestant]],
         seed: int,
         count: int,
     ) -> None:
         """Let pairs of attacker and defender play `count` episodes from `seed` on."""
-        variant = self.played.variant
-        setting = Setting(
-            name=variant.name,
-            title=variant.title,
-            metric="return",
-            attackers=(),
-            defenders=(),
-            preset=variant.preset,
-            overrides=variant.overrides,
-        )
-        problem = self.played.contest.problem
-        unique = {(attacker.name, defender.name): (attacker, defender) for attacker, defender in pairs}
-        jobs = [replace(make_cell(problem, setting, *pair, count), first_seed=seed) for pair in unique.values()]
-        for job, result in self._finish(jobs):
-            assert isinstance(job, Cell)
-            metrics = {name: np.array(values, np.float64) for name, values in result["metrics"].items()}
-            into[job.attacker, job.defender] = metrics
+        pairings = {
+            (attacker.name, defender.name): Pairing(self._venue, attacker, defender, count, seed)
+            for attacker, defender in pairs
+        }
+        found = play(pairings, self._store, self._pool, report=self._report)
+        self.played.reused += found.reused
+        for pair, (result,) in found.results.items():
+            self.played.cpu_s += result["cpu_s"]
+            into[pair] = {name: np.array(values, np.float64) for name, values in result["metrics"].items()}
 
     def _finish(self, jobs: Sequence[Job]) -> Iterator[tuple[Job, Result]]:
         for done, (job, result, known) in enumerate(finish_all(jobs, self._store, self._pool), 1):
             self.played.cpu_s += result["cpu_s"]
             self.played.reused += known
-            self._report(done, len(jobs), job.label.removeprefix(f"{self.played.contest.problem} "))
+            self._report(done, len(jobs), job.label)
             yield job, result
 
+    def _sources(self, references: Sequence[str]) -> dict[str, str]:
+        return sources_of(self._venue.problem, *references)
 
-def _weights(references: Sequence[str]) -> dict[str, str]:
-    return {name: digest for reference in references for name, digest in weights_of(reference).items()}
 
-
-def _choosing_pairs(played: Played) -> Iterator[tuple[Entrant, Entrant]]:
+def _choosing_pairs(played: Played) -> Iterator[tuple[Contestant, Contestant]]:
     """The meetings that choices hang on."""
     attackers, defenders = played.contest.attackers.policies, played.contest.defenders.policies
     attacks = [*played.rated("attacker"), *played.constants["attacker"]]
@@ -215,7 +204,7 @@ def _choosing_pairs(played: Played) -> Iterator[tuple[Entrant, Entrant]]:
     yield from product(played.contest.attackers.informed, played.contest.defenders.informed)
 
 
-def _pairs(played: Played) -> Iterator[tuple[Entrant, Entrant]]:
+def _pairs(played: Played) -> Iterator[tuple[Contestant, Contestant]]:
     """The meetings that are evaluated."""
     attackers, defenders = played.contest.attackers.policies, played.contest.defenders.policies
     yield from product(played.rated("attacker"), played.rated("defender"))
@@ -227,7 +216,7 @@ def _pairs(played: Played) -> Iterator[tuple[Entrant, Entrant]]:
     yield from ((attack, by_name[name]) for name, attack in played.responses.items())
 
 
-def _leading(played: Played, defender: Entrant, count: int) -> list[Entrant]:
+def _leading(played: Played, defender: Contestant, count: int) -> list[Contestant]:
     """The attacks that do best against a defender in the validation episodes, wherever they come from."""
     attacks = [*played.rated("attacker"), *played.found]
     return sorted(attacks, key=lambda attack: -played.validation[attack.name, defender.name]["return"].mean())[:count]

@@ -8,13 +8,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.contest.played import Effort, Played
 from cps_agents.contest.rules import BEST_CONSTANT, NEUTRAL, TOLD, Finding, judge, shortfall
-from cps_agents.evaluation.statistics import Estimate, estimate
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.value import game_value
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Contest
-from cps_baselines.schedule import Entrant
 from cps_envs import find_problem
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
@@ -86,22 +86,22 @@ def _game(played: Played) -> dict[str, Any]:
     }
 
 
-def _played(entrants: Sequence[Entrant], probabilities: FloatArray) -> dict[str, float]:
-    shares = {entrant.name: float(share) for entrant, share in zip(entrants, probabilities, strict=True)}
+def _played(contestants: Sequence[Contestant], probabilities: FloatArray) -> dict[str, float]:
+    shares = {contestant.name: float(share) for contestant, share in zip(contestants, probabilities, strict=True)}
     return {name: share for name, share in shares.items() if share > LEAST_SHARE}
 
 
 def _rows(played: Played, role: Role) -> Iterator[dict[str, Any]]:
     side, constant = played.side(role), played.constant(role)
-    groups: list[tuple[str, list[Entrant]]] = [
+    groups: list[tuple[str, list[Contestant]]] = [
         ("policy", list(side.policies)),
         ("informed", list(side.informed)),
         ("constant", [constant] if constant else []),
         ("searched", played.searched if role == "defender" else []),
     ]
-    for kind, entrants in groups:
-        for entrant in entrants:
-            yield _row(played, role, entrant, kind)
+    for kind, contestants in groups:
+        for contestant in contestants:
+            yield _row(played, role, contestant, kind)
     if role == "attacker" and played.responses:
         yield {
             "name": TOLD,
@@ -111,14 +111,14 @@ def _rows(played: Played, role: Role) -> Iterator[dict[str, Any]]:
         }
 
 
-def _row(played: Played, role: Role, entrant: Entrant, kind: str) -> dict[str, Any]:
+def _row(played: Played, role: Role, contestant: Contestant, kind: str) -> dict[str, Any]:
     side, rivals = played.side(role), played.side(other(role)).policies
-    values = played.values(role, entrant)
+    values = played.values(role, contestant)
     means = {rival.name: float(row.mean()) for rival, row in zip(rivals, values, strict=True)}
     best = min(means, key=lambda name: SIGN[role] * means[name])  # for the other role
     row: dict[str, Any] = {
-        "name": BEST_CONSTANT if kind == "constant" else entrant.name,
-        "reference": entrant.reference,
+        "name": BEST_CONSTANT if kind == "constant" else contestant.name,
+        "reference": contestant.reference,
         "kind": kind,
         "score": plain(estimate([values.mean(axis=0)[None]])),  # what the attacker is paid
         "against": means,
@@ -126,18 +126,18 @@ def _row(played: Played, role: Role, entrant: Entrant, kind: str) -> dict[str, A
         "worst": {"by": best, "mean": means[best]},
     }
     if role == "defender":
-        row["columns"] = [_column(played, entrant, column) for column in played.contest.columns]
+        row["columns"] = [_column(played, contestant, column) for column in played.contest.columns]
     if kind in ("policy", "informed"):
-        row["paid"] = dict(_meetings(played, role, entrant))  # against informed references too
+        row["paid"] = dict(_meetings(played, role, contestant))  # against informed references too
     if kind in ("policy", "informed") and played.responses:
-        rival, lost = shortfall(played, role, entrant)
+        rival, lost = shortfall(played, role, contestant)
         row["shortfall"] = {"against": rival, **plain(estimate([lost[None]]))}
     if role == "defender" and side.informed:
         ideal = played.values(role, side.informed[0]).mean(axis=0)
         row["excess"] = plain(estimate([(values.mean(axis=0) - ideal)[None]]))
-    response = played.responses.get(entrant.name) if role == "defender" else None
+    response = played.responses.get(contestant.name) if role == "defender" else None
     if response is not None:
-        paid = played.meetings[response.name, entrant.name]["return"]
+        paid = played.meetings[response.name, contestant.name]["return"]
         row["response"] = {"by": response.name, "reference": response.reference, **plain(estimate([paid[None]]))}
     return row
 
@@ -147,11 +147,11 @@ def _constraint(played: Played) -> dict[str, Any] | None:
     rule = played.contest.constraint
     if rule is None:
         return None
-    entrants = [*played.rated("defender"), *played.searched]
+    contestants = [*played.rated("defender"), *played.searched]
     sides = {"harm": rule.harm.metric, "cost": rule.cost.metric}
     values = {
         each.name: {side: played.values("defender", each, metric).mean(axis=0) for side, metric in sides.items()}
-        for each in entrants
+        for each in contestants
     }
     usual = values[rule.reference]
     rows = [
@@ -165,13 +165,13 @@ def _constraint(played: Played) -> dict[str, Any] | None:
     return {**asdict(rule), "rows": rows}
 
 
-def _meetings(played: Played, role: Role, entrant: Entrant) -> Iterator[tuple[str, float]]:
+def _meetings(played: Played, role: Role, contestant: Contestant) -> Iterator[tuple[str, float]]:
     for rival in played.rated(other(role)):
-        pair = (entrant.name, rival.name) if role == "attacker" else (rival.name, entrant.name)
+        pair = (contestant.name, rival.name) if role == "attacker" else (rival.name, contestant.name)
         yield rival.name, float(played.meetings[pair]["return"].mean())
 
 
-def _column(played: Played, defender: Entrant, column: Column) -> float:
+def _column(played: Played, defender: Contestant, column: Column) -> float:
     """Over the episodes against all attackers and the response, or against one attacker."""
     attackers = played.contest.attackers.policies
     rows = dict(zip((each.name for each in attackers), played.values("defender", defender, column.metric), strict=True))

@@ -4,73 +4,59 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from cps_agents.benchmark.cell import Result, problem_of
+from cps_agents.arena.meeting import InVenue, Result
 from cps_agents.contest.search import Judge, run_search
 from cps_agents.zoo.references import form_of
+from cps_baselines.arena import Venue
 from cps_baselines.contest import Search
 from cps_envs.core.config import configure
 from cps_envs.core.documents import Entry
 from cps_envs.core.types import SIGN, FloatArray, Role, other
+from cps_envs.registration import find_problem
+
+
+def judge_in(venue: Venue, role: Role, rivals: Sequence[str]) -> Judge:
+    """Scores of a role's policies against rivals: what the role is paid, the mean over the rivals, (E,)."""
+    from cps_envs.core.play import play_episodes
+
+    problem, config = find_problem(venue.problem), venue.config
+    configs = {rival: configure(config, form_of(rival, config)) for rival in rivals}
+
+    def scores(policy: str, seeds: Sequence[int]) -> FloatArray:
+        paid = [
+            play_episodes(problem, configs[rival], {role: policy, other(role): rival}, seeds)["return"]
+            for rival in rivals
+        ]
+        found: FloatArray = SIGN[role] * np.mean(paid, axis=0)
+        return found
+
+    return scores
 
 
 @dataclass(frozen=True)
-class Ground:
-    """A configuration as plain data."""
-
-    problem: str
-    variant: str
-    preset: str
-    overrides: Mapping[str, Any]
-
-    def judge(self, role: Role, rivals: Sequence[str]) -> Judge:
-        """Scores of a role's policies against rivals: what the role is paid, the mean over the rivals, (E,)."""
-        from cps_envs.core.play import play_episodes
-
-        problem = problem_of(self.problem)
-        config = problem.config(self.preset, self.overrides)
-        configs = {rival: configure(config, form_of(rival, config)) for rival in rivals}
-
-        def scores(policy: str, seeds: Sequence[int]) -> FloatArray:
-            paid = [
-                play_episodes(problem, configs[rival], {role: policy, other(role): rival}, seeds)["return"]
-                for rival in rivals
-            ]
-            found: FloatArray = SIGN[role] * np.mean(paid, axis=0)
-            return found
-
-        return scores
-
-
-@dataclass(frozen=True)
-class Screening:
+class Screening(InVenue):
     """Some policies of a role on a few episodes against each rival."""
 
     kind: ClassVar[str] = "screening"
-    ground: Ground
     role: Role
     policies: tuple[str, ...]
     rivals: tuple[str, ...]
     episodes: int
     first_seed: int
-    weights: Mapping[str, str] = field(default_factory=dict)  # hashes of the trained policies
-
-    @property
-    def problem(self) -> str:
-        """The problem's name."""
-        return self.ground.problem
+    sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
 
     @property
     def label(self) -> str:
-        """For progress and file names."""
-        return f"{self.ground.problem} {self.ground.variant} constants of the {self.role} {self.policies[0]}"[:80]
+        """For progress."""
+        return f"constants of the {self.role} {self.policies[0]}"[:80]
 
     def run(self) -> Result:
         """`scores` of the policies."""
-        judge = self.ground.judge(self.role, self.rivals)
+        judge = judge_in(self.venue, self.role, self.rivals)
         seeds = range(self.first_seed, self.first_seed + self.episodes)
         return {"scores": [float(judge(policy, seeds).mean()) for policy in self.policies]}
 
@@ -81,11 +67,10 @@ class Screening:
 
 
 @dataclass(frozen=True)
-class Response:
+class Response(InVenue):
     """A role's searches against fixed rivals; they share the budget equally."""
 
     kind: ClassVar[str] = "response"
-    ground: Ground
     role: Role
     name: str  # whom it responds to
     rivals: tuple[str, ...]
@@ -93,21 +78,16 @@ class Response:
     budget_s: float  # CPU time
     episodes: int  # of a candidate, against each rival
     first_seed: int
-    weights: Mapping[str, str] = field(default_factory=dict)  # hashes of the trained policies
-
-    @property
-    def problem(self) -> str:
-        """The problem's name."""
-        return self.ground.problem
+    sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
 
     @property
     def label(self) -> str:
-        """For progress and file names."""
-        return f"{self.ground.problem} {self.ground.variant} {self.role} responds to {self.name}"
+        """For progress."""
+        return f"{self.role} responds to {self.name}"
 
     def run(self) -> Result:
         """`found`: what each search found."""
-        judge = self.ground.judge(self.role, self.rivals)
+        judge = judge_in(self.venue, self.role, self.rivals)
         share_s = self.budget_s / len(self.searches)
         found = [run_search(search, judge, share_s, self.episodes, self.first_seed) for search in self.searches]
         return {"found": [asdict(each) for each in found]}

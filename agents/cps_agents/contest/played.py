@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Contest, Side, Variant
-from cps_baselines.schedule import Entrant
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 Pair = tuple[str, str]  # names of attacker and defender
@@ -36,10 +36,10 @@ class Played:
     variant: Variant
     validation: dict[Pair, Mapping[str, FloatArray]] = field(default_factory=dict)
     meetings: dict[Pair, Mapping[str, FloatArray]] = field(default_factory=dict)
-    constants: dict[Role, list[Entrant]] = field(default_factory=dict)  # the finalists
-    responses: dict[str, Entrant] = field(default_factory=dict)  # to each defender: the one that validation chose
-    found: list[Entrant] = field(default_factory=list)  # every attack that was searched
-    searched: list[Entrant] = field(default_factory=list)  # defenders that were searched
+    constants: dict[Role, list[Contestant]] = field(default_factory=dict)  # the finalists
+    responses: dict[str, Contestant] = field(default_factory=dict)  # to each defender: the one that validation chose
+    found: list[Contestant] = field(default_factory=list)  # every attack that was searched
+    searched: list[Contestant] = field(default_factory=list)  # defenders that were searched
     searches: list[Mapping[str, Any]] = field(default_factory=list)  # for each: against whom, what, how much was tried
     cpu_s: float = 0.0
     reused: int = 0
@@ -48,32 +48,32 @@ class Played:
         """Those of a role."""
         return self.contest.attackers if role == "attacker" else self.contest.defenders
 
-    def rated(self, role: Role) -> list[Entrant]:
+    def rated(self, role: Role) -> list[Contestant]:
         """The registered policies and the informed references of a role."""
         return [*self.side(role).policies, *self.side(role).informed]
 
-    def constant(self, role: Role) -> Entrant | None:
+    def constant(self, role: Role) -> Contestant | None:
         """The constant action that does best in the validation episodes."""
         choices = self.constants.get(role, [])
         return max(choices, key=lambda each: self.valued(role, each), default=None)
 
-    def values(self, role: Role, entrant: Entrant, metric: str = "return") -> FloatArray:
+    def values(self, role: Role, contestant: Contestant, metric: str = "return") -> FloatArray:
         """A metric of the evaluation episodes against each policy of the other side, (rivals, E)."""
-        return _stack(self.meetings, role, entrant, self.side(other(role)).policies, metric)
+        return _stack(self.meetings, role, contestant, self.side(other(role)).policies, metric)
 
-    def scores(self, role: Role, entrant: Entrant) -> FloatArray:
+    def scores(self, role: Role, contestant: Contestant) -> FloatArray:
         """What the role is paid in the evaluation episodes, the mean over the other side's policies, (E,)."""
-        found: FloatArray = SIGN[role] * self.values(role, entrant).mean(axis=0)
+        found: FloatArray = SIGN[role] * self.values(role, contestant).mean(axis=0)
         return found
 
-    def valued(self, role: Role, entrant: Entrant) -> float:
+    def valued(self, role: Role, contestant: Contestant) -> float:
         """The mean score in the validation episodes."""
-        found = _stack(self.validation, role, entrant, self.side(other(role)).policies, "return")
+        found = _stack(self.validation, role, contestant, self.side(other(role)).policies, "return")
         return SIGN[role] * float(found.mean())
 
-    def best(self, role: Role, entrants: Sequence[Entrant]) -> Entrant:
+    def best(self, role: Role, contestants: Sequence[Contestant]) -> Contestant:
         """Whom the validation episodes favour."""
-        return max(entrants, key=lambda each: self.valued(role, each))
+        return max(contestants, key=lambda each: self.valued(role, each))
 
     def told(self) -> FloatArray:
         """What attackers are paid who are told whom they face: the response to each defender, mean over them, (E,)."""
@@ -87,12 +87,12 @@ class Played:
 def _stack(
     meetings: Mapping[Pair, Mapping[str, FloatArray]],
     role: Role,
-    entrant: Entrant,
-    rivals: Sequence[Entrant],
+    contestant: Contestant,
+    rivals: Sequence[Contestant],
     metric: str,
 ) -> FloatArray:
-    return np.array([meetings[_pair(role, entrant, rival)][metric] for rival in rivals])
+    return np.array([meetings[_pair(role, contestant, rival)][metric] for rival in rivals])
 
 
-def _pair(role: Role, mine: Entrant, rival: Entrant) -> Pair:
+def _pair(role: Role, mine: Contestant, rival: Contestant) -> Pair:
     return (mine.name, rival.name) if role == "attacker" else (rival.name, mine.name)

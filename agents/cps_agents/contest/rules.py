@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.contest.played import Played
-from cps_agents.evaluation.statistics import Estimate, estimate
-from cps_baselines.schedule import Entrant
+from cps_baselines.arena import Contestant
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 NEUTRAL = "none"
@@ -83,28 +83,28 @@ def best_possible(played: Played, role: Role) -> float:
     return float(max(paid))
 
 
-def shortfall(played: Played, role: Role, entrant: Entrant) -> tuple[str, FloatArray]:
+def shortfall(played: Played, role: Role, contestant: Contestant) -> tuple[str, FloatArray]:
     """Against whom a policy is furthest from its role's best possible value, and by how much, (E,)."""
     ideal = best_possible(played, role)
     rivals = played.rated(other(role))
     found = {}
     for rival in rivals:
-        pair = (entrant.name, rival.name) if role == "attacker" else (rival.name, entrant.name)
+        pair = (contestant.name, rival.name) if role == "attacker" else (rival.name, contestant.name)
         paid = played.meetings[pair]["return"]
         found[rival.name] = ideal - paid if role == "attacker" else paid - ideal
-    if role == "defender" and entrant.name in played.responses:
-        response = played.responses[entrant.name]
-        found[response.name] = played.meetings[response.name, entrant.name]["return"] - ideal
+    if role == "defender" and contestant.name in played.responses:
+        response = played.responses[contestant.name]
+        found[response.name] = played.meetings[response.name, contestant.name]["return"] - ideal
     worst = max(found, key=lambda name: found[name].mean())
     return worst, found[worst]
 
 
-def _nearest_to_winning(played: Played, role: Role) -> list[Entrant]:
+def _nearest_to_winning(played: Played, role: Role) -> list[Contestant]:
     policies = played.side(role).policies
     return [min(policies, key=lambda each: shortfall(played, role, each)[1].mean())]
 
 
-def _not_won(played: Played, role: Role, entrant: Entrant) -> Finding:
-    rival, lost = shortfall(played, role, entrant)
+def _not_won(played: Played, role: Role, contestant: Contestant) -> Finding:
+    rival, lost = shortfall(played, role, contestant)
     lead, margin = estimate([lost[None]]), played.contest.win_tolerance
-    return Finding(NOT_WON, role, lead.mean > margin, rival, entrant.name, lead, margin)
+    return Finding(NOT_WON, role, lead.mean > margin, rival, contestant.name, lead, margin)

@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from cps_agents.evaluation.statistics import Estimate
+from cps_agents.arena.statistics import Estimate
 
 
 class Outcome(NamedTuple):

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from cps_agents.arena.statistics import ONE_SEED, interquartile_mean
 from cps_agents.coverage.case import Case
 from cps_agents.coverage.draws import EVEN, Noise, Spread, crashes, game, heavy, normal, pair, single, skewed, strata
-from cps_agents.evaluation.statistics import ONE_SEED, interquartile_mean
 
 MEANS, MIDDLES, STRATA = "mean of a policy", "interquartile mean", "mean over settings"
 DIFFERENCES, VALUES = "paired difference, none in truth", "value of a game"

@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from cps_agents.arena.statistics import Statistic, difference, estimate, mean
 from cps_agents.coverage.case import Outcome
-from cps_agents.evaluation.statistics import Statistic, difference, estimate, mean
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.value import game_value
 from cps_envs.core.types import FloatArray

@@ -7,10 +7,10 @@ from dataclasses import asdict
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from cps_agents.arena.statistics import LEVEL
 from cps_agents.console import make_table
 from cps_agents.coverage.case import Coverage
 from cps_agents.coverage.simulation import Effort
-from cps_agents.evaluation.statistics import LEVEL
 
 if TYPE_CHECKING:
     from cps_agents.table import Table

@@ -1,21 +1,23 @@
-"""Policies beside each other in the same arena: what each reaches, and paired differences to the baselines."""
+"""Policies beside each other in the same challenges: what each reaches, and paired differences to the baselines."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import compress
 from typing import Any
 
-from cps_agents.benchmark.cell import Cell, Result
-from cps_agents.benchmark.runner import attempt
-from cps_agents.evaluation.arena import Arena, scores
-from cps_agents.evaluation.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
+from cps_agents.arena.challenge import Challenge, scores
+from cps_agents.arena.meeting import Result
+from cps_agents.arena.play import Pairing, Report, play, silent
+from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate, interquartile_mean
+from cps_agents.arena.store import Store
 from cps_agents.zoo.references import is_trained
+from cps_baselines.arena import Contestant
 from cps_baselines.workers import Workers
 from cps_envs.core.types import FloatArray, Role
 
-Report = Callable[[int, str], None]  # pieces of work done, the last one
+Place = tuple[int, str]  # number of the challenge, policy
 
 
 @dataclass(frozen=True)
@@ -55,37 +57,41 @@ class Standing:
 class Comparison:
     """What is to be compared."""
 
-    arenas: Sequence[Arena]  # one for each opponent
+    challenges: Sequence[Challenge]  # one for each opponent
     policies: Sequence[str]
     baselines: Sequence[str]
     metric: str
     per: str = ""  # a metric of the same episode that the other one is divided by
     known: Mapping[str, FloatArray] = field(default_factory=dict)  # (episodes,) what is known of them besides
 
-    def jobs(self) -> dict[tuple[int, str], list[Cell]]:
-        """The work for each arena's number and policy."""
-        names = dict.fromkeys((*self.policies, *self.baselines))
-        return {(place, name): arena.cells(name) for place, arena in enumerate(self.arenas) for name in names}
+    @property
+    def names(self) -> list[str]:
+        """Policies before baselines."""
+        return list(dict.fromkeys((*self.policies, *self.baselines)))
+
+    def pairings(self) -> dict[Place, Pairing]:
+        """Who meets whom."""
+        return {
+            (number, name): challenge.pairing(Contestant(name))
+            for number, challenge in enumerate(self.challenges)
+            for name in self.names
+        }
 
 
-def compare(comparison: Comparison, workers: int, report: Report = lambda done, label: None) -> list[Standing]:
-    """Play everything and judge it, opponent by opponent, policies before baselines."""
-    jobs = comparison.jobs()
-    cells = [cell for group in jobs.values() for cell in group]
-    finished: dict[int, Result] = {}
+def compare(comparison: Comparison, store: Store, workers: int, report: Report = silent) -> tuple[list[Standing], int]:
+    """Play what `store` does not have and judge everything, opponent by opponent; also how many meetings it had."""
     with Workers(workers) as pool:
-        for cell, result in pool.run(attempt, cells):
-            finished[id(cell)] = result
-            report(len(finished), cell.label.removeprefix(f"{cell.problem} "))
+        played = play(comparison.pairings(), store, pool, report=report)
     values = {
-        key: scores([_with_known(finished[id(cell)], comparison) for cell in group], comparison.metric, comparison.per)
-        for key, group in jobs.items()
+        place: scores([_with_known(result, comparison) for result in results], comparison.metric, comparison.per)
+        for place, results in played.results.items()
     }
-    return [
-        _standing(comparison, place, name, values)
-        for place in range(len(comparison.arenas))
-        for name in dict.fromkeys((*comparison.policies, *comparison.baselines))
+    standings = [
+        _standing(comparison, number, name, values)
+        for number in range(len(comparison.challenges))
+        for name in comparison.names
     ]
+    return standings, played.reused
 
 
 def _with_known(result: Result, comparison: Comparison) -> Result:
@@ -97,11 +103,11 @@ def _with_known(result: Result, comparison: Comparison) -> Result:
     return {**result, "metrics": {name: list(compress(values, kept)) for name, values in metrics.items()}}
 
 
-def _standing(comparison: Comparison, place: int, name: str, values: Mapping[tuple[int, str], FloatArray]) -> Standing:
+def _standing(comparison: Comparison, place: int, name: str, values: Mapping[Place, FloatArray]) -> Standing:
     mine = values[place, name]
     others = [baseline for baseline in comparison.baselines if baseline != name] if name in comparison.policies else []
     return Standing(
-        opponent=comparison.arenas[place].opponent,
+        opponent=comparison.challenges[place].opponent,
         policy=name,
         is_baseline=name not in comparison.policies,
         mean=estimate([mine]),

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from cps_agents.evaluation.statistics import Estimate, estimate
+from cps_agents.arena.statistics import Estimate, estimate
+from cps_agents.arena.store import Store
 from cps_agents.league.meetings import Payoffs
-from cps_agents.league.players import Player
 from cps_agents.league.self_play import (
     Game,
     Iteration,
@@ -22,6 +21,7 @@ from cps_agents.league.self_play import (
 )
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.value import guaranteed
+from cps_baselines.arena import Contestant
 from cps_envs.core.types import FloatArray
 
 
@@ -61,10 +61,10 @@ class Outcome:
         return sum(found.cpu_s for each in self.iterations for found in each.responses.values())
 
 
-def judge(game: Game, pool: Pool, iterations: Sequence[Iteration], folder: Path, workers: int) -> Outcome:
+def judge(game: Game, pool: Pool, iterations: Sequence[Iteration], store: Store, workers: int) -> Outcome:
     """Play what is missing in the matrices of all policies, and bound every profile by them."""
-    validation = play_validation(game, pool, folder, workers)
-    evaluation = play_evaluation(game, pool, folder, workers)
+    validation = play_validation(game, pool, store, workers)
+    evaluation = play_evaluation(game, pool, store, workers)
     final = equilibrium_profile(pool, validation.means)
     profiles = [*(iteration.profile for iteration in iterations), final]
     bounds = [bounds_of(profile, pool, validation, evaluation) for profile in profiles]
@@ -94,7 +94,7 @@ def bounds_of(profile: Profile, pool: Pool, validation: Payoffs, evaluation: Pay
     )
 
 
-def shares(strategy: Strategy, players: Sequence[Player]) -> FloatArray:
+def shares(strategy: Strategy, players: Sequence[Contestant]) -> FloatArray:
     """A strategy as probabilities of all players."""
     known = dict(zip(strategy.policies, strategy.probabilities, strict=True))
     return np.array([known.get(player.reference, 0.0) for player in players])

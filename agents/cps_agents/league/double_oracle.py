@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cps_agents.evaluation.statistics import Estimate
+from cps_agents.arena.statistics import Estimate
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.value import guaranteed
 from cps_envs.core.types import FloatArray, IntArray

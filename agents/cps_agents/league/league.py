@@ -7,15 +7,16 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeAlias
 
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.admission import ALL, Admission, Application, admit, check_known, contestants, usual
+from cps_agents.arena.play import Report, silent
+from cps_agents.arena.statistics import Estimate, estimate
+from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
-from cps_agents.evaluation.statistics import Estimate, estimate
 from cps_agents.league.equilibrium import Equilibrium, dominating, solve
-from cps_agents.league.meetings import RETURN, Payoffs, Report, has_played, play_meetings
-from cps_agents.league.players import ALL, Admission, Player, Venue, admit, check_known, make_players, usual
+from cps_agents.league.meetings import RETURN, Payoffs, has_played, play_meetings
 from cps_agents.league.value import game_value
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
-from cps_envs import find_problem
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 Dominators: TypeAlias = list[FloatArray | None]
@@ -47,7 +48,7 @@ class Plan:
 
     def wanted(self, role: Role) -> list[str]:
         """The references of a role."""
-        known = usual(find_problem(self.venue.problem), role)
+        known = usual(self.venue, role)
         named = self.references.get(role) or [ALL]
         return list(dict.fromkeys(each for name in named for each in (known if name == ALL else [name])))
 
@@ -57,8 +58,8 @@ class League:
     """The result."""
 
     plan: Plan
-    attackers: list[Player]
-    defenders: list[Player]
+    attackers: list[Contestant]
+    defenders: list[Contestant]
     left_out: list[LeftOut]
     payoffs: Payoffs
 
@@ -83,12 +84,12 @@ class League:
         means = self.payoffs.means
         return {"attacker": dominating(means), "defender": dominating(-means.T)}
 
-    def players(self, role: Role) -> list[Player]:
+    def players(self, role: Role) -> list[Contestant]:
         """Those of a role."""
         return self.attackers if role == "attacker" else self.defenders
 
 
-def play_league(plan: Plan, store: Store, workers: int, report: Report = lambda done, total, label: None) -> League:
+def play_league(plan: Plan, store: Store, workers: int, report: Report = silent) -> League:
     """Play everybody against everybody.
 
     Policies that cannot play the configuration are left out; so are oracles that nobody asked for by name.
@@ -107,49 +108,40 @@ def play_league(plan: Plan, store: Store, workers: int, report: Report = lambda 
     return League(plan, attackers, defenders, left_out, payoffs)
 
 
-def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Player]], list[LeftOut]]:
+def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
     """Who of those asked can play, by role, and who is left out.
 
     Raises:
         CommandError: a name that nothing has.
     """
-    asked = {role: make_players(plan.venue, role, plan.wanted(role)) for role in ROLES}
-    admissions = _admit(plan, asked, store, pool)
-    left_out = [found for role in ROLES for found in _left_out(plan, asked[role], admissions)]
-    gone = {(found.role, found.reference) for found in left_out}
-    present = {role: [player for player in asked[role] if (role, player.reference) not in gone] for role in ROLES}
+    asked = {role: contestants(plan.venue, plan.wanted(role)) for role in ROLES}
+    applications = [
+        Application(role, each, has_played(plan.venue, role, each, asked[other(role)], plan.seeds, store))
+        for role in ROLES
+        for each in asked[role]
+    ]
+    present: dict[Role, list[Contestant]] = {role: [] for role in ROLES}
+    left_out = []
+    found = {
+        id(application): admission for application, admission in pool.run(partial(admit, plan.venue), applications)
+    }
+    for application in applications:
+        if reason := _reason(plan, application, found[id(application)]):
+            left_out.append(LeftOut(application.role, application.contestant.reference, reason))
+        else:
+            present[application.role].append(application.contestant)
     return present, left_out
 
 
-def _admit(
-    plan: Plan, players: Mapping[Role, Sequence[Player]], store: Store, pool: Workers
-) -> dict[tuple[Role, str], Admission]:
-    """By role and reference; those that have played before need not show that they can."""
-    entries = [
-        (player, has_played(plan.venue, player, players[other(role)], plan.seeds, store))
-        for role in ROLES
-        for player in players[role]
-    ]
-    found = pool.run(partial(admit, plan.venue), entries)
-    return {(player.role, player.reference): admission for (player, _), admission in found}
+def _reason(plan: Plan, application: Application, admission: Admission) -> str:
+    """Why an application is left out; empty if it plays."""
+    if application.contestant.reference in (plan.references.get(application.role) or ()):  # asked for by its name
+        check_known(application, admission)
+        return admission.refusal
+    return admission.oracle if admission.oracle and not plan.oracles else admission.refusal
 
 
-def _left_out(plan: Plan, players: Sequence[Player], admissions: Mapping[tuple[Role, str], Admission]) -> list[LeftOut]:
-    found = []
-    for player in players:
-        admission = admissions[player.role, player.reference]
-        named = player.reference in (plan.references.get(player.role) or ())
-        reason = admission.refusal
-        if named:
-            check_known(player, admission)
-        elif admission.privileged and not plan.oracles:
-            reason = f"an oracle, which knows its {' and its '.join(admission.privileged)}: --oracles lets it in"
-        if reason:
-            found.append(LeftOut(player.role, player.reference, reason))
-    return found
-
-
-def check_anybody(role: Role, players: Mapping[Role, Sequence[Player]], left_out: Sequence[LeftOut]) -> None:
+def check_anybody(role: Role, players: Mapping[Role, Sequence[Contestant]], left_out: Sequence[LeftOut]) -> None:
     """Whether somebody is left to play a role.
 
     Raises:

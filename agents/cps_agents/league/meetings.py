@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from cps_agents.benchmark.cell import Cell, make_cell
-from cps_agents.benchmark.runner import finish_all
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.meeting import make_meeting
+from cps_agents.arena.play import Pairing, Report, play, silent
+from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
-from cps_agents.league.players import Player, Venue
-from cps_baselines.schedule import Entrant, Setting
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.errors import near
-from cps_envs.core.types import FloatArray
+from cps_envs.core.types import FloatArray, Role
 
-Report = Callable[[int, int, str], None]  # meetings done, meetings in all, the last one
 RETURN = "return"  # the attacker's payoff
 
 
@@ -36,62 +34,45 @@ class Payoffs:
         return found
 
 
-def make_meeting(venue: Venue, attacker: Player, defender: Player, seeds: range) -> Cell:
-    """The episodes of a pair as a piece of work."""
-    setting = Setting(
-        name="league",
-        title="",
-        metric=RETURN,
-        attackers=(),
-        defenders=(),
-        preset=venue.preset,
-        overrides=venue.overrides,
-    )
-    first, second = (Entrant(player.name, player.reference) for player in (attacker, defender))
-    return replace(make_cell(venue.problem, setting, first, second, len(seeds)), first_seed=seeds.start)
-
-
 def play_meetings(
     venue: Venue,
-    attackers: Sequence[Player],
-    defenders: Sequence[Player],
+    attackers: Sequence[Contestant],
+    defenders: Sequence[Contestant],
     seeds: range,
     *,
     store: Store,
     pool: Workers,
     metric: str = RETURN,
-    report: Report = lambda done, total, label: None,
+    report: Report = silent,
 ) -> Payoffs:
     """Play what `store` does not have; each finished pair is kept at once.
 
     Raises:
         CommandError: there is no such metric, or a pair cannot play.
     """
+    pairs = {
+        (i, j): Pairing(venue, attacker, defender, len(seeds), seeds.start)
+        for i, attacker in enumerate(attackers)
+        for j, defender in enumerate(defenders)
+    }
+    played = play(pairs, store, pool, report=report)
     values = np.zeros((len(attackers), len(defenders), len(seeds)))
     cpu_s = np.zeros(values.shape[:2])
-    jobs = [make_meeting(venue, attacker, defender, seeds) for attacker in attackers for defender in defenders]
-    places = {_key(job): divmod(place, len(defenders)) for place, job in enumerate(jobs)}
-    reused = 0
-    for done, (job, result, known) in enumerate(finish_all(jobs, store, pool), start=1):
-        assert isinstance(job, Cell)
-        values[places[_key(job)]] = _metric(result["metrics"], metric)
-        cpu_s[places[_key(job)]] = result["cpu_s"]
-        reused += known
-        report(done, len(jobs), f"{job.attacker} - {job.defender}")
-    return Payoffs(values, cpu_s, reused)
+    for place, (result,) in played.results.items():
+        values[place] = _metric(result["metrics"], metric)
+        cpu_s[place] = result["cpu_s"]
+    return Payoffs(values, cpu_s, played.reused)
 
 
-def has_played(venue: Venue, player: Player, rivals: Sequence[Player], seeds: range, store: Store) -> bool:
-    """Whether a player has finished a meeting before, so that it can play."""
+def has_played(
+    venue: Venue, role: Role, mine: Contestant, rivals: Sequence[Contestant], seeds: range, store: Store
+) -> bool:
+    """Whether a contestant has finished a meeting before, so that it can play."""
     for rival in rivals:
-        pair = (player, rival) if player.role == "attacker" else (rival, player)
-        if store.get(make_meeting(venue, *pair, seeds)) is not None:
+        pair = (mine, rival) if role == "attacker" else (rival, mine)
+        if store.get(make_meeting(venue, *pair, len(seeds), seeds.start)) is not None:
             return True
     return False
-
-
-def _key(job: Cell) -> tuple[str, str]:
-    return job.attacker, job.defender
 
 
 def _metric(metrics: dict[str, list[float]], name: str) -> list[float]:

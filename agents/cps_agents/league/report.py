@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from cps_agents.arena.statistics import Estimate
 from cps_agents.console import make_table
-from cps_agents.evaluation.statistics import Estimate
 from cps_agents.heatmap import draw_matrix
 from cps_agents.league.league import League
 from cps_agents.league.standing import Standing, standings, strategies
@@ -61,7 +61,7 @@ def _standing(found: Standing) -> dict[str, Any]:
     return {
         "name": found.player.name,
         "reference": found.player.reference,
-        "form": dict(found.player.form),
+        "form": dict(found.player.overrides),
         "probability": found.probability,
         "best_opponent": found.best_opponent,
         "payoff": {"mean": found.payoff.mean, "low": found.payoff.low, "high": found.payoff.high},

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from cps_agents.errors import CommandError
 from cps_agents.league.meetings import RETURN
-from cps_agents.league.players import Venue
 from cps_agents.league.strategy import Strategy
 from cps_agents.zoo.references import PREFIX, card_of, form_of
+from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.errors import require
-from cps_envs.core.problem import Problem
 from cps_envs.core.types import Role
 
 if TYPE_CHECKING:
@@ -53,20 +52,18 @@ class Trained:
         return self.references[self.seed]
 
 
-def recipe_of(problem: Problem, role: Role, name: str | None = None) -> Recipe:
-    """The recipe of a name, or else the role's first one, or else one with the usual knobs.
+def recipe_of(problem: str, role: Role, name: str | None = None) -> Recipe:
+    """The recipe of a name, or else the usual one of the role.
 
     Raises:
         CommandError: no recipe has that name, or it is for another problem or role.
     """
-    from cps_agents.learning.recipe import Recipe
-    from cps_agents.recipes.finding import RECIPES, find_recipe
+    from cps_agents.recipes.finding import find_recipe, usual_recipe
 
     if name is None:
-        mine = (found for found in RECIPES.values() if (found.problem, found.role) == (problem.name, role))
-        return next(mine, Recipe(name=f"{problem.name}-{role}-ppo", problem=problem.name, role=role))
+        return usual_recipe(problem, role)
     recipe = find_recipe(name)
-    if (recipe.problem, recipe.role) != (problem.name, role):
+    if (recipe.problem, recipe.role) != (problem, role):
         raise CommandError(f"the recipe {name!r} trains the {recipe.role} of {recipe.problem}, not the {role}")
     return recipe
 

@@ -13,17 +13,17 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.store import Store
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import Payoffs, play_meetings
-from cps_agents.league.players import Player, Venue
 from cps_agents.league.response import Budget, Trained, against, respond
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.learning.seeds import EVALUATION, VALIDATION
 from cps_agents.progress import Progress
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import ROLES, FloatArray, Role, other
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from cps_agents.learning.recipe import Recipe
 
 MOST_STEPS, MOST_DIGITS = 10**15, 15  # in a file: of training, and of a seed
-Pool = dict[Role, list[Player]]
+Pool = dict[Role, list[Contestant]]
 Profile = Mapping[Role, Strategy]
 
 
@@ -86,7 +86,12 @@ def claim(folder: Path, game: Game, resume: bool) -> None:
 
 
 def iterate(
-    game: Game, folder: Path, iterations: int, budget: Budget, after: Callable[[Pool, list[Iteration]], None]
+    game: Game,
+    folder: Path,
+    store: Store,
+    iterations: int,
+    budget: Budget,
+    after: Callable[[Pool, list[Iteration]], None],
 ) -> None:
     """Do the iterations that are not done yet; `after` is called with the pool and all iterations after each.
 
@@ -97,7 +102,7 @@ def iterate(
     for number in range(iterations):
         home = folder / f"iteration-{number + 1}"
         known = _load(home, number)
-        iteration = known or _iterate(game, pool, number, folder, home, budget)
+        iteration = known or _iterate(game, pool, number, store, home, budget)
         done.append(iteration)
         pool = _grown(pool, iteration)
         if known is None or number == iterations - 1:
@@ -106,49 +111,42 @@ def iterate(
 
 def starting_pool(game: Game) -> Pool:
     """The policies to begin with."""
-    return {role: [Player(role, name, name) for name in game.start[role]] for role in ROLES}
+    return {role: [Contestant(name) for name in game.start[role]] for role in ROLES}
 
 
 def _grown(pool: Pool, iteration: Iteration) -> Pool:
     """With the responses that are not there yet."""
-    new = {
-        role: Player(role, f"response {iteration.number + 1}", iteration.responses[role].reference) for role in ROLES
-    }
+    new = {role: Contestant(f"response {iteration.number + 1}", iteration.responses[role].reference) for role in ROLES}
     return {
         role: [*pool[role], *([new[role]] if all(new[role].reference != each.reference for each in pool[role]) else [])]
         for role in ROLES
     }
 
 
-def play_pool(game: Game, pool: Pool, seeds: range, folder: Path, workers: int, title: str) -> Payoffs:
+def play_pool(game: Game, pool: Pool, seeds: range, store: Store, workers: int, title: str) -> Payoffs:
     """The matrix of all pairs, of which only new ones are played."""
     with Progress(title, 1) as progress, Workers(workers) as workplace:
-
-        def report(done: int, total: int, label: str) -> None:
-            progress.total = total
-            progress.update(done, label)
-
         return play_meetings(
             game.venue,
             pool["attacker"],
             pool["defender"],
             seeds,
-            store=Store(folder / "cells"),
+            store=store,
             pool=workplace,
-            report=report,
+            report=progress.report,
         )
 
 
-def play_validation(game: Game, pool: Pool, folder: Path, workers: int) -> Payoffs:
+def play_validation(game: Game, pool: Pool, store: Store, workers: int) -> Payoffs:
     """The matrix on which strategies are made."""
     seeds = range(VALIDATION.start, VALIDATION.start + game.episodes)
-    return play_pool(game, pool, seeds, folder, workers, "validation pairs")
+    return play_pool(game, pool, seeds, store, workers, "validation pairs")
 
 
-def play_evaluation(game: Game, pool: Pool, folder: Path, workers: int) -> Payoffs:
+def play_evaluation(game: Game, pool: Pool, store: Store, workers: int) -> Payoffs:
     """The matrix that judges."""
     seeds = range(EVALUATION.start, EVALUATION.start + game.episodes)
-    return play_pool(game, pool, seeds, folder, workers, "evaluation pairs")
+    return play_pool(game, pool, seeds, store, workers, "evaluation pairs")
 
 
 def equilibrium_profile(pool: Pool, payoff: FloatArray) -> Profile:
@@ -158,8 +156,8 @@ def equilibrium_profile(pool: Pool, payoff: FloatArray) -> Profile:
     return {role: mix([player.reference for player in pool[role]], shares[role].tolist()) for role in ROLES}
 
 
-def _iterate(game: Game, pool: Pool, number: int, folder: Path, home: Path, budget: Budget) -> Iteration:
-    profile = _plan(game, pool, folder, home, budget.workers)
+def _iterate(game: Game, pool: Pool, number: int, store: Store, home: Path, budget: Budget) -> Iteration:
+    profile = _plan(game, pool, store, home, budget.workers)
     own = replace(budget, seeds=game.seeds, first_seed=number * game.seeds, resume=True)
     responses: dict[Role, Trained] = {}
     for role in ROLES:
@@ -175,12 +173,12 @@ def _iterate(game: Game, pool: Pool, number: int, folder: Path, home: Path, budg
     return iteration
 
 
-def _plan(game: Game, pool: Pool, folder: Path, home: Path, workers: int) -> Profile:
+def _plan(game: Game, pool: Pool, store: Store, home: Path, workers: int) -> Profile:
     """The profile to respond to; once made it stays, whatever is played again later."""
     path = home / "plan.json"
     if path.is_file():
         return _profile(_read(path))
-    profile = equilibrium_profile(pool, play_validation(game, pool, folder, workers).means)
+    profile = equilibrium_profile(pool, play_validation(game, pool, store, workers).means)
     write_json(path, {role: asdict(found) for role, found in profile.items()})
     return profile
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cps_agents.arena.statistics import Estimate
 from cps_agents.console import make_table
-from cps_agents.evaluation.statistics import Estimate
 from cps_agents.league.bounds import Bounds, Outcome
 from cps_agents.league.report import stacked
 from cps_agents.league.self_play import Profile

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cps_agents.evaluation.statistics import Estimate
+from cps_agents.arena.statistics import Estimate
 from cps_agents.league.league import League
-from cps_agents.league.players import Player
+from cps_baselines.arena import Contestant
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 
@@ -15,7 +15,7 @@ from cps_envs.core.types import SIGN, FloatArray, Role, other
 class Standing:
     """A policy among those of its role."""
 
-    player: Player
+    player: Contestant
     probability: float  # in the equilibrium
     best_opponent: str  # against it
     payoff: Estimate  # what the attacker is paid then: the least an attacker gets, the most a defender concedes

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_agents.evaluation.statistics import LEVEL, Estimate
+from cps_agents.arena.statistics import LEVEL, Estimate
 from cps_agents.league.equilibrium import maximin, solve
 from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray

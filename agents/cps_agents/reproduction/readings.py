@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from cps_agents.benchmark.cell import Result
+from cps_agents.arena.meeting import Result
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.reproduction.commands import COMMANDS, Command

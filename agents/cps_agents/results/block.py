@@ -4,34 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
-from cps_agents.evaluation.arena import Arena
+from cps_agents.arena.challenge import Challenge
+from cps_baselines.arena import Contestant
 from cps_envs.core.types import Role
-
-
-@dataclass(frozen=True)
-class Contestant:
-    """A policy that is examined, or one to compare with."""
-
-    name: str
-    policy: str = ""  # reference; the name if empty. A trained policy stands for all its training seeds
-    title: str = ""  # in tables; the name if empty
-    quick_policy: str = ""  # with --quick, where the other one takes long
-    episodes: int = 0  # where they are not the arena's; paired differences take those that both played
-    overrides: Mapping[str, Any] = field(default_factory=dict)  # of the arena's configuration
-    optimum: bool = False  # what is possible at all, not a method to beat
-    prepare: str = ""  # "module:function", called as function(config, quick, opponent) for each arena; returns Prepared
-
-    @property
-    def heading(self) -> str:
-        """What tables call it."""
-        return self.title or self.name
-
-    @property
-    def reference(self) -> str:
-        """The policy to look up."""
-        return self.policy or self.name
 
 
 @dataclass(frozen=True)
@@ -55,10 +31,10 @@ class Bar:
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a table: one arena, or several that count equally."""
+    """A line of a table: one challenge, or several that count equally."""
 
     title: str
-    arenas: tuple[Arena, ...]
+    challenges: tuple[Challenge, ...]
     bars: tuple[Bar, ...] | None = None  # the block's if None; () shows the row without judging it
     metric: str = ""  # the block's if empty
     per: str = ""  # a metric of the same episode that it is divided by; the block's if empty

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from cps_agents.evaluation.arena import Arena
-from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.arena.challenge import Challenge
+from cps_agents.results.block import Bar, Block, Row
 from cps_agents.results.disbanding_search import BLOCKS as SEARCHED
+from cps_baselines.arena import Contestant, Venue
 from cps_envs.testbed.problem import ATTACK
 
 TAUS_S = (0.1, 0.3, 0.5)
@@ -33,13 +34,13 @@ BOUNDS = {0.1: 15.2, 0.3: 15.6, 0.5: 16.4}  # of every defender that keeps gaps 
 
 def _instances(budget: int, tau_s: float) -> Row:
     overrides = {"attack_budget": budget, "tau_s": tau_s}
-    arena = Arena("disbanding", "attacker", "none", "easy", overrides, INSTANCES, f"instances-{budget}-{tau_s}")
-    return Row(f"K = {budget}, tau = {tau_s} s", (arena,))
+    challenge = Challenge(Venue("disbanding", "easy", overrides), "attacker", "none", INSTANCES)
+    return Row(f"K = {budget}, tau = {tau_s} s", (challenge,))
 
 
 def _all(title: str, rows: tuple[Row, ...]) -> Row:
     """The mean over rows, not judged."""
-    return Row(title, tuple(arena for row in rows for arena in row.arenas), bars=(), headline=True)
+    return Row(title, tuple(challenge for row in rows for challenge in row.challenges), bars=(), headline=True)
 
 
 INSTANCE_ROWS = tuple(_instances(budget, tau_s) for budget in BUDGETS for tau_s in TAUS_S)
@@ -70,8 +71,8 @@ PLANS = Block(
 
 def _against(defender: str) -> Row:
     overrides = {"attack_budget": PAPER_BUDGET}
-    arena = Arena("disbanding", "attacker", defender, "easy", overrides, INSTANCES, f"against-{defender}")
-    return Row(f"against {defender}", (arena,))
+    challenge = Challenge(Venue("disbanding", "easy", overrides), "attacker", defender, INSTANCES)
+    return Row(f"against {defender}", (challenge,))
 
 
 AGAINST_ROWS = tuple(map(_against, DEFENDERS))
@@ -86,7 +87,7 @@ AGAINST = Block(
     learned=(ATTACKER,),
     baselines=(
         Contestant("spread"),
-        Contestant("fixed", prepare="cps_agents.results.searches:fixed_plan", title="GA's plan"),
+        Contestant("fixed", prepare="cps_agents.results.searches:fixed_plan", for_each=True, title="GA's plan"),
     ),
     rows=(*AGAINST_ROWS, _all("every defender", AGAINST_ROWS)),
     bars=(Bar(every=True),),
@@ -97,9 +98,9 @@ AGAINST = Block(
 )
 
 
-def _cell(attack: str, tau_s: float, gap_m: float) -> Arena:
+def _cell(attack: str, tau_s: float, gap_m: float) -> Challenge:
     overrides = {"tau_s": tau_s, "desired_gap_m": gap_m}
-    return Arena("disbanding", "defender", attack, "paper", overrides, 1, f"{attack}-{tau_s}-{gap_m:g}")
+    return Challenge(Venue("disbanding", "paper", overrides), "defender", attack, 1)
 
 
 def _printed(tau_s: float) -> Row:
@@ -153,8 +154,8 @@ TWELVE = Block(
 
 
 def _learning(attack: str) -> Row:
-    arena = Arena("disbanding", "defender", attack, "easy", {}, INSTANCES, f"easy-{attack}")
-    return Row(f"against {attack}", (arena,))
+    challenge = Challenge(Venue("disbanding", "easy"), "defender", attack, INSTANCES)
+    return Row(f"against {attack}", (challenge,))
 
 
 EASY = Block(
@@ -194,7 +195,7 @@ ROBOTS = Block(
         Contestant("copy"),
         Contestant("feedback"),
     ),
-    rows=(Row("the leading platoon at 20 s", (Arena(TESTBED, "defender", ATTACK, "paper", {}, 10, "robots"),)),),
+    rows=(Row("the leading platoon at 20 s", (Challenge(Venue(TESTBED, "paper"), "defender", ATTACK, 10),)),),
     bars=(Bar(beat=("none",)), Bar(value=0.0, metric="collided", or_equal=True, by_mean=True)),
     unit="percent",
     shown=("collided", "lowest_speed_mps"),

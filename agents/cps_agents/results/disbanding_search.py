@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cps_agents.evaluation.arena import Arena
-from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.arena.challenge import Challenge
+from cps_agents.results.block import Bar, Block, Row
+from cps_baselines.arena import Contestant, Venue
 
 TAUS_S = (0.1, 0.3, 0.5)
 EPISODES = 20
@@ -36,14 +37,14 @@ LIMITS: Mapping[tuple[str, float, str], tuple[float, float, float]] = {
 
 def _cell(table: str, attack: str, metric: str, gap_m: float, number: int) -> Row:
     overrides = {"tau_s": TAUS_S[number], "desired_gap_m": gap_m, "report": "safety"}
-    arena = Arena("disbanding", "defender", attack, "paper", overrides, 1, f"{attack}-{TAUS_S[number]}-{gap_m:g}")
+    challenge = Challenge(Venue("disbanding", "paper", overrides), "defender", attack, 1)
     limits = tuple(
         Bar(value=LIMITS[table, gap_m, each.name][number], or_equal=True, by_mean=True, of=(each.name,))
         for each in (BROADCAST, LOCAL)
         if (table, gap_m, each.name) in LIMITS
     )
     title = f"Table {table}, tau = {TAUS_S[number]} s, x_d = {gap_m:g} m"
-    return Row(title, (arena,), (Bar(every=True), *limits, *SAFE), metric)
+    return Row(title, (challenge,), (Bar(every=True), *limits, *SAFE), metric)
 
 
 CELLS = Block(
@@ -70,8 +71,7 @@ CELLS = Block(
 
 def _robust(title: str, attack: str, overrides: Mapping[str, Any], *, preset: str = "easy") -> Row:
     settings = {"report": "safety", **overrides}
-    name = "-".join(character for character in title.lower().replace(",", " ").split())
-    return Row(title, (Arena("disbanding", "defender", attack, preset, settings, EPISODES, name),))
+    return Row(title, (Challenge(Venue("disbanding", preset, settings), "defender", attack, EPISODES),))
 
 
 LAGS: Mapping[str, Any] = {"tau_s": (0.08, 0.55)}

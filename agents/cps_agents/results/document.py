@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from cps_agents.evaluation.arena import Arena
-from cps_agents.evaluation.statistics import ONE_SEED, Estimate, difference, estimate
-from cps_agents.results.block import Block, Contestant
+from cps_agents.arena.challenge import Challenge
+from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate
+from cps_agents.results.block import Block
 from cps_agents.results.examination import Findings, missing_of
 from cps_agents.results.judging import judge, simulations_of, strata_of, worst
 from cps_agents.zoo.references import by_training_seed, card_of, is_missing, is_trained
+from cps_baselines.arena import Contestant
 
 Document = dict[str, Any]
 FORMAT = 2
@@ -98,7 +99,7 @@ def _row(block: Block, number: int, findings: Findings) -> Document:
         "best_known": row.best_known,
         "shares": _shares(block, number, findings),
         "headline": row.headline,
-        "arenas": [_arena(arena) for arena in row.arenas],
+        "arenas": [_challenge(challenge) for challenge in row.challenges],
         "found": _found(block, number, findings),
         "scores": {name: score for name, score in contestants.items() if score is not None},
         "judgements": [
@@ -111,15 +112,16 @@ def _row(block: Block, number: int, findings: Findings) -> Document:
     }
 
 
-def _arena(arena: Arena) -> str:
-    where = [arena.problem, arena.preset, *(f"{name}={value}" for name, value in arena.overrides.items())]
-    return f"{' '.join(where)}, against {arena.opponent}, episodes: {arena.episodes}"
+def _challenge(challenge: Challenge) -> str:
+    venue = challenge.venue
+    where = [venue.problem, venue.preset, *(f"{name}={value}" for name, value in venue.overrides.items())]
+    return f"{' '.join(where)}, against {challenge.opponent}, episodes: {challenge.episodes}"
 
 
 def _found(block: Block, number: int, findings: Findings) -> Document:
     """What contestants found out before they played, by name."""
-    here = {at[3]: prepared["note"] for at, prepared in findings.prepared.items() if at[:2] == (block.name, number)}
-    return {name: note for name, note in here.items() if len(block.rows[number].arenas) == 1}
+    here = {at[3]: found["note"] for (at, _), found in findings.prepared.items() if at[:2] == (block.name, number)}
+    return {name: note for name, note in here.items() if len(block.rows[number].challenges) == 1}
 
 
 def _score(block: Block, number: int, name: str, metric: str, findings: Findings) -> Document | None:

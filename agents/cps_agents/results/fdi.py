@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from cps_agents.evaluation.arena import Arena
-from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.arena.challenge import Challenge
+from cps_agents.results.block import Bar, Block, Row
+from cps_baselines.arena import Contestant, Venue
 from cps_envs.fdi.optima import known_within
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.task import Task
@@ -23,18 +24,20 @@ def feasible_tasks(count: int) -> list[Task]:
     return [task for task, record in records.items() if record.feasible and task.sensors.count == count]
 
 
-def _arena(task: Task) -> Arena:
-    return Arena("fdi", "attacker", "none", "easy", {"tasks": str(task)}, 1, f"task-{task}")
+def _challenge(task: Task) -> Challenge:
+    return Challenge(Venue("fdi", "easy", {"tasks": str(task)}), "attacker", "none", 1)
 
 
 def _mean(title: str, count: int) -> Row:
     tasks = feasible_tasks(count)
-    return Row(f"{title}, {len(tasks)} tasks", tuple(map(_arena, tasks)), (Bar(value=SHARES[count], or_equal=True),))
+    return Row(
+        f"{title}, {len(tasks)} tasks", tuple(map(_challenge, tasks)), (Bar(value=SHARES[count], or_equal=True),)
+    )
 
 
 def _bounded(title: str, count: int) -> Row:
-    arenas = tuple(map(_arena, feasible_tasks(count)))
-    return Row(f"{title}, share of the certified bound", arenas, bars=(), per="oracle_bound_mps")
+    challenges = tuple(map(_challenge, feasible_tasks(count)))
+    return Row(f"{title}, share of the certified bound", challenges, bars=(), per="oracle_bound_mps")
 
 
 ATTACK = Block(
@@ -56,7 +59,7 @@ ATTACK = Block(
         _mean("one sensor", 1),
         _mean("two sensors", 2),
         *(_bounded(title, count) for title, count in (("one sensor", 1), ("two sensors", 2))),
-        *(Row(str(task), (_arena(task),), bars=()) for task in feasible_tasks(1)),
+        *(Row(str(task), (_challenge(task),), bars=()) for task in feasible_tasks(1)),
     ),
     form="{:.1%}",
     notes=(
@@ -75,7 +78,7 @@ FEW_ALARMS = Bar(value=FALSE_ALARMS, metric="false_alarm_rate")
 def _defended(attacker: str) -> Row:
     return Row(
         f"against {attacker}",
-        (Arena("fdi", "defender", attacker, "defense", {}, DRAWS, f"defended-{attacker}"),),
+        (Challenge(Venue("fdi", "defense"), "defender", attacker, DRAWS),),
         (CUT_BAR, Bar(every=True, or_equal=True), FEW_ALARMS),
     )
 
@@ -96,7 +99,7 @@ DEFENSE = Block(
         _defended("zoo:fdi-attack-disturbed-ppo"),
         Row(
             "attack-free",
-            (Arena("fdi", "defender", "none", "defense", {}, DRAWS, "defended-none"),),
+            (Challenge(Venue("fdi", "defense"), "defender", "none", DRAWS),),
             (FEW_ALARMS,),
         ),
     ),

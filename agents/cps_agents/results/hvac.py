@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from cps_agents.evaluation.arena import Arena
-from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.arena.challenge import Challenge
+from cps_agents.results.block import Bar, Block, Row
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.hvac.calibration import HARD
 from cps_envs.hvac.problem import EASY_ATTACKERS
 
@@ -26,11 +27,11 @@ PRINTED = {1: 6.3, 2: 43.0, 3: 125.0}  # the best ramp of the specification agai
 
 
 def _compromised(count: int, defender: str) -> Row:
-    arena = Arena("hvac", "attacker", defender, "paper", {"num_compromised": count}, DAYS, f"{defender}-{count}")
+    challenge = Challenge(Venue("hvac", "paper", {"num_compromised": count}), "attacker", defender, DAYS)
     of = (ATTACKER.name if defender == "mtd2" else AGAINST_MTD1.name,)
     above = Bar(every=True, of=of)
     bars = (above, Bar(value=PRINTED[count], of=of)) if defender == "mtd2" else (above,)
-    return Row(f"{defender}, {count} of 4 sensors", (arena,), bars, headline=(defender, count) == ("mtd2", 3))
+    return Row(f"{defender}, {count} of 4 sensors", (challenge,), bars, headline=(defender, count) == ("mtd2", 3))
 
 
 ATTACK = Block(
@@ -67,15 +68,15 @@ MIX = Block(
         *(Contestant(name, overrides=FILTERS, optimum=name == "informed") for name in FILTERING),
     ),
     rows=(
-        Row("the mix", (Arena("hvac", "defender", EASY_ATTACKERS, "easy", {}, MIXED_DAYS, "mix"),)),
+        Row("the mix", (Challenge(Venue("hvac", "easy"), "defender", EASY_ATTACKERS, MIXED_DAYS),)),
         *(
-            Row(attacker, (Arena("hvac", "defender", attacker, "easy", {}, DAYS, f"mix-{attacker}"),), bars=())
+            Row(attacker, (Challenge(Venue("hvac", "easy"), "defender", attacker, DAYS),), bars=())
             for attacker in ("none", "constant", "ramp", "root_ramp", "mimic")
         ),
-        Row("hard level, the mix", (Arena("hvac", "defender", EASY_ATTACKERS, "easy", HARD, DAYS, "hard"),), ()),
+        Row("hard level, the mix", (Challenge(Venue("hvac", "easy", HARD), "defender", EASY_ATTACKERS, DAYS),), ()),
         Row(
             "the learned attacker",
-            (Arena("hvac", "defender", "zoo:hvac-attack-ppo", "easy", {}, DAYS, "mix-learned"),),
+            (Challenge(Venue("hvac", "easy"), "defender", "zoo:hvac-attack-ppo", DAYS),),
             bars=(),
             without=FILTERING,
         ),

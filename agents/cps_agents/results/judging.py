@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from cps_agents.benchmark.cell import Result
-from cps_agents.evaluation.arena import scores
-from cps_agents.evaluation.statistics import Estimate, Strata, difference, estimate
+from cps_agents.arena.challenge import scores
+from cps_agents.arena.meeting import Result
+from cps_agents.arena.statistics import Estimate, Strata, difference, estimate
 from cps_agents.results.block import Bar, Block, Row
 from cps_agents.results.examination import Findings
 
@@ -33,9 +33,9 @@ class Judgement:
 
 
 def strata_of(block: Block, number: int, name: str, metric: str, findings: Findings) -> Strata | None:
-    """A metric of a contestant in a row, arena by arena; None where it is missing."""
-    arenas = range(len(block.rows[number].arenas))
-    found = [findings.played.get((block.name, number, place, name)) for place in arenas]
+    """A metric of a contestant in a row, challenge by challenge; None where it is missing."""
+    challenges = range(len(block.rows[number].challenges))
+    found = [findings.results.get((block.name, number, place, name)) for place in challenges]
     if any(results is None for results in found):
         return None
     per = block.per_of(block.rows[number], metric)
@@ -44,8 +44,8 @@ def strata_of(block: Block, number: int, name: str, metric: str, findings: Findi
 
 def simulations_of(block: Block, number: int, name: str, findings: Findings) -> float:
     """Episodes that a contestant simulated for each episode that it played."""
-    keys = [(block.name, number, place, name) for place in range(len(block.rows[number].arenas))]
-    results: list[Result] = [result for key in keys for result in findings.played.get(key, [])]
+    keys = [(block.name, number, place, name) for place in range(len(block.rows[number].challenges))]
+    results: list[Result] = [result for key in keys for result in findings.results.get(key, [])]
     episodes = sum(len(result["metrics"]["return"]) for result in results)
     simulations: int = sum(result.get("simulations", 0) for result in results)
     return simulations / max(episodes, 1)

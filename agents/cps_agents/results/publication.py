@@ -9,7 +9,7 @@ from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.results.document import Document, merged
 from cps_agents.results.examination import declared_blocks
-from cps_agents.results.markdown import END, START, results_markdown, with_table
+from cps_agents.results.markdown import BEGIN, END, START, readme_table, results_markdown, with_table
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_agents.zoo.merging import without_places
@@ -17,6 +17,15 @@ from cps_agents.zoo.references import PREFIX
 from cps_envs.core.documents import read_entry, read_text
 
 RECORDED = ("mean", "low", "high", "seeds", "episodes")
+
+
+def write(found: Document, folder: Path) -> list[Path]:
+    """The document, its page and its table for the README, as files in a folder. Returns their paths."""
+    files = [folder / "results.json", folder / "results.md", folder / "README-table.md"]
+    write_json(files[0], found)
+    write_text(files[1], results_markdown(found))
+    write_text(files[2], readme_table(found) + "\n")
+    return files
 
 
 def publish(new: Document, root: Path) -> list[Path]:
@@ -29,7 +38,7 @@ def publish(new: Document, root: Path) -> list[Path]:
     if new["quick"]:
         raise CommandError("--quick is a look, no result: publish without it")
     data, page, readme = root / "docs" / "results.json", root / "docs" / "results.md", root / "README.md"
-    if not readme.is_file() or START not in (text := read_text(readme)):
+    if not readme.is_file() or not BEGIN.search(text := read_text(readme)):
         raise CommandError(f"{readme} has no section between {START} and {END}: publish from the repository's folder")
     before = _published(data) if data.is_file() else None
     problems = {

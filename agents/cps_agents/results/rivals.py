@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from cps_agents.catalogue import policies
 from cps_agents.recipes.finding import RECIPES
-from cps_agents.results.block import Block, Contestant
+from cps_agents.results.block import Block
 from cps_agents.zoo.references import card_of, is_missing
+from cps_baselines.arena import Contestant
 from cps_envs import find_problem
 from cps_envs.core.lookup import NEED_OPTIONS
 

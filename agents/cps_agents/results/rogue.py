@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cps_agents.evaluation.arena import Arena
-from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.arena.challenge import Challenge
+from cps_agents.results.block import Bar, Block, Row
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.rogue.switching_search import DEFENDERS, RATIOS, SETTING, SPREAD
 from cps_baselines.rogue.yardsticks import RATIOS as ALL_RATIOS
 from cps_baselines.rogue.yardsticks import best_known, shipped
@@ -15,7 +16,11 @@ from cps_envs.rogue.config import PAPER
 ATTACKER = Contestant("learned", "zoo:rogue-attack-ppo", "learned, no memory")
 RECURRENT = Contestant("recurrent", "zoo:rogue-attack-recurrent", "learned, with memory")
 TEACHER = Contestant(
-    "teacher", title="teacher, told the controller", prepare="cps_agents.results.searches:told", optimum=True
+    "teacher",
+    title="teacher, told the controller",
+    prepare="cps_agents.results.searches:told",
+    for_each=True,
+    optimum=True,
 )
 ORACLE = Contestant("beam", "beam?width=96", episodes=2, title="beam search, told the episode", optimum=True)
 AIMS = {1.0: 70.0, 1.1: 80.0, 1.2: 80.0, 1.3: 96.0}  # m/s by power ratio, mean over the controllers
@@ -37,25 +42,26 @@ def world(power_ratio: float) -> Mapping[str, Any]:
 
 
 def _attacked(defender: str, ratio: float) -> Row:
-    arena = Arena("rogue", "attacker", defender, "paper", world(ratio), WORLDS, f"{defender}-{ratio:g}")
+    challenge = Challenge(Venue("rogue", "paper", world(ratio)), "attacker", defender, WORLDS)
     known = best_known(KNOWN, ratio, defender)
-    return Row(f"{defender}, ratio {ratio:g}", (arena,), (Bar(every=True), TAUGHT, Bar(value=known)), best_known=known)
+    return Row(
+        f"{defender}, ratio {ratio:g}", (challenge,), (Bar(every=True), TAUGHT, Bar(value=known)), best_known=known
+    )
 
 
 def _coarse(ratio: float) -> Row:
     overrides = {**world(ratio), "dt_s": PAPER.dt_s}
-    arenas = tuple(
-        Arena("rogue", "attacker", defender, "paper", overrides, WORLDS, f"{defender}-{ratio:g}-coarse")
-        for defender in DEFENDERS
+    challenges = tuple(
+        Challenge(Venue("rogue", "paper", overrides), "attacker", defender, WORLDS) for defender in DEFENDERS
     )
-    return Row(f"all six at the full step, ratio {ratio:g}", arenas, bars=())
+    return Row(f"all six at the full step, ratio {ratio:g}", challenges, bars=())
 
 
 def _fine(ratio: float) -> Row:
-    arenas = tuple(row.arenas[0] for row in (_attacked(defender, ratio) for defender in DEFENDERS))
+    challenges = tuple(row.challenges[0] for row in (_attacked(defender, ratio) for defender in DEFENDERS))
     best = sum(best_known(KNOWN, ratio, defender) for defender in DEFENDERS) / len(DEFENDERS)
     bars = (Bar(every=True), TAUGHT, Bar(value=AIMS[ratio], or_equal=True))
-    return Row(f"all six, ratio {ratio:g}", arenas, bars, best_known=best, headline=True)
+    return Row(f"all six, ratio {ratio:g}", challenges, bars, best_known=best, headline=True)
 
 
 ATTACK = Block(
@@ -68,7 +74,7 @@ ATTACK = Block(
     learned=(ATTACKER, RECURRENT),
     baselines=(
         Contestant("square", title="square, 0.1 Hz"),
-        Contestant("wave", title="best wave", prepare="cps_agents.results.searches:best_wave"),
+        Contestant("wave", title="best wave", prepare="cps_agents.results.searches:best_wave", for_each=True),
         Contestant("switching", title="switching, general"),
         *(Contestant(f"switching {name}", f"switching?against={name}", f"switching, {name}") for name in DEFENDERS),
         TEACHER,
@@ -92,8 +98,8 @@ ATTACK = Block(
 
 
 def _defended(attacker: str, ratio: float) -> Row:
-    arena = Arena("rogue", "defender", attacker, "paper", world(ratio), WORLDS, f"defended-{attacker}-{ratio:g}")
-    return Row(f"against {attacker}, ratio {ratio:g}", (arena,))
+    challenge = Challenge(Venue("rogue", "paper", world(ratio)), "defender", attacker, WORLDS)
+    return Row(f"against {attacker}, ratio {ratio:g}", (challenge,))
 
 
 DEFENSE = Block(

@@ -73,7 +73,7 @@ def _results(card: Card) -> str:
         if isinstance(found, Mapping) and "mean" in found
     ]
     if not rows:
-        return "## Results\n\nIt has not been examined yet: `cps-envs results` does that."
+        return "## Results\n\nIt has not been examined yet: `cps-envs benchmark --suite learned` does that."
     text = "Over all training seeds, on episodes that neither training nor the choice among networks has seen."
     return "\n".join(["## Results", "", text, "", *_table(columns, rows)])
 

@@ -16,6 +16,7 @@ from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray
+from cps_envs.registration import find_problem
 
 
 class TrainedPolicy(AnalyticPolicy):
@@ -150,7 +151,8 @@ def check_role(card: Card, spec: RoleSpec, version: int | None) -> None:
     Raises:
         ConfigurationError: it is of another problem, role or version.
     """
-    if (card.problem, card.role) != (spec.problem, spec.role):
+    problem = find_problem(card.problem).name if ":" in card.problem else card.problem
+    if (problem, card.role) != (spec.problem, spec.role):
         raise ConfigurationError(
             f"{card.name} was trained as {card.role} of {card.problem}, not as {spec.role} of {spec.problem}"
         )

@@ -2,46 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-from gymnasium.utils import seeding
-
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.paper.tables import velocity_errors
-from cps_baselines.schedule import Benchmark, Entrant, PaperCell, Prepared, Setting
-from cps_envs.disbanding.problem import DISBANDING
+from cps_baselines.schedule import Benchmark, PaperCell, Setting
 
 TAUS_S = (0.1, 0.3, 0.5)
+MAIN_TAU_S = 0.3
 DESIRED_GAP_M = 5.0
 CONTROLLERS = {"baseline": "none", "heuristic": "heuristic", "mpc": "mpc"}
-QUICK_SEARCH = "ga?generations=2&population=6"
-
-
-def search_plan(config: Any, quick: bool) -> Prepared:
-    """The plan that the genetic algorithm finds against no defence."""
-    match = DISBANDING.match(config, 1, {"attacker": QUICK_SEARCH if quick else "ga", "defender": "none"})
-    match.reset(np.ones(1, np.bool_), [seeding.np_random(0)[0]])
-    searcher: Any = match.players["attacker"]
-    (found,) = searcher.reports.values()
-    events = ",".join(f"[{platoon},{time_s}]" for platoon, time_s in found.events)
-    plan = ", ".join(f"platoon {platoon} at {time_s} s" for platoon, time_s in found.events)
-    note = f"{plan}; found by {found.simulations} simulations without defence, played against every defender"
-    return Prepared(f"plan?events=[{events}]", note)
 
 
 DEFENDERS = (
-    *(Entrant(name) for name in ("none", "heuristic", "mpc", "mpc_tuned", "copy", "feedback")),
-    Entrant("learned", policy="zoo:disbanding-defense-ppo"),
-    Entrant("local", policy="zoo:disbanding-defense-local-ppo"),
+    *(Contestant(name) for name in ("none", "heuristic", "mpc", "mpc_tuned", "copy", "feedback")),
+    Contestant("learned", policy="zoo:disbanding-defense-ppo"),
+    Contestant("local", policy="zoo:disbanding-defense-local-ppo"),
 )
-LEARNED = Entrant("learned", policy="zoo:disbanding-attack-ppo")
+LEARNED = Contestant("learned", policy="zoo:disbanding-attack-ppo")
 ATTACKERS = (
-    Entrant("none"),
-    Entrant("lead", title="lead (intact)", metric="velocity_error_intact"),
-    Entrant("table_2_3"),
-    Entrant("spread"),
-    Entrant("random"),
-    Entrant("ga", prepare="cps_baselines.disbanding.benchmark:search_plan"),
+    Contestant("none"),
+    Contestant("lead", title="lead (intact)", metric="velocity_error_intact"),
+    Contestant("table_2_3"),
+    Contestant("spread"),
+    Contestant("random"),
+    Contestant("ga", prepare="cps_baselines.disbanding.genetic:undefended_plan"),
     LEARNED,
 )
 
@@ -51,12 +34,13 @@ def _paper_setting(tau_s: float) -> Setting:
         name=f"tau-{tau_s}",
         title=f"Paper, tau = {tau_s} s, x_d = {DESIRED_GAP_M:g} m, at most two platoons disbanded",
         metric="velocity_error_all",
+        venue=Venue("disbanding", "paper", {"tau_s": tau_s, "desired_gap_m": DESIRED_GAP_M, "attack_budget": 2}),
         attackers=ATTACKERS,
         defenders=DEFENDERS,
-        overrides={"tau_s": tau_s, "desired_gap_m": DESIRED_GAP_M, "attack_budget": 2},
         more_episodes={"random": 20},
         form="{value:.2f} ({collided:.0f})",
         legend="E_v in percent (vehicles in collisions)",
+        only_full=tau_s != MAIN_TAU_S,
     )
 
 
@@ -64,12 +48,13 @@ EASY = Setting(
     name="easy",
     title="Easy: start, drivers, tau and x_d drawn, one to three platoons disbanded",
     metric="velocity_error_all",
-    attackers=(Entrant("lead"), Entrant("random"), LEARNED),
+    venue=Venue("disbanding", "easy"),
+    attackers=(Contestant("lead"), Contestant("random"), LEARNED),
     defenders=DEFENDERS,
-    preset="easy",
     episodes=20,
     form="{value:.2f} ({collided:.0f})\n+ {collision_penalty:.2f}",
     legend="E_v in percent (vehicles in collisions) + penalty for collisions, means over the episodes",
+    only_full=True,
 )
 
 

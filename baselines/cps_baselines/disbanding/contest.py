@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Contest, Search, Side, Variant
-from cps_baselines.schedule import Entrant
 from cps_envs.disbanding.config import LEARNING
 
 ATTACKS = LEARNING.num_attacks
@@ -17,12 +17,12 @@ OTHER_SPACES = "trained in preset easy, whose observations and actions are other
 OTHER_WARNING = "found in presets paper and easy, where the warning is perfect and corrections act behind attacks alone"
 
 ATTACKERS = (
-    *(Entrant(name) for name in ("none", "lead", "table_2_3", "spread", "random", "timed", "adaptive")),
-    Entrant("jam_first", "timed?jam=1", "timed, jam behind the first"),
-    Entrant("jam_second", "timed?jam=2", "timed, jam behind the next"),
-    Entrant("jam_after", "timed?jam=3&jam_s=0", "timed, jam after the attack"),
+    *(Contestant(name) for name in ("none", "lead", "table_2_3", "spread", "random", "timed", "adaptive")),
+    Contestant("jam_first", "timed?jam=1", "timed, jam behind the first"),
+    Contestant("jam_second", "timed?jam=2", "timed, jam behind the next"),
+    Contestant("jam_after", "timed?jam=3&jam_s=0", "timed, jam after the attack"),
 )
-DEFENDERS = tuple(map(Entrant, ("none", "heuristic", "mpc", "copy", "feedback", "string", "local")))
+DEFENDERS = tuple(map(Contestant, ("none", "heuristic", "mpc", "copy", "feedback", "string", "local")))
 
 PLATOONS, JAMS = (1.0, 5.0), (0.0, 9.0)
 TIMED = Search(
@@ -84,7 +84,7 @@ CONTEST = Contest(
     defenders=Side(
         policies=DEFENDERS,
         constants=tuple(constant_corrections()),
-        informed=(Entrant("informed"),),
+        informed=(Contestant("informed"),),
         searches=(
             Search("string", "string", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
             Search("feedback", "feedback", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),

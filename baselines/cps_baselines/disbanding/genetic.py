@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.utils import seeding
 
+from cps_baselines.arena import Prepared
 from cps_baselines.disbanding.plan_search import Progress, SearchResult, SearchSettings, search_plan
 from cps_baselines.disbanding.plans import NEVER, PlannedAttack
 from cps_envs.core.game import Game
@@ -14,7 +16,9 @@ from cps_envs.core.match import Match
 from cps_envs.core.play import finish
 from cps_envs.core.policy import Policy, RoleSpec, State
 from cps_envs.core.types import FloatArray
+from cps_envs.disbanding.problem import DISBANDING
 
+QUICK_SEARCH = "ga?generations=2&population=6"
 OBJECTIVES = {"payoff": None, "all": "velocity_error_all", "intact": "velocity_error_intact"}
 
 
@@ -108,3 +112,15 @@ def plan_evaluator(
         return payoff if metric is None else game.metrics()[metric].copy()
 
     return evaluate
+
+
+def undefended_plan(config: Any, quick: bool, opponent: str = "") -> Prepared:
+    """The plan that the genetic algorithm finds against no defence."""
+    match = DISBANDING.match(config, 1, {"attacker": QUICK_SEARCH if quick else "ga", "defender": "none"})
+    match.reset(np.ones(1, np.bool_), [seeding.np_random(0)[0]])
+    searcher: Any = match.players["attacker"]
+    (found,) = searcher.reports.values()
+    events = ",".join(f"[{platoon},{time_s}]" for platoon, time_s in found.events)
+    plan = ", ".join(f"platoon {platoon} at {time_s} s" for platoon, time_s in found.events)
+    note = f"{plan}; found by {found.simulations} simulations without defence, played against every defender"
+    return Prepared(f"plan?events=[{events}]", note)

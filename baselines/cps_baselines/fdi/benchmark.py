@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from cps_baselines.schedule import Benchmark, Entrant, Setting, Table
+from cps_baselines.arena import Contestant, Venue
+from cps_baselines.schedule import Benchmark, Setting, Table
 
 TASKS = ("x1>1", "x2>2", "x4>4", "x3>4", "v1>1", "v4>4", "x1,2>1", "v1,2>1", "xv4>4")
 EPISODES = 200  # of attackers that draw
 TABLE = Table("tasks", "Set A, 20 steps, undefended: attacked sensors > target", "task")
 
-LEARNED = Entrant("learned", policy="zoo:fdi-attack-ppo")
+LEARNED = Contestant("learned", policy="zoo:fdi-attack-ppo")
 ATTACKERS = (
-    Entrant("none"),
-    Entrant("random"),
-    Entrant("bang_bang"),
-    Entrant("bnb"),
-    Entrant("lp_greedy"),
+    Contestant("none"),
+    Contestant("random"),
+    Contestant("bang_bang"),
+    Contestant("bnb"),
+    Contestant("lp_greedy"),
     LEARNED,
-    Entrant("oracle"),
-    Entrant("bound", policy="none", title="certified bound", metric="oracle_bound_mps"),
+    Contestant("oracle"),
+    Contestant("bound", policy="none", title="certified bound", metric="oracle_bound_mps"),
 )
 
 
@@ -27,9 +28,9 @@ def _task_setting(task: str) -> Setting:
         name=f"{attacked.replace(',', '')}-{target}",
         title=task,
         metric="impact_speed_mps",
+        venue=Venue("fdi", "paper", {"attacked": attacked, "target": int(target)}),
         attackers=ATTACKERS,
-        defenders=(Entrant("none"),),
-        overrides={"attacked": attacked, "target": int(target)},
+        defenders=(Contestant("none"),),
         more_episodes={"random": EPISODES, "bang_bang": EPISODES},
         reference="oracle_value_mps",
         form="{value:.2f}\n{share:.0%}",
@@ -42,18 +43,18 @@ DEFENSE = Setting(
     name="defense",
     title="Extension: disturbed platoons, clipped limits, 100 steps, tasks drawn from the feasible ones",
     metric="worst_impact_mps",
+    venue=Venue("fdi", "defense"),
     attackers=(
-        Entrant("none"),
-        Entrant("random"),
-        Entrant("bang_bang"),
-        Entrant("oracle", policy="oracle?start=random", title="oracle, random start"),
+        Contestant("none"),
+        Contestant("random"),
+        Contestant("bang_bang"),
+        Contestant("oracle", policy="oracle?start=random", title="oracle, random start"),
         LEARNED,
     ),
     defenders=(
-        *(Entrant(name) for name in ("none", "kinematic", "redundancy", "model", "model_only")),
-        Entrant("learned", policy="zoo:fdi-defense-ppo"),
+        *(Contestant(name) for name in ("none", "kinematic", "redundancy", "model", "model_only")),
+        Contestant("learned", policy="zoo:fdi-defense-ppo"),
     ),
-    preset="defense",
     episodes=EPISODES,
     form="{value:.2f}\n{replaced_share:.0%} / {false_alarm_rate:.1%}",
     legend="worst impact speed in m/s; readings replaced / of those without injection, means over the episodes",

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterator
 from itertools import product
 
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Contest, Search, Side, Variant
-from cps_baselines.schedule import Entrant
 
 VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
 PAIRED = VEHICLES - 1  # gaps with a rear sensor
@@ -57,7 +57,7 @@ CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 
 CONTEST = Contest(
     problem="fdi",
     attackers=Side(
-        policies=tuple(map(Entrant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker"))),
+        policies=tuple(map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker"))),
         constants=tuple(constant_attacks()),
         searches=(
             Search("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
@@ -70,9 +70,9 @@ CONTEST = Contest(
         },
     ),
     defenders=Side(
-        policies=tuple(map(Entrant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only"))),
+        policies=tuple(map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only"))),
         constants=tuple(constant_defences()),
-        informed=(Entrant("informed"),),
+        informed=(Contestant("informed"),),
         searches=(Search("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
         margin_informed=0.1,
         margin_neutral=0.3,

@@ -5,25 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from cps_baselines.arena import Contestant, Venue
 from cps_baselines.hvac.calibration import HARD
-from cps_baselines.schedule import Benchmark, Entrant, PaperCell, Setting
+from cps_baselines.schedule import Benchmark, PaperCell, Setting
 from cps_envs.hvac.problem import EASY_ATTACKERS
 
 EPISODES = 10  # of a setting of the paper, as many as its reproduction takes
+MAIN_COMPROMISED = 3
 DRAWS = 20  # of a setting that draws plants
 SCRIPTED = ("constant", "sine", "random")
 STEALTHY = ("ramp", "root_ramp", "mimic")
-MODEL_FALLBACK = Entrant("mtd2_model", policy="mtd2?fallback=model", title="mtd2, falls back to the model")
-LEARNED_ATTACKER = Entrant("learned", policy="zoo:hvac-attack-ppo")
-LEARNED_DEFENDER = Entrant("learned", policy="zoo:hvac-defense-ppo")
+MODEL_FALLBACK = Contestant("mtd2_model", policy="mtd2?fallback=model", title="mtd2, falls back to the model")
+LEARNED_ATTACKER = Contestant("learned", policy="zoo:hvac-attack-ppo")
+LEARNED_DEFENDER = Contestant("learned", policy="zoo:hvac-defense-ppo")
 DEFENDERS = (
-    *(Entrant(name) for name in ("none", "fixed", "mtd1", "mtd2")),
+    *(Contestant(name) for name in ("none", "fixed", "mtd1", "mtd2")),
     MODEL_FALLBACK,
-    Entrant("model_only"),
+    Contestant("model_only"),
     LEARNED_DEFENDER,
 )
 MISMATCH_DEFENDERS = (
-    *(Entrant(name) for name in ("none", "mtd1", "mtd2", "model_only")),
+    *(Contestant(name) for name in ("none", "mtd1", "mtd2", "model_only")),
     LEARNED_DEFENDER,
 )
 LEGEND = "A_impact in C2, mean over the days; steps with a flawed set / steps in which no set passes MTD2"
@@ -34,12 +36,13 @@ def _paper_setting(compromised: int) -> Setting:
         name=f"compromised-{compromised}",
         title=f"Paper, {compromised} of 4 sensors compromised from hour 6.67 on",
         metric="a_impact",
-        attackers=(*(Entrant(name) for name in (*SCRIPTED, *STEALTHY)), LEARNED_ATTACKER),
+        venue=Venue("hvac", "paper", {"num_compromised": compromised}),
+        attackers=(*(Contestant(name) for name in (*SCRIPTED, *STEALTHY)), LEARNED_ATTACKER),
         defenders=DEFENDERS,
-        overrides={"num_compromised": compromised},
         episodes=EPISODES,
         form="{value:.1f}\n{flawed_steps:.0f} / {rejecting_steps:.0f}",
         legend=LEGEND,
+        only_full=compromised != MAIN_COMPROMISED,
     )
 
 
@@ -47,18 +50,20 @@ FREE = Setting(
     name="attack-free",
     title="Paper, attack-free",
     metric="a_impact",
-    attackers=(Entrant("none"),),
+    venue=Venue("hvac", "paper"),
+    attackers=(Contestant("none"),),
     defenders=DEFENDERS,
     episodes=EPISODES,
     legend="A_impact in C2 from hour 6.67 on, mean over the days",
+    only_full=True,
 )
 SENSOR_1 = Setting(
     name="sensor-1",
     title="Paper, Fig. 4.4b: sensor 1 reads 22 C",
     metric="a_impact",
-    attackers=(Entrant("constant"),),
+    venue=Venue("hvac", "paper", {"attack_order": [1], "num_compromised": 1}),
+    attackers=(Contestant("constant"),),
     defenders=DEFENDERS,
-    overrides={"attack_order": [1], "num_compromised": 1},
     episodes=EPISODES,
     legend="A_impact in C2, mean over the days",
 )
@@ -69,16 +74,16 @@ def _mismatch_setting(name: str, title: str, overrides: Mapping[str, Any]) -> Se
         name=name,
         title=title,
         metric="a_impact",
+        venue=Venue("hvac", "easy", overrides),
         attackers=(
-            *(Entrant(name) for name in ("none", *SCRIPTED, *STEALTHY)),
+            *(Contestant(name) for name in ("none", *SCRIPTED, *STEALTHY)),
             LEARNED_ATTACKER,
-            Entrant("mixture", policy=EASY_ATTACKERS),
+            Contestant("mixture", policy=EASY_ATTACKERS),
         ),
         defenders=MISMATCH_DEFENDERS,
-        preset="easy",
-        overrides=overrides,
         episodes=DRAWS,
         form="{median:.1f}\n{lower:.1f} - {upper:.1f}",
+        only_full=True,
         legend="A_impact in C2, median and quartiles over the days",
     )
 

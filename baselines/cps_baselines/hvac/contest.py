@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Contest, Search, Side, Variant
-from cps_baselines.schedule import Entrant
 
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
 SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
@@ -26,11 +26,11 @@ A_TRACKER = {"level": 0.4, "gain": 0.5, "noise": 1.0, "cap_c": 12.0}
 UNFIT = "trained in `easy`: it sees and chooses other estimates"
 
 
-def _signed() -> Iterator[Entrant]:
+def _signed() -> Iterator[Contestant]:
     for name, policy in SIGNED.items():
         joint = "&" if "?" in policy else "?"
-        yield Entrant(name, policy=policy)
-        yield Entrant(f"{name}_warm", policy=f"{policy}{joint}warmer=true")
+        yield Contestant(name, policy=policy)
+        yield Contestant(f"{name}_warm", policy=f"{policy}{joint}warmer=true")
 
 
 def _forged() -> Iterator[str]:
@@ -52,9 +52,9 @@ def _action(shares: list[float], base: float) -> str:
 
 ATTACKERS = Side(
     policies=(
-        *(Entrant(name) for name in ("none", "constant", "sine", "random")),
-        Entrant("constant_28", policy="constant?reading_c=28", title="constant, 28 C"),
-        Entrant("constant_40", policy="constant?reading_c=40", title="constant, 40 C"),
+        *(Contestant(name) for name in ("none", "constant", "sine", "random")),
+        Contestant("constant_28", policy="constant?reading_c=28", title="constant, 28 C"),
+        Contestant("constant_40", policy="constant?reading_c=40", title="constant, 40 C"),
         *_signed(),
     ),
     constants=tuple(_forged()),
@@ -75,9 +75,9 @@ ATTACKERS = Side(
     },
 )
 DEFENDERS = Side(
-    policies=tuple(Entrant(name) for name in ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),
+    policies=tuple(Contestant(name) for name in ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),
     constants=tuple(f"always?action={choice}" for choice in range(CHOICES)),
-    informed=(Entrant("informed"), Entrant("truth")),
+    informed=(Contestant("informed"), Contestant("truth")),
     searches=(
         Search(
             "cusum",

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from cps_baselines.schedule import Benchmark, Entrant, Setting
+from cps_baselines.arena import Contestant, Venue
+from cps_baselines.schedule import Benchmark, Setting
 
 RATIOS = (1.0, 1.3)
+MAIN_RATIO = 1.0
 EPISODES = 20  # of attackers and settings that draw
 ATTACKERS = (
-    Entrant("none"),
-    Entrant("square", title="square, 0.1 Hz"),
-    Entrant("slow_square", policy="square?frequency_hz=0.02", title="square, 0.02 Hz"),
-    Entrant("duty_square"),
-    Entrant("random"),
-    Entrant("switching"),
-    Entrant("learned", policy="zoo:rogue-attack-ppo"),
+    Contestant("none"),
+    Contestant("square", title="square, 0.1 Hz"),
+    Contestant("slow_square", policy="square?frequency_hz=0.02", title="square, 0.02 Hz"),
+    Contestant("duty_square"),
+    Contestant("random"),
+    Contestant("switching"),
+    Contestant("learned", policy="zoo:rogue-attack-ppo"),
 )
 DEFENDERS = (
-    *(Entrant(name) for name in ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")),
-    Entrant("learned", policy="zoo:rogue-defense-ppo"),
+    *(Contestant(name) for name in ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")),
+    Contestant("learned", policy="zoo:rogue-defense-ppo"),
 )
 LEGEND = "damage in {unit}, means over the episodes; leader behind its reference at the end; integral of the cost c"
 FORM = "{value:.1f}\n{reference_error_m:.0f} m\nc {formation_cost_s:.0f} s"
@@ -28,12 +30,13 @@ def _paper_setting(power_ratio: float) -> Setting:
         name=f"paper-{power_ratio:g}",
         title=f"Paper: 100 s, vehicles pass through one another, power ratio {power_ratio:g}",
         metric="damage",
+        venue=Venue("rogue", "paper", {"power_ratio": power_ratio}),
         attackers=ATTACKERS,
         defenders=DEFENDERS,
-        overrides={"power_ratio": power_ratio},
         more_episodes={"random": EPISODES},
         form=FORM,
         legend=LEGEND.format(unit="m"),
+        only_full=True,
     )
 
 
@@ -42,12 +45,13 @@ def _solid_setting(power_ratio: float) -> Setting:
         name=f"solid-{power_ratio:g}",
         title=f"The same with solid bodies, 60 s, power ratio {power_ratio:g}",
         metric="damage",
+        venue=Venue("rogue", "paper", {"power_ratio": power_ratio, "contact": "solid", "duration_s": 60.0}),
         attackers=ATTACKERS,
         defenders=DEFENDERS,
-        overrides={"power_ratio": power_ratio, "contact": "solid", "duration_s": 60.0},
         more_episodes={"random": EPISODES},
         form=FORM,
         legend=LEGEND.format(unit="m/s"),
+        only_full=power_ratio != MAIN_RATIO,
     )
 
 
@@ -55,12 +59,13 @@ EASY = Setting(
     name="easy",
     title="Easy: solid bodies, 60 s; start, onset, ratio 1 to 1.6, drive, drag and v_ref drawn; sensor noise",
     metric="damage",
+    venue=Venue("rogue", "easy"),
     attackers=ATTACKERS,
     defenders=DEFENDERS,
-    preset="easy",
     episodes=EPISODES,
     form=FORM,
     legend=LEGEND.format(unit="m/s"),
+    only_full=True,
 )
 
 BENCHMARK = Benchmark(

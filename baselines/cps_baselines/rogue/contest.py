@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from itertools import product
 
+from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
 from cps_baselines.rogue.players import ATTACKERS, DEFENDERS
-from cps_baselines.schedule import Entrant
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 
@@ -49,7 +49,7 @@ MONITOR = Search(
 CONTEST = Contest(
     problem="rogue",
     attackers=Side(
-        policies=(*ATTACKERS, Entrant("gains")),
+        policies=(*ATTACKERS, Contestant("gains")),
         constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),
         searches=(SWITCHING, RAMMING, BRAKING),
         margin_neutral=5.0,
@@ -61,12 +61,12 @@ CONTEST = Contest(
         },
     ),
     defenders=Side(
-        policies=(*DEFENDERS, Entrant("pd_detection")),
+        policies=(*DEFENDERS, Contestant("pd_detection")),
         constants=(
             *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
             *(constant((law,) * 3, 1) for law in range(2, len(CONTROLLERS)) if CONTROLLERS[law] != "human"),
         ),
-        informed=(Entrant("informed"),),
+        informed=(Contestant("informed"),),
         searches=(MONITOR,),
         margin_informed=1.0,
         margin_neutral=5.0,

@@ -54,5 +54,5 @@ def _best(attacker: str, choices: Sequence[dict[str, Any]], episodes: int, count
 
 
 if __name__ == "__main__":
-    found = [respond(entrant.reference) for entrant in ATTACKERS]
+    found = [respond(contestant.reference) for contestant in ATTACKERS]
     Path(sys.argv[1]).write_text(json.dumps({"found": found}, indent=1) + "\n", encoding="utf-8")

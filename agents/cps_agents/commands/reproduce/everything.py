@@ -13,7 +13,7 @@ from cps_agents.console import err, out, print_json
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from cps_agents.benchmark.store import Store
+    from cps_agents.arena.store import Store
     from cps_agents.reproduction.readings import Reading
 
 ONLY = "Only this one, such as ch2-S0 or ch5; may be repeated."
@@ -42,7 +42,7 @@ def everything(
     continues. The exit code is 1 when our own numbers left their reference
     values, which means that a simulation has changed.
     """
-    from cps_agents.benchmark.store import Store
+    from cps_agents.arena.store import Store
     from cps_agents.console import make_table
     from cps_agents.errors import CommandError
     from cps_agents.files import write_json

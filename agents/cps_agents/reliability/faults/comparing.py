@@ -13,7 +13,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load_file
 
 TIMES = re.compile(r".*(cpu_s|seconds|_per_s|wall|started|ended|resum|reused|command|date|time|digest).*")
-PLACES = ("cells", "matches")  # folders of finished work, one file each
+PLACES = ("meetings", "matches")  # folders of finished work, one file each
 UNREADABLE = (OSError, ValueError, SafetensorError, zipfile.BadZipFile)
 
 

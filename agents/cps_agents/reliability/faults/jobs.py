@@ -30,7 +30,7 @@ TINY = (
 
 @dataclass(frozen=True)
 class Job:
-    """A command; `--out` is added."""
+    """A command; `--out` is added, and below it a folder of finished meetings."""
 
     name: str
     words: str
@@ -45,10 +45,9 @@ JOBS = (
     ),
     Job(
         "benchmark",
-        "benchmark --quick --problem rogue --setting paper-1 --attacker square --defender pd --defender sliding "
-        "--jobs 1",
+        "benchmark rogue --quick --table paper-1 --attacker square --defender pd --defender sliding --jobs 1",
     ),
-    Job("results", "results --quick --problem rogue --block rogue-defense --jobs 1"),
+    Job("examination", "benchmark rogue --suite learned --quick --table rogue-defense --jobs 1"),
     Job("train", f"train rogue-attack-ppo --seeds 1 --steps 512 {TINY}", learns=True),
     Job(
         "self-play",
@@ -100,6 +99,7 @@ def start(job: Job, folder: Path, before: Callable[[], None] = lambda: None) -> 
 def _command(job: Job, folder: Path) -> int:
     from cps_agents.cli import main
 
+    os.environ["CPS_ENVS_MEETINGS"] = str(folder / "meetings")
     sys.argv = ["cps-envs", *job.words.split(), "--out", str(folder)]
     try:
         main()

@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 from safetensors.numpy import load_file, save_file
 
-from cps_agents.benchmark.cell import Cell
-from cps_agents.benchmark.store import Store
+from cps_agents.arena.meeting import Meeting
+from cps_agents.arena.store import Store
 from cps_agents.reliability.chunk import Chunk
 from cps_agents.reliability.fuzz.judging import Tally, limited, wrong_numbers
 from cps_agents.reliability.fuzz.values import NUMBERS, Generator, odd_value, pick
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
+from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.types import ROLES, Array
 
@@ -178,7 +179,7 @@ TENSORS: Sequence[Callable[[Array, Generator], Array | None]] = (
 def cells(chunk: Chunk, tally: Tally) -> None:
     """An edited result of a finished pair is not taken: it is played again. Taking an edited one would be nonsense."""
     rng = np.random.default_rng([chunk.number, 7])
-    job = Cell("rogue", "fuzz", "paper", {"duration_s": 4.0}, "none", "none", "none", "none", 2)
+    job = Meeting(Venue("rogue", "paper", {"duration_s": 4.0}), "none", "none", 2)
     store = Store(Path("cells"))
     result = {"metrics": {"return": [1.5, 2.5]}, "simulations": 0}
     store.put(job, result)

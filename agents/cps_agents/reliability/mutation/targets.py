@@ -42,6 +42,6 @@ TARGETS = (
     Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_game.py", "tests/hvac/test_reference.py")),
     Target("cps_envs/rogue/dynamics.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")),
     Target("cps_envs/rogue/payoff.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_game.py")),
-    Target("agents/cps_agents/evaluation/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
+    Target("agents/cps_agents/arena/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
     Target("agents/cps_agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py",), 40),
 )

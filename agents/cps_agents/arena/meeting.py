@@ -1,0 +1,167 @@
+"""The pieces of work of an arena, as plain data that any process can do: meetings and what precedes them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from importlib import import_module
+from typing import Any, ClassVar, Protocol, cast
+
+from cps_agents.arena.sources import sources_of
+from cps_agents.errors import CommandError, explain
+from cps_agents.zoo.references import form_of
+from cps_baselines.arena import Contestant, Venue
+from cps_envs.core.documents import Entry
+from cps_envs.registration import find_problem
+
+Result = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class InVenue:
+    """Work that is done in a venue."""
+
+    venue: Venue
+
+    @property
+    def problem(self) -> str:
+        """The problem's name, or module:attribute."""
+        return self.venue.problem
+
+
+@dataclass(frozen=True)
+class Meeting(InVenue):
+    """An attacker against a defender in a venue: some episodes in one batch.
+
+    Who asks for it and what it is called there is no part of it: the same meeting is played once for everybody.
+    """
+
+    kind: ClassVar[str] = "meeting"
+    attacker: str  # reference
+    defender: str
+    episodes: int  # on seeds first_seed, first_seed + 1, ...
+    first_seed: int = 0
+    sources: Mapping[str, str] = field(default_factory=dict)  # hashes of trained policies and of code of one's own
+    label: str = field(default="", compare=False)  # for progress
+
+    def run(self) -> Result:
+        """`metrics`: each metric's values, one per episode; `simulations`: episodes that an attacker planned on."""
+        from cps_envs.core.play import play_episodes
+
+        problem, config = find_problem(self.problem), self.venue.config
+        attacker: Any = problem.policy(self.attacker, problem.game(config, 1), "attacker")
+        players: Any = {"attacker": attacker, "defender": self.defender}
+        outcome = play_episodes(problem, config, players, range(self.first_seed, self.first_seed + self.episodes))
+        metrics = {name: values.tolist() for name, values in outcome.items()}
+        return {"metrics": metrics, "simulations": getattr(attacker, "simulations", 0)}
+
+    def check(self, result: Entry) -> None:
+        """A finite value of each metric for each episode."""
+        for values in result["metrics"].entries().values():
+            values.numbers(self.episodes)
+        result["simulations"].number(0)
+        result["cpu_s"].number(0)
+
+
+@dataclass(frozen=True)
+class Preparation(InVenue):
+    """What a contestant finds out before it plays."""
+
+    kind: ClassVar[str] = "preparation"
+    function: str  # module:function
+    quick: bool
+    opponent: str = ""  # that it prepares for; empty: for all
+    sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
+    label: str = field(default="", compare=False)
+
+    def run(self) -> Result:
+        """`policy`, the reference to play with, and `note`."""
+        module, _, attribute = self.function.partition(":")
+        return asdict(getattr(import_module(module), attribute)(self.venue.config, self.quick, self.opponent))
+
+    def check(self, result: Entry) -> None:
+        """A reference and a note."""
+        result["policy"].text()
+        result["note"].text()
+
+
+class Job(Protocol):
+    """A piece of work that any process can do; a frozen dataclass of plain data."""
+
+    kind: ClassVar[str]
+
+    @property
+    def problem(self) -> str:
+        """The problem's name, or module:attribute."""
+
+    @property
+    def label(self) -> str:
+        """For progress."""
+
+    def run(self) -> Result:
+        """Do the work."""
+
+    def check(self, result: Entry) -> None:
+        """Refuse a kept result that this work cannot have.
+
+        Raises:
+            DamagedFileError: it has other entries, or numbers that are not finite.
+        """
+
+
+def run_job(job: Job) -> Result:
+    """Do a piece of work; its result also tells the CPU seconds it took."""
+    start = time.process_time()
+    return {**job.run(), "cpu_s": round(time.process_time() - start, 3)}
+
+
+def attempt(job: Job) -> Result:
+    """The result of a job; errors that the user can put right tell which job had them."""
+    try:
+        return run_job(job)
+    except Exception as error:
+        message = explain(error)
+        if message is None:
+            raise
+        raise CommandError(f"{job.problem} {job.label}: {message}") from error
+
+
+def identity(job: Job) -> dict[str, Any]:
+    """All that a job's result hangs on, as plain data: a venue counts by its configuration, a label not at all."""
+    plain = {"kind": job.kind, **asdict(cast(Any, job))}
+    plain.pop("label", None)
+    venue = getattr(job, "venue", None)
+    return plain if venue is None else {**plain, "venue": {"problem": venue.problem, "config": asdict(venue.config)}}
+
+
+def make_meeting(
+    venue: Venue, attacker: Contestant, defender: Contestant, episodes: int, first_seed: int = 0, label: str = ""
+) -> Meeting:
+    """The meeting of two contestants, in the observation and action forms that trained policies know."""
+    own = {**venue.overrides, **attacker.overrides, **defender.overrides}
+    config = venue.config
+    for each in (attacker, defender):
+        own |= form_of(each.reference, config)
+    return Meeting(
+        venue=Venue(venue.problem, venue.preset, own),
+        attacker=attacker.reference,
+        defender=defender.reference,
+        episodes=episodes,
+        first_seed=first_seed,
+        sources=sources_of(venue.problem, attacker.reference, defender.reference),
+        label=label or f"{attacker.name} - {defender.name}",
+    )
+
+
+def make_preparation(venue: Venue, contestant: Contestant, opponent: str, quick: bool, label: str = "") -> Preparation:
+    """What a contestant finds out before it meets an opponent."""
+    known = opponent if contestant.for_each else ""
+    return Preparation(
+        venue=venue.changed(contestant.overrides),
+        function=contestant.prepare,
+        quick=quick,
+        opponent=known,
+        sources=sources_of(venue.problem, known, contestant.prepare),
+        label=f"{label or contestant.name} prepares",
+    )

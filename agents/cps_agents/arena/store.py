@@ -1,0 +1,77 @@
+"""Finished work on disk: what one command has played, no other one plays again, and an interrupted one goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from cps_agents.arena.meeting import Job, Result, identity
+from cps_agents.arena.sources import fingerprint
+from cps_agents.console import to_json
+from cps_agents.files import write_json
+from cps_agents.machine import versions
+from cps_envs.core.documents import DamagedFileError, read_entry
+
+LONGEST_NAME = 90  # of a file, before its hash
+
+
+class Store:
+    """Results of jobs, one file each, valid as long as neither the job nor the code behind it changes.
+
+    Several processes may use a folder at once: a file is whole or not there. A `fresh` one believes only what it has
+    been given itself; what it keeps takes the place of what was there.
+    """
+
+    def __init__(self, folder: Path, *, fresh: bool = False) -> None:
+        self.folder = folder
+        self._versions = versions()
+        self._own: set[Path] | None = set() if fresh else None
+
+    def get(self, job: Job) -> Result | None:
+        """The result of a job that was done before, or None; a damaged or edited file counts as not there."""
+        path = self._path(job)
+        if self._own is not None and path not in self._own:
+            return None
+        try:
+            found = read_entry(path, "kept result", "It is computed again.")
+            kept, result = found.plain(), found["result"]
+            if any(kept.get(name) != value for name, value in self._described(job).items()):
+                return None
+            job.check(result)
+        except (OSError, DamagedFileError):
+            return None
+        return result.plain() if kept.get("digest") == _digest(result.value) else None
+
+    def put(self, job: Job, result: Result) -> None:
+        """Keep a result."""
+        plain, path = json.loads(to_json(result)), self._path(job)
+        write_json(path, {**self._described(job), "digest": _digest(plain), "result": plain})
+        if self._own is not None:
+            self._own.add(path)
+
+    def _described(self, job: Job) -> dict[str, Any]:
+        """The job, and what its result depends on beside it, as they come back from a file."""
+        return {"job": json.loads(to_json(identity(job))), **self._surroundings(job)}
+
+    def _surroundings(self, job: Job) -> dict[str, Any]:
+        return {"versions": self._versions, "sources": fingerprint(job.problem)}
+
+    def _path(self, job: Job) -> Path:
+        return self.folder / file_name(job)
+
+
+def file_name(job: Job) -> str:
+    """A readable name that is unique to the work."""
+    plain = identity(job)
+    parts = [plain.get(name, "") for name in ("attacker", "defender", "function", "name")]
+    readable = "-".join([job.problem, *(part for part in parts if isinstance(part, str) and part)])
+    text = re.sub(r"[^a-z0-9._]+", "-", readable.lower())[:LONGEST_NAME]
+    return f"{text}-{hashlib.sha256(to_json(plain).encode()).hexdigest()[:12]}.json"
+
+
+def _digest(result: Any) -> str:
+    """A hash that tells whether a result is the one that was kept."""
+    return hashlib.sha256(json.dumps(result, sort_keys=True).encode()).hexdigest()

@@ -1,0 +1,55 @@
+"""What trained policies without a declared target have to reach: more than every other policy of their role."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from cps_agents.arena.admission import able, short_name, usual
+from cps_agents.arena.challenge import Challenge
+from cps_agents.results.block import Bar, Block, Row
+from cps_agents.zoo.references import card_of
+from cps_baselines.arena import Contestant, Venue
+from cps_envs import find_problem
+from cps_envs.core.types import ROLES, Role, other
+
+EPISODES = 50
+
+
+def derived(name: str, policies: Sequence[str]) -> Iterator[Block]:
+    """A block for each role of a problem that some of these trained policies play."""
+    problem = find_problem(name)
+    for role in ROLES:
+        cards = {policy: card_of(policy) for policy in policies}
+        mine = [each for each, card in cards.items() if card and (card.problem, card.role) in _names(name, role)]
+        if mine:
+            yield Block(
+                name=f"{problem.name}-{role}",
+                title=f"{problem.name} {role}",
+                target=f"better than every other {role}, in each preset and against each opponent.",
+                problem=name,
+                role=role,
+                metric="return",
+                learned=tuple(Contestant(short_name(policy), policy) for policy in mine),
+                baselines=tuple(_own(name, role)),
+                rows=tuple(_rows(name, role)),
+                bars=(Bar(every=True),),
+                unit=problem.unit,
+            )
+
+
+def _names(name: str, role: Role) -> tuple[tuple[str, Role], ...]:
+    return (name, role), (find_problem(name).name, role)
+
+
+def _own(name: str, role: Role) -> Iterator[Contestant]:
+    """The policies that presets name without registering them; registered ones join every block."""
+    usual_ones = dict.fromkeys(each[role] for each in find_problem(name).opponents.values())
+    yield from (Contestant(each) for each in usual_ones if ":" in each)
+
+
+def _rows(name: str, role: Role) -> Iterator[Row]:
+    rival = other(role)
+    for preset in find_problem(name).presets:
+        venue = Venue(name, preset)
+        for each in able(venue, rival, usual(venue, rival)):
+            yield Row(f"{preset}, against {each.name}", (Challenge(venue, role, each.reference, EPISODES),))

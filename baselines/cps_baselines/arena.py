@@ -1,0 +1,61 @@
+"""Who meets where, as plain data: venues and contestants, of which every suite, league and contest is made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cps_envs.registration import find_problem
+
+
+@dataclass(frozen=True)
+class Venue:
+    """The configuration in which policies meet."""
+
+    problem: str  # name, or module:attribute of a problem of your own
+    preset: str = "learning"
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def config(self) -> Any:
+        """The configuration itself."""
+        return find_problem(self.problem).config(self.preset, self.overrides)
+
+    def changed(self, overrides: Mapping[str, Any]) -> Venue:
+        """The venue with more fields set."""
+        return Venue(self.problem, self.preset, {**self.overrides, **overrides})
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A policy that takes part, with what is known of it beside its reference."""
+
+    name: str
+    policy: str = ""  # reference, as `cps-envs play` takes it; the name itself if empty
+    title: str = ""  # in the tables, where the name does not say enough
+    overrides: Mapping[str, Any] = field(default_factory=dict)  # of the venue where it plays, such as how it observes
+    prepare: str = ""  # "module:function", called as function(config, quick, opponent) in advance; returns Prepared
+    for_each: bool = False  # whether it prepares anew for each opponent; else `opponent` is ""
+    episodes: int = 0  # where they are not those of the table
+    quick_policy: str = ""  # with --quick, where the other one takes long
+    metric: str = ""  # what its row shows, where it is not that of the table
+    optimum: bool = False  # what is possible at all, not a method to beat
+
+    @property
+    def heading(self) -> str:
+        """What the tables call it."""
+        return self.title or self.name
+
+    @property
+    def reference(self) -> str:
+        """The policy to look up."""
+        return self.policy or self.name
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What a contestant found out in advance: the policy that it plays with, and a line about it."""
+
+    policy: str
+    note: str
