@@ -104,8 +104,9 @@ class FdiAttackOptima(FdiAttack):
     name: str = "fdi-attack-optima"
     overrides: Mapping[str, Any] = field(default_factory=lambda: {"mask": "look_ahead"})
     teacher: str = "oracle"
-    teacher_episodes: int = 1024  # every task with near certainty
-    teacher_epochs: int = 300  # of five batches; then no decision is wrong
+    teacher_episodes: int = 768  # every task with near certainty
+    teacher_epochs: int = 100  # of fifteen batches; then hardly a decision is wrong
+    batch_size: int = 1024
     search_steps: int = 0
     self_imitation: int = 0
     num_envs: int = 256

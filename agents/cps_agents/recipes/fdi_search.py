@@ -12,8 +12,8 @@ from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.learning.scene import Scene
 from cps_envs.core.types import Array, FloatArray, Role
 
-FALSE_ALARM_MPS = 0.2  # what an episode with a false alarm costs a defender beside its charges,
-HONEST_ALARM_MPS = 2.0  # and one in which nobody attacks
+FALSE_ALARM_MPS = 0.4  # what an episode with a false alarm costs a defender beside its charges,
+HONEST_ALARM_MPS = 4.0  # and one in which nobody attacks
 SAFE_GAP_M, PER_METRE_MPS = 1.5, 2.0  # a smaller gap without an attack costs so much for each metre
 # Trackers unlike one another: the registered ones, and the answers that searches found to older defenders.
 TRACKERS = (
@@ -21,10 +21,10 @@ TRACKERS = (
     "tracker?margin=0.8&late=1.5&swing=1&swing_s=0.5",
     "tracker?margin=1.072&late=2.299&swing=2.032&swing_s=0.9383&range_part=1.052",
     "tracker?margin=0.277&late=1.018&swing=-0.466&swing_s=1.403&range_part=0.1714",
-    "tracker?margin=0.5&late=0.5&swing=0.5&swing_s=2",
+    "tracker?margin=0.1534&late=2.725&swing=-0.377&swing_s=2.65&range_part=0.6174",
     "blind_tracker",
     "blind_tracker?margin=1.831&late=1.341&swing=-0.5837&swing_s=4.432&range_part=1.5",
-    "blind_tracker?margin=0.6&late=1.2&swing=1&swing_s=1",
+    "blind_tracker?margin=0.8061&late=2.385&swing=-0.5348&swing_s=3.978&range_part=0.822",
 )
 LOUD = 'mixture?policies=["swing","random","bang_bang"]'
 UNSEEN_GAP: Mapping[str, Any] = {"tasks": "xv4>4", "attack_share": 1.0}  # no other sensor sees the lead's gap
@@ -54,7 +54,7 @@ class FdiDefenseSearch(Recipe):
     )
     population: int = 12
     search_deviation: float = 0.8
-    total_steps: int = 12 * 78 * 30  # 24 generations
+    total_steps: int = 12 * 78 * 28  # 28 generations
     evaluations: int = 6
     evaluation_episodes: int = 312
 
@@ -65,3 +65,27 @@ class FdiDefenseSearch(Recipe):
         small_m = np.where(honest, np.maximum(SAFE_GAP_M - outcome["smallest_gap_m"], 0.0), 0.0)
         worth: FloatArray = -outcome["return"] - alarm - PER_METRE_MPS * small_m
         return worth
+
+
+@dataclass(frozen=True)
+class FdiAttackSearch(Recipe):
+    """The numbers of `TaskTracker`: how much the filter is told to be wrong, for each kind of task.
+
+    It meets every registered defender equally often, in episodes that are all attacked.
+    """
+
+    name: str = "fdi-attack-cma"
+    problem: str = "fdi"
+    algorithm: str = SEARCH
+    family: str = "fdi-task-tracker"
+    preset: str = "learning"
+    opponent: str = "cusum"
+    scenes: tuple[Scene, ...] = tuple(
+        Scene(episodes, defender, overrides={"attack_share": 1.0})
+        for defender, episodes in (("bank", 24), ("cusum", 16), ("redundant_cusum", 16), ("chi2", 12), ("none", 4))
+    )
+    population: int = 14
+    search_deviation: float = 0.7
+    total_steps: int = 14 * 72 * 64  # 64 generations
+    evaluations: int = 8
+    evaluation_episodes: int = 288

@@ -9,7 +9,7 @@ from cps_agents.recipes.disbanding_defense import DisbandingDefense, DisbandingD
 from cps_agents.recipes.disbanding_search import DisbandingDefenseLocalSearch, DisbandingDefenseSearch
 from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed, FdiAttackOptima
 from cps_agents.recipes.fdi_defense import FdiDefense
-from cps_agents.recipes.fdi_search import FdiDefenseSearch
+from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
 from cps_agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
 from cps_agents.recipes.hvac_defense import HvacDefense
 from cps_agents.recipes.rogue_attack import RogueAttack, RogueAttackRecurrent
@@ -28,6 +28,7 @@ RECIPES: dict[str, Recipe] = {
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiAttackOptima(),
+        FdiAttackSearch(),
         FdiDefense(),
         FdiDefenseSearch(),
         HvacAttack(),

@@ -1,9 +1,12 @@
-"""The defender `Hypotheses` as a family of policies whose numbers a search chooses."""
+"""The defender `Hypotheses` and the attacker `TaskTracker` as families of policies whose numbers a search chooses."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from cps_baselines.family import Family, Number
 from cps_baselines.fdi.hypotheses import Hypotheses
+from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 
@@ -32,4 +35,32 @@ HYPOTHESES = Family(
         Number("caution", 1.0, 0.3, by_factors=True),
     ),
     _hypotheses,
+)
+
+
+# By hand, those of `tracker`; what it does about readings that are not used comes in by the search.
+START = Manner(margin=0.95, late=1.3, swing=1.1, swing_s=0.2, range_part=1.2, shy=0.0, sight=0.8, bold=0.0)  # type: ignore[arg-type]
+STEP = Manner(margin=0.2, late=0.2, swing=0.3, swing_s=0.3, range_part=0.2, shy=0.3, sight=0.2, bold=0.3)  # type: ignore[arg-type]
+
+
+def _task_tracker(spec: RoleSpec, values: FloatArray) -> TaskTracker:
+    manners, probe = values[:, :-1].reshape(len(values), len(KINDS), -1).copy(), values[:, -1]
+    swing_s, sight = Manner._fields.index("swing_s"), Manner._fields.index("sight")
+    manners[..., swing_s] = np.maximum(manners[..., swing_s], 0.0)
+    manners[..., sight] = manners[..., sight].clip(0.0, 1.0)
+    return TaskTracker(spec, manners, probe)
+
+
+TASK_TRACKER = Family(
+    "fdi",
+    "attacker",
+    (
+        *(
+            Number(f"{kind}.{name}", getattr(START, name), getattr(STEP, name))
+            for kind in KINDS
+            for name in Manner._fields
+        ),
+        Number("probe", 5.0, 0.2, by_factors=True),
+    ),
+    _task_tracker,
 )

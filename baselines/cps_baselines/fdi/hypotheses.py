@@ -166,9 +166,7 @@ def _judge(
     """Renew estimates (B, K, 3n + 1), odds (B, K) and who is followed (B,), and write the actions (B, R + n)."""
     f, at = lend(filters), filters.offsets[0]
     (hypotheses, readings), n = f.trusted.shape, f.command.shape[1]
-    s = Scratch(
-        np.empty(readings), np.empty(2 * n), np.empty(3 * n + 1), np.empty((hypotheses, readings)), np.empty(n)
-    )
+    s = Scratch(np.empty(readings), np.empty(2 * n), np.empty(3 * n + 1), np.empty((hypotheses, readings)), np.empty(n))
     for b in range(observation.shape[0]):
         row = borrowed(observation)[b]
         step = f.horizon[0] - int(np.rint(decoded(row, f.scale, at.steps_left)))
@@ -226,9 +224,7 @@ def predict(f: Filters, step: int, own: FloatArray, s: Scratch) -> None:
 
 
 @inlined
-def take(
-    f: Filters, step: int, k: int, own: FloatArray, outlier: float, told: FloatArray, values: FloatArray
-) -> float:
+def take(f: Filters, step: int, k: int, own: FloatArray, outlier: float, told: FloatArray, values: FloatArray) -> float:
     """Take readings (R,) into filter k, whose prediction (3n + 1,) becomes its estimate.
 
     `values` (R,) are filled with the normalised innovations. Returns the misfit of what it heard, in nats.
@@ -249,7 +245,7 @@ def take(
 @inlined
 def is_drift(f: Filters, k: int) -> bool:
     """Whether hypothesis k is the drift of the lead's gap."""
-    return k == f.trusted.shape[0] - 1
+    return bool(k == f.trusted.shape[0] - 1)
 
 
 @inlined
