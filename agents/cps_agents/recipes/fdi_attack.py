@@ -93,31 +93,6 @@ class FdiAttackDisturbed(FdiAttack):
     evaluation_episodes: int = 256
 
 
-@dataclass(frozen=True)
-class FdiAttackOptima(FdiAttack):
-    """One network that has learned the optima of all feasible tasks by heart: imitation, without a search of its own.
-
-    It plays injections and not shares of the legal ones, since a share cannot say every injection, and an optimum that
-    is off by one level misses. Starts are alike but for the task, so what it saw is all that it will see.
-    """
-
-    name: str = "fdi-attack-optima"
-    overrides: Mapping[str, Any] = field(default_factory=lambda: {"mask": "look_ahead"})
-    teacher: str = "oracle"
-    teacher_episodes: int = 768  # every task with near certainty
-    teacher_epochs: int = 100  # of fifteen batches; then hardly a decision is wrong
-    batch_size: int = 1024
-    search_steps: int = 0
-    self_imitation: int = 0
-    num_envs: int = 256
-    total_steps: int = 256 * 20 * 2  # rewards only confirm the imitation
-    evaluations: int = 2
-
-    def masks(self, game: FdiGame) -> BoolArray | None:  # type: ignore[override]
-        """Legal injections; sensors that nobody attacks have none but 0."""
-        return Recipe.masks(self, game)
-
-
 @lru_cache(maxsize=8)
 def _table(tasks: tuple[Task, ...], num_vehicles: int) -> tuple[BoolArray, IntArray]:
     """The attacked readings (T, 2n) and the index of the target (T,) of each task."""

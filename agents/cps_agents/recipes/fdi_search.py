@@ -86,6 +86,6 @@ class FdiAttackSearch(Recipe):
     )
     population: int = 14
     search_deviation: float = 0.7
-    total_steps: int = 14 * 72 * 64  # 64 generations
+    total_steps: int = 14 * 72 * 32  # 32 generations
     evaluations: int = 8
     evaluation_episodes: int = 288

@@ -7,7 +7,7 @@ from cps_agents.learning.recipe import Recipe
 from cps_agents.recipes.disbanding_attack import DisbandingAttack
 from cps_agents.recipes.disbanding_defense import DisbandingDefense, DisbandingDefenseLocal
 from cps_agents.recipes.disbanding_search import DisbandingDefenseLocalSearch, DisbandingDefenseSearch
-from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed, FdiAttackOptima
+from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from cps_agents.recipes.fdi_defense import FdiDefense
 from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
 from cps_agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
@@ -27,7 +27,6 @@ RECIPES: dict[str, Recipe] = {
         DisbandingDefenseLocalSearch(),
         FdiAttack(),
         FdiAttackDisturbed(),
-        FdiAttackOptima(),
         FdiAttackSearch(),
         FdiDefense(),
         FdiDefenseSearch(),
