@@ -11,6 +11,7 @@ from cps_agents.recipes.disbanding_defense import DisbandingDefense, DisbandingD
 from cps_agents.recipes.disbanding_search import DisbandingDefenseLocalSearch, DisbandingDefenseSearch
 from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from cps_agents.recipes.fdi_defense import FdiDefense
+from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
 from cps_agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
 from cps_agents.recipes.hvac_defense import HvacDefense
 from cps_agents.recipes.rogue_attack import RogueAttack, RogueAttackRecurrent
@@ -31,7 +32,9 @@ RECIPES: dict[str, Recipe] = {
         DisbandingDefenseLocalSearch(),
         FdiAttack(),
         FdiAttackDisturbed(),
+        FdiAttackSearch(),
         FdiDefense(),
+        FdiDefenseSearch(),
         HvacAttack(),
         HvacAttackMtd1(),
         HvacDefense(),

@@ -62,7 +62,7 @@ def with_table(text: str, document: Document) -> str:
     _, end, after = text[start.end() :].partition(END) if start else ("", "", "")
     if start is None or not end:
         raise ValueError(f"the README has no section between {START} and {END}")
-    return "\n".join([text[: start.end()], *_summary(document), END]) + after
+    return text[: start.start()] + readme_table(document) + after
 
 
 def _summary(document: Document) -> list[str]:

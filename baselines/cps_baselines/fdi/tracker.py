@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.fdi.injection import InjectionPolicy, view_of
+from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
 from cps_baselines.fdi.platoon_filter import platoon_filter, trusting
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec, State
@@ -64,25 +64,41 @@ class Tracker(InjectionPolicy):
         assert state is not None
         off, left, first = state
         views = view_of(self.form, seen)
-        if self.sight:
-            off = views.error - np.concatenate([seen["predicted_gap_error"], seen["predicted_speed"]], axis=1)
+        off = self._look(seen, views, off)
         told = seen["injection"] * self.form.bounds * self.form.resolution
         step = np.minimum(views.step, self.config.horizon - 1)
         ahead = np.einsum("bij,bj->bi", self._stay[step], off) - np.einsum("bij,bj->bi", self._lie[step], told)
         works = np.rint(seen["wait"][:, 0]) == 0
         first = np.where(works & (first < 0), views.step, first)
-        margin = self._margins(views.step - first, self.config.horizon - first)
-        wanted = margin[:, np.newaxis] * self._deviation[step + 1] - ahead @ self._view.T + left
+        margins = self._margins(seen, views, first)
+        wanted = margins * self._deviation[step + 1] - ahead @ self._view.T + left
         active = views.attacked & works[:, np.newaxis]
         levels = np.where(active, np.rint(wanted / self.form.resolution), 0.0)
         half = self.form.resolution / 2
         left = np.where(active, np.clip(wanted - levels * self.form.resolution, -half, half), 0.0)
         return self.say(views, levels.astype(np.int64), seen.masks), (ahead, left, first)
 
-    def _margins(self, since: Array, whole: FloatArray) -> FloatArray:
-        """The margins (B,) so many steps after the first, of `whole` until the end of the episode."""
-        part = np.clip((since - self.swing_steps) / np.maximum(whole - self.swing_steps, 1.0), 0.0, 1.0)
-        return np.where(since < self.swing_steps, -self.swing, self.margin + (self.late - self.margin) * part)
+    def _look(self, seen: Seen, views: View, off: FloatArray) -> FloatArray:
+        """What the filter is off by (B, 2n), of which `off` is what it should be by the lies so far."""
+        return seen_off(seen, views) if self.sight else off
+
+    def _margins(self, seen: Seen, views: View, first: FloatArray) -> FloatArray:
+        """The margins (B, 1) or (B, S) of lies that began at the steps `first` (B,)."""
+        whole = self.config.horizon - first
+        part = self._part(views.step - first, whole, self.swing_steps)
+        opens = views.step - first < self.swing_steps
+        return np.where(opens, -self.swing, self.margin + (self.late - self.margin) * part)[:, np.newaxis]
+
+    def _part(self, since: FloatArray, whole: FloatArray, swing_steps: FloatArray | float) -> FloatArray:
+        """How much of the time after the swing is over (B,), so many steps after the first of `whole`."""
+        part: FloatArray = np.clip((since - swing_steps) / np.maximum(whole - swing_steps, 1.0), 0.0, 1.0)
+        return part
+
+
+def seen_off(seen: Seen, views: View) -> FloatArray:
+    """What the filter is off by (B, 2n)."""
+    off: FloatArray = views.error - np.concatenate([seen["predicted_gap_error"], seen["predicted_speed"]], axis=1)
+    return off
 
 
 def blind_tracker(spec: RoleSpec, **options: Any) -> Tracker:

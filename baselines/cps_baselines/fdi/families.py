@@ -1,0 +1,66 @@
+"""The defender `Hypotheses` and the attacker `TaskTracker` as families of policies whose numbers a search chooses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_baselines.family import Family, Number
+from cps_baselines.fdi.hypotheses import Hypotheses
+from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.types import FloatArray
+
+MOST_MEMORY = 1.0
+
+
+def _hypotheses(spec: RoleSpec, values: FloatArray) -> Hypotheses:
+    numbers = dict(zip(HYPOTHESES.names, values.T, strict=True))
+    return Hypotheses(spec, **{**numbers, "memory": numbers["memory"].clip(0.0, MOST_MEMORY)})
+
+
+HYPOTHESES = Family(
+    "fdi",
+    "defender",
+    (
+        Number("range_cost", 0.8, 0.2, by_factors=True),
+        Number("rate_cost", 0.8, 0.2, by_factors=True),
+        Number("memory", 0.98, 0.005),
+        Number("threshold", 12.0, 0.2, by_factors=True),
+        Number("per_sensor", 2.0, 0.3, by_factors=True),
+        Number("drift_threshold", 5.0, 0.3, by_factors=True),
+        Number("release", 0.3, 0.3, by_factors=True),
+        Number("outlier", 3.0, 0.15, by_factors=True),
+        Number("gate", 3.0, 0.15, by_factors=True),
+        Number("correction", 1.0, 0.3, by_factors=True),
+        Number("caution", 1.0, 0.3, by_factors=True),
+    ),
+    _hypotheses,
+)
+
+
+# By hand, those of `tracker`; what it does about readings that are not used comes in by the search.
+START = Manner(margin=0.95, late=1.3, swing=1.1, swing_s=0.2, range_part=1.2, shy=0.0, sight=0.8, bold=0.0)  # type: ignore[arg-type]
+STEP = Manner(margin=0.2, late=0.2, swing=0.3, swing_s=0.3, range_part=0.2, shy=0.3, sight=0.2, bold=0.3)  # type: ignore[arg-type]
+
+
+def _task_tracker(spec: RoleSpec, values: FloatArray) -> TaskTracker:
+    manners, probe = values[:, :-1].reshape(len(values), len(KINDS), -1).copy(), values[:, -1]
+    swing_s, sight = Manner._fields.index("swing_s"), Manner._fields.index("sight")
+    manners[..., swing_s] = np.maximum(manners[..., swing_s], 0.0)
+    manners[..., sight] = manners[..., sight].clip(0.0, 1.0)
+    return TaskTracker(spec, manners, probe)
+
+
+TASK_TRACKER = Family(
+    "fdi",
+    "attacker",
+    (
+        *(
+            Number(f"{kind}.{name}", getattr(START, name), getattr(STEP, name))
+            for kind in KINDS
+            for name in Manner._fields
+        ),
+        Number("probe", 5.0, 0.2, by_factors=True),
+    ),
+    _task_tracker,
+)
