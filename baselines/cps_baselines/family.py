@@ -23,6 +23,7 @@ from cps_envs.core.types import Array, FloatArray, Role, other
 FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
+    "hvac-bayes": "cps_baselines.hvac.families:BAYES",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
 
