@@ -43,14 +43,14 @@ class HvacDefenseSearch(Recipe):
     family: str = "hvac-bayes"
     preset: str = "learning"
     scenes: tuple[Scene, ...] = (
-        Scene(35, HIDING),
-        Scene(15, BOLD),
+        Scene(28, HIDING),
+        Scene(12, BOLD),
     )
     population: int = 12
     search_deviation: float = 0.5
-    total_steps: int = 12 * 50 * 14  # 14 generations
+    total_steps: int = 12 * 40 * 12  # 12 generations
     evaluations: int = 3
-    evaluation_episodes: int = 300
+    evaluation_episodes: int = 280
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
         """Less A_impact: days with three liars count most, where most is to be won."""

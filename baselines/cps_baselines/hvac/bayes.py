@@ -21,7 +21,7 @@ from cps_envs.hvac.model import Model, build_model
 from cps_envs.hvac.sensors import sensor_sets
 
 MOST_SQUARED = 100.0  # of an innovation in standard deviations: one reading cannot decide alone
-LIKELY = 1e-4  # hypotheses below this probability do not count in the choice
+LIKELY = 1e-3  # hypotheses this much less likely than the first do not count in the choice
 
 
 class Bayes(AnalyticPolicy):
@@ -49,7 +49,7 @@ class Bayes(AnalyticPolicy):
         tables = {each: hypotheses(self.config, each) for each in beliefs}
         place = {each: row for row, each in enumerate(tables)}
         self._rows = np.array([place[each] for each in beliefs])
-        self._tables = Hypotheses(*(np.array(part, np.float64) for part in zip(*tables.values(), strict=True)))
+        self._tables = Hypotheses(*(np.array(part) for part in zip(*tables.values(), strict=True)))  # each (P, ...)
         self._memory, self._unready = memory(self.config), len(sensor_sets(self.config)) + 1
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
@@ -65,7 +65,8 @@ class Bayes(AnalyticPolicy):
         estimates, weights, rows = (part.copy() for part in state)
         k, ready, choice = elapsed_steps(seen, self.config), seen["ready"] > 0.5, np.full(len(seen), self._unready)
         weigh(self._model, self._tables, self._memory, rows, k, seen["heating"], seen["reading"], estimates, weights)
-        choose(seen["estimate"][:, 1:], estimates, weights, self._tables.too_cold[rows], choice)
+        if ready.any():
+            choose(seen["estimate"][:, 1:], estimates, weights, self._tables.too_cold[rows], choice)
         return np.where(ready, 1 + choice, self._unready), (estimates, weights, rows)
 
 
@@ -187,17 +188,21 @@ def choose(
 
     An error counts `too_cold` (B,) times where the estimate is below the temperature.
     """
-    n = offered.shape[2]
+    n, likely, probability = offered.shape[2], np.empty(weights.shape[1], np.int64), np.exp(weights)
     for b in range(len(choice)):
-        least = np.inf
+        count, least = 0, np.inf
+        for h in range(len(likely)):
+            if probability[b, h] > LIKELY:
+                likely[count] = h
+                count += 1
         for a in range(offered.shape[1]):
             error = 0.0
-            for h in range(weights.shape[1]):
-                probability = np.exp(weights[b, h])
-                if probability > LIKELY:
-                    for i in range(n):
-                        difference = offered[b, a, i] - estimates[b, h, i]
-                        weight = too_cold[b] if difference < 0.0 else 1.0
-                        error += probability * weight * difference * difference
+            for j in range(count):
+                h, squares = likely[j], 0.0
+                for i in range(n):
+                    difference = offered[b, a, i] - estimates[b, h, i]
+                    weight = too_cold[b] if difference < 0.0 else 1.0
+                    squares += weight * difference * difference
+                error += probability[b, h] * squares
             if error < least:
                 least, choice[b] = error, a

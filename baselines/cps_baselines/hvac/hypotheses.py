@@ -53,7 +53,7 @@ START = Beliefs(
 
 
 class Hypotheses(NamedTuple):
-    """H hypotheses of n zones and S sensors: nobody lies, then for each set of liars a slow, a bold and a still kind.
+    """Tables of H hypotheses of n zones and S sensors: nobody lies, then each set of liars: slow, bold and still.
 
     The state of a hypothesis is x (n,) C, heat (n,) W, biases (S,) C and how fast they grow (S,) C per step.
     """
@@ -63,12 +63,12 @@ class Hypotheses(NamedTuple):
     offset: FloatArray  # (H,) of the logarithm of the density
     lies: FloatArray  # (H, S) 1 for a liar
     prior: FloatArray  # (H,) of the attack that begins; 0 for the first hypothesis
-    growth_kept: float  # of the growth at each step
+    growth_kept: FloatArray  # () of the growth at each step
     kinds: FloatArray  # (3,) shares of the kinds
-    onset: float  # probability that an attack begins, at each step
-    change: float  # probability that liars may turn to another kind, at each step
-    trust: float
-    too_cold: float
+    onset: FloatArray  # () probability that an attack begins, at each step
+    change: FloatArray  # () probability that liars may turn to another kind, at each step
+    trust: FloatArray  # ()
+    too_cold: FloatArray  # ()
 
 
 def liar_sets(config: HvacConfig) -> BoolArray:
@@ -101,12 +101,12 @@ def hypotheses(config: HvacConfig, beliefs: Beliefs) -> Hypotheses:
         offset=offset,
         lies=np.array([who for who, *_ in liars], np.float64),
         prior=prior / prior.sum(),
-        growth_kept=kept,
+        growth_kept=np.array(kept),
         kinds=odds / odds.sum(),
-        onset=min(beliefs.onset_per_h * config.step_s / 3600.0, 0.5),
-        change=min(beliefs.change_per_h * config.step_s / 3600.0, 0.5),
-        trust=beliefs.trust,
-        too_cold=beliefs.too_cold,
+        onset=np.array(min(beliefs.onset_per_h * config.step_s / 3600.0, 0.5)),
+        change=np.array(min(beliefs.change_per_h * config.step_s / 3600.0, 0.5)),
+        trust=np.array(beliefs.trust),
+        too_cold=np.array(beliefs.too_cold),
     )
 
 
