@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.learning.scene import Scene
 from cps_envs.core.types import Array, FloatArray, Role
@@ -48,11 +50,11 @@ class HvacDefenseSearch(Recipe):
     )
     population: int = 12
     search_deviation: float = 0.5
-    total_steps: int = 12 * 40 * 12  # 12 generations
+    total_steps: int = 12 * 40 * 10  # 10 generations
     evaluations: int = 3
-    evaluation_episodes: int = 280
+    evaluation_episodes: int = 200
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
-        """Less A_impact: days with three liars count most, where most is to be won."""
-        worth: FloatArray = -outcome["return"]
+        """Less the root of A_impact: of the impact itself a few days with three liars would decide alone."""
+        worth: FloatArray = -np.sqrt(outcome["return"])
         return worth

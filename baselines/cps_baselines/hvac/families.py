@@ -8,7 +8,21 @@ from cps_baselines.hvac.hypotheses import START, Beliefs
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 
-STEP = 0.5  # of the logarithm of each number
+STEP = Beliefs(  # of the logarithm of each number
+    onset_per_h=0.7,
+    further_liar=0.3,
+    growth_c_per_h=0.4,
+    growth_h=0.4,
+    walk_c=0.3,
+    bold=0.3,
+    still=0.3,
+    still_noise=0.1,
+    still_walk_c=0.2,
+    change_per_h=0.3,
+    heat_w=0.2,
+    trust=0.2,
+    too_cold=0.4,
+)
 
 
 def _bayes(spec: RoleSpec, values: FloatArray) -> Bayes:
@@ -18,6 +32,6 @@ def _bayes(spec: RoleSpec, values: FloatArray) -> Bayes:
 BAYES = Family(
     "hvac",
     "defender",
-    tuple(Number(name, start, STEP, by_factors=True) for name, start in START._asdict().items()),
+    tuple(Number(name, start, getattr(STEP, name), by_factors=True) for name, start in START._asdict().items()),
     _bayes,
 )
