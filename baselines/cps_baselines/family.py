@@ -24,6 +24,9 @@ FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
     "hvac-bayes": "cps_baselines.hvac.families:BAYES",
+    "hvac-brink": "cps_baselines.hvac.families:BRINK",
+    "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
+    "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
 
