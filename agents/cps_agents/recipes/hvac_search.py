@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -57,4 +58,45 @@ class HvacDefenseSearch(Recipe):
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
         """Less the root of A_impact: of the impact itself a few days with three liars would decide alone."""
         worth: FloatArray = -np.sqrt(outcome["return"])
+        return worth
+
+
+@dataclass(frozen=True)
+class HvacAttackSearch(Recipe):
+    """How slowly an attack has to hide from the defender that weighs sets of liars."""
+
+    name: str = "hvac-attack-cma"
+    problem: str = "hvac"
+    algorithm: str = SEARCH
+    family: str = "hvac-tracker"
+    preset: str = "learning"
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    opponent: str = "zoo:hvac-defense-cma"
+    scenes: tuple[Scene, ...] = (
+        Scene(24, overrides={"compromised_weights": (0, 1, 1, 0)}),
+        Scene(16, overrides={"compromised_weights": (0, 0, 0, 1)}),  # where most is to be won
+    )
+    population: int = 10
+    search_deviation: float = 1.0
+    total_steps: int = 10 * 40 * 8  # 8 generations
+    evaluations: int = 4
+    evaluation_episodes: int = 200
+
+
+@dataclass(frozen=True)
+class HvacAttackMtd2Search(HvacAttackSearch):
+    """How close to its threshold an attack may go that MTD2 is not to discard, with one to three sensors."""
+
+    name: str = "hvac-attack-mtd2-cma"
+    family: str = "hvac-brink"
+    preset: str = "paper"
+    overrides: Mapping[str, Any] = field(default_factory=lambda: {"num_compromised": [1, 3]})
+    opponent: str = "mtd2"
+    scenes: tuple[Scene, ...] = (Scene(24),)
+    total_steps: int = 10 * 24 * 12  # 12 generations
+    evaluation_episodes: int = 96
+
+    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
+        """The root of A_impact, for which days with one sensor count too."""
+        worth: FloatArray = np.sqrt(outcome["return"])
         return worth
