@@ -93,7 +93,7 @@ class HvacAttackMtd2Search(HvacAttackSearch):
     overrides: Mapping[str, Any] = field(default_factory=lambda: {"num_compromised": [1, 3]})
     opponent: str = "mtd2"
     scenes: tuple[Scene, ...] = (Scene(24),)
-    total_steps: int = 10 * 24 * 12  # 12 generations
+    total_steps: int = 10 * 24 * 6  # 6 generations
     evaluation_episodes: int = 96
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:

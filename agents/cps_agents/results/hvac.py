@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cps_agents.evaluation.arena import Arena
 from cps_agents.results.block import Bar, Block, Contestant, Row
+from cps_agents.results.hvac_search import BLOCKS as SEARCHED
 from cps_baselines.hvac.calibration import HARD
 from cps_envs.hvac.problem import EASY_ATTACKERS
 
@@ -90,4 +91,4 @@ MIX = Block(
     ),
 )
 
-BLOCKS = (ATTACK, MIX)
+BLOCKS = (ATTACK, MIX, *SEARCHED)
