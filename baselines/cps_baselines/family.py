@@ -25,6 +25,10 @@ FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
     "fdi-hypotheses": "cps_baselines.fdi.families:HYPOTHESES",
     "fdi-task-tracker": "cps_baselines.fdi.families:TASK_TRACKER",
+    "hvac-bayes": "cps_baselines.hvac.families:BAYES",
+    "hvac-brink": "cps_baselines.hvac.families:BRINK",
+    "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
+    "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
 

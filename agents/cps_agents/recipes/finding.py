@@ -14,6 +14,7 @@ from cps_agents.recipes.fdi_defense import FdiDefense
 from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
 from cps_agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
 from cps_agents.recipes.hvac_defense import HvacDefense
+from cps_agents.recipes.hvac_search import HvacAttackMtd2Search, HvacAttackSearch, HvacDefenseSearch
 from cps_agents.recipes.rogue_attack import RogueAttack, RogueAttackRecurrent
 from cps_agents.recipes.rogue_defense import RogueDefense
 from cps_envs.core.errors import near
@@ -37,7 +38,10 @@ RECIPES: dict[str, Recipe] = {
         FdiDefenseSearch(),
         HvacAttack(),
         HvacAttackMtd1(),
+        HvacAttackSearch(),
+        HvacAttackMtd2Search(),
         HvacDefense(),
+        HvacDefenseSearch(),
         RogueAttack(),
         RogueAttackRecurrent(),
         RogueDefense(),

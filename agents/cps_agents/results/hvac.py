@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.hvac_search import BLOCKS as SEARCHED
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.hvac.calibration import HARD
 from cps_envs.hvac.problem import EASY_ATTACKERS
@@ -91,4 +92,4 @@ MIX = Block(
     ),
 )
 
-BLOCKS = (ATTACK, MIX)
+BLOCKS = (ATTACK, MIX, *SEARCHED)

@@ -25,6 +25,7 @@ class Brink(AnalyticPolicy):
     e^2 = (n + 1) (eps - margin) - n Jm, at most `most` eps. Its residual now is J = (y - xh)^2, so that
     b(k + 1) = b(k) + gain (e - sqrt(J)). Sets of several compromised sensors fail, as with a ramp; the others are
     intact. A smaller gain suits actions that are held for several steps.
+    Each number may be an array (B,), one for each episode.
 
     Raises:
         ConfigurationError: an attacker that does not see the residuals or cannot show the truth minus a bias, sensors
@@ -32,18 +33,25 @@ class Brink(AnalyticPolicy):
     """
 
     def __init__(
-        self, spec: RoleSpec, *, margin_c2: float = 0.01, gain: float = 1.0, most: float = 2.0, warmer: bool = False
+        self,
+        spec: RoleSpec,
+        *,
+        margin_c2: float | FloatArray = 0.01,
+        gain: float | FloatArray = 1.0,
+        most: float | FloatArray = 2.0,
+        warmer: bool = False,
     ) -> None:
         super().__init__(spec)
         self.config: HvacConfig = spec.config
-        if not (0 <= margin_c2 < self.config.threshold_c2 and 0 < gain <= 1 and most > 0):
+        inside = (np.min(margin_c2) >= 0) & (np.max(margin_c2) < self.config.threshold_c2)
+        if not (inside and 0 < np.min(gain) <= np.max(gain) <= 1 and np.min(most) > 0):
             raise ConfigurationError(
                 f"margin_c2 = {margin_c2}, gain = {gain}, most = {most}: the margin has to lie in "
                 f"[0, {self.config.threshold_c2}), the gain in (0, 1], the bound above 0"
             )
         if self.config.attacker_view != "white" or self.config.attack_action != "any":
             raise ConfigurationError('brink needs attacker_view="white" and attack_action="any"')
-        self.margin_c2, self.gain, self.most = margin_c2, gain, most
+        self.margin_c2, self.gain, self.most = (np.reshape(each, (-1, 1)) for each in (margin_c2, gain, most))
         self._sign = -1.0 if warmer else 1.0
         self._alone = _sets_of_one(self.config)
 

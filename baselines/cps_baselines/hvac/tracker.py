@@ -13,7 +13,7 @@ from cps_baselines.hvac.stealthy import MAX_BIAS_C
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.attack import bias_action
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.model import build_model
@@ -26,7 +26,8 @@ class Tracker(AnalyticPolicy):
     sensor. So it looks honest, and the attacker still knows the innovation without noise, r. It watches the filter that
     the defender followed last, or that of all sensors where the defender follows none or hides it, and grows it by
     b(k + 1) = b(k) + gain (level - r) sigma, towards colder readings or `warmer` ones, up to `cap_c`. The filter takes
-    what is left for drifting heat. A CUSUM with a slack above `level` does not sum it up.
+    what is left for drifting heat. A CUSUM with a slack above `level` does not sum it up. Each number may be an array
+    (B,) with that of each episode.
 
     Raises:
         ConfigurationError: an attacker that does not see the innovations or cannot show the truth minus a bias, a
@@ -37,22 +38,23 @@ class Tracker(AnalyticPolicy):
         self,
         spec: RoleSpec,
         *,
-        level: float = 0.4,
-        gain: float = 0.5,
-        noise: float = 1.0,
-        cap_c: float = MAX_BIAS_C,
+        level: float | FloatArray = 0.4,
+        gain: float | FloatArray = 0.5,
+        noise: float | FloatArray = 1.0,
+        cap_c: float | FloatArray = MAX_BIAS_C,
         warmer: bool = False,
     ) -> None:
         super().__init__(spec)
         self.config: HvacConfig = spec.config
         if self.config.attacker_view != "white" or self.config.attack_action != "any":
             raise ConfigurationError('tracker needs attacker_view="white" and attack_action="any"')
-        if min(level, gain, cap_c) <= 0 or noise < 0:
+        if min(np.min(each) for each in (level, gain, cap_c)) <= 0 or np.min(noise) < 0:
             raise ConfigurationError(
                 f"level = {level}, gain = {gain}, cap_c = {cap_c}, noise = {noise}: all have to be "
                 "positive; the noise may be 0"
             )
-        self.level, self.gain, self.noise_c, self.cap_c = level, gain, noise * self.config.noise_std_c, cap_c
+        self.level, self.gain, self.cap_c = (np.reshape(each, (-1, 1)) for each in (level, gain, cap_c))  # (1 or B, 1)
+        self.noise_c = np.reshape(noise, (-1, 1, 1)) * self.config.noise_std_c
         self._sign = -1.0 if warmer else 1.0
         self._filters = FilterChoices(self.config)
         self._scale = build_model(self.config).filter_scale  # (F, S) 1/C

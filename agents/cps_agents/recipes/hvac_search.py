@@ -1,0 +1,102 @@
+"""Recipes of the HVAC problem by policy search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from cps_agents.learning.recipe import SEARCH, Recipe
+from cps_agents.learning.scene import Scene
+from cps_envs.core.types import Array, FloatArray, Role
+
+# Attacks that hide in the drift, of both signs, slower and faster, with more and with less noise.
+QUIET = ",".join(
+    f'"{attack}{sign}"'
+    for attack in (
+        "tracker?level=0.2",
+        "tracker?level=0.4",
+        "tracker?level=0.6%26noise=0.8",
+        "tracker?level=0.9%26gain=0.2%26noise=0.7",
+        "ramp?rate_c_per_h=[0.3,1.5]%26keep_noise=true",
+        "ramp?rate_c_per_h=[0.3,1.5]%26exponent=0.5%26keep_noise=true",
+        "mimic?keep_noise=true",
+    )
+    for sign in ("", "%26warmer=true")
+)
+HIDING = f"mixture?policies=[{QUIET}]"
+# The others are found out sooner, if at all they are thought of.
+BOLD = (
+    'mixture?policies=["none","constant","random","constant?reading_c=28","constant?reading_c=40","listener",'
+    '"listener?warmer=true","brink","brink?warmer=true","shaped?keep_noise=true",'
+    '"shaped?keep_noise=true%26warmer=true","ramp","ramp?warmer=true"]'
+)
+
+
+@dataclass(frozen=True)
+class HvacDefenseSearch(Recipe):
+    """What a defender who weighs sets of liars by Bayes' rule should believe of attacks before it sees one."""
+
+    name: str = "hvac-defense-cma"
+    problem: str = "hvac"
+    role: Role = "defender"
+    algorithm: str = SEARCH
+    family: str = "hvac-bayes"
+    preset: str = "learning"
+    scenes: tuple[Scene, ...] = (
+        Scene(28, HIDING),
+        Scene(12, BOLD),
+    )
+    population: int = 12
+    search_deviation: float = 0.5
+    total_steps: int = 12 * 40 * 10  # 10 generations
+    evaluations: int = 3
+    evaluation_episodes: int = 200
+
+    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
+        """Less the root of A_impact: of the impact itself a few days with three liars would decide alone."""
+        worth: FloatArray = -np.sqrt(outcome["return"])
+        return worth
+
+
+@dataclass(frozen=True)
+class HvacAttackSearch(Recipe):
+    """How slowly an attack has to hide from the defender that weighs sets of liars."""
+
+    name: str = "hvac-attack-cma"
+    problem: str = "hvac"
+    algorithm: str = SEARCH
+    family: str = "hvac-tracker"
+    preset: str = "learning"
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    opponent: str = "zoo:hvac-defense-cma"
+    scenes: tuple[Scene, ...] = (
+        Scene(24, overrides={"compromised_weights": (0, 1, 1, 0)}),
+        Scene(16, overrides={"compromised_weights": (0, 0, 0, 1)}),  # where most is to be won
+    )
+    population: int = 10
+    search_deviation: float = 1.0
+    total_steps: int = 10 * 40 * 8  # 8 generations
+    evaluations: int = 4
+    evaluation_episodes: int = 200
+
+
+@dataclass(frozen=True)
+class HvacAttackMtd2Search(HvacAttackSearch):
+    """How close to its threshold an attack may go that MTD2 is not to discard, with one to three sensors."""
+
+    name: str = "hvac-attack-mtd2-cma"
+    family: str = "hvac-brink"
+    preset: str = "paper"
+    overrides: Mapping[str, Any] = field(default_factory=lambda: {"num_compromised": [1, 3]})
+    opponent: str = "mtd2"
+    scenes: tuple[Scene, ...] = (Scene(24),)
+    total_steps: int = 10 * 24 * 6  # 6 generations
+    evaluation_episodes: int = 96
+
+    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
+        """The root of A_impact, for which days with one sensor count too."""
+        worth: FloatArray = np.sqrt(outcome["return"])
+        return worth
