@@ -27,10 +27,8 @@ COMMANDS = [
     ("list",),
     ("play", "disbanding", "--set", "duration_s=2", "--episodes", "12"),
     ("testbed",),
-    ("string-stability",),
     ("zoo", "list"),
     ("zoo", "show", "disbanding-defense-cma"),
-    ("results", "--list"),
     ("reliability", "--minutes", "0"),
     ("evaluate", "rogue", "attacker", "--policy", "random", "--baseline", "none", "--episodes", "2", *ALONE),
     (
