@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,14 +14,14 @@ from cps_agents.recipes.fdi_search import FALSE_ALARM_MPS, HONEST_ALARM_MPS, Fdi
 
 
 @pytest.mark.parametrize("recipe", [FdiDefenseSearch(), FdiAttackSearch()])
-def test_every_scene_can_be_played(recipe):
+def test_every_scene_can_be_played(recipe: Any) -> None:
     family = family_of(recipe)
     reached = play_scenes(recipe, family, family.values(np.zeros((1, len(family.numbers)))), 2_000_000)
     assert reached.shape == (1, count_episodes(recipe.scenes))
     assert np.isfinite(reached).all()
 
 
-def test_a_false_alarm_costs_more_where_nobody_attacks():
+def test_a_false_alarm_costs_more_where_nobody_attacks() -> None:
     outcome = {
         "return": np.array([0.1, 0.1, 0.1]),
         "false_alarm": np.array([0.0, 1.0, 1.0]),
@@ -30,6 +32,6 @@ def test_a_false_alarm_costs_more_where_nobody_attacks():
     np.testing.assert_allclose(FdiDefenseSearch().values(outcome), expected)
 
 
-def test_a_small_gap_costs_where_nobody_attacks():
+def test_a_small_gap_costs_where_nobody_attacks() -> None:
     quiet = {"return": np.zeros(2), "false_alarm": np.zeros(2), "attacked": np.zeros(2)}
     assert FdiDefenseSearch().values({**quiet, "smallest_gap_m": np.array([2.0, 0.5])}).tolist() == [0.0, -2.0]

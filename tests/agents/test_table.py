@@ -27,7 +27,6 @@ COMMANDS = [
     ("list",),
     ("play", "disbanding", "--set", "duration_s=2", "--episodes", "12"),
     ("testbed",),
-    ("string-stability",),
     ("zoo", "list"),
     ("zoo", "show", "disbanding-defense-cma"),
     ("benchmark", "--suite", "learned", "--list"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -52,12 +54,12 @@ class JointFilter:
 
 
 @pytest.mark.parametrize("hypothesis", [0, 1, 20, -1])
-def test_every_filter_is_that_of_textbooks(hypothesis):
+def test_every_filter_is_that_of_textbooks(hypothesis: Any) -> None:
     known, defender = hypothesis_filters(SPEC.config), Hypotheses(SPEC, outlier=LOOSE)
     joint = JointFilter(known.heard[hypothesis], DRIFT_MPS2 if hypothesis == -1 else 0.0)
     state = defender.begin([np.random.default_rng(0)], [{}])
 
-    def look(game):
+    def look(game: Any) -> None:
         nonlocal state
         if game.elapsed[0] < 25:
             if game.elapsed[0] > 0:
@@ -69,14 +71,14 @@ def test_every_filter_is_that_of_textbooks(hypothesis):
     play_episodes(FDI, SPEC.config, {"attacker": "tracker", "defender": "bank"}, [3], on_step=look)
 
 
-def test_a_wrong_belief_costs_the_first_filter_nothing():
+def test_a_wrong_belief_costs_the_first_filter_nothing() -> None:
     surprise = hypothesis_filters(SPEC.config).surprise
     assert np.all(surprise[:, 0] == 0)
     assert surprise[1:].min() > -1e-9  # who hears less expects wider innovations
 
 
 @pytest.mark.parametrize("task", FDI.config("learning", {}).tasks.split())
-def test_loud_lies_are_found_and_do_hardly_any_harm(task):
+def test_loud_lies_are_found_and_do_hardly_any_harm(task: Any) -> None:
     settings = {"preset": "learning", "tasks": task, "attack_share": 1.0, "seeds": range(20)}
     outcome = play("swing", Hypotheses(SPEC), **settings)
     assert outcome["detected"].min() == 1
@@ -84,19 +86,19 @@ def test_loud_lies_are_found_and_do_hardly_any_harm(task):
     assert outcome["impact_speed_mps"].mean() <= most
 
 
-def test_quiet_lies_do_less_harm_than_against_the_bank():
+def test_quiet_lies_do_less_harm_than_against_the_bank() -> None:
     settings = {"preset": "learning", "attack_share": 1.0, "seeds": range(60)}
     found, bank = (play("tracker", defender, **settings)["impact_speed_mps"] for defender in (Hypotheses(SPEC), "bank"))
     assert found.mean() < 0.5 * bank.mean()
 
 
-def test_it_is_quiet_where_nobody_attacks():
+def test_it_is_quiet_where_nobody_attacks() -> None:
     outcome = play("none", Hypotheses(SPEC), preset="learning", seeds=range(200))
     assert outcome["false_alarm"].mean() < 0.1
     assert outcome["collided_pairs"].max() == 0
 
 
-def test_a_vehicle_brakes_that_nobody_can_check():
+def test_a_vehicle_brakes_that_nobody_can_check() -> None:
     row = np.zeros((1, SPEC.fields.size))
     row[0, SPEC.fields.slices["steps_left"]] = 100
     for sensor in ("x4", "v4"):
@@ -108,7 +110,7 @@ def test_a_vehicle_brakes_that_nobody_can_check():
     assert actions[0, 14:].tolist() == [4, 4, 4, 2]  # 1 m/s2 in steps of 0.5
 
 
-def test_each_episode_is_played_by_its_own_numbers():
+def test_each_episode_is_played_by_its_own_numbers() -> None:
     points = np.random.default_rng(1).normal(size=(6, len(FAMILY.numbers)))
     values = FAMILY.values(points)
     together = play("tracker", Members(SPEC, FAMILY, values), preset="learning", seeds=range(6))
@@ -118,11 +120,11 @@ def test_each_episode_is_played_by_its_own_numbers():
 
 
 @pytest.mark.parametrize("options", [{"memory": 1.1}, {"threshold": -1.0}, {"caution": -0.5}])
-def test_options_out_of_range_are_refused(options):
+def test_options_out_of_range_are_refused(options: Any) -> None:
     with pytest.raises(ConfigurationError, match="memory of at most 1"):
         Hypotheses(SPEC, **options)
 
 
-def test_it_needs_a_filter():
+def test_it_needs_a_filter() -> None:
     with pytest.raises(ConfigurationError, match="estimator"):
         Hypotheses(spec_of("defender", preset="defense"))

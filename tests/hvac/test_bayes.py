@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -21,23 +23,23 @@ KINDS = 3  # slow, bold and still liars
 class Remembering(Bayes):
     """Notes its state after each decision, and what it saw."""
 
-    def __init__(self, spec, **options):
+    def __init__(self, spec: Any, **options: Any) -> None:
         super().__init__(spec, **options)
         self.notes = []
 
-    def act(self, seen, state):
+    def act(self, seen: Any, state: Any) -> Any:
         choice, state = super().act(seen, state)
         self.notes.append((seen["heating"][0].copy(), seen["reading"][0].copy(), *(part[0].copy() for part in state)))
         return choice, state
 
 
-def remembered(attacker, seed, beliefs=START, **overrides):
+def remembered(attacker: Any, seed: Any, beliefs: Any = START, **overrides: Any) -> Any:
     policy = Remembering(spec_of("defender", **overrides), beliefs=(beliefs,))
     watched(attacker, policy, [seed], lambda game: None, **overrides)
     return policy.notes
 
 
-def by_definition(notes, beliefs):
+def by_definition(notes: Any, beliefs: Any) -> Any:
     """The estimates (H, 16) and weights (H,) after the last note, in plain NumPy."""
     model, t, phi = build_model(LEARNING), hypotheses(LEARNING, beliefs), memory(LEARNING)
     z, w = np.zeros((len(t.prior), 16)), np.zeros(len(t.prior))
@@ -61,7 +63,7 @@ def by_definition(notes, beliefs):
 
 
 @pytest.mark.parametrize("attacker", ["tracker", "constant"])
-def test_weights_and_estimates_are_their_definition(attacker):
+def test_weights_and_estimates_are_their_definition(attacker: Any) -> None:
     beliefs = START._replace(trust=0.8, onset_per_h=2.0)
     days = {"num_steps": 120, "window_steps": 40, "onset_step": 60, "compromised_weights": (0, 0, 1)}
     notes = [(h, y, z, w) for h, y, z, w, _ in remembered(attacker, 3, beliefs, **days)]
@@ -71,7 +73,7 @@ def test_weights_and_estimates_are_their_definition(attacker):
     np.testing.assert_allclose(notes[-1][2][:, :4], z[:, :4], atol=1e-5)
 
 
-def test_without_an_attack_the_first_hypothesis_is_the_filter_of_all_sensors():
+def test_without_an_attack_the_first_hypothesis_is_the_filter_of_all_sensors() -> None:
     shown, short = [], {"onset_step": 250, "num_steps": 300}
     beliefs = START._replace(heat_w=LEARNING.filter_heat_w)
     policy = Remembering(spec_of("defender", **short), beliefs=(beliefs,))
@@ -87,7 +89,7 @@ def test_without_an_attack_the_first_hypothesis_is_the_filter_of_all_sensors():
         ("ramp?rate_c_per_h=3&keep_noise=true", 1.0),  # who may lie smoothly may also lie by next to nothing
     ],
 )
-def test_it_finds_who_lies(attacker, most):
+def test_it_finds_who_lies(attacker: Any, most: Any) -> None:
     lies = liar_sets(LEARNING)
     for liars in (1, 2, 3):
         days = {"compromised_weights": (), "num_compromised": liars, "random_compromise": False, "onset_step": 300}
@@ -99,7 +101,7 @@ def test_it_finds_who_lies(attacker, most):
 
 
 @pytest.mark.parametrize("too_cold", [1.0, 5.0])
-def test_the_choice_has_the_least_expected_error(too_cold):
+def test_the_choice_has_the_least_expected_error(too_cold: Any) -> None:
     generator = np.random.default_rng(0)
     offered, z = generator.normal(25, 1, (7, 31, 4)), generator.normal(25, 1, (7, 6, 16))
     weights, choice = -generator.random((7, 6)), np.zeros(7, np.int64)
@@ -109,7 +111,7 @@ def test_the_choice_has_the_least_expected_error(too_cold):
     np.testing.assert_array_equal(choice, np.einsum("bah,bh->ba", cost, np.exp(weights)).argmin(axis=1))
 
 
-def test_each_episode_is_played_by_its_own_beliefs():
+def test_each_episode_is_played_by_its_own_beliefs() -> None:
     spec, days = spec_of("defender"), {"num_steps": 330, "onset_step": 220}
     values = FAMILY.values(np.random.default_rng(1).standard_normal((3, len(FAMILY.numbers))))
     together = play("tracker", Members(spec, FAMILY, values), [1, 2, 3], "learning", **days)["return"]
@@ -118,7 +120,7 @@ def test_each_episode_is_played_by_its_own_beliefs():
         np.testing.assert_allclose(together[row], alone[0], rtol=1e-12)
 
 
-def test_wrong_beliefs_and_configurations_are_refused():
+def test_wrong_beliefs_and_configurations_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="have to be positive"):
         Bayes(spec_of("defender"), beliefs=(START._replace(trust=0.0),))
     with pytest.raises(ConfigurationError, match="kalman_filters=true"):
@@ -126,7 +128,7 @@ def test_wrong_beliefs_and_configurations_are_refused():
     assert not PAPER.kalman_filters
 
 
-def test_it_pays_less_than_largest_to_those_who_hide():
+def test_it_pays_less_than_largest_to_those_who_hide() -> None:
     days = {"compromised_weights": (0, 0, 1, 1)}
     weighed, largest = (
         play("tracker", policy, range(24), "learning", **days)["return"].mean()
