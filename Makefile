@@ -80,12 +80,12 @@ clean-cache: ## remove numba's compiled kernels (see CONTRIBUTING.md)
 
 $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)
-	$(INSTALL) --upgrade "pip>=25.1"
 
 $(LIGHT): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
 	$(INSTALL) --editable ".[cli,baselines,genetic,render]"
 	@touch $@
 
 $(ALL): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
+	$(INSTALL) --upgrade "pip>=25.1"
 	$(INSTALL) --editable ".[all]" --group dev
 	@touch $(LIGHT) $@

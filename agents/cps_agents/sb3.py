@@ -15,7 +15,7 @@ from cps_envs.core.types import Array, BoolArray, Observation
 try:
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 except ImportError:
-    require("stable_baselines3", extra="agents", purpose="training with stable-baselines3")
+    require("stable_baselines3", extra="train", purpose="training with stable-baselines3")
     raise
 
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]

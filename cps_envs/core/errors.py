@@ -49,6 +49,11 @@ def near(name: str, known: Iterable[str]) -> str:
     return f"Known: {', '.join(choices)}." if choices else "There is nothing to choose from."
 
 
+def extra_of(package: str) -> str:
+    """The extra of this package that installs what an analytic policy needs."""
+    return "genetic" if package == "pymoo" else "baselines"
+
+
 def require(module: str, *, extra: str, purpose: str) -> ModuleType:
     """Import an optional module.
 

@@ -14,7 +14,7 @@ from urllib.parse import parse_qsl
 from gymnasium import spaces
 
 from cps_envs.core.documents import parse
-from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near, shown
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, extra_of, near, shown
 from cps_envs.core.policy import Policy, RoleSpec, is_decentralised
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Role
@@ -104,7 +104,7 @@ def _load(name: str, spec: RoleSpec) -> Any:
         except ModuleNotFoundError as error:
             raise MissingExtraError(
                 f"the policy {name!r} needs the package {error.name!r}, which is not installed. "
-                'Install what the analytic policies need with: pip install "cps-envs[baselines]"'
+                f'Install it with: pip install "cps-envs[{extra_of(error.name or "")}]"'
             ) from error
     module, colon, attribute = name.partition(":")
     if colon and module in _registered(SOURCES):

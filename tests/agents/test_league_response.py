@@ -164,7 +164,7 @@ def test_mistakes_are_told_before_training(tmp_path: Path, run: Run, monkeypatch
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     code, _, told = run(*base)
     assert code == 2
-    assert 'pip install "cps-envs[agents]"' in told.replace("\n", " ")
+    assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")
     assert not list(tmp_path.iterdir())
 
 

@@ -263,4 +263,4 @@ def test_what_the_recipes_need_differently_has_to_be_chosen(
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     code, _, told = command(monkeypatch, capsys, *base)
     assert code == 2
-    assert 'pip install "cps-envs[agents]"' in told.replace("\n", " ")
+    assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")

@@ -67,7 +67,7 @@ def _parts(chosen: Sequence[str], training: bool) -> list[str]:
     if training and TRAINING not in found:
         found.append(TRAINING)
     if TRAINING in found:
-        require("stable_baselines3", extra="agents", purpose="measuring training")
+        require("stable_baselines3", extra="train", purpose="measuring training")
     return found
 
 

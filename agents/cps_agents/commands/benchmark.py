@@ -105,7 +105,6 @@ def _list_blocks(blocks: Sequence[Block]) -> None:
         missing = dict.fromkeys(name for names in missing_of(each).values() for name in names)
         rows.append((each.problem, each.name, each.title, "\n".join(missing)))
     table = make_table("Tables", ("problem", "table", "title", "missing policies"), rows, left=4)
-    table.columns[1].no_wrap = True
     out().print(table)
 
 

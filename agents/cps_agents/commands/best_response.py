@@ -67,7 +67,7 @@ def best_response(
     if chosen is None:
         raise CommandError(f"{role!r} is no role: write attacker or defender")
     for package in ("stable_baselines3", "sb3_contrib"):
-        require(package, extra="agents", purpose="training a best response")
+        require(package, extra="train", purpose="training a best response")
     strategy = mix(against, _weights(weights))
     values = {"preset": preset, "overrides": dict(assignments(overrides or []))}
     given = {name: value for name, value in values.items() if value is not None}

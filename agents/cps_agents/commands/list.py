@@ -42,7 +42,10 @@ def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
 
 def _remark(policy: Mapping[str, Any]) -> str:
     if policy["missing"]:
-        return f'[yellow]needs {policy["missing"]}: pip install "cps-envs\\[baselines]"[/]'
+        from cps_envs.core.errors import extra_of
+
+        extra = extra_of(policy["missing"])
+        return f'[yellow]needs {policy["missing"]}: pip install "cps-envs\\[{extra}]"[/]'
     if policy["privileged"]:
         return f"{policy['summary']} [magenta](oracle: {', '.join(policy['privileged'])})[/]"
     return str(policy["summary"])

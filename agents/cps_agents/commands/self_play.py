@@ -60,7 +60,7 @@ def self_play(
     from cps_envs.core.errors import require
 
     for package in ("stable_baselines3", "sb3_contrib"):
-        require(package, extra="agents", purpose="self-play")
+        require(package, extra="train", purpose="self-play")
     require("matplotlib", extra="baselines", purpose="the figure of self-play")
     names: dict[Role, str | None] = {"attacker": attacker_recipe, "defender": defender_recipe}
     values = assignments(overrides or [])

@@ -96,7 +96,7 @@ def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
     from cps_envs.core.errors import require
 
     if recipe.algorithm != SEARCH:
-        require("stable_baselines3", extra="agents", purpose="training")
+        require("stable_baselines3", extra="train", purpose="training")
 
     command = describe()["command"]
     home = folder / recipe.name

@@ -51,7 +51,7 @@ def tune(
     from cps_envs.core.errors import require
 
     require("optuna", extra="tune", purpose="tuning")
-    require("stable_baselines3", extra="agents", purpose="tuning")
+    require("stable_baselines3", extra="train", purpose="tuning")
     given = dict(assignments(knobs or [], "--knob", "learning_rate=0.001"))
     if steps is not None:
         given["total_steps"] = steps

@@ -129,8 +129,8 @@ def respond(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained
         MissingExtraError: what training needs is not installed.
         CommandError: see `cps_agents.learning.learner.learn`.
     """
-    require("stable_baselines3", extra="agents", purpose="training a best response")
-    require("sb3_contrib", extra="agents", purpose="training a best response")
+    require("stable_baselines3", extra="train", purpose="training a best response")
+    require("sb3_contrib", extra="train", purpose="training a best response")
     from cps_agents.learning.job import Job
     from cps_agents.learning.runs import train_all
 

@@ -67,7 +67,7 @@ class TensorBoard:
     """Event files in the run's folder `tensorboard/`, for `tensorboard --logdir runs`."""
 
     def __init__(self, subject: Subject) -> None:
-        require("tensorboard", extra="agents", purpose="TensorBoard's files")
+        require("tensorboard", extra="train", purpose="TensorBoard's files")
         from tensorboard.summary import Writer
 
         self._writer: Any = Writer(str(subject.folder / "tensorboard"))

@@ -52,7 +52,7 @@ def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO") -> Policy:
 def _algorithm(name: str) -> Any:
     purpose = "playing a model of stable-baselines3"
     for package in ("stable_baselines3", "sb3_contrib"):
-        module = require(package, extra="agents", purpose=purpose)
+        module = require(package, extra="train", purpose=purpose)
         if hasattr(module, name):
             return getattr(module, name)
     raise UnknownNameError(f"neither stable-baselines3 nor sb3-contrib has an algorithm {name!r}")
