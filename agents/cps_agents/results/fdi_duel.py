@@ -13,6 +13,7 @@ from cps_envs.core.types import Role
 ATTACKER = Contestant("searched", "zoo:fdi-attack-cma")
 DEFENDER = Contestant("searched", "zoo:fdi-defense-cma")
 EPISODES, HONEST_EPISODES = 100, 2000
+ATTACK_EPISODES = 400  # its leads over tracker are a tenth of what an episode pays more or less
 ANSWERS = {  # the best that searches found against cusum and against bank, see docs/contest.md and docs/fdi.md
     "answer to cusum": "tracker?margin=0.8&late=1.5&swing=1&swing_s=0.5&range_part=1.2",
     "answer to chi2": "tracker?margin=1.072&late=2.299&swing=2.032&swing_s=0.9383&range_part=1.052",
@@ -74,7 +75,7 @@ DEFENSE = Block(
 
 def _defended(defender: str) -> Row:
     bar = Bar(beat=("tracker", "blind_tracker"))
-    return Row(f"against {defender}", (_challenge("attacker", defender),), (bar,))
+    return Row(f"against {defender}", (_challenge("attacker", defender, episodes=ATTACK_EPISODES),), (bar,))
 
 
 ATTACK = Block(
