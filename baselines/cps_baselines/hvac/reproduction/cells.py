@@ -17,10 +17,7 @@ from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.reproduction.verdicts import ABSOLUTE, NEAR, NOT, PARTLY, REPRODUCED, Tolerance, of_cases, of_cell
 from cps_envs.core.types import FloatArray
 
-CELL = (
-    Tolerance(0.1, ABSOLUTE),
-    Tolerance(0.10),
-)  # a cell matches within either, and is near within twice that; chosen
+CELL = (Tolerance(0.1, ABSOLUTE), Tolerance(0.10))  # a cell matches within either; chosen
 CELL_RULES = "match: within 0.1 °C or 10 % of the paper's number. near: within twice that. miss: otherwise."
 
 
