@@ -54,13 +54,13 @@ FRONTS = (
     Front(
         "false data, defender",
         "impact, m/s ↓",
-        "fdi-defense",
-        "against zoo:fdi-attack-disturbed-ppo",
-        "learned",
+        "fdi-defense-searched",
+        "against tracker",
+        "searched",
     ),
     Front(
         "HVAC, attacker",
-        "error by 3 of 4 sensors, °C² ↑",
+        "error of 3 sensors, °C² ↑",
         "hvac-attack",
         "mtd2, 3 of 4 sensors",
         "learned",
@@ -68,10 +68,10 @@ FRONTS = (
     ),
     Front(
         "HVAC, defender",
-        "error over all attacks, °C² ↓",
-        "hvac-defense",
-        "the mix",
-        "learned",
+        "error, °C² ↓",
+        "hvac-defense-searched",
+        "mean over all attacks of the contest",
+        "searched",
         "mtd2",
     ),
     Front(
