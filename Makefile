@@ -31,7 +31,7 @@ help: ## list the targets
 setup: $(ALL) ## install everything into the virtual environment and compile all kernels
 	$(BIN)/cps-envs warm
 
-benchmark: $(LIGHT) ## the main job: attackers against defenders beside the paper's numbers, into results/ (no torch)
+benchmark: $(LIGHT) ## the main tables beside the paper's numbers, into results/; ARGS=--full for all (no torch)
 	$(BIN)/cps-envs benchmark --out results $(ARGS)
 
 test: $(ALL) ## run the tests
