@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -19,14 +21,14 @@ FEW = {"resamples": 200}
 
 
 @given(values=MATRICES)
-def test_point_estimates_are_those_of_numpy_and_scipy(values):
+def test_point_estimates_are_those_of_numpy_and_scipy(values: Any) -> None:
     assert estimate([values], **FEW).mean == pytest.approx(values.mean(), abs=1e-9)
     found = estimate([values], interquartile_mean, **FEW).mean
     assert found == pytest.approx(stats.trim_mean(values.ravel(), 0.25), abs=1e-9)
 
 
 @given(values=MATRICES)
-def test_the_mean_lies_in_its_interval(values):
+def test_the_mean_lies_in_its_interval(values: Any) -> None:
     found = estimate([values], **FEW)
     if values.size == 1:
         assert (found.low, found.high) == (None, None)
@@ -36,7 +38,7 @@ def test_the_mean_lies_in_its_interval(values):
 
 @given(values=MATRICES, shift=NUMBERS, scale=st.floats(0.1, 10))
 @examples(max_examples=50)
-def test_the_interval_moves_with_the_data(values, shift, scale):
+def test_the_interval_moves_with_the_data(values: Any, shift: float, scale: float) -> None:
     before, after = estimate([values], **FEW), estimate([scale * values + shift], **FEW)
     if values.size > 1:
         tolerance = {"rel": 1e-6, "abs": 1e-6}
@@ -46,7 +48,7 @@ def test_the_interval_moves_with_the_data(values, shift, scale):
 
 @given(values=MATRICES, order=st.randoms(use_true_random=False))
 @examples(max_examples=50)
-def test_the_order_of_seeds_and_episodes_does_not_matter(values, order):
+def test_the_order_of_seeds_and_episodes_does_not_matter(values: Any, order: Any) -> None:
     # Without ties: seeds with the same scores in other episodes have no order.
     values = values + np.ptp(values) * np.random.default_rng(0).uniform(-1.0, 1.0, values.shape)
     rows, columns = list(range(len(values))), list(range(values.shape[1]))
@@ -60,7 +62,7 @@ def test_the_order_of_seeds_and_episodes_does_not_matter(values, order):
 
 
 @given(value=NUMBERS, shape=st.tuples(st.integers(1, 5), st.integers(1, 5)))
-def test_constant_data_have_no_width(value, shape):
+def test_constant_data_have_no_width(value: Any, shape: Any) -> None:
     found = estimate([np.full(shape, value)], **FEW)
     assert found.mean == value
     if np.prod(shape) > 1:
@@ -71,7 +73,7 @@ def test_constant_data_have_no_width(value, shape):
 
 
 @pytest.mark.parametrize(("seeds", "episodes"), [(5, 1), (1, 50), (5, 50)])
-def test_intervals_hold_the_mean_of_normal_data_as_often_as_they_say(seeds, episodes):
+def test_intervals_hold_the_mean_of_normal_data_as_often_as_they_say(seeds: int, episodes: Any) -> None:
     generator = np.random.default_rng(1)
     hits, trials = 0, 400
     for _ in range(trials):
@@ -82,7 +84,7 @@ def test_intervals_hold_the_mean_of_normal_data_as_often_as_they_say(seeds, epis
     assert 0.91 <= hits / trials <= 0.98
 
 
-def test_independent_noise_only_makes_the_interval_longer():
+def test_independent_noise_only_makes_the_interval_longer() -> None:
     generator = np.random.default_rng(2)
     hits = 0
     for _ in range(200):
@@ -91,14 +93,14 @@ def test_independent_noise_only_makes_the_interval_longer():
     assert hits / 200 >= 0.95
 
 
-def test_one_factor_alone_gives_student_s_interval():
+def test_one_factor_alone_gives_student_s_interval() -> None:
     values = np.random.default_rng(3).normal(size=(40, 1))
     found = estimate([values], resamples=20_000)
     half = stats.t.ppf(0.975, 39) * values.std(ddof=1) / np.sqrt(40)
     assert found.high - found.low == pytest.approx(2 * half, rel=0.05)
 
 
-def test_strata_count_equally_and_share_the_training_seeds():
+def test_strata_count_equally_and_share_the_training_seeds() -> None:
     first, second = np.array([[1.0], [2.0], [3.0]]), np.array([[3.0, 3.0], [2.0, 2.0], [1.0, 1.0]])
     found = estimate([first, second], **FEW)
     assert found.mean == 2.0
@@ -108,7 +110,7 @@ def test_strata_count_equally_and_share_the_training_seeds():
 
 
 @given(values=MATRICES, gain=st.floats(0.5, 5))
-def test_a_difference_is_paired(values, gain):
+def test_a_difference_is_paired(values: Any, gain: float) -> None:
     baseline = values[:1]
     learned = np.repeat(baseline, 3, axis=0) + gain
     found = difference([learned], [baseline], **FEW)
@@ -117,7 +119,7 @@ def test_a_difference_is_paired(values, gain):
     assert found.excludes_zero
 
 
-def test_a_difference_takes_what_both_played():
+def test_a_difference_takes_what_both_played() -> None:
     learned, few = np.arange(8.0)[np.newaxis], np.array([[0.0, 1.0, 5.0]])
     assert difference([learned], [few]).episodes == 3
     assert difference([learned], [few]).mean == pytest.approx(-1.0)
@@ -126,7 +128,7 @@ def test_a_difference_takes_what_both_played():
     assert difference([learned], [learned], factor=0.5).mean == pytest.approx(3.5 / 2)
 
 
-def significant(seeds, baseline_seeds, trials, resamples=200):
+def significant(seeds: int, baseline_seeds: int, trials: int, resamples: int = 200) -> float:
     """How often a difference without a true one excludes zero; each side's seeds are drawn anew."""
     generator = np.random.default_rng(5)
     found = 0
@@ -140,15 +142,15 @@ def significant(seeds, baseline_seeds, trials, resamples=200):
     return found / trials
 
 
-def test_two_trained_policies_seldom_differ_by_chance():
+def test_two_trained_policies_seldom_differ_by_chance() -> None:
     assert significant(5, 5, 600) <= 0.07  # 12 % where the baseline's seeds are not drawn
 
 
-def test_one_training_seed_of_a_baseline_is_not_enough():
+def test_one_training_seed_of_a_baseline_is_not_enough() -> None:
     assert significant(5, 1, 200) > 0.15  # which is why tables mark it
 
 
-def test_the_seeds_of_both_sides_widen_a_difference():
+def test_the_seeds_of_both_sides_widen_a_difference() -> None:
     generator = np.random.default_rng(6)
     learned, baseline = generator.normal(size=(5, 1)) + np.zeros((1, 9)), generator.normal(size=(5, 1))
     found = difference([learned], [np.repeat(baseline, 9, axis=1)], resamples=20_000)
@@ -161,7 +163,7 @@ def test_the_seeds_of_both_sides_widen_a_difference():
 
 @given(values=MATRICES, factor=st.floats(0.5, 2), order=st.randoms(use_true_random=False))
 @examples(max_examples=25)
-def test_a_difference_does_not_depend_on_the_order_of_seeds(values, factor, order):
+def test_a_difference_does_not_depend_on_the_order_of_seeds(values: Any, factor: float, order: Any) -> None:
     noise = np.random.default_rng(0).uniform(-1.0, 1.0, (3, *values.shape))
     learned, baseline = values + np.ptp(values) * noise[0], values + np.ptp(values) * noise[1]
     rows = list(range(len(values)))
@@ -173,13 +175,13 @@ def test_a_difference_does_not_depend_on_the_order_of_seeds(values, factor, orde
     )
 
 
-def test_equal_policies_have_no_difference_at_all():
+def test_equal_policies_have_no_difference_at_all() -> None:
     same = np.repeat(np.random.default_rng(7).normal(size=(1, 9)), 4, axis=0)
     found = difference([same], [same])
     assert (found.mean, found.low, found.high) == (0.0, 0.0, 0.0)
 
 
-def test_the_same_data_give_the_same_interval():
+def test_the_same_data_give_the_same_interval() -> None:
     values = np.random.default_rng(4).normal(size=(5, 7))
     assert estimate([values]) == estimate([values.copy()])
     assert estimate([values], seed=1) != estimate([values])
@@ -195,17 +197,17 @@ def test_the_same_data_give_the_same_interval():
         ([np.array([[np.nan]])], "finite"),
     ],
 )
-def test_wrong_data_are_refused(strata, message):
+def test_wrong_data_are_refused(strata: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         estimate(strata)
 
 
-def test_different_strata_cannot_be_paired():
+def test_different_strata_cannot_be_paired() -> None:
     with pytest.raises(ValueError, match="1 and 2 strata"):
         difference([np.zeros((1, 2))], [np.zeros((1, 2))] * 2)
 
 
-def test_each_resample_has_a_middle_half_of_its_own():
+def test_each_resample_has_a_middle_half_of_its_own() -> None:
     scores = np.random.default_rng(0).normal(size=(6, 2, 8))
     expected = [stats.trim_mean(resample.ravel(), 0.25) for resample in scores]
     np.testing.assert_allclose(interquartile_mean([scores]), expected)

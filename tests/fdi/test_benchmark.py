@@ -19,7 +19,7 @@ from tests.fdi.episodes import spec_of
 LEAD = Choice(["x4-4", "x1-1"], ["none", "oracle", "bound"], quick=True)
 
 
-def test_the_benchmark_is_found_and_its_contestants_exist():
+def test_the_benchmark_is_found_and_its_contestants_exist() -> None:
     assert find_benchmark("fdi").problem == "fdi"
     for setting in BENCHMARK.settings:
         if setting.table is not None:
@@ -33,7 +33,7 @@ def test_the_benchmark_is_found_and_its_contestants_exist():
         assert {setting.metric, setting.reference or setting.metric} <= set(Metrics._fields)
 
 
-def test_tasks_are_columns_of_one_table(tmp_path: Path):
+def test_tasks_are_columns_of_one_table(tmp_path: Path) -> None:
     (part,) = select([BENCHMARK], LEAD)
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
     (grid,) = grids(outcome)
@@ -50,13 +50,13 @@ def test_tasks_are_columns_of_one_table(tmp_path: Path):
         assert entry.value == pytest.approx(entry.means["oracle_value_mps"], abs=1e-4)
 
 
-def test_every_task_of_the_table_is_a_setting_of_its_own():
+def test_every_task_of_the_table_is_a_setting_of_its_own() -> None:
     names = [setting.name for setting in BENCHMARK.settings]
     assert len(set(names)) == len(names) == len(TASKS) + 1
 
 
 @pytest.mark.slow
-def test_no_attacker_exceeds_the_bound(tmp_path: Path):
+def test_no_attacker_exceeds_the_bound(tmp_path: Path) -> None:
     tasks = [setting.name for setting in BENCHMARK.settings if setting.table is not None]
     (part,) = select([BENCHMARK], Choice(tasks))
     outcome = run_benchmark(part, Store(tmp_path), workers=1)

@@ -401,7 +401,7 @@ def test_whole_output(whole: Reproduction[Evidence]) -> None:
     assert len({(each.group, each.case) for each in measures(whole.evidence)}) == len(measures(whole.evidence))
 
 
-def test_a_controller_stands_in_for_the_other_in_every_experiment():
+def test_a_controller_stands_in_for_the_other_in_every_experiment() -> None:
     qp = controller_named("qp")
     for experiment in CHAPTER.needed(CHAPTER.chosen(), Evidence()):
         assert CLIP.under(experiment) == experiment
@@ -414,7 +414,7 @@ def test_a_controller_stands_in_for_the_other_in_every_experiment():
         controller_named("pid")
 
 
-def test_the_chapter_can_be_computed_with_each_controller():
+def test_the_chapter_can_be_computed_with_each_controller() -> None:
     largest = {}
     for name in CONTROLLERS:
         chapter = CHAPTER.reproduce(("4.2fig",), controller=name)
@@ -427,7 +427,7 @@ def test_the_chapter_can_be_computed_with_each_controller():
     assert len({tuple(errors) for errors in largest.values()}) == 3
 
 
-def test_the_weight_of_a_controller_gives_the_printed_impact():
+def test_the_weight_of_a_controller_gives_the_printed_impact() -> None:
     qp = controller_named("qp")
     assert weighing.impact_c2(dict(qp.settings)) == pytest.approx(weighing.PRINTED_C2, rel=0.02)
     assert weighing.printed_errors_c() == pytest.approx([0.456, 1.633, 2.798, 3.830], abs=2e-3)

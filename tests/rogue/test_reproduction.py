@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -56,21 +58,21 @@ LINE_RATIOS = (1.1, 1.2, 1.3, 1.4, 1.6, 1.8, 2.0)
 
 
 @pytest.mark.parametrize("gap_m", LINE)
-def test_the_collision_line_is_the_specification_s(gap_m):
+def test_the_collision_line_is_the_specification_s(gap_m: float) -> None:
     found = [collision_frequency_hz(ratio, gap_m) for ratio in LINE_RATIOS]
     assert found == pytest.approx(LINE[gap_m], abs=6e-4)
     assert collision_frequency_hz(1.0, gap_m) == 0.0
     assert bumper_gap_m() == 4.5
 
 
-def test_the_collision_line_is_where_integrated_vehicles_meet():
+def test_the_collision_line_is_where_integrated_vehicles_meet() -> None:
     ratio = 1.3
 
-    def slope(_, state):
+    def slope(_: float, state: Sequence[float]) -> tuple[float, ...]:
         _x, v, _y, w = state
         return v, ratio * 5 - 0.1 * v, w, 5 - 0.1 * w
 
-    def contact(_, state):
+    def contact(_: float, state: Sequence[float]) -> float:
         return state[2] - state[0] - 4.5
 
     contact.terminal = True
@@ -78,11 +80,13 @@ def test_the_collision_line_is_where_integrated_vehicles_meet():
     assert collision_frequency_hz(ratio, 4.5) == pytest.approx(1 / (2 * met.t_events[0][0]), rel=1e-6)
 
 
-def heat_map(damage, frequencies_hz=(0.02, 0.05, 0.08, 0.11, 0.14), ratios=(1.0, 1.4)):
+def heat_map(
+    damage: Any, frequencies_hz: Sequence[float] = (0.02, 0.05, 0.08, 0.11, 0.14), ratios: Sequence[float] = (1.0, 1.4)
+) -> Any:
     return HeatMap(ratios, frequencies_hz, np.asarray(damage, float))
 
 
-def test_a_heat_map_knows_its_peak_halves_and_windows():
+def test_a_heat_map_knows_its_peak_halves_and_windows() -> None:
     found = heat_map([[4, 2, 9, 1, 0], [8, 6, 9, 20, 0]])
     assert (found.highest, found.mean, found.peak) == (20, 5.9, (0.11, 1.4))
     assert found.low.tolist() == [3, 7]
@@ -95,7 +99,7 @@ def test_a_heat_map_knows_its_peak_halves_and_windows():
     assert edges_of((1.0, 1.1, 1.2)) == pytest.approx([0.95, 1.05, 1.15, 1.25])
 
 
-def maps_with(**peaks):
+def maps_with(**peaks: Any) -> Any:
     """Maps in which all eight orderings hold, with some maxima changed."""
     highest = {"pd": 100, "sliding": 90, "sliding_detection": 60, "disband_2": 80, "disband_4": 85, "disband_7": 62}
     rows = {name: [[30, 1, 1, 0, 0], [value, 1, 1, 0, 0]] for name, value in (highest | peaks).items()}
@@ -116,13 +120,13 @@ def maps_with(**peaks):
         ({"disband_4": 59}, [5, 7]),
     ],
 )
-def test_each_ordering_can_break(peaks, broken):
+def test_each_ordering_can_break(peaks: Any, broken: Any) -> None:
     hold = orderings(maps_with(**peaks))
     assert [k for k, each in enumerate(hold) if not each] == broken
     assert len(hold) == len(ORDERINGS)
 
 
-def test_orderings_of_sums_and_of_halves_can_break():
+def test_orderings_of_sums_and_of_halves_can_break() -> None:
     maps = maps_with()
     even = heat_map(np.ones((2, 5)))
     assert orderings({**maps, "pd": replace(even, damage=100 * even.damage)})[1] is False
@@ -130,14 +134,14 @@ def test_orderings_of_sums_and_of_halves_can_break():
     assert orderings({**maps, "sliding_detection": heat_map([[20, 0, 0, 0, 0], [60, 0, 0, 0, 0]])})[0] is False
 
 
-def test_variants_differ_and_use_the_paper_s_maps_where_they_can():
+def test_variants_differ_and_use_the_paper_s_maps_where_they_can() -> None:
     own = {each for name in MAPS.values() for contact in ("pass", "solid") for each in map_rows(name, contact)}
     assert all(set(variant.experiments()) <= own for variant in OWN)
     assert not any(set(variant.experiments()) <= own for variant in FURTHER)
     assert len({variant.name for variant in (*OWN, *FURTHER)}) == len((*OWN, *FURTHER))
 
 
-def make_course(damage, human_from=None):
+def make_course(damage: Any, human_from: Any = None) -> Any:
     count = len(damage)
     pairs = np.zeros((count, 4))
     pairs[:, 2] = damage
@@ -160,7 +164,7 @@ def make_course(damage, human_from=None):
     )
 
 
-def test_a_course_knows_growth_disbanding_and_distance_to_the_reference():
+def test_a_course_knows_growth_disbanding_and_distance_to_the_reference() -> None:
     steady = make_course([0, 1, 2, 3, 4, 5, 6, 7, 8], human_from=5)
     assert steady.grows_throughout(4, 0.01)
     assert not make_course([0, 1, 2, 3, 4, 4, 4, 4, 4]).grows_throughout(4, 0.01)
@@ -171,7 +175,7 @@ def test_a_course_knows_growth_disbanding_and_distance_to_the_reference():
     assert steady.final_damage == 8
 
 
-def test_a_ride_is_the_same_episode_as_a_wave():
+def test_a_ride_is_the_same_episode_as_a_wave() -> None:
     ride = Ride("square?frequency_hz=0.1", "sliding", 1.3, duration_s=20.0).run()
     together = Waves("sliding", 1.3, (*square_waves((0.05, 0.1)), FULL_THROTTLE), duration_s=20.0).run()
     assert ride.final_damage == together[1] > 0
@@ -179,16 +183,16 @@ def test_a_ride_is_the_same_episode_as_a_wave():
     assert together[2] > together[1]
 
 
-def test_every_claim_has_a_check():
+def test_every_claim_has_a_check() -> None:
     assert set(CLAIMS.judged) == {claim.id for claim in CLAIMS.printed()} == {f"R{k:02d}" for k in range(1, 22)}
 
 
-def test_claims_that_were_not_simulated_stay_open():
+def test_claims_that_were_not_simulated_stay_open() -> None:
     findings = Reproduction(CHAPTER, ("claims",), Evidence()).findings
     assert {finding.verdict for _, finding in (*findings["pass"], *findings["solid"])} == {UNKNOWN}
 
 
-def test_recovery_is_judged_against_the_same_run_without_an_attack():
+def test_recovery_is_judged_against_the_same_run_without_an_attack() -> None:
     calm = make_course([0] * 9)
     calm = replace(calm, speed_mps=np.full((9, 5), 25.0), reference_m=calm.reference_m - 25.0 * np.arange(9.0))
     speeds = calm.speed_mps.copy()
@@ -199,7 +203,7 @@ def test_recovery_is_judged_against_the_same_run_without_an_attack():
         for returns in (False, True):
             results[square_ride("disband_2", frequency_hz, "pass", human_returns=returns)] = slow
 
-    def finding(changed=slow):
+    def finding(changed: Any = slow) -> Any:
         results[square_ride("disband_2", COURSE_FREQUENCIES_HZ[0], "pass")] = changed
         return CLAIMS.evaluate(Evidence(results), ["R07"])[0][1]
 
@@ -213,7 +217,7 @@ def test_recovery_is_judged_against_the_same_run_without_an_attack():
     assert finding(replace(slow, speed_mps=speeds, position_m=away)).verdict == PARTLY
 
 
-def test_parts_have_their_order_and_quick_leaves_out_the_long_ones():
+def test_parts_have_their_order_and_quick_leaves_out_the_long_ones() -> None:
     assert CHAPTER.chosen(["claims", "5.3"]) == ("5.3", "claims")
     assert CHAPTER.chosen() == tuple(CHAPTER.parts)
     assert set(CHAPTER.chosen()) - set(CHAPTER.chosen(quick=True)) == set(LONG)
@@ -224,7 +228,7 @@ def test_parts_have_their_order_and_quick_leaves_out_the_long_ones():
     assert len(head_room_experiments()) == 49
 
 
-def test_references_have_tolerances_and_a_change_fails():
+def test_references_have_tolerances_and_a_change_fails() -> None:
     every = reference.damages()
     assert len(every) == 24
     assert {each.defender for each in every if each.wave is None} == set(MAPS.values())
@@ -240,7 +244,7 @@ def test_references_have_tolerances_and_a_change_fails():
     assert "FAILED: linear bidirectional, pass, ratio 1.2, 0.1 Hz: 120 for 106.528" in failed[-1]
 
 
-def test_maps_that_are_too_low_fail_the_reproduction():
+def test_maps_that_are_too_low_fail_the_reproduction() -> None:
     results = {}
     for contact in ("pass", "solid"):
         for name in MAPS.values():
@@ -262,7 +266,7 @@ VERDICTS = {
 
 
 @pytest.mark.slow
-def test_verdicts_are_the_specification_s():
+def test_verdicts_are_the_specification_s() -> None:
     found = CHAPTER.reproduce(["maps", "claims"])
     assert found.passed
     verdicts = {claim.id: finding.verdict for claim, finding in found.findings["pass"]}
@@ -288,7 +292,7 @@ def test_verdicts_are_the_specification_s():
 
 
 @pytest.mark.slow
-def test_the_configuration_is_as_selected_as_the_specification_says():
+def test_the_configuration_is_as_selected_as_the_specification_says() -> None:
     found = CHAPTER.reproduce(["fit"])
     hold = {variant.name: held for variant, _, held in fits(found.evidence)}
     highest = {
@@ -307,7 +311,7 @@ def test_the_configuration_is_as_selected_as_the_specification_says():
     assert highest["ratios to 2"]["sliding_detection"] == pytest.approx(3087, rel=0.02)
 
 
-def test_other_seats_are_other_maps_and_the_paper_s_seat_is_the_paper_s_map():
+def test_other_seats_are_other_maps_and_the_paper_s_seat_is_the_paper_s_map() -> None:
     assert seat_overrides(5, 3) == ()
     for num_vehicles, seats in SEATS.items():
         for seat in seats:
@@ -319,11 +323,11 @@ def test_other_seats_are_other_maps_and_the_paper_s_seat_is_the_paper_s_map():
     assert set(SEATS[5]) == {1, 2, 3, 4}  # every seat but the leader's
 
 
-def test_the_swaying_ride_is_the_preset():
+def test_the_swaying_ride_is_the_preset() -> None:
     assert swaying_ride("gains").config == ROGUE.config("oscillation", {})
 
 
-def test_reversing_the_sign_of_k_d_makes_the_platoon_sway_until_it_crashes():
+def test_reversing_the_sign_of_k_d_makes_the_platoon_sway_until_it_crashes() -> None:
     """(5.15) damps the kick of one second; with k_d of -3 the last vehicle swings wider, and there is a contact."""
     obedient, swaying = (swaying_ride(attacker).run() for attacker in SWAYS)
     gaps = [course.separation_m[:, 0] for course in (obedient, swaying)]
@@ -337,12 +341,12 @@ def test_reversing_the_sign_of_k_d_makes_the_platoon_sway_until_it_crashes():
     assert np.allclose(obedient.speed_mps[-1], 25.0, atol=1.0)
 
 
-def test_the_attacker_drives_by_its_gains():
+def test_the_attacker_drives_by_its_gains() -> None:
     """After the kick the effort is that of (5.15) with the given gains, from the sensors of a vehicle in the middle."""
     config = ROGUE.config("paper", {"duration_s": 6.0})
     seen: list[tuple[float, float]] = []
 
-    def look(game):
+    def look(game: Any) -> None:
         x, v = game.state.position[0], game.state.speed[0]
         e = (x[3] - x[2] - 9.0) + (x[1] - x[2] + 9.0)
         wanted = 2.0 * e - 0.5 * ((v[3] - v[2]) + (v[1] - v[2]))
@@ -358,11 +362,11 @@ def test_the_attacker_drives_by_its_gains():
         ROGUE.match(config, 1, {"attacker": "gains?kick_s=-1"})
 
 
-def test_linear_detection_is_linear_until_the_alarm_and_then_follows_its_side():
+def test_linear_detection_is_linear_until_the_alarm_and_then_follows_its_side() -> None:
     config = ROGUE.config("paper", {"duration_s": 30.0, "contact": "solid", "power_ratio": 1.3})
     laws, alarms = [], []
 
-    def look(game):
+    def look(game: Any) -> None:
         laws.append(game.state.controller[0].copy())
         alarms.append(game.state.alarm[0].copy())
 
@@ -374,7 +378,7 @@ def test_linear_detection_is_linear_until_the_alarm_and_then_follows_its_side():
         assert law[intact].tolist() == expected[intact].tolist()
 
 
-def circling(position_m, speed_mps):
+def circling(position_m: Sequence[float], speed_mps: Sequence[float]) -> Any:
     """A vehicle ahead of the attacker with these errors on its rear side, which it blames from the second moment on."""
     course = make_course([0] * len(position_m))
     places, speeds = course.position_m.copy(), course.speed_mps.copy()
@@ -385,7 +389,7 @@ def circling(position_m, speed_mps):
     return replace(course, position_m=places, speed_mps=speeds, alarm=alarm, growth_m=growth)
 
 
-def test_errors_are_those_of_followers_to_their_grown_separation():
+def test_errors_are_those_of_followers_to_their_grown_separation() -> None:
     course = circling([0.0, 0.5, 4.0, 6.0, 7.0, 20.0], [0.0, 0.0, 1.0, 0.0, 1.0, 0.0])
     (errors,) = followers(course)
     assert errors.vehicle == 3
@@ -395,7 +399,7 @@ def test_errors_are_those_of_followers_to_their_grown_separation():
     assert shares_of_rings(errors, PAPER) == pytest.approx([0.2] * 5)
 
 
-def test_the_authority_matters_only_where_the_actuator_can_tell():
+def test_the_authority_matters_only_where_the_actuator_can_tell() -> None:
     on_surface, near, far = (0.0, 0.0), (0.0, 0.003), (0.0, 1.0)
     (errors,) = followers(circling([0.0, *(e for e, _ in (on_surface, near, far))], [0.0, 0.0, 0.003, 1.0]))
     assert affected(errors, PAPER).tolist() == [False, True, False]  # s = 0 asks for nothing; s = 1 saturates all
