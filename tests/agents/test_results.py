@@ -23,6 +23,7 @@ from cps_agents.results import rogue
 from cps_agents.results.block import Bar, Block, Row
 from cps_agents.results.document import document, merged
 from cps_agents.results.examination import Findings, examine, find_blocks, missing_of, pairing
+from cps_agents.results.front import Front, front_table
 from cps_agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
 from cps_agents.results.markdown import END, START, readme_table, results_markdown, with_table
 from cps_agents.results.publication import publish, record
@@ -238,9 +239,12 @@ def test_the_document_tells_everything(block: Block, tmp_path: Path) -> None:
     text = results_markdown(made)
     for part in ("### tiny attacker", "above 1e+06", "| pd |", "5 training seeds", "damage, mean (95 % interval)"):
         assert part in text
-    table = readme_table(made)
-    assert "duty_square" not in table
-    assert "best " in table.splitlines()[3]  # what is possible
+    front = Front("rogue, attacker", "damage", "tiny", row["title"], "learned", "square")
+    *_, cells = front_table(made, (front, replace(front, block="unknown")))
+    assert cells.startswith("| rogue, attacker | damage | square ")
+    assert "best " in cells  # what is possible
+    assert "duty_square" not in cells
+    assert [line.startswith("| role |") for line in readme_table(made).splitlines()] == [False, True, False, False]
     assert [len(list(each.columns)) for each in tables(made)] == [5]
 
 
