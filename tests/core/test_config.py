@@ -46,7 +46,10 @@ def test_tuples_of_any_length_are_taken() -> None:
 
 
 def test_unknown_field_names_the_near_one() -> None:
-    with pytest.raises(ConfigurationError, match=r"Tank has no field 'volume'. Did you mean 'volume_l' or"):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"Tank has no field 'volume' \(unexpected keyword argument 'volume'\). Did you mean 'volume_l' or",
+    ):
         configure(Tank(), {"volume": 3})
 
 

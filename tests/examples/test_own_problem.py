@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from cps_agents.catalogue import describe_problem
 from cps_agents.cli import app
-from cps_agents.docs import chapter
+from cps_agents.site import environments
 from cps_envs import find_problem
 from cps_envs.core.conformance import CHECKS, Check, find_subject, run_check
 from cps_envs.core.errors import UnknownNameError
@@ -98,7 +98,8 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
 
 
 def test_the_documents_describe_it(tank: Problem) -> None:
-    page = "\n".join(chapter(tank))
+    page = "\n".join(environments.page(tank, "defender", []))
+    assert "own_problem.parallel_env" in "\n".join(environments.shared(tank))
     assert "| 0 | `level` |" in page
     assert "`correction_per_s`" in page
     assert "own_problem:own_problem/TankDefense-v0" in page

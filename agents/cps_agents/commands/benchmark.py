@@ -56,7 +56,7 @@ def benchmark(
     continues. They are played again when code, version or network changes.
     """
     from cps_agents.arena.store import Store
-    from cps_agents.benchmark.suite import Choice, find_benchmark
+    from cps_agents.benchmark.suite import Choice, find_benchmark, select
     from cps_agents.locking import alone_in
     from cps_agents.machine import available_cores
     from cps_agents.results.examination import find_blocks
@@ -80,8 +80,9 @@ def benchmark(
         if show:
             _list_settings(names)
             return
+        chosen = select([find_benchmark(name) for name in names], choice)
         with alone_in(folder):
-            _play([find_benchmark(name) for name in names], choice, store, folder, workers, as_json)
+            _play(chosen, choice, store, folder, workers, as_json)
     if quick:
         err().print("--quick: few episodes and short searches; these are no results.")
 
@@ -113,6 +114,7 @@ def _play(benchmarks: Sequence[Any], choice: Choice, store: Store, folder: Path,
     import time
 
     from cps_agents.benchmark.report import document
+    from cps_agents.benchmark.suite import find_benchmark
     from cps_agents.machine import describe
 
     started = time.monotonic()
@@ -127,18 +129,19 @@ def _play(benchmarks: Sequence[Any], choice: Choice, store: Store, folder: Path,
     if as_json:
         print_json(found)
     reused = sum(outcome.played.reused for outcome in outcomes)
-    left = not (choice.full or choice.tables) and any(each.only_full for found in benchmarks for each in found.settings)
+    left = not (choice.full or choice.tables) and any(
+        setting.only_full for each in benchmarks for setting in find_benchmark(each.problem).settings
+    )
     more = "--full plays the other tables, too." if left else ""
     conclude(files, reused, f"{wall_s:.0f} s.", more)
 
 
 def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: int) -> Iterator[Outcome]:
-    from cps_agents.benchmark.suite import compile_kernels, run_benchmark, select
+    from cps_agents.benchmark.suite import compile_kernels, run_benchmark
     from cps_agents.progress import Progress
 
-    chosen = select(benchmarks, choice)
-    compile_kernels(chosen, store, workers)
-    for each in chosen:
+    compile_kernels(benchmarks, store, workers)
+    for each in benchmarks:
         with Progress(each.problem, 1) as progress:
             yield run_benchmark(each, store, workers=workers, quick=choice.quick, report=progress.report)
 
