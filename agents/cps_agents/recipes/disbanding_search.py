@@ -12,13 +12,16 @@ from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.learning.scene import Scene
 from cps_envs.core.types import Array, FloatArray, Role
 
-LEAST_GAP_M = 1.5  # a smaller gap costs a point per metre
 # The chapter's own attacks, on the roads of its tables and a little beyond.
 TABLE_ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 5.2)}
 # Up to three platoons disbanded 5 to 130 s apart, or at random times, mostly near the front.
 PAUSES = ",".join(f'"timed?pause_s={pause_s}"' for pause_s in (5, 15, 30, 50, 75, 100, 130))
 WORST = f'mixture?policies=["random?front_bias=3",{PAUSES}]'
 ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 6.0), "attack_budget": (1, 3), "duration_s": 150.0}
+DISTURBED = (
+    Scene(3, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),
+    Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
+)
 
 
 @dataclass(frozen=True)
@@ -39,20 +42,22 @@ class DisbandingDefenseSearch(Recipe):
     )
     opponent: str = "lead"
     scenes: tuple[Scene, ...] = (
-        Scene(3, overrides={**TABLE_ROADS, "duration_s": 100.0}),  # by then all drive on
-        Scene(4, "table_2_3", overrides=TABLE_ROADS),
-        Scene(3, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),
-        Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
+        Scene(2, overrides={**TABLE_ROADS, "duration_s": 100.0}),  # by then all drive on
+        Scene(6, "table_2_3", overrides=TABLE_ROADS),  # the harder attack, so more of it
+        *DISTURBED,
     )
     population: int = 12
     search_deviation: float = 0.25
-    total_steps: int = 12 * 12 * 20  # 20 generations
-    evaluations: int = 4
+    total_steps: int = 12 * 13 * 80  # 80 generations
+    evaluations: int = 8
     evaluation_episodes: int = 24
+    least_gap_m: float = 2.0  # half a metre more than what is asked
+    gap_price_per_m: float = 2.0  # points, for what a gap is smaller
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
         """Less the attacker's payoff and what a small gap costs."""
-        worth: FloatArray = -outcome["return"] - np.maximum(0.0, LEAST_GAP_M - outcome["smallest_gap_m"])
+        missing_m = np.maximum(0.0, self.least_gap_m - outcome["smallest_gap_m"])
+        worth: FloatArray = -outcome["return"] - self.gap_price_per_m * missing_m
         return worth
 
 
@@ -62,6 +67,13 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
 
     name: str = "disbanding-defense-local-cma"
     family: str = "disbanding-local"
+    scenes: tuple[Scene, ...] = (
+        Scene(3, overrides={**TABLE_ROADS, "duration_s": 100.0}),
+        Scene(4, "table_2_3", overrides=TABLE_ROADS),
+        *DISTURBED,
+    )
     search_deviation: float = 0.2
     total_steps: int = 12 * 12 * 15  # 15 generations
     evaluations: int = 3
+    least_gap_m: float = 1.5
+    gap_price_per_m: float = 1.0
