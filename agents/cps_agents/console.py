@@ -64,33 +64,21 @@ def make_table(
     return Table(title, [Text(column) for column in columns], cells, left, caption, breaks)
 
 
-def json_value(text: str) -> Any:
-    """A value typed on the command line: JSON where it is JSON (numbers, true, [0.1, 0.5]), a string otherwise.
-
-    Raises:
-        ValueError: JSON that is nested too deeply, or a number that JSON does not have.
-    """
-    from cps_envs.core.documents import parse
-
-    try:
-        return parse(text)
-    except json.JSONDecodeError:
-        return {"True": True, "False": False}.get(text, text)
-
-
 def assignments(pairs: Sequence[str], option: str = "--set", example: str = "tau_s=0.3") -> Mapping[str, Any]:
     """Values of `--set name=value` options, or of another option that is written alike.
 
     Raises:
-        ValueError: a pair without "=", or a value that `json_value` refuses.
+        ValueError: a pair without "=", or a value that `typed` refuses.
     """
+    from cps_envs.core.documents import typed
+
     values = {}
     for pair in pairs:
         name, equals, text = pair.partition("=")
         if not (name and equals):
             raise ValueError(f"{option} {pair!r}: write it as field=value, for example {option} {example}")
         try:
-            values[name.strip()] = json_value(text.strip())
+            values[name.strip()] = typed(text.strip())
         except ValueError as error:
             raise ValueError(f"{option} {name.strip()}=...: {error}") from error
     return values

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import stat
 import sys
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 MOST_BYTES = 64 * 2**20  # of a document
+SHORT_NUMBER = re.compile(r"[+-]?(\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?")  # Python's, not JSON's
 MOST_DEPTH = 60  # of lists and objects inside one another
 SHOWN = 40  # characters of a wrong value
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
@@ -165,6 +167,18 @@ def read_bytes(path: Path, most_bytes: int) -> bytes:
         raise ValueError(f"it has {status.st_size} bytes, more than {most_bytes}")
     with path.open("rb") as file:
         return file.read(most_bytes)
+
+
+def typed(text: str) -> Any:
+    """A value that somebody typed: JSON, a number such as `.5`, True or False; a string where it is none of these.
+
+    Raises:
+        ValueError: JSON that is nested too deeply, or a number that JSON does not have.
+    """
+    try:
+        return parse(text)
+    except json.JSONDecodeError:
+        return float(text) if SHORT_NUMBER.fullmatch(text) else {"True": True, "False": False}.get(text, text)
 
 
 def parse(text: str) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import json
 from collections.abc import Mapping
 from functools import lru_cache, partial
 from importlib.metadata import EntryPoint, entry_points
@@ -13,7 +12,7 @@ from urllib.parse import parse_qsl
 
 from gymnasium import spaces
 
-from cps_envs.core.documents import parse
+from cps_envs.core.documents import typed
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, extra_of, near, shown
 from cps_envs.core.policy import Policy, RoleSpec, is_decentralised
 from cps_envs.core.trust import require_trust
@@ -140,9 +139,7 @@ def _owner(name: str, spec: RoleSpec | None = None) -> str:
 
 def _value(text: str) -> Any:
     try:
-        return parse(text)
-    except json.JSONDecodeError:
-        return text
+        return typed(text)
     except ValueError as error:
         raise ValueError(f"an option of a policy makes no sense, {error}: {text[:20]}...") from error
 

@@ -66,6 +66,16 @@ def test_options_come_from_the_query_or_the_caller(spec: RoleSpec) -> None:
     assert resolve_policy("guess?level=1", spec, level=2).level == 2  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [(".5", 0.5), ("-2.", -2.0), ("1e-3", 1e-3), ("True", True), ("true", True), (".", "."), ("1.2.3", "1.2.3")],
+)
+def test_options_are_read_as_people_type_them(spec: RoleSpec, text: str, value: object) -> None:
+    policy: Any = resolve_policy(f"guess?level={text}", spec)
+    assert policy.level == value
+    assert type(policy.level) is type(value)
+
+
 def test_unknown_name_offers_the_near_ones(spec: RoleSpec) -> None:
     with pytest.raises(UnknownNameError, match=r"toy has no defender policy 'chas'. Did you mean 'chase'\?"):
         resolve_policy("chas", spec)

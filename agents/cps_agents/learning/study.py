@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from cps_agents.console import json_value
 from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import Recipe, changed
+from cps_envs.core.documents import typed
 
 if TYPE_CHECKING:
     import optuna
@@ -168,7 +168,7 @@ def suggest(trial: optuna.trial.Trial, knob: str, text: str, present: Any) -> An
     """The value that a sampler chooses within a range such as `1e-5:1e-3:log`, `2:10` or `a|b`."""
     parts = text.split(":")
     if "|" in text or len(parts) == 1:
-        return json_value(trial.suggest_categorical(knob, text.split("|")))
+        return typed(trial.suggest_categorical(knob, text.split("|")))
     low, high, log = _ends(knob, text)
     if isinstance(present, int):
         return trial.suggest_int(knob, int(low), int(high), log=log)
@@ -182,7 +182,7 @@ def first_value(knob: str, text: str, present: Any) -> Any:
         CommandError: it is no range.
     """
     if "|" in text or ":" not in text:
-        return json_value(text.split("|")[0])
+        return typed(text.split("|")[0])
     low, _, _ = _ends(knob, text)
     return int(low) if isinstance(present, int) else low
 
