@@ -32,6 +32,7 @@ def describe_problem(problem: Problem) -> dict[str, Any]:
         "name": problem.name,
         "summary": problem.summary,
         "gymnasium": {role: f"{problem.namespace}:{problem.env_id(role)}" for role in ROLES},
+        "discrete": {role: f"{problem.namespace}:{problem.discrete_id(role)}" for role in problem.discrete},
         "pettingzoo": pettingzoo_ids(problem),
         "presets": list(problem.presets),
         "policies": {role: [asdict(entry) for entry in policies(problem, role)] for role in ROLES},

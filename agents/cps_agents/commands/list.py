@@ -36,6 +36,7 @@ def list_everything(
 
 def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
     rows = [(f"gymnasium, {role}", name) for role, name in problem["gymnasium"].items()]
+    rows += [(f"gymnasium, {role}, Discrete", name) for role, name in problem["discrete"].items()]
     rows += [(f"pettingzoo, {form}", name) for form, name in problem["pettingzoo"].items()]
     return [*rows, ("presets", ", ".join(problem["presets"]))]
 
