@@ -155,12 +155,19 @@ def _checks(python: Path, peer: Peer, folder: Path) -> Iterator[dict[str, str]]:
             timeout=LIMIT_S,
             check=False,
         )
-    except subprocess.TimeoutExpired:
-        yield {"what": "everything", "outcome": FAILS, "note": f"not finished after {LIMIT_S:.0f} s"}
+    except subprocess.TimeoutExpired as error:
+        printed = error.stdout or b""
+        yield from _reports(printed.decode() if isinstance(printed, bytes) else printed)
+        yield {"what": "the rest", "outcome": FAILS, "note": f"not finished after {LIMIT_S:.0f} s"}
         return
-    yield from (json.loads(line) for line in done.stdout.splitlines() if line.startswith('{"what"'))
+    yield from _reports(done.stdout)
     if done.returncode:
         yield {"what": "the script", "outcome": FAILS, "note": " ".join(done.stderr[-NOTES_AT_MOST:].split())}
+
+
+def _reports(printed: str) -> Iterator[dict[str, str]]:
+    """The outcomes among what the checks printed."""
+    yield from (json.loads(line) for line in printed.splitlines() if line.startswith('{"what"'))
 
 
 def _page(found: dict[str, Any]) -> Iterator[str]:
