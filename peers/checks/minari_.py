@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from trying import attempt
 
 
 def round_trip() -> None:
+    shutil.rmtree("datasets", ignore_errors=True)
     os.environ["MINARI_DATASETS_PATH"] = str(Path("datasets").resolve())
     import minari
 
