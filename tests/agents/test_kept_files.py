@@ -18,9 +18,9 @@ from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Run
-from cps_agents.results.markdown import END as LAST
-from cps_agents.results.markdown import START
 from cps_agents.results.publication import publish as publish_results
+from cps_agents.results.report import END as LAST
+from cps_agents.results.report import START
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings
-from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Knobs, Meetings, OfEnvironment
+from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.arena.statistics import Estimate
@@ -30,12 +31,8 @@ def best_response(
     weights: Annotated[str | None, typer.Option(help="Of several opponents, such as 1,3; equal if left out.")] = None,
     recipe: Annotated[str | None, typer.Option(help="See `cps-envs train --list`; the role's own if left out.")] = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
-    ] = None,
-    knobs: Annotated[
-        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
-    ] = None,
+    overrides: OfEnvironment = None,
+    knobs: Knobs = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, searches included.")] = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
     known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
@@ -155,7 +152,7 @@ def _show(contest: Contest, trained: Trained, judgement: Judgement, over_value: 
     rows += [(name, stacked(found)) for name, found in judgement.known.items()]
     unit = find_problem(contest.venue.problem).unit or "return"
     title = f"{contest.venue.problem}: what the attacker is paid ({unit}); opponent: {contest.opponent.reference}"
-    console.print(make_table(title, (contest.role, "return"), rows))
+    console.print(Table(title, (contest.role, "return"), rows))
     console.print(_verdict(f"the best policy known before, {judgement.best_known},", judgement.gain), markup=False)
     if over_value is not None:
         console.print(_verdict("the value of the league's game", over_value), markup=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cps_agents.commands.league import NAMES
-from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings
+from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings, OfEnvironment
 from cps_agents.console import assignments, err, out, print_json
 
 if TYPE_CHECKING:
@@ -31,9 +31,7 @@ def self_play(
     attacker_recipe: Annotated[str | None, typer.Option(help=RECIPE)] = None,
     defender_recipe: Annotated[str | None, typer.Option(help=RECIPE)] = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; that of the recipes if left out.")] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
-    ] = None,
+    overrides: OfEnvironment = None,
     knobs: Annotated[
         list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of both recipes; may be repeated.")
     ] = None,
