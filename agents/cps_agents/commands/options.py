@@ -25,6 +25,15 @@ OfEnvironment = Annotated[
 Knobs = Annotated[
     list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
 ]
+ORACLE = (
+    "Who responds: search, cma-es, plans, ppo, recurrent, or a recipe's name; may be repeated. If left out, all of "
+    "these that the role has, but for recurrent."
+)
+STEPS = "Decisions of each oracle and training seed, searches included."
+BUDGET = "CPU time of each oracle and training seed."
+Oracles = Annotated[list[str] | None, typer.Option("--oracle", metavar="NAME", help=ORACLE)]
+Steps = Annotated[int | None, typer.Option(min=1, help=STEPS)]
+BudgetS = Annotated[float | None, typer.Option("--budget", metavar="SECONDS", min=0.1, help=BUDGET)]
 Meetings = Annotated[Path, typer.Option("--meetings", metavar="DIR", envvar="CPS_ENVS_MEETINGS", help=KEPT)]
 
 
