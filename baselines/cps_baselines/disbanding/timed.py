@@ -18,7 +18,7 @@ NEVER_S = 1e9
 
 
 class Timed(AnalyticPolicy):
-    """Disbands platoons `first`, `second` and `third`, counted from the front (1), as far as the budget goes.
+    """Disbands platoons `first`, `second` and `third`, counted from the front (1), while the budget lasts.
 
     The first attack comes `delay_s` after attacks become legal, each further one `pause_s` after the last, or at
     `by_s` of the episode if that is earlier, but never before it is legal. `jam` is the platoon, counted from the
