@@ -153,7 +153,7 @@ def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] =
         raise TypeError(f"{name} is built already: it takes no options {', '.join(unused)}")
     if not isinstance(policy, Policy):
         raise TypeError(
-            f"{name} is no policy: it has no method predict(observation, state, episode_start, deterministic)"
+            f"{name} is not a policy: it has no method predict(observation, state, episode_start, deterministic)"
         )
     own = getattr(policy, "spec", None)
     if isinstance(own, RoleSpec) and (own.problem, own.role) != (spec.problem, spec.role):
