@@ -28,12 +28,15 @@ def paragraphs(markdown: str) -> list[str]:
     text = FENCE.sub("\n\n", COMMENT.sub("\n", markdown))
     text = LINK.sub(lambda link: "" if link[0].startswith("!") else link[1], text)
     found: list[list[str]] = [[]]
+    listed = True  # where a mark begins an item, and is not a sign inside a sentence
     for line in text.splitlines():
-        blank = not line.strip() or re.match(r"\s*(\||#|---)|( {4,}|\t)\S*\$ ", line)
-        if blank or MARK.match(line):
+        blank = not line.strip() or re.match(r"\s*(\||#|---)", line)
+        item = listed and MARK.match(line)
+        if blank or item:
             found.append([])
         if not blank:
-            found[-1].append(MARK.sub("", line, count=1).strip())
+            found[-1].append((MARK.sub("", line) if item else line).strip())
+        listed = bool(blank or item or (listed and line.startswith(" ")))
     return [" ".join(lines) for lines in found if lines]
 
 

@@ -18,40 +18,52 @@ if TYPE_CHECKING:
     from cps_agents.league.response import Budget, Trained
     from cps_agents.learning.recipe import Recipe
 
-AGAINST = "The fixed opponent: a policy's name, zoo:NAME, mixture?policies=[...]&weights=[...]; several are mixed."
-KNOWN = "What the response is compared with: a policy's name, or `all` (the default) for analytic and shipped ones."
-LEAGUE = "JSON of `cps-envs league` in the same configuration, to compare with the value of its game."
+AGAINST = "Fixed opponent: a policy's name or zoo:NAME. May be repeated: several are mixed."
+KNOWN = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
+LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configuration."
 
 
 def best_response(
-    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
-    role: Annotated[str, typer.Argument(help="attacker or defender: who is trained.")],
+    problem: Annotated[str, typer.Argument(help="Problem, such as hvac.")],
+    role: Annotated[str, typer.Argument(help="Role to train: attacker or defender.")],
     against: Annotated[list[str], typer.Option(help=AGAINST)],
-    weights: Annotated[str | None, typer.Option(help="Of several opponents, such as 1,3; equal if left out.")] = None,
-    recipe: Annotated[str | None, typer.Option(help="See `cps-envs train --list`; the role's own if left out.")] = None,
-    preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
+    weights: Annotated[
+        str | None, typer.Option(help="Weights of several opponents, such as 1,3; default: equal.")
+    ] = None,
+    recipe: Annotated[
+        str | None, typer.Option(help="Recipe (see `cps-envs train --list`); default: the role's.")
+    ] = None,
+    preset: Annotated[str | None, typer.Option(help="Preset of the environment; default: the recipe's.")] = None,
     overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
+        list[str] | None,
+        typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated."),
     ] = None,
     knobs: Annotated[
-        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
+        list[str] | None,
+        typer.Option("--knob", metavar="NAME=VALUE", help="Change a knob; may be repeated."),
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, searches included.")] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
+    steps: Annotated[
+        int | None, typer.Option(min=1, help="Train for so many decisions per seed, searches included.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="Use so many training seeds.")] = 5,
     known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
     league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
-    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="On seeds 0, 1, ...")] = 50,
-    folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("best-response"),
+    episodes: Annotated[
+        int, typer.Option(min=1, max=1_000_000, help="Judge on so many episodes, on seeds 0, 1, ...")
+    ] = 50,
+    folder: Annotated[Path, typer.Option("--out", help="Write runs and results to this folder.")] = Path(
+        "best-response"
+    ),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
-    device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
+    resume: Annotated[bool, typer.Option("--resume", help="Continue unfinished runs.")] = False,
+    device: Annotated[str, typer.Option(help="Device: cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
-    """Train a best response to a fixed opponent: how far can that one be exploited, at least?
+    """Train a best response to a fixed opponent: at least how far can it be exploited?
 
-    Among the training seeds validation chooses; evaluation seeds judge. No bound from above: a better response may
-    exist that this training did not find.
+    Validation seeds choose among the training seeds, and evaluation seeds judge the choice. The result is a lower
+    bound: a better response may exist that this training did not find.
     """
     from cps_agents.arena.store import Store
     from cps_agents.files import write_json
@@ -65,7 +77,7 @@ def best_response(
 
     chosen = next((each for each in ROLES if each == role), None)
     if chosen is None:
-        raise CommandError(f"{role!r} is no role: write attacker or defender")
+        raise CommandError(f"{role!r} is not a role: write attacker or defender")
     for package in ("stable_baselines3", "sb3_contrib"):
         require(package, extra="train", purpose="training a best response")
     strategy = mix(against, _weights(weights))

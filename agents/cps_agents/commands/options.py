@@ -11,11 +11,11 @@ import typer
 from cps_agents.console import err
 
 MEETINGS = Path("results/meetings")
-KEPT = "Where finished meetings are kept; all commands share it."
-FRESH = "Play again what was played before."
-Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
+KEPT = "Keep finished games in this folder, which all commands share."
+FRESH = "Play everything again, also what is kept."
+Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help=FRESH)]
-AsJson = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Meetings = Annotated[Path, typer.Option("--meetings", metavar="DIR", envvar="CPS_ENVS_MEETINGS", help=KEPT)]
 
 

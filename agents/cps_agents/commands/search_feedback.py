@@ -11,14 +11,14 @@ from cps_agents.console import err, print_json
 
 
 def search_feedback(
-    trials: Annotated[int, typer.Option(min=1, help="Candidate policies.")] = 600,
-    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
-    to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
+    trials: Annotated[int, typer.Option(min=1, help="Try so many candidates.")] = 600,
+    population: Annotated[int, typer.Option(min=4, help="Candidates in each generation.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
+    to: Annotated[Path | None, typer.Option("--out", help="Write to this file; default: stdout.")] = None,
 ) -> None:
     """Find the coefficients of the disbanding defender `feedback`; the result is JSON.
 
-    The file holds the best coefficients so far after every generation, so that an interrupted search is not lost.
+    The file holds the best coefficients so far after every generation, so an interrupted search is not lost.
     """
     from cps_agents.files import write_json
     from cps_agents.progress import Progress

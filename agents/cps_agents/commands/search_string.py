@@ -11,20 +11,21 @@ from cps_agents.console import assignments, err, print_json
 
 
 def search_string(
-    form: Annotated[str, typer.Option(help="warned, local or informed.")] = "warned",
-    trials: Annotated[int, typer.Option(min=1, help="Candidate policies.")] = 1400,
-    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 14,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
-    spread: Annotated[float, typer.Option(help="First deviation, in units of the search.")] = 0.4,
-    start: Annotated[Path | None, typer.Option(help="Start from this result, not by hand.")] = None,
+    form: Annotated[str, typer.Option(help="Form of the controller: warned, local or informed.")] = "warned",
+    trials: Annotated[int, typer.Option(min=1, help="Try so many candidates.")] = 1400,
+    population: Annotated[int, typer.Option(min=4, help="Candidates in each generation.")] = 14,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
+    spread: Annotated[float, typer.Option(help="Begin with this deviation, in units of the search.")] = 0.4,
+    start: Annotated[Path | None, typer.Option(help="Start from the result in this file.")] = None,
     settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Override a field; may be repeated.")
+        list[str] | None,
+        typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated."),
     ] = None,
-    to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
+    to: Annotated[Path | None, typer.Option("--out", help="Write to this file; default: stdout.")] = None,
 ) -> None:
     """Find the numbers of the disbanding defender `string`; the result is JSON.
 
-    The file holds the result so far after every generation, so that an interrupted search is not lost.
+    The file holds the result so far after every generation, so an interrupted search is not lost.
     """
     from cps_agents.files import write_json
     from cps_agents.progress import Progress

@@ -10,25 +10,25 @@ import typer
 
 from cps_agents.console import err, print_json
 
-PROBE = "Search what `probe` plays instead, twenty minutes of CPU time; of the options --ratio, --seed, --jobs, --out."
-AGAINST = "A defender, or all for the mean over those of chapter 5; may be repeated. Everything if left out."
+PROBE = "Search what `probe` plays instead (20 CPU minutes). Takes --ratio, --seed, --jobs and --out."
+AGAINST = "Defender, or all: the mean over those of chapter 5. May be repeated; default: everything."
 
 
 def search_switching(
     against: Annotated[list[str] | None, typer.Option(help=AGAINST)] = None,
-    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. 1 and 1.3.")] = None,
-    generations: Annotated[int, typer.Option(min=1, help="Of each restart.")] = 30,
-    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 24,
-    restarts: Annotated[int, typer.Option(min=1, help="Independent runs, of which the best counts.")] = 2,
-    seed: Annotated[int, typer.Option(min=0, help="Of the search.")] = 0,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
-    to: Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")] = None,
+    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. Default: 1 and 1.3.")] = None,
+    generations: Annotated[int, typer.Option(min=1, help="Generations of each restart.")] = 30,
+    population: Annotated[int, typer.Option(min=4, help="Candidates in each generation.")] = 24,
+    restarts: Annotated[int, typer.Option(min=1, help="Run so often independently; the best counts.")] = 2,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the search.")] = 0,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")] = None,
+    to: Annotated[Path | None, typer.Option("--out", help="Write to this file; default: stdout.")] = None,
     probe: Annotated[bool, typer.Option("--probe", help=PROBE)] = False,
 ) -> None:
     """Find the weights of the rogue attacker `switching` against each defender; the result is JSON.
 
-    What is found against all starts a run against each; where that is not asked for, the weights of the package do.
-    The file holds what has been found so far after every search, so that an interrupted run is not lost.
+    A run against one defender starts from what was found against all, or else from the weights of the package. After
+    every search the file holds what has been found so far, so an interrupted run is not lost.
     """
     if probe:
         _search_answers(ratio, seed, jobs, to)

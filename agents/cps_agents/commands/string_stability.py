@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 
 def string_stability(
-    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Write a plot there.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Write a plot to this file.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Check whether a disturbance grows from platoon to platoon under the published controllers."""
     from cps_agents.files import write_figure

@@ -85,7 +85,7 @@ class RandomReadings(Replacing):
     def __init__(self, spec: RoleSpec, low_c: float = 18.0, high_c: float = 26.0) -> None:
         super().__init__(spec, low_c, high_c)
         if low_c > high_c:
-            raise ConfigurationError(f"low_c = {low_c} lies above high_c = {high_c}; exchange them")
+            raise ConfigurationError(f"low_c = {low_c} is above high_c = {high_c}: swap them")
         self.low_c, self.high_c = low_c, high_c
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
