@@ -81,7 +81,7 @@ def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterat
 def shared(problem: Problem) -> Iterator[str]:
     """The parts of a problem's page: PettingZoo's interfaces, teams, presets, policies of both roles."""
     links = " and ".join(f"[{class_name(problem, role)}]({class_name(problem, role)}.md)" for role in ROLES)
-    yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}. "
+    yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}."
     yield "The [glossary](../glossary.md) explains words and symbols.\n"
     for form, function in pettingzoo_ids(problem).items():
         if form != "id":
