@@ -44,9 +44,9 @@ def write_dataset(
     """
     minari = require("minari", extra="data", purpose="writing datasets")
     if not re.fullmatch(r"[\w./-]+-v\d+", dataset_id):
-        raise CommandError(f"{dataset_id!r} is no name of a dataset: it has to be like cps_envs/fdi/oracle-v0")
+        raise CommandError(f"{dataset_id!r} is not the name of a dataset: it should be like cps_envs/fdi/oracle-v0")
     if dataset_id in minari.list_local_datasets():
-        raise CommandError(f"there is a dataset {dataset_id} already: choose another --id, or `minari delete` it")
+        raise CommandError(f"the dataset {dataset_id} exists already: choose another --id, or `minari delete` it")
     options = {**overrides, "preset": preset, "opponent": players[other(role)]}
     env = gymnasium.make(f"{problem.namespace}:{problem.env_id(role)}", **options)
     config = problem.config(preset, overrides)

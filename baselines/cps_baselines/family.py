@@ -140,5 +140,5 @@ def find_family(reference: str) -> Family:
     except (ImportError, AttributeError, ValueError) as error:
         raise UnknownNameError(f"no family of policies can be imported from {reference!r}: {error}") from error
     if not isinstance(found, Family):
-        raise UnknownNameError(f"{reference!r} is no family of policies: it should be a cps_baselines.family.Family")
+        raise UnknownNameError(f"{reference!r} is not a family of policies: it should be a cps_baselines.family.Family")
     return found

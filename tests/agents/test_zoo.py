@@ -157,7 +157,7 @@ def test_merging_keeps_each_seed(tmp_path: Path) -> None:
         expected = load(cards[seed], seed)[1].tensors()
         for name, array in load(tmp_path / "both.json", seed)[1].tensors().items():
             np.testing.assert_array_equal(array, expected[name])
-    with pytest.raises(CommandError, match="is there already"):
+    with pytest.raises(CommandError, match="is already in the policy"):
         merge([cards[0], cards[0]], tmp_path / "both.json")
     save_tiny(cards[1], "fdi", "attacker", recipe={"other": 1})
     with pytest.raises(CommandError, match="another recipe"):

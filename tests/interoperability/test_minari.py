@@ -65,7 +65,7 @@ def test_names_are_checked() -> None:
     write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine-v0")
     with pytest.raises(CommandError, match="there is a dataset mine-v0 already"):
         write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine-v0")
-    with pytest.raises(CommandError, match="no name of a dataset"):
+    with pytest.raises(CommandError, match="not the name of a dataset"):
         write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine")
 
 

@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
 
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
-JSON = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 @app.command("list")
 def list_policies(
-    folder: Annotated[Path | None, typer.Option(help="Of policies of your own; the shipped ones if left out.")] = None,
+    folder: Annotated[Path | None, typer.Option(help="Folder of your own policies; default: the shipped ones.")] = None,
     as_json: JSON = False,
 ) -> None:
-    """The policies in a folder, by default those that come with the package."""
+    """List the policies in a folder; default: those of the package."""
     from cps_agents.zoo.card import SHIPPED, read_card
     from cps_agents.zoo.files import shipped_names
 
@@ -38,10 +38,10 @@ def list_policies(
 
 @app.command()
 def show(
-    name: Annotated[str, typer.Argument(help="A shipped policy, a card's path, or the folder of a training run.")],
+    name: Annotated[str, typer.Argument(help="Shipped policy, path of a card, or folder of a training run.")],
     as_json: JSON = False,
 ) -> None:
-    """How a policy was trained, what it reached on validation seeds, and its numbers where it has names for them."""
+    """Show how a policy was trained, what it reached on validation seeds, and its named numbers."""
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
 
@@ -56,10 +56,12 @@ def show(
 
 @app.command("card")
 def print_card(
-    name: Annotated[str, typer.Argument(help="A shipped policy, a card's path, or the folder of a training run.")],
-    to: Annotated[Path | None, typer.Option("--out", metavar="FILE.md", help="Standard output if left out.")] = None,
+    name: Annotated[str, typer.Argument(help="Shipped policy, path of a card, or folder of a training run.")],
+    to: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.md", help="Write to this file; default: stdout.")
+    ] = None,
 ) -> None:
-    """A policy's card as Markdown, with the header that model hubs read."""
+    """Print a policy's card as Markdown, with the header that model hubs read."""
     from cps_agents.files import write_text
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
@@ -76,11 +78,13 @@ def print_card(
 @app.command()
 def add(
     runs: Annotated[list[Path], typer.Argument(help="Folders of training runs, or the folder of a recipe's runs.")],
-    folder: Annotated[Path, typer.Option("--to", help="Where NAME.safetensors and NAME.json go.")] = Path("zoo"),
-    name: Annotated[str | None, typer.Option(help="Of the policy; the recipe's if left out.")] = None,
+    folder: Annotated[Path, typer.Option("--to", help="Write NAME.safetensors and NAME.json to this folder.")] = Path(
+        "zoo"
+    ),
+    name: Annotated[str | None, typer.Option(help="Name of the policy; default: the recipe's.")] = None,
     as_json: JSON = False,
 ) -> None:
-    """Put the best networks of several training seeds into one policy, which plays as zoo:FOLDER/NAME.json."""
+    """Combine the best networks of several training seeds into one policy, zoo:FOLDER/NAME.json."""
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.merging import cards_below, merge
 

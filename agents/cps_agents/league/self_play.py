@@ -82,7 +82,7 @@ def claim(folder: Path, game: Game, resume: bool) -> None:
             "delete it."
         )
     if not resume:
-        raise CommandError(f"{folder} holds self-play already: go on with --resume, or choose another --out")
+        raise CommandError(f"{folder} holds self-play already: continue with --resume, or choose another --out")
 
 
 def iterate(

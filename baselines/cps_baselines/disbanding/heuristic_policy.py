@@ -16,7 +16,7 @@ from cps_envs.disbanding.state import Constants
 
 
 class HeuristicMitigation(Corrections):
-    """Brake when you would travel farther than the vehicle ahead (Algorithm 1), swept front to rear in one decision.
+    """Brakes each vehicle that would travel farther than the one ahead (Algorithm 1), from front to rear.
 
     A vehicle returns to its own law as soon as the one ahead is not slower. The correction is held for the control
     period: 0.1 s costs 0.1 to 4 points against a decision at every integration step, `control_period_s=0.01`.

@@ -34,7 +34,7 @@ class Knobs(NamedTuple):
 
 
 class Monitor(AnalyticPolicy):
-    """All drive by the law `before`; while somebody is suspected, by `apart`, or in danger `evade`: see `Division`.
+    """Uses the law `before`. While a vehicle is suspected the others use `apart`, and in danger `evade`.
 
     A suspect whose acceleration was once, in the mean of some seconds, more than `strong_mps2` beyond that of an intact
     engine is strong: then `evade_strong` and `near_strong_m` hold.
