@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import signal
+from dataclasses import replace
 from pathlib import Path
+from threading import Barrier, Event, Thread
 from typing import Any
 
 import pytest
@@ -10,8 +13,9 @@ from typer.testing import CliRunner
 
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
+from cps_agents.reliability import chunk as chunk_module
 from cps_agents.reliability import determinism
-from cps_agents.reliability.child import run_chunk
+from cps_agents.reliability.child import StoppedError, run_chunk
 from cps_agents.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
 from cps_agents.reliability.document import document, markdown, publish
 from cps_agents.reliability.faults.comparing import damaged, differing
@@ -83,20 +87,20 @@ def test_refusals_are_told_from_accidents() -> None:
 
 @pytest.mark.parametrize(("row", "counts"), [("dies", {"inputs": 2, "crash": 1}), ("hangs", {"inputs": 0, "hang": 1})])
 def test_a_process_that_dies_or_hangs_is_counted_and_the_rest_goes_on(row: str, counts: dict[str, int]) -> None:
-    found = run_chunk(next(each for each in TOYS.chunks() if each.row == row))
+    found = run_chunk(next(each for each in TOYS.chunks() if each.row == row), Event())
     assert found["counts"] == counts
     assert "a trial" in next(iter(found["examples"].values()))
 
 
 def test_a_broken_machine_is_no_result() -> None:
     with pytest.raises(CommandError, match=r"(?s)could not be done.*the machine is broken"):
-        run_chunk(next(each for each in TOYS.chunks() if each.row == "fails"))
+        run_chunk(next(each for each in TOYS.chunks() if each.row == "fails"), Event())
 
 
 def test_finished_pieces_are_kept_until_their_sources_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     part, done = part_of({"tried": 2}, {"tried": 3, "bad": 1}), []
 
-    def work(chunk: Chunk) -> Result:
+    def work(chunk: Chunk, stop: Event) -> Result:
         done.append(chunk.number)
         return part.run(chunk, Journal())
 
@@ -111,9 +115,65 @@ def test_finished_pieces_are_kept_until_their_sources_change(tmp_path: Path, mon
     assert done == [0, 1, 0, 1]
 
 
+def test_a_piece_that_cannot_be_done_does_not_stop_the_others(tmp_path: Path) -> None:
+    part = part_of({"tried": 1}, {"tried": 2}, {"tried": 4})
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        if chunk.number == 1:
+            raise CommandError("no room")
+        return part.run(chunk, Journal())
+
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=work, jobs=2)
+    assert (found.totals["tried"], found.failed) == (5, ["no room"])
+
+
+def test_parts_get_about_the_same_time(tmp_path: Path) -> None:
+    slow, quick = (replace(part_of(*[{"tried": 1}] * 4), name=name) for name in ("slow", "quick"))
+    rows = {part.name: [replace(chunk, part=part.name) for chunk in part.chunks()] for part in (slow, quick)}
+    slow, quick = (replace(part, chunks=lambda name=part.name: rows[name]) for part in (slow, quick))
+    done = []
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        done.append(chunk.part)
+        return {**slow.run(chunk, Journal()), "cpu_s": 10.0 if chunk.part == "slow" else 1.0}
+
+    run_parts([slow, quick], Store(tmp_path), 1.0, work=work)
+    assert done == ["slow", *["quick"] * 4, *["slow"] * 3]
+
+
+def test_two_pieces_run_at_once_and_an_interruption_ends_them(tmp_path: Path) -> None:
+    part, together = part_of({"tried": 1}, {"tried": 1}), Barrier(3)
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        together.wait(60.0)
+        assert stop.wait(60.0)
+        raise StoppedError
+
+    def interrupt() -> None:
+        together.wait(60.0)
+        signal.raise_signal(signal.SIGINT)
+
+    Thread(target=interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        run_parts([part], Store(tmp_path), 1.0, work=work, jobs=2)
+    stop = Event()
+    stop.set()
+    with pytest.raises(StoppedError):
+        run_chunk(next(each for each in TOYS.chunks() if each.row == "hangs"), stop)
+
+
+def test_words_about_code_void_no_result(tmp_path: Path) -> None:
+    stamps = []
+    for number, source in enumerate(('"""One."""\nx = 1\n', '"""Two."""\n\nx = 1  # one\n', "x = 2\n")):
+        (tmp_path / f"{number}").mkdir()
+        (tmp_path / f"{number}" / "module.py").write_text(source, encoding="utf-8")
+        stamps.append(chunk_module._content(tmp_path / f"{number}" / "module.py"))
+    assert stamps[0] == stamps[1] != stamps[2]
+
+
 def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
     part = part_of({"tried": 1234, "bad": 0})
-    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk: part.run(chunk, Journal()))
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
     (tmp_path / "docs").mkdir()
     written = document([found])
     assert "1,234" in markdown(written)
@@ -180,6 +240,6 @@ def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_killed_league_goes_on(tmp_path: Path) -> None:
-    found = run_chunk(next(chunk for chunk in find_part("faults").chunks() if chunk.row == "league"))
+    found = run_chunk(next(chunk for chunk in find_part("faults").chunks() if chunk.row == "league"), Event())
     assert not found["examples"]
     assert found["counts"]["kills"] >= 10

@@ -15,6 +15,7 @@ import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
+from threading import Event
 
 from cps_agents.errors import CommandError
 from cps_agents.reliability.chunk import ROOT, Chunk, Result, find_part
@@ -26,18 +27,23 @@ FAILED = "failed"
 QUIET = {"CPS_ENVS_QUIET": "1", "CPS_ENVS_TRUST": "0", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"}
 
 
-def run_chunk(chunk: Chunk) -> Result:
+class StoppedError(Exception):
+    """Somebody has asked to stop; the chunk is not done."""
+
+
+def run_chunk(chunk: Chunk, stop: Event) -> Result:
     """What comes of a chunk. A trial that ends its process is counted as `crash` or `hang`, and the others go on.
 
     Raises:
         CommandError: the chunk could not be done, through no fault of what it tries.
+        StoppedError: `stop` was set before the chunk was done.
     """
     deaths: Result = {"counts": {}, "examples": {}}
     skipped: list[int] = []
     while True:
         with tempfile.TemporaryDirectory(prefix="reliability-") as name:
             folder = Path(name)
-            ended = _attempt(chunk, folder, skipped)
+            ended = _attempt(chunk, folder, skipped, stop)
             result = folder / "result.json"
             if ended == "done":
                 found: Result = json.loads(result.read_text(encoding="utf-8"))
@@ -54,7 +60,7 @@ def run_chunk(chunk: Chunk) -> Result:
             return deaths
 
 
-def _attempt(chunk: Chunk, folder: Path, skipped: list[int]) -> str:
+def _attempt(chunk: Chunk, folder: Path, skipped: list[int], stop: Event) -> str:
     """Run a process to its end: "done", "hang", or how it died."""
     paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, **QUIET, "PYTHONPATH": os.pathsep.join(paths), **chunk.environment}
@@ -70,17 +76,22 @@ def _attempt(chunk: Chunk, folder: Path, skipped: list[int]) -> str:
             start_new_session=True,
         )
         try:
-            return "hang" if not _wait(child, chunk, folder / "journal") else _ending(child, folder)
+            return "hang" if not _wait(child, chunk, folder / "journal", stop) else _ending(child, folder)
         finally:
             _end(child)
 
 
-def _wait(child: subprocess.Popen[bytes], chunk: Chunk, journal: Path) -> bool:
-    """Wait for the end of a process; False if it does nothing for too long."""
+def _wait(child: subprocess.Popen[bytes], chunk: Chunk, journal: Path, stop: Event) -> bool:
+    """Wait for the end of a process; False if it does nothing for too long.
+
+    Raises:
+        StoppedError: `stop` was set.
+    """
     started = changed = time.monotonic()
     seen = read_journal(journal)
     while child.poll() is None:
-        time.sleep(LOOK_EVERY_S)
+        if stop.wait(LOOK_EVERY_S):
+            raise StoppedError
         now = time.monotonic()
         if (line := read_journal(journal)) != seen:
             seen, changed = line, now

@@ -26,10 +26,10 @@ def chunks() -> list[Chunk]:
     """Some mutants of one module each; the first ones of every module come first."""
     found = []
     for target in TARGETS:
-        sources = (target.path, *target.tests, *OURS)
+        sources, known = (target.path, *target.tests, *OURS), [e for e in equivalents() if e["path"] == target.path]
         for number in range(-(-target.mutants // PER_CHUNK)):
             environment = {"NUMBA_DISABLE_JIT": "1", "CPS_ENVS_TRUST": "1"}
-            chunk = Chunk("mutation", target.path, number, sources, environment, limit_s=7200, silence_s=1800)
+            chunk = Chunk("mutation", target.path, number, sources, json.dumps(known), environment, 7200, 1800)
             found.append(chunk)
     return sorted(found, key=lambda chunk: chunk.number)
 
