@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Barrier, Event, Thread
 from typing import Any
@@ -217,7 +218,10 @@ def test_a_mutant_differs_in_one_place() -> None:
 
 def test_targets_and_equivalent_mutants_exist() -> None:
     for target in TARGETS:
-        assert all((ROOT / path).is_file() for path in (target.path, *target.tests))
+        assert all((ROOT / path.partition("::")[0]).is_file() for path in (target.path, *target.tests))
+        assert find_spec(target.module) is not None, target.module
+        for file, _, name in (test.partition("::") for test in target.tests if "::" in test):
+            assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), name
     for each in equivalents():
         lines = [line.strip() for line in (ROOT / each["path"]).read_text(encoding="utf-8").splitlines()]
         assert each["line"] in lines, each
