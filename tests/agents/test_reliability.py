@@ -239,6 +239,8 @@ def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
     (tmp_path / "two" / "x.csv").write_text("value,cpu_s\n8,1\n", encoding="utf-8")
     assert differing(tmp_path / "one", tmp_path / "two", names_only=False) == ["x.csv"]
     (tmp_path / "two" / "y.txt").touch()
+    (tmp_path / "two" / "meetings").mkdir()
+    (tmp_path / "two" / "meetings" / "learned.json").touch()
     assert differing(tmp_path / "one", tmp_path / "two", names_only=True) == ["y.txt"]
 
 
