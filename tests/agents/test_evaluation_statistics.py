@@ -150,10 +150,13 @@ def test_one_training_seed_of_a_baseline_is_not_enough() -> None:
     assert significant(5, 1, 200) > 0.15  # which is why tables mark it
 
 
-def test_the_seeds_of_both_sides_widen_a_difference() -> None:
+@pytest.mark.parametrize("luck", [0.0, 10.0])
+def test_the_seeds_of_both_sides_widen_a_difference(luck: float) -> None:
+    """However much both sides owe to the same episodes."""
     generator = np.random.default_rng(6)
-    learned, baseline = generator.normal(size=(5, 1)) + np.zeros((1, 9)), generator.normal(size=(5, 1))
-    found = difference([learned], [np.repeat(baseline, 9, axis=1)], resamples=20_000)
+    learned, baseline = generator.normal(size=(5, 1)) + np.zeros((1, 60)), generator.normal(size=(5, 1))
+    shared = luck * generator.normal(size=(1, 60))
+    found = difference([learned + shared], [np.repeat(baseline, 60, axis=1) + shared], resamples=20_000)
     spread = np.sqrt((learned[:, 0].var(ddof=1) + baseline.var(ddof=1)) / 5)
     welch = stats.ttest_ind(learned[:, 0], baseline[:, 0], equal_var=False).confidence_interval()
     assert found.mean == pytest.approx(learned.mean() - baseline.mean())

@@ -139,7 +139,8 @@ PART = Part(
         "and before and after the file takes its name. Training and self-play are killed at some of their writes. "
         "Then the same command runs again to its end. Finished work must still be there, and must not be done again. "
         "The outcome must equal that of a run without a fault, times aside; training depends on where it was "
-        "interrupted, so there we compare which files are written beside the meetings. The same is tried with files that cannot grow, with "
+        "interrupted, so there we compare which files are written beside the meetings. The same is tried with files "
+        "that cannot grow, with "
         "a file in place of the folder, and with two equal commands at once."
     ),
     columns={
