@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,6 +33,21 @@ from cps_agents.reliability.store import Store
 from cps_agents.reliability.suite import run_parts
 from cps_envs.core.errors import ConfigurationError
 from tests.agents.broken_parts import PART as TOYS
+
+HANGING = """
+import subprocess
+from threading import Event
+from cps_agents.reliability import child
+from tests.agents.broken_parts import PART
+
+usual = child._wait
+def tell(process, *rest):
+    print(process.pid, flush=True)
+    return usual(process, *rest)
+
+child._wait = tell
+child.run_chunk(next(each for each in PART.chunks() if each.row == "hangs"), Event())
+"""
 
 
 def part_of(*counts: dict[str, int]) -> Part:
@@ -161,6 +179,19 @@ def test_two_pieces_run_at_once_and_an_interruption_ends_them(tmp_path: Path) ->
     stop.set()
     with pytest.raises(StoppedError):
         run_chunk(next(each for each in TOYS.chunks() if each.row == "hangs"), stop)
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are listed by Linux")
+def test_no_piece_outlives_a_command_that_is_killed() -> None:
+    started = subprocess.Popen([sys.executable, "-c", HANGING], stdout=subprocess.PIPE, text=True)
+    assert started.stdout is not None
+    child = int(started.stdout.readline())
+    started.kill()
+    started.wait()
+    deadline = time.monotonic() + 60
+    while Path(f"/proc/{child}").exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not Path(f"/proc/{child}").exists()
 
 
 def test_words_about_code_void_no_result(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """Doing a chunk in a process of its own, which may crash or hang: both are results, too.
 
-python -m cps_agents.reliability.child PART NAME FOLDER [SKIPPED ...]
+python -m cps_agents.reliability.child PART NAME FOLDER PARENT [SKIPPED ...]
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
-from threading import Event
+from threading import Event, Thread
 
 from cps_agents.errors import CommandError
 from cps_agents.reliability.chunk import ROOT, Chunk, Result, find_part
@@ -65,9 +65,10 @@ def _attempt(chunk: Chunk, folder: Path, skipped: list[int], stop: Event) -> str
     paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, **QUIET, "PYTHONPATH": os.pathsep.join(paths), **chunk.environment}
     command = [sys.executable, "-m", "cps_agents.reliability.child", chunk.part, chunk.name, str(folder)]
+    command += map(str, (os.getpid(), *skipped))
     with (folder / "errors").open("wb") as errors:
         child = subprocess.Popen(
-            [*command, *map(str, skipped)],
+            command,
             cwd=folder,
             env=environment,
             stdout=errors,
@@ -122,12 +123,21 @@ def _together(one: Result, other: Result) -> Result:
     return {**one, "counts": counts, "examples": {**other["examples"], **one.get("examples", {})}}
 
 
+def _end_with(parent: int) -> None:
+    """End this process, and those that it has started, when its parent is gone."""
+    while os.getppid() == parent:
+        time.sleep(LOOK_EVERY_S)
+    os.killpg(0, signal.SIGKILL)
+
+
 def main() -> None:
     """Do the chunk that the command line names, and write its result into the folder."""
     part_name, name, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3])
+    parent, *skipped = map(int, sys.argv[4:])
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
     part = find_part(part_name)
     chunk = next(each for each in part.chunks() if each.name == name)
-    result = part.run(chunk, Journal(folder / "journal", {int(text) for text in sys.argv[4:]}))
+    result = part.run(chunk, Journal(folder / "journal", skipped))
     own, children = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
     result["cpu_s"] = own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
     (folder / "result.json").write_text(json.dumps(result), encoding="utf-8")
