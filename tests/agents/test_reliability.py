@@ -23,6 +23,8 @@ from cps_agents.reliability.child import StoppedError, run_chunk
 from cps_agents.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
 from cps_agents.reliability.document import document, markdown, publish
 from cps_agents.reliability.faults.comparing import damaged, differing
+from cps_agents.reliability.faults.jobs import JOBS, warm_up
+from cps_agents.reliability.faults.part import Trials
 from cps_agents.reliability.fuzz import actions, configurations, files
 from cps_agents.reliability.fuzz.judging import Tally, is_refusal
 from cps_agents.reliability.journal import Journal
@@ -273,6 +275,17 @@ def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
     (tmp_path / "two" / "meetings").mkdir()
     (tmp_path / "two" / "meetings" / "learned.json").touch()
     assert differing(tmp_path / "one", tmp_path / "two", names_only=True) == ["y.txt"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes are forked and killed")
+def test_a_league_that_is_killed_at_a_write_goes_on(tmp_path: Path) -> None:
+    league = next(job for job in JOBS if job.name == "league")
+    warm_up(league)
+    trials = Trials(league, tmp_path, Journal())
+    trials.kill(0, "draft")
+    trials.kill(trials.writes - 1, "before")
+    assert not trials.examples
+    assert trials.counts["kills"] == 2
 
 
 @pytest.mark.slow
