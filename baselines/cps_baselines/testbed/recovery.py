@@ -7,8 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from cps_baselines.reproduction.recovery import deviation, recovery_s
-from cps_baselines.reproduction.verdicts import SAME_SHARE
+from cps_baselines.reproduction.verdicts import SAME_SHARE, deviation, recovery_s
 from cps_baselines.testbed.cases import Outcome
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.testbed.config import BASELINE
