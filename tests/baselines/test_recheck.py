@@ -10,10 +10,10 @@ import pytest
 
 from cps_baselines.disbanding.reproduction.chapter import CHAPTER as CHAPTER_2
 from cps_baselines.disbanding.reproduction.experiments import Evidence as Evidence2
+from cps_baselines.disbanding.reproduction.experiments import Search
 from cps_baselines.disbanding.reproduction.recording import Recorded as Course
 from cps_baselines.disbanding.reproduction.rules import CONDITIONS as OTHER_RULES
 from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
-from cps_baselines.disbanding.reproduction.searching import Search
 from cps_baselines.hvac.reproduction.chapter import CHAPTER as CHAPTER_4
 from cps_baselines.hvac.reproduction.chapter import CONDITIONS as OTHER_DAYS
 from cps_baselines.hvac.reproduction.controllers import Evidence as Evidence4

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
@@ -21,7 +20,6 @@ from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array
-from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from tests import episodes
@@ -180,20 +178,6 @@ def test_followed_errors_are_those_of_the_controllers() -> None:
 
 def test_no_defence_is_the_linear_controller() -> None:
     assert play("square", "none")["damage"] == play("square", "pd")["damage"] > 50
-
-
-@pytest.mark.parametrize("preset", ["paper", "easy", "learning"])
-@pytest.mark.parametrize("side", ["Attack", "Defense"])
-def test_default_opponents_play(preset: str, side: str) -> None:
-    env = gymnasium.make(f"cps_envs:cps_envs/Rogue{side}-v0", preset=preset, duration_s=12.0)
-    vehicles = env.unwrapped.game.config.num_orders
-    env.reset(seed=3)
-    total, done = 0.0, False
-    while not done:
-        action = np.zeros(1, np.float32) if side == "Attack" else np.tile([CONTROLLERS.index("detecting"), 1], vehicles)
-        _, reward, _, done, info = env.step(action)
-        total += reward
-    assert abs(total) == pytest.approx(info["damage"] + info["formation_charge"])
 
 
 def test_a_member_of_a_mixture_plays_as_it_plays_alone() -> None:
