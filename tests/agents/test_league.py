@@ -22,7 +22,7 @@ from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.league.league import League, Plan, play_league
-from cps_agents.league.report import standings, strategies
+from cps_agents.league.standing import standings, strategies
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes

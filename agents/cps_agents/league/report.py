@@ -1,61 +1,19 @@
-"""How the policies of a league stand; a league as tables on the terminal and as files: JSON, CSV, a heat map."""
+"""A league as tables on the terminal and as files: JSON, CSV, a heat map."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from typing import Any
 
 from cps_agents.arena.statistics import Estimate
 from cps_agents.heatmap import draw_matrix
 from cps_agents.league.league import League
+from cps_agents.league.standing import Standing, standings, strategies
 from cps_agents.league.strategy import mix
 from cps_agents.table import Cell, Table, csv_text, styled
-from cps_baselines.arena import Contestant
 from cps_envs import find_problem
-from cps_envs.core.types import ROLES, SIGN, FloatArray, Role, other
-
-
-@dataclass(frozen=True)
-class Standing:
-    """A policy among those of its role."""
-
-    player: Contestant
-    probability: float  # in the equilibrium
-    best_opponent: str  # against it
-    payoff: Estimate  # what the attacker is paid then: the least an attacker gets, the most a defender concedes
-    dominated_by: dict[str, float]  # a strategy that is better against everybody; empty if there is none
-
-
-def standings(league: League, role: Role) -> list[Standing]:
-    """The policies of a role, in the league's order."""
-    equilibrium = league.equilibrium
-    shares = equilibrium.attacker if role == "attacker" else equilibrium.defender
-    return [
-        _standing(league, role, place, float(shares[place]), dominator)
-        for place, dominator in enumerate(league.dominated[role])
-    ]
-
-
-def _standing(league: League, role: Role, place: int, share: float, dominator: FloatArray | None) -> Standing:
-    cells = league.cells[place] if role == "attacker" else [row[place] for row in league.cells]
-    best = min(range(len(cells)), key=lambda rival: SIGN[role] * cells[rival].mean)
-    players = league.players(role)
-    dominating = {} if dominator is None else _named([player.name for player in players], dominator)
-    return Standing(players[place], share, league.players(other(role))[best].name, cells[best], dominating)
-
-
-def _named(names: Sequence[str], probabilities: FloatArray) -> dict[str, float]:
-    return {name: float(share) for name, share in zip(names, probabilities, strict=True) if share > 0}
-
-
-def strategies(league: League) -> dict[Role, dict[str, float]]:
-    """The equilibrium's mixed strategies, by reference; what has probability 0 is left out."""
-    found = league.equilibrium
-    return {
-        "attacker": _named([player.reference for player in league.attackers], found.attacker),
-        "defender": _named([player.reference for player in league.defenders], found.defender),
-    }
+from cps_envs.core.types import ROLES, Role
 
 
 def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
@@ -80,8 +38,8 @@ def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[
             "gap": league.equilibrium.gap,
             **{role: _strategy(found) for role, found in strategies(league).items()},
         },
-        "attackers": [_plain_standing(found) for found in standings(league, "attacker")],
-        "defenders": [_plain_standing(found) for found in standings(league, "defender")],
+        "attackers": [_standing(found) for found in standings(league, "attacker")],
+        "defenders": [_standing(found) for found in standings(league, "defender")],
         "left_out": [asdict(found) for found in league.left_out],
         "cells": [
             {**asdict(cell), "values": values, "attacker": attacker, "defender": defender, "cpu_s": cpu_s}
@@ -94,7 +52,7 @@ def _strategy(shares: Mapping[str, float]) -> dict[str, Any]:
     return {"probabilities": dict(shares), "reference": mix(list(shares), list(shares.values())).reference}
 
 
-def _plain_standing(found: Standing) -> dict[str, Any]:
+def _standing(found: Standing) -> dict[str, Any]:
     return {
         "name": found.player.name,
         "reference": found.player.reference,
