@@ -195,14 +195,10 @@ def test_swarm_needs_vehicle_corrections() -> None:
         started(defense_action="platoon").team("defender")
 
 
-def test_a_model_goes_on_like_the_original() -> None:
+def test_a_fingerprint_tells_games_apart() -> None:
     game = started(seeds=(3,), preset="easy")
     go(game)
-    copies = game.model(0, 2)
-    assert copies.fingerprint() != game.fingerprint()  # two environments
-    assert game.model(0, 1).fingerprint() == game.fingerprint()
-    assert go(copies, attack=4).tolist() == [go(game, attack=4)[0]] * 2
-    assert np.array_equal(copies.state.position[1], game.state.position[0])
+    assert game.model(0, 1).fingerprint() == game.fingerprint() != game.model(0, 2).fingerprint()
 
 
 def test_the_front_of_a_thousand_platoons_drives_like_ten() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,15 +17,11 @@ from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.payoff import Metrics, collide
 from cps_envs.fdi.problem import FDI
+from tests import episodes
 from tests.fdi.reference import Platoon
 
 SENSORS = ("x1", "v4", "xv2", "x1+v3", "xv1,4")
-
-
-def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> FdiGame:
-    game = FdiGame(FDI.config(preset, overrides), len(seeds))
-    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
-    return game
+started = partial(episodes.started, FDI)
 
 
 def go(

@@ -38,7 +38,7 @@ def drive_robots(
     from cps_agents.episodes import show_meeting
     from cps_agents.film import Film
     from cps_baselines.arena import Venue
-    from cps_baselines.testbed.mitigation import mitigation
+    from cps_baselines.testbed.cases import mitigation
     from cps_envs.testbed.problem import TESTBED
 
     if period is not None and defender is not None:

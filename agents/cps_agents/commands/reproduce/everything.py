@@ -50,9 +50,9 @@ def everything(
     from cps_agents.files import write_json
     from cps_agents.locking import alone_in
     from cps_agents.machine import describe
-    from cps_agents.reproduction.publication import publish as put
     from cps_agents.reproduction.readings import chosen, readings
     from cps_agents.reproduction.summary import COUNTED, DEPENDING, counted, depending, failed
+    from cps_agents.reproduction.summary import publish as put
 
     if publish and (quick or only):
         raise CommandError("only the whole, without --quick or --reading, is published")
