@@ -86,8 +86,11 @@ class Card:
             raise ValueError("a policy of a family, or a mixture, and no other, has numbers with names")
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data."""
-        return asdict(self)
+        """As plain data; of attackers without what only defenders have."""
+        plain = asdict(self)
+        return (
+            plain if self.exploitability else {name: each for name, each in plain.items() if name != "exploitability"}
+        )
 
 
 def read_card(path: Path) -> Card:
