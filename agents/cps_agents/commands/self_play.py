@@ -92,7 +92,7 @@ def _settings(
         needed = [{name: each for name, each in recipe.overrides.items() if name not in values} for recipe in recipes]
         venue = venue.changed(merged(needed, "a recipe"))
     venue = venue.changed(values)
-    return venue, {role: in_venue(oracles[role], venue, knobs) for role in ROLES}
+    return venue, {role: in_venue(oracles[role], venue, knobs, own_forms=False) for role in ROLES}
 
 
 def _game(
@@ -103,9 +103,10 @@ def _game(
     budget: Budget,
     store: Store,
 ) -> Game:
-    """With those of the policies asked for that can play."""
+    """With those of the policies asked for that can play, and see and act as the venue has it: they are mixed."""
     from cps_agents.league.league import Plan, check_anybody, line_up
     from cps_agents.league.self_play import Game
+    from cps_agents.zoo.references import form_of
     from cps_baselines.workers import Workers
     from cps_envs.core.types import ROLES
 
@@ -115,6 +116,10 @@ def _game(
         _note(f"Left out: {missing.role} {missing.reference}: {missing.reason}")
     for role in ROLES:
         check_anybody(role, players, left_out)
+        for player in players[role]:
+            if form := form_of(player.reference, venue.config):
+                _note(f"Left out: {role} {player.reference}: it was trained with other {', '.join(form)}; see --set")
+        players[role] = [player for player in players[role] if not form_of(player.reference, venue.config)]
     start = {role: [player.reference for player in players[role]] for role in ROLES}
     return Game(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
 

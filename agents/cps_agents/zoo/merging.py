@@ -15,7 +15,7 @@ from cps_agents.zoo.network import Network
 from cps_agents.zoo.numbers import Numbers
 
 LIMIT_BYTES = 1_000_000  # of the weights
-PLACES = ("--out", "--to", "--jobs")
+PLACES = ("--out", "--to", "--jobs", "--meetings")
 
 
 def merge(cards: Sequence[Path], target: Path) -> Card:
