@@ -32,8 +32,10 @@ ASSIGNED = Contestant("shll", "assigned?laws=shll", "best fixed assignment, shll
 WAVES = ("duty_square", "square")
 JUDGES = ("zoo:rogue-attack-ppo", "switching", *WAVES)
 FRESH = {  # what searches found against the shipped GIVES_WAY, see docs/rogue.md
-    1.0: "tuned?front_gap=4.164&front_rate=-3.232&rear_gap=-0.284&rear_rate=3.7&excess=3.433&bias=-3.982&hysteresis=2.126",
-    1.3: "tuned?front_gap=2.068&front_rate=-1.166&rear_gap=1.395&rear_rate=-2.825&excess=-0.738&bias=-2.416&hysteresis=-0.121",
+    1.0: "tuned?front_gap=4.164&front_rate=-3.232&rear_gap=-0.284&rear_rate=3.7&excess=3.433&bias=-3.982"
+    "&hysteresis=2.126",
+    1.3: "tuned?front_gap=2.068&front_rate=-1.166&rear_gap=1.395&rear_rate=-2.825&excess=-0.738&bias=-2.416"
+    "&hysteresis=-0.121",
 }
 WORLDS = 16
 KNOWN = shipped()
