@@ -17,6 +17,7 @@ from cps_agents.recipes.hvac_defense import HvacDefense
 from cps_agents.recipes.hvac_search import HvacAttackMtd2Search, HvacAttackSearch, HvacDefenseSearch
 from cps_agents.recipes.rogue_attack import RogueAttack, RogueAttackRecurrent
 from cps_agents.recipes.rogue_defense import RogueDefense
+from cps_agents.recipes.rogue_search import RogueDefenseSearch, RogueMonitorSearch
 from cps_envs.core.errors import near
 from cps_envs.core.problem import Problem
 from cps_envs.core.trust import require_trust
@@ -45,6 +46,8 @@ RECIPES: dict[str, Recipe] = {
         RogueAttack(),
         RogueAttackRecurrent(),
         RogueDefense(),
+        RogueDefenseSearch(),
+        RogueMonitorSearch(),
     )
 }
 
