@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Run
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_agents.machine import versions
@@ -28,7 +29,7 @@ def make_card(run: Run, envs: TrainingEnvs, facts: Mapping[str, Any]) -> Card:
         problem=recipe.problem,
         version=problem.version,
         role=recipe.role,
-        algorithm="imitation" if recipe.taught and facts.get("steps") == 0 else recipe.algorithm,
+        algorithm=_algorithm(recipe, facts),
         opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
         preset=recipe.preset,
         overrides=dict(recipe.overrides),
@@ -44,6 +45,15 @@ def make_card(run: Run, envs: TrainingEnvs, facts: Mapping[str, Any]) -> Card:
         command=run.command,
         versions=versions(),
     )
+
+
+def _algorithm(recipe: Recipe, facts: Mapping[str, Any]) -> str:
+    """What made the network: before the first step learned by reward, that is what it imitated."""
+    if facts.get("steps") == 0 and recipe.search_steps:
+        return "imitation of searched plans"
+    if facts.get("steps") == 0 and recipe.taught:
+        return "imitation"
+    return recipe.algorithm
 
 
 def policy_of(card: Card, network: Network) -> TrainedPolicy:
