@@ -23,6 +23,7 @@ from cps_envs.core.types import Array, FloatArray, Role, other
 FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
+    "disbanding-replanning": "cps_baselines.disbanding.families:REPLANNING",
     "fdi-hypotheses": "cps_baselines.fdi.families:HYPOTHESES",
     "fdi-task-tracker": "cps_baselines.fdi.families:TASK_TRACKER",
     "hvac-bayes": "cps_baselines.hvac.families:BAYES",

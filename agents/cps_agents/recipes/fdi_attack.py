@@ -48,7 +48,7 @@ class FdiAttack(Recipe):
     discount: float = 1.0  # paid at the end alone
     hidden: tuple[int, ...] = (128, 128)
     entropy_bonus: float = 0.005
-    search_steps: int = 4_000_000
+    search_steps: int = 24_000_000  # at 4,000,000 the plans reach 94 and 86 % of the optimum, with one and two sensors
     self_imitation: int = 8
     teacher_epochs: int = 2000  # one batch each; a single wrong injection misses a far target
     evaluations: int = 6

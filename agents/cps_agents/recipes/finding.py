@@ -8,7 +8,11 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import Recipe
 from cps_agents.recipes.disbanding_attack import DisbandingAttack
 from cps_agents.recipes.disbanding_defense import DisbandingDefense, DisbandingDefenseLocal
-from cps_agents.recipes.disbanding_search import DisbandingDefenseLocalSearch, DisbandingDefenseSearch
+from cps_agents.recipes.disbanding_search import (
+    DisbandingAttackSearch,
+    DisbandingDefenseLocalSearch,
+    DisbandingDefenseSearch,
+)
 from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from cps_agents.recipes.fdi_defense import FdiDefense
 from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
@@ -28,6 +32,7 @@ RECIPES: dict[str, Recipe] = {
     recipe.name: recipe
     for recipe in (
         DisbandingAttack(),
+        DisbandingAttackSearch(),
         DisbandingDefense(),
         DisbandingDefenseLocal(),
         DisbandingDefenseSearch(),
