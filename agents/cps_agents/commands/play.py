@@ -9,7 +9,7 @@ import typer
 from cps_agents.console import assignments
 
 POLICY = "A name from `cps-envs list`, name?option=value, or with --trust module:attribute; the preset's if left out."
-RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png (one picture)."
+RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png, FILE.svg (one picture)."
 
 
 def play(
