@@ -23,6 +23,7 @@ from cps_agents.commands.list import list_everything
 from cps_agents.commands.oracle import oracle
 from cps_agents.commands.play import play
 from cps_agents.commands.reliability import reliability
+from cps_agents.commands.report import report
 from cps_agents.commands.reproduce.app import app as reproduce
 from cps_agents.commands.search_feedback import search_feedback
 from cps_agents.commands.search_string import search_string
@@ -143,6 +144,7 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
         "evaluate": evaluate,
         "benchmark": benchmark,
         "league": league,
+        "report": report,
         "contest": contest,
         "coverage": coverage,
     },

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from importlib import import_module
 from xml.etree import ElementTree
 
@@ -22,8 +21,8 @@ PICTURED: dict[str, Pictured] = {name: import_module(f"tests.{name}.pictures").P
 
 
 @pytest.fixture
-def recorder() -> Iterator[Recorder]:
-    yield Recorder(60, 40)
+def recorder() -> Recorder:
+    return Recorder(60, 40)
 
 
 def test_filling_begins_a_new_picture(recorder: Recorder) -> None:
