@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import takewhile
 from typing import Any
+
+import numpy as np
 
 from cps_envs.core.picture.recording import Recorder, Shape
 
@@ -16,8 +17,8 @@ class Reel:
     """Pictures of one size, one after the other.
 
     As data, a picture is a flat list of pairs. (k, n) with n > 0 takes n shapes from the k-th of the picture before on;
-    (k, 0) takes the k-th shape of the table. A shape of a kind with "+" is (kind, colour, s, n, x, y, ...): the
-    first n numbers of shape s, and then its own. Colours are places in a table, too.
+    (k, 0) takes the k-th shape of the table. Colours are places in a table, too. A long line is (kind with "+", colour,
+    s, n, dx, dy, ...): the first n numbers of shape s, then its own as steps from point to point in tenths of a pixel.
     """
 
     def __init__(self, recorder: Recorder) -> None:
@@ -68,8 +69,24 @@ class Reel:
         start = shape[:4]  # kind, colour, first point
         base, earlier = self._latest.get(start, (0, ()))
         self._latest[start] = (self._places[shape], shape)
-        kept = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(shape[2:], earlier[2:], strict=False)))
-        return [CONTINUES[plain[0]], plain[1], base, kept, *shape[2 + kept :]] if kept >= LONG else plain
+        kept = _common(shape[2:], earlier[2:])
+        return [CONTINUES[plain[0]], plain[1], base, kept, *_steps(shape[2:], kept)]
+
+
+def _common(numbers: Sequence[float], others: Sequence[float]) -> int:
+    """How many numbers two lines have in common from the start on, an even count."""
+    low, high = 0, min(len(numbers), len(others))
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if numbers[low:middle] == others[low:middle] else (low, middle - 1)
+    return low - low % 2
+
+
+def _steps(numbers: Sequence[float], kept: int) -> list[int]:
+    """The points after the first `kept` numbers as steps in tenths; the first of all from (0, 0)."""
+    tenths = np.rint(10 * np.array([0.0, 0.0, *numbers])).astype(int)
+    steps: list[int] = (tenths[2:] - tenths[:-2])[kept:].tolist()
+    return steps
 
 
 def _difference(before: Sequence[int], now: Sequence[int]) -> list[int]:

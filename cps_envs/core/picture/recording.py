@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, whole
 from cps_envs.core.picture.lettering import BASELINE, EM, width_of
 from cps_envs.core.picture.palette import Color
@@ -105,10 +107,10 @@ def _web(color: Color) -> str:
 
 
 def _short(value: float) -> float:
-    """Rounded to a tenth of a pixel; whole numbers without a decimal point."""
-    rounded = round(float(value), 1)
-    return int(rounded) if rounded.is_integer() else rounded
+    """Rounded to a tenth of a pixel."""
+    return round(float(value), 1)
 
 
 def _flat(points: Sequence[Point]) -> list[float]:
-    return [_short(value) for point in points for value in point]
+    flat: list[float] = np.round(np.ravel(points), 1).tolist()
+    return flat

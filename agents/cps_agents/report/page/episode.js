@@ -33,8 +33,10 @@ function unfold(episode) {
   if (!reel) return episode;
   for (const [place, shape] of reel.shapes.entries()) {
     if (!shape[0].endsWith("+")) continue;
-    const [kind, color, base, kept, ...rest] = shape;
-    reel.shapes[place] = [kind.slice(0, -1), color, ...reel.shapes[base].slice(2, 2 + kept), ...rest];
+    const [kind, color, base, kept, ...steps] = shape;
+    const points = kept ? reel.shapes[base].slice(2, 2 + kept) : [];
+    for (const step of steps) points.push(Math.round(10 * (points.at(-2) ?? 0) + step) / 10);
+    reel.shapes[place] = [kind.slice(0, -1), color, ...points];
   }
   let before = [];
   reel.pictures = reel.frames.map((pairs) => {
