@@ -12,14 +12,12 @@ from cps_agents.commands.options import MEETINGS, Fresh, Jobs, Meetings
 from cps_agents.console import assignments, err
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from typing import Any
-
+    from cps_agents.arena.store import Store
     from cps_agents.league.league import Plan
     from cps_agents.report.board import Board
     from cps_envs.core.types import Role
 
-QUICK_EPISODES, QUICK_PLAYERS = 2, 2
+QUICK_EPISODES, QUICK_PLAYERS = 2, 3
 
 
 def report(
@@ -40,7 +38,7 @@ def report(
     ] = None,
     folder: Annotated[Path, typer.Option("--out", help="Where the page and its episodes go.")] = Path("report"),
     quick: Annotated[
-        bool, typer.Option("--quick", help="Two players of each role, two episodes: a first look.")
+        bool, typer.Option("--quick", help="Three players of each role, two episodes: a first look.")
     ] = False,
     kept: Annotated[bool, typer.Option("--kept", help="Show finished meetings only; play none.")] = False,
     serve: Annotated[bool, typer.Option("--serve", help="Serve the page and open it in a browser.")] = False,
@@ -74,11 +72,10 @@ def report(
     plans = []
     for name in names:
         find_problem(name).config(preset, values)
-        plan = Plan(Venue(name, preset, values), asked, QUICK_EPISODES if quick else episodes)
-        plans.append(shortened(plan) if quick else plan)
+        plans.append(Plan(Venue(name, preset, values), asked, QUICK_EPISODES if quick else episodes))
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
-        boards = [_board(plan, store, cores, kept) for plan in plans]
+        boards = [_board(plan, store, cores, kept, QUICK_PLAYERS if quick else None) for plan in plans]
         with Progress("episodes to watch", 1) as progress:
             page = write_report(Report(boards, replays, curves, sheets), folder, cores, progress.report)
     missing = sum(board.missing for board in boards)
@@ -88,26 +85,12 @@ def report(
         serve_folder(folder)
 
 
-def _board(plan: Plan, store: Any, cores: int, kept: bool) -> Board:
-    from cps_agents.league.league import play_league
+def _board(plan: Plan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
     from cps_agents.progress import Progress
-    from cps_agents.report.board import board_of, kept_board
+    from cps_agents.report.board import kept_board
+    from cps_agents.report.pairs import play_board
 
     if kept:
         return kept_board(plan, store)
     with Progress(f"{plan.venue.problem} pairs", 1) as progress:
-        return board_of(play_league(plan, store, cores, progress.report), store)
-
-
-def shortened(plan: Plan) -> Plan:
-    """The plan with the preset's own policies and what plays first, unless policies are named."""
-    from dataclasses import replace
-
-    from cps_envs import find_problem
-    from cps_envs.core.types import ROLES
-
-    own = find_problem(plan.venue.problem).opponents[plan.venue.preset]
-    references: Mapping[Any, Sequence[str]] = {
-        role: plan.references[role] or list(dict.fromkeys([own[role], "none"]))[:QUICK_PLAYERS] for role in ROLES
-    }
-    return replace(plan, references=references)
+        return play_board(plan, store, cores, progress.report, most)

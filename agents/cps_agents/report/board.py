@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from cps_agents.arena.store import Store
 from cps_agents.catalogue import policies
 from cps_agents.errors import CommandError
 from cps_agents.league.league import League, LeftOut, Plan
+from cps_agents.league.meetings import RETURN
 from cps_agents.league.standing import standings
 from cps_agents.report.replay import Take
 from cps_agents.zoo.references import PREFIX
@@ -24,6 +25,7 @@ from cps_envs import find_problem
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role
 
+Pair: TypeAlias = tuple[int, int]  # row and column
 DIGITS = 6  # significant, of numbers on the page
 
 
@@ -35,7 +37,8 @@ class Board:
     attackers: Sequence[Contestant]
     defenders: Sequence[Contestant]
     left_out: Sequence[LeftOut]
-    results: Sequence[Sequence[Result | None]]
+    results: Mapping[Pair, Result]  # of those that have played
+    refused: Mapping[Pair, str] = field(default_factory=dict)  # why a pair cannot play
     league: League | None = None  # where every pair has played
 
     @property
@@ -44,32 +47,29 @@ class Board:
         return find_problem(self.plan.venue.problem)
 
     @property
+    def pairs(self) -> list[Pair]:
+        """All of them."""
+        return [(i, j) for i in range(len(self.attackers)) for j in range(len(self.defenders))]
+
+    @property
     def missing(self) -> int:
-        """So many pairs have not played."""
-        return sum(result is None for row in self.results for result in row)
+        """So many pairs have not played, though they can."""
+        return len(self.pairs) - len(self.results) - len(self.refused)
 
     def meeting(self, row: int, column: int) -> Meeting:
         """That of a pair."""
         pair = self.attackers[row], self.defenders[column]
         return make_meeting(self.plan.venue, *pair, self.plan.episodes)
 
-    def takes(self, count: int) -> dict[tuple[int, int], list[Take]]:
+    def takes(self, count: int) -> dict[Pair, list[Take]]:
         """The episodes of each pair that are worth watching: the median one by return, then the extremes."""
         return {
-            (i, j): [
-                Take(self.meeting(i, j), seed, file_key(self.problem.name, i, j, seed))
-                for seed in telling(result["metrics"]["return"], count)
+            pair: [
+                Take(self.meeting(*pair), seed, file_key(self.problem.name, *pair, seed))
+                for seed in telling(result["metrics"][RETURN], count)
             ]
-            for i, row in enumerate(self.results)
-            for j, result in enumerate(row)
-            if result is not None
+            for pair, result in self.results.items()
         }
-
-
-def board_of(league: League, store: Store) -> Board:
-    """The board of a league that has been played, with all metrics of its meetings."""
-    board = Board(league.plan, league.attackers, league.defenders, league.left_out, [], league)
-    return replace(board, results=_kept(board, store))
 
 
 def kept_board(plan: Plan, store: Store) -> Board:
@@ -79,25 +79,27 @@ def kept_board(plan: Plan, store: Store) -> Board:
         CommandError: no pair of it has played.
     """
     found = {role: contestants(plan.venue, plan.wanted(role)) for role in ROLES}
-    board = Board(plan, found["attacker"], found["defender"], [], [])
-    results = _kept(board, store)
-    rows = [i for i, row in enumerate(results) if any(row)]
-    columns = [j for j in range(len(board.defenders)) if any(row[j] for row in results)]
-    if not rows:
+    every = Board(plan, found["attacker"], found["defender"], [], {})
+    kept = {pair: result for pair in every.pairs if (result := _kept(every, store, pair)) is not None}
+    if not kept:
         raise CommandError(
             f"no finished meetings of {plan.venue.problem} (preset {plan.venue.preset}, {plan.episodes} episodes) are "
             f"kept in {store.folder}: play them, without --kept, or name their --episodes, --preset and --meetings"
         )
+    rows, columns = ({axis: k for k, axis in enumerate(sorted({pair[side] for pair in kept}))} for side in (0, 1))
     return replace(
-        board,
-        attackers=[board.attackers[i] for i in rows],
-        defenders=[board.defenders[j] for j in columns],
-        results=[[results[i][j] for j in columns] for i in rows],
+        every,
+        attackers=[every.attackers[i] for i in rows],
+        defenders=[every.defenders[j] for j in columns],
+        results={(rows[i], columns[j]): result for (i, j), result in kept.items()},
     )
 
 
-def _kept(board: Board, store: Store) -> list[list[Result | None]]:
-    return [[store.get(board.meeting(i, j)) for j in range(len(board.defenders))] for i in range(len(board.attackers))]
+def _kept(board: Board, store: Store, pair: Pair) -> Result | None:
+    try:
+        return store.get(board.meeting(*pair))
+    except ValueError:  # their own forms make no configuration together
+        return None
 
 
 def telling(returns: Sequence[float], count: int) -> list[int]:
@@ -112,7 +114,7 @@ def file_key(problem: str, row: int, column: int, seed: int) -> str:
     return f"{re.sub('[^a-z0-9]+', '-', problem.lower())}-{row}-{column}-{seed}"
 
 
-def document(board: Board, takes: Mapping[tuple[int, int], Sequence[Take]]) -> dict[str, Any]:
+def document(board: Board, takes: Mapping[Pair, Sequence[Take]]) -> dict[str, Any]:
     """Everything but the episodes, as plain data."""
     plan, problem = board.plan, board.problem
     shares = _shares(board.league)
@@ -131,8 +133,8 @@ def document(board: Board, takes: Mapping[tuple[int, int], Sequence[Take]]) -> d
         "defenders": _players(board, "defender", shares),
         "left_out": [{"role": each.role, "name": each.reference, "reason": each.reason} for each in board.left_out],
         "cells": [
-            [None if result is None else _cell(result, takes.get((i, j), ())) for j, result in enumerate(row)]
-            for i, row in enumerate(board.results)
+            [_cell(board, (i, j), takes.get((i, j), ())) for j in range(len(board.defenders))]
+            for i in range(len(board.attackers))
         ],
     }
 
@@ -161,7 +163,11 @@ def _players(board: Board, role: Role, shares: Mapping[str, float]) -> list[dict
     ]
 
 
-def _cell(result: Result, takes: Sequence[Take]) -> dict[str, Any]:
+def _cell(board: Board, pair: Pair, takes: Sequence[Take]) -> dict[str, Any] | str:
+    """What came out, or why there is nothing."""
+    result = board.results.get(pair)
+    if result is None:
+        return board.refused.get(pair, "not played")
     values = {name: np.asarray(each, np.float64) for name, each in result["metrics"].items()}
     return {
         "metrics": {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,57 +13,68 @@ LONG = 10  # numbers from which a line is kept as the continuation of an earlier
 CONTINUES = {"path": "path+", "polygon": "polygon+"}
 
 
-class Reel:
-    """Pictures of one size, one after the other.
+def reel_of(recorder: Recorder, pictures: Iterable[Sequence[Shape]]) -> dict[str, Any]:
+    """Pictures of one recorder, one after the other, as plain data.
 
-    As data, a picture is a flat list of pairs. (k, n) with n > 0 takes n shapes from the k-th of the picture before on;
-    (k, 0) takes the k-th shape of the table. Colours are places in a table, too. A long line is (kind with "+", colour,
-    s, n, dx, dy, ...): the first n numbers of shape s, then its own as steps from point to point in tenths of a pixel.
+    A picture is a flat list of pairs. (k, n) with n > 0 takes n shapes of the picture before, of which it skips k after
+    those taken last; (k, 0) takes a shape of the table, k places after the one taken last. Colours are places in a
+    table, too. A long line is (kind with "+", colour, s, n, dx, dy, ...): the first n numbers of shape s, then its own
+    as steps from point to point in tenths of a pixel.
     """
+    table = _Table()
+    frames = [table.take(picture) for picture in pictures]
+    sprites = [
+        {"size": sprite.size, "shapes": [table.plain(shape) for shape in sprite.shapes]} for sprite in recorder.sprites
+    ]
+    shapes, colors = table.shapes, list(table.colors)
+    return {"size": recorder.size, "sprites": sprites, "shapes": shapes, "frames": frames, "colors": colors}
 
-    def __init__(self, recorder: Recorder) -> None:
-        self._recorder = recorder
-        self._colors: dict[str, int] = {}
+
+class _Table:
+    """Every shape once, and of each picture what differs from the one before."""
+
+    def __init__(self) -> None:
+        self.colors: dict[str, int] = {}
+        self.shapes: list[list[Any]] = []
         self._places: dict[Shape, int] = {}
-        self._shapes: list[list[Any]] = []
         self._latest: dict[tuple[Any, ...], tuple[int, Shape]] = {}  # the last line of a colour from a point on
         self._before: list[int] = []
-        self._frames: list[list[int]] = []
+        self._taken = 0  # the shape of the table that was taken last
 
-    def take(self) -> None:
-        """Keep the picture that is on the recorder."""
-        now = [self._place(shape) for shape in self._recorder.shapes]
-        self._frames.append(_difference(self._before, now))
+    def take(self, picture: Sequence[Shape]) -> list[int]:
+        """The next picture as pairs."""
+        now = [self._place(shape) for shape in picture]
+        pairs = self._relative(_difference(self._before, now))
         self._before = now
+        return pairs
 
-    def document(self) -> dict[str, Any]:
-        """Everything as plain data."""
-        sprites = [
-            {"size": sprite.size, "shapes": [self._plain(shape) for shape in sprite.shapes]}
-            for sprite in self._recorder.sprites
-        ]
-        return {
-            "size": self._recorder.size,
-            "sprites": sprites,
-            "shapes": self._shapes,
-            "frames": self._frames,
-            "colors": list(self._colors),
-        }
+    def _relative(self, pairs: Sequence[Sequence[int]]) -> list[int]:
+        """The pairs with places counted from those before, which are small numbers."""
+        found, end = [], 0
+        for place, count in pairs:
+            if count:
+                found += [place - end, count]
+                end = place + count
+            else:
+                found += [place - self._taken, 0]
+                self._taken = place
+        return found
 
     def _place(self, shape: Shape) -> int:
         if shape not in self._places:
-            self._places[shape] = len(self._shapes)
-            self._shapes.append(self._continued(shape) if len(shape) > LONG else self._plain(shape))
+            self._places[shape] = len(self.shapes)
+            self.shapes.append(self._continued(shape) if len(shape) > LONG else self.plain(shape))
         return self._places[shape]
 
-    def _plain(self, shape: Shape) -> list[Any]:
+    def plain(self, shape: Shape) -> list[Any]:
+        """A shape with its colour as a place in the table."""
         kind, *rest = shape
         if rest and isinstance(rest[0], str):  # a colour comes first where there is one
-            rest[0] = self._colors.setdefault(rest[0], len(self._colors))
+            rest[0] = self.colors.setdefault(rest[0], len(self.colors))
         return [kind, *rest]
 
     def _continued(self, shape: Shape) -> list[Any]:
-        plain = self._plain(shape)
+        plain = self.plain(shape)
         if plain[0] not in CONTINUES:
             return plain
         start = shape[:4]  # kind, colour, first point
@@ -89,8 +100,8 @@ def _steps(numbers: Sequence[float], kept: int) -> list[int]:
     return steps
 
 
-def _difference(before: Sequence[int], now: Sequence[int]) -> list[int]:
-    """The pairs that make a picture from the one before."""
+def _difference(before: Sequence[int], now: Sequence[int]) -> list[list[int]]:
+    """The pairs, with absolute places, that make a picture from the one before."""
     where: dict[int, list[int]] = {}
     for place, shape in enumerate(before):
         where.setdefault(shape, []).append(place)
@@ -104,4 +115,4 @@ def _difference(before: Sequence[int], now: Sequence[int]) -> list[int]:
             pairs.append([next((place for place in where[shape] if place >= end), where[shape][0]), 1])
         else:
             pairs.append([shape, 0])
-    return [number for pair in pairs for number in pair]
+    return pairs

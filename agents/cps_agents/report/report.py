@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from cps_agents.report.page import write_episode, write_page
 from cps_agents.report.replay import Take, record
 from cps_baselines.workers import Workers
 
+MOST_BYTES, LEAST_BYTES = 9_000_000, 60_000  # of all episodes, and of one that is long
 TITLE = "Attack and defence of cyber-physical systems"
 
 
@@ -48,7 +49,9 @@ def write_report(report: Report, folder: Path, workers: int = 1, told: Told = si
         "foot": "Written by cps-envs report. This page loads nothing from the network.",
     }
     page = write_page(folder, content)
-    _record([take for chosen in takes for group in chosen.values() for take in group], folder, workers, told)
+    every = [take for chosen in takes for group in chosen.values() for take in group]
+    room = MOST_BYTES // max(len(every), 1)
+    _record([replace(take, most_bytes=max(room, LEAST_BYTES)) for take in every], folder, workers, told)
     return page
 
 

@@ -56,12 +56,12 @@ class Diary:
     actions: list[Array] = field(default_factory=list)
     beliefs: list[Mapping[str, Array]] = field(default_factory=list)  # (r,) each
 
-    def document(self, fields: Fields, space: spaces.Space[Any]) -> dict[str, Any]:
-        """The tracks of what was done, seen and believed."""
+    def document(self, fields: Fields, space: spaces.Space[Any], moments: Sequence[int]) -> dict[str, Any]:
+        """The tracks of what was done, seen and believed at some moments."""
         parts = {
-            "actions": [action_track(np.array(self.actions), space)],
-            "observations": observation_tracks(np.array(self.observations), fields),
-            "beliefs": belief_tracks(self.beliefs),
+            "actions": [action_track(np.array(self.actions)[moments], space)],
+            "observations": observation_tracks(np.array(self.observations)[moments], fields),
+            "beliefs": belief_tracks([self.beliefs[place] for place in moments]),
         }
         return {name: [track.document() for track in tracks] for name, tracks in parts.items()}
 

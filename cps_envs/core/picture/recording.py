@@ -13,6 +13,7 @@ from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, whole
 from cps_envs.core.picture.lettering import BASELINE, EM, width_of
 from cps_envs.core.picture.palette import Color
 
+FEW = 6  # points, which are rounded quicker one by one
 Shape: TypeAlias = tuple[Any, ...]  # the name of a kind, then what it needs; see the methods of `Recorder`
 
 
@@ -79,13 +80,13 @@ class Recorder(Canvas):
         return width_of(text, size)
 
     def sprite(self, key: Hashable, size: tuple[int, int], at: Point, paint: Callable[[Canvas], None]) -> None:
-        """("sprite", number in `sprites`, left, top)."""
+        """("sprite", number in `sprites`, left, top), in whole pixels as everywhere."""
         if key not in self._places:
             large = Recorder(OVERSAMPLING * size[0], OVERSAMPLING * size[1])
             paint(large)
             self._places[key] = len(self.sprites)
             self.sprites.append(Sprite(size, tuple(large.shapes)))
-        self.shapes.append(("sprite", self._places[key], *_flat([at])))
+        self.shapes.append(("sprite", self._places[key], round(at[0]), round(at[1])))
 
     @contextmanager
     def within(self, box: Box) -> Iterator[None]:
@@ -112,5 +113,7 @@ def _short(value: float) -> float:
 
 
 def _flat(points: Sequence[Point]) -> list[float]:
+    if len(points) < FEW:
+        return [_short(value) for point in points for value in point]
     flat: list[float] = np.round(np.ravel(points), 1).tolist()
     return flat

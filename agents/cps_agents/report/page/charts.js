@@ -1,17 +1,23 @@
 // Charts: the episodes of a pair as dots, and learning curves.
 
-const DOTS = { width: 640, height: 92, left: 16, right: 16 };
-const CHART = { width: 640, height: 260, left: 52, right: 16, top: 14, bottom: 36 };
+const DOTS = { height: 92, left: 16, right: 16 };
+const CHART = { height: 260, left: 52, right: 16, top: 14, bottom: 36 };
+
+/** Pixels that a chart may take, so that its letters are as large on a phone as elsewhere. */
+function room() {
+  return clamp(document.getElementById("main").clientWidth - 40, 280, 640);
+}
 
 /** A dot for each episode, the mean and its interval below. `watchable`: seeds that can be played. */
 function makeDots(found, unit, watchable, watch) {
-  const { width, height, left, right } = DOTS;
+  const { height, left, right } = DOTS;
+  const width = room();
   const ends = [...found.values, found.low ?? found.mean, found.high ?? found.mean];
   const [low, high] = widened(Math.min(...ends), Math.max(...ends));
   const x = (value) => left + ((value - low) / (high - low)) * (width - left - right);
   const svg = make("svg:svg", { viewBox: `0 0 ${width} ${height}`, class: "chart", role: "img",
     "aria-label": `${found.values.length} episodes, mean ${number(found.mean)}` });
-  for (const mark of ticks(low, high, 6)) {
+  for (const mark of ticks(low, high, width / 100)) {
     svg.append(make("svg:line", { x1: x(mark), x2: x(mark), y1: 6, y2: height - 22, class: "grid" }),
       make("svg:text", { x: x(mark), y: height - 6, "text-anchor": "middle" }, number(mark)));
   }
@@ -40,7 +46,8 @@ function widened(low, high) {
 
 /** Curves {name, seed, steps, scores} over decisions; the seeds of a run share their line. */
 function makeCurves(curves) {
-  const { width, height, left, right, top, bottom } = CHART;
+  const { height, left, right, top, bottom } = CHART;
+  const width = room();
   const most = Math.max(...curves.flatMap((curve) => curve.steps), 1);
   const scores = curves.flatMap((curve) => curve.scores);
   const [low, high] = widened(Math.min(...scores), Math.max(...scores));
@@ -52,7 +59,7 @@ function makeCurves(curves) {
     svg.append(make("svg:line", { x1: left, x2: width - right, y1: y(mark), y2: y(mark), class: "grid" }),
       make("svg:text", { x: left - 6, y: y(mark) + 4, "text-anchor": "end" }, number(mark)));
   }
-  for (const mark of ticks(0, most)) {
+  for (const mark of ticks(0, most, width / 120)) {
     svg.append(make("svg:text", { x: x(mark), y: height - 18, "text-anchor": "middle" }, number(mark, 4)));
   }
   svg.append(make("svg:text", { x: (left + width - right) / 2, y: height - 2, "text-anchor": "middle" }, "decisions"));

@@ -38,13 +38,15 @@ function unfold(episode) {
     for (const step of steps) points.push(Math.round(10 * (points.at(-2) ?? 0) + step) / 10);
     reel.shapes[place] = [kind.slice(0, -1), color, ...points];
   }
-  let before = [];
+  let [before, taken] = [[], 0];
   reel.pictures = reel.frames.map((pairs) => {
     const now = [];
+    let end = 0;
     for (let k = 0; k < pairs.length; k += 2) {
-      const [first, count] = [pairs[k], pairs[k + 1]];
-      if (count) now.push(...before.slice(first, first + count));
-      else now.push(first);
+      const [skipped, count] = [pairs[k], pairs[k + 1]];
+      if (count) now.push(...before.slice(end + skipped, end + skipped + count));
+      else now.push((taken += skipped));
+      if (count) end += skipped + count;
     }
     before = now;
     return now;

@@ -11,6 +11,7 @@ function makeBoard(board) {
     open.pair = makePair(board, i, j, metric);
     document.querySelectorAll(".place").forEach((each) => each.replaceChildren());
     place.replaceChildren(open.pair.root);
+    history.replaceState(null, "", `#${address(board, i, j)}`);
     place.scrollIntoView({ behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth", block: "nearest" });
   });
   const changed = Object.entries(board.overrides).map(([name, value]) => `${name} = ${value}`).join(", ");
@@ -19,6 +20,7 @@ function makeBoard(board) {
     make("p", { class: "lead" }, board.summary),
     make("p", { class: "facts" }, [`Preset ${board.preset}`, changed, `${board.attackers.length} attackers`, `${board.defenders.length} defenders`,
       `${board.episodes} episodes each`].filter(Boolean).map((fact) => make("span", {}, fact))),
+    makeRefused(board),
     board.missing ? make("p", { class: "notice" }, `${board.missing} of ${board.attackers.length * board.defenders.length} pairs have not been played. ` +
       "The others are shown. The same command without --kept plays the rest.") : null,
     board.value ? make("p", { class: "value" }, "Value of the game: ", make("b", {}, number(board.value.mean, 4)),
@@ -26,6 +28,19 @@ function makeBoard(board) {
       ". What the attacker is paid when both sides draw from their best mixtures, shown as “plays” beside the names.") : null,
     make("div", { class: "card" }, matrix.root), place, makeLeftOut(board));
   return { section, matrix, board };
+}
+
+/** What stands behind # in a link to a pair. */
+function address(board, i, j) {
+  return [board.name, board.attackers[i].name, board.defenders[j].name].map(encodeURIComponent).join("/");
+}
+
+function makeRefused(board) {
+  const refused = board.cells.flatMap((row, i) => row.map((cell, j) => [i, j, cell])).filter(([, , cell]) => !cell.metrics && cell !== "not played");
+  if (!refused.length) return null;
+  return make("details", { class: "left-out" },
+    make("summary", {}, `${refused.length} pairs cannot play each other, so the game has no value here`),
+    make("ul", {}, refused.map(([i, j, reason]) => make("li", {}, make("b", {}, `${board.attackers[i].name} against ${board.defenders[j].name}`), `: ${reason}`))));
 }
 
 function makeLeftOut(board) {
@@ -65,4 +80,10 @@ main.append(...boards.map(({ section }) => section));
 if (content.curves.length) main.append(makeLearning(content.curves));
 if (content.sheets.length) main.append(makePaper(content.sheets));
 document.getElementById("foot").append(make("p", {}, content.foot));
+const asked = decodeURIComponent(location.hash.slice(1));
+for (const { matrix, board } of boards) {
+  const pairs = board.cells.flatMap((row, i) => row.map((cell, j) => [i, j, cell]));
+  const wanted = asked.includes("/") && pairs.find(([i, j, cell]) => cell.metrics && decodeURIComponent(address(board, i, j)) === asked);
+  if (wanted) matrix.choose(wanted[0], wanted[1]);
+}
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => open.pair?.redraw());

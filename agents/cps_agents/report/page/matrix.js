@@ -10,10 +10,11 @@ function makeMatrix(board, open) {
     names.map((name) => make("option", { value: name, selected: name === state.metric },
       name === "return" ? "return (what the attacker is paid)" : words(name))));
 
-  const value = (i, j) => board.cells[i][j]?.metrics[state.metric]?.mean ?? null;
+  const value = (i, j) => board.cells[i][j].metrics?.[state.metric]?.mean ?? null;
   const defined = (values) => values.filter((each) => each !== null);
-  const least = (i) => Math.min(...defined(board.defenders.map((_, j) => value(i, j))));
-  const most = (j) => Math.max(...defined(board.attackers.map((_, i) => value(i, j))));
+  const end = (choose, values) => (values.length ? choose(...values) : null);
+  const least = (i) => end(Math.min, defined(board.defenders.map((_, j) => value(i, j))));
+  const most = (j) => end(Math.max, defined(board.attackers.map((_, i) => value(i, j))));
 
   function order(players, sorting, key) {
     const places = players.map((_, place) => place);
@@ -63,8 +64,12 @@ function makeMatrix(board, open) {
   }
 
   function cell(i, j, r, c, low, high) {
-    const found = board.cells[i][j]?.metrics[state.metric];
-    if (!found) return make("td", { class: "absent" }, make("span", {}, board.cells[i][j] ? "–" : "not played"));
+    const here = board.cells[i][j];
+    const found = here.metrics?.[state.metric];
+    if (!found) {
+      const reason = here.metrics ? "has no such number" : here;
+      return make("td", { class: "absent", title: reason }, make("span", {}, reason === "not played" ? reason : "cannot play"));
+    }
     const share = high > low ? (found.mean - low) / (high - low) : 0;
     const marks = (found.mean === most(j) ? "▲" : "") + (found.mean === least(i) ? "▼" : "");
     const chosen = state.chosen && state.chosen[0] === i && state.chosen[1] === j;
@@ -110,6 +115,6 @@ function makeMatrix(board, open) {
 
 /** The metrics that any pair has. */
 function metricsOf(board) {
-  const cells = board.cells.flat().filter(Boolean);
+  const cells = board.cells.flat().filter((cell) => cell.metrics);
   return [...new Set(cells.flatMap((cell) => Object.keys(cell.metrics)))];
 }

@@ -1,6 +1,6 @@
 // The player of an episode: its picture, its controls and its time lines.
 
-const PICTURES_PER_SECOND = 10;
+const SECONDS = 12; // that an episode takes at speed 1, however many pictures it has
 const SPEEDS = [0.25, 0.5, 1, 2, 4];
 
 function makePlayer(episode, caption) {
@@ -16,6 +16,7 @@ function makePlayer(episode, caption) {
     SPEEDS.map((each) => make("option", { value: each, selected: each === 1 }, `${each} ×`)));
   const step = (by, text, name) => make("button",
     { type: "button", "aria-label": name, title: name, onclick: () => { pause(); show(place + by); } }, text);
+  const enlarge = canvas && make("button", { type: "button", class: "enlarge", onclick: () => canvas.requestFullscreen?.() }, "Full screen");
   const tracks = makeTracks(episode, (wanted) => { pause(); show(wanted); });
   let [place, timer, begun, from] = [0, 0, 0, 0];
 
@@ -29,7 +30,7 @@ function makePlayer(episode, caption) {
   }
 
   function advance(now) {
-    const wanted = from + Math.floor(((now - begun) / 1000) * PICTURES_PER_SECOND * Number(speed.value));
+    const wanted = from + Math.floor(((now - begun) / 1000) * (last / SECONDS) * Number(speed.value));
     if (wanted !== place) show(wanted);
     if (place >= last) pause();
     else timer = requestAnimationFrame(advance);
@@ -73,11 +74,12 @@ function makePlayer(episode, caption) {
   const root = make("div", { class: "player", tabindex: 0, role: "group", "aria-label": `Player: ${caption}`, onkeydown: press },
     canvas || make("p", { class: "notice" }, "This problem's viewer draws pixels only, so there is no picture here."),
     make("div", { class: "controls" }, button, step(-1, "◂", "One picture back"), step(1, "▸", "One picture on"),
-      slider, time, speed),
+      slider, time, speed, enlarge),
     make("p", { class: "hint" }, "Space plays and pauses. The arrow keys step. Click a time line to go there."),
     tracks.root);
   const resized = new ResizeObserver(() => { tracks.draw(); show(place); });
   resized.observe(root);
+  canvas?.addEventListener("fullscreenchange", () => show(place));
   return { root, stop: () => { pause(); resized.disconnect(); }, redraw: () => { tracks.draw(); show(place); } };
 }
 
