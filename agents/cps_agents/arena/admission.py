@@ -94,8 +94,8 @@ def admit(venue: Venue, application: Application) -> Admission:
     One that has played before, and an oracle, which would plan, are only built.
     """
     problem, mine, role = find_problem(venue.problem), application.contestant, application.role
-    config = problem.config(venue.preset, {**venue.overrides, **mine.overrides})
     try:
+        config = problem.config(venue.preset, {**venue.overrides, **mine.overrides})
         policy = problem.policy(mine.reference, problem.game(config, 1), role)
         privileged = tuple(sorted(getattr(policy, "privileged", frozenset())))
         if privileged or application.has_played:

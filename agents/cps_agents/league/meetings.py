@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,8 +71,9 @@ def has_played(
     """Whether a contestant has finished a meeting before, so that it can play."""
     for rival in rivals:
         pair = (mine, rival) if role == "attacker" else (rival, mine)
-        if store.get(make_meeting(venue, *pair, len(seeds), seeds.start)) is not None:
-            return True
+        with suppress(ValueError):  # their own forms make no configuration together
+            if store.get(make_meeting(venue, *pair, len(seeds), seeds.start)) is not None:
+                return True
     return False
 
 
