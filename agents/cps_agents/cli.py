@@ -25,9 +25,7 @@ from cps_agents.commands.play import play
 from cps_agents.commands.reliability import reliability
 from cps_agents.commands.report import report
 from cps_agents.commands.reproduce.app import app as reproduce
-from cps_agents.commands.search_feedback import search_feedback
-from cps_agents.commands.search_string import search_string
-from cps_agents.commands.search_switching import search_switching
+from cps_agents.commands.searches import search_feedback, search_string, search_switching
 from cps_agents.commands.self_play import self_play
 from cps_agents.commands.string_stability import string_stability
 from cps_agents.commands.testbed import drive_robots

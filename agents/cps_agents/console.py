@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-    from cps_agents.table import Table
 
 
 def out() -> Console:
@@ -41,27 +39,6 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"{value!r} cannot be written as JSON")
-
-
-def make_table(
-    title: str,
-    columns: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    *,
-    left: int = 1,
-    caption: Sequence[str] = (),
-    breaks: Collection[int] = (),
-) -> Table:
-    """A table whose first `left` columns are text and whose others are numbers, with the lines of a caption below.
-
-    Cells may carry rich's markup. A line is drawn after the rows in `breaks`.
-    """
-    from rich.text import Text
-
-    from cps_agents.table import Table
-
-    cells = [[Text.from_markup(cell) for cell in row] for row in rows]
-    return Table(title, [Text(column) for column in columns], cells, left, caption, breaks)
 
 
 def assignments(pairs: Sequence[str], option: str = "--set", example: str = "tau_s=0.3") -> Mapping[str, Any]:

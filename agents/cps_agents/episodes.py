@@ -10,10 +10,11 @@ import numpy as np
 from gymnasium.utils import seeding
 
 from cps_agents.arena.meeting import Meeting
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.console import err, out, print_json
 from cps_agents.errors import built_by_user
 from cps_agents.film import Film, play_shown
 from cps_agents.progress import Progress
+from cps_agents.table import Table
 from cps_envs.core.play import finish
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Array, Role
@@ -72,13 +73,13 @@ def _print(
     )
     count = len(outcome["return"])
     numbers = [(name, *map(_number, values)) for name, values in outcome.items()]
-    console.print(make_table("", ("Metric", *(f"seed {seed + b}" for b in range(count))), numbers))
+    console.print(Table("", ("Metric", *(f"seed {seed + b}" for b in range(count))), numbers))
     if count > 1:
         rows = [
             (name, *map(_number, (values.mean(), values.std(), values.min(), values.max())))
             for name, values in outcome.items()
         ]
-        console.print(make_table(f"{count} episodes", ("Metric", "mean", "deviation", "min", "max"), rows))
+        console.print(Table(f"{count} episodes", ("Metric", "mean", "deviation", "min", "max"), rows))
     console.print(f"The return is what the attacker is paid: {' + '.join(paid)}.")
 
 

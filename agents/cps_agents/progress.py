@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress as Bar
 
 LINE_EVERY_S = 10.0
+SILENCE_S = 30.0  # after which a line says that the work goes on
 
 
 class Progress:
@@ -21,17 +23,21 @@ class Progress:
         self.title, self.total = title, total
         self._console = err()
         self._bar: Bar | None = None
-        self._shown = (0, "")  # what the last line, or the start, said
+        self._shown = self._state = (0, "")  # what the last line, or the start, said; and what there is to say
         self._started = self._last_line = time.monotonic()
+        self._over = threading.Event()
 
     def __enter__(self) -> Progress:
         if self._console.is_terminal:
             self._bar = _make_bar(self._console)
             self._bar.add_task(self.title, total=self.total, note="")
             self._bar.start()
+        else:
+            threading.Thread(target=self._break_silence, daemon=True).start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self._over.set()
         if self._bar is not None:
             self._bar.stop()
 
@@ -40,13 +46,22 @@ class Progress:
         if self._bar is not None:
             self._bar.update(self._bar.task_ids[0], total=self.total, completed=done, note=note)
             return
-        now = time.monotonic()
-        if (done, note) == self._shown:
+        self._state = (done, note)
+        if self._state == self._shown:
             return
         finished = done >= self.total and done != self._shown[0]
-        if finished or now - self._last_line >= LINE_EVERY_S:
-            self._last_line, self._shown = now, (done, note)
-            self._console.print(f"{self.title}: {done}/{self.total} after {now - self._started:.0f} s  {note}".rstrip())
+        if finished or time.monotonic() - self._last_line >= LINE_EVERY_S:
+            self._print_line()
+
+    def _print_line(self) -> None:
+        self._last_line, self._shown = now, (done, note) = time.monotonic(), self._state
+        self._console.print(f"{self.title}: {done}/{self.total} after {now - self._started:.0f} s  {note}".rstrip())
+
+    def _break_silence(self) -> None:
+        """Say every now and then where a long step stands that reports nothing itself."""
+        while not self._over.wait(min(SILENCE_S, 1.0)):
+            if time.monotonic() - self._last_line >= SILENCE_S:
+                self._print_line()
 
     def report(self, done: int, total: int, note: str = "") -> None:
         """Show that `done` of `total` is finished, where the total is not known in advance."""

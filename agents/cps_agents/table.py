@@ -1,4 +1,4 @@
-"""Tables that say everything at any width of the terminal.
+"""Tables for terminals and documents, which say everything at any width of the terminal.
 
 Where a table is too wide, its words move to further lines. Where that is not enough, its columns go into several tables
 below each other, and each of them begins with the columns that name the rows. Only a word that is wider than its
@@ -7,15 +7,19 @@ column is broken.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+import csv
+import io
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions
     from rich.text import Text
 
 UNBROKEN = 28  # a longer word, or line of numbers, may be broken to save a column
+Cell: TypeAlias = str | Sequence[tuple[str, str]]  # text, or pieces of text with the style of each
 GAPS = (2, 1)  # spaces between columns: usually, and where that keeps a table in one piece
 
 
@@ -28,16 +32,39 @@ class Part:
     gap: int
 
 
+def styled(text: str, style: str, before: str = "") -> Cell:
+    """A cell with a styled text, such as "green", behind plain text."""
+    return ((before, ""), (text, style))
+
+
+def plain(cell: Cell) -> str:
+    """The text of a cell without styles."""
+    return cell if isinstance(cell, str) else "".join(text for text, _ in cell)
+
+
+def csv_text(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Comma-separated values with a line of headings."""
+    page = io.StringIO()
+    csv.writer(page, lineterminator="\n").writerows([columns, *rows])
+    return page.getvalue()
+
+
 @dataclass(frozen=True)
 class Table:
-    """Text in columns; printed by a console of rich. Make it with `cps_agents.console.make_table`."""
+    """Text in columns: a console of rich prints it, documents take it as Markdown."""
 
     title: str
-    columns: Sequence[Text]
-    rows: Sequence[Sequence[Text]]
-    left: int  # so many columns are text, the others are numbers
-    caption: Sequence[str]  # lines below the table
-    breaks: Collection[int]  # rows after which a line is drawn
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    left: int = 1  # so many columns are text, the others are numbers
+    caption: Sequence[str] = ()  # lines below the table
+    breaks: Collection[int] = ()  # rows after which a line is drawn
+
+    def markdown(self) -> list[str]:
+        """The lines of the table itself, without title and caption."""
+        rows = [[plain(cell).replace("\n", "<br>").replace("|", "/") for cell in row] for row in self.rows]
+        lines = (f"| {' | '.join(row)} |" for row in (self.columns, *rows))
+        return [next(lines), "|---" * len(self.columns) + "|", *lines]
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> Iterator[Text]:
         """The lines for a console of this width."""
@@ -53,13 +80,23 @@ class Table:
         if self.caption:
             yield Text()
 
+    @cached_property
+    def _texts(self) -> list[list[Text]]:
+        """The headings, then the rows."""
+        from rich.text import Text
+
+        return [
+            [Text(cell) if isinstance(cell, str) else Text.assemble(*cell) for cell in row]
+            for row in (self.columns, *self.rows)
+        ]
+
     def _part(self, console: Console, part: Part) -> Iterator[Text]:
         from rich.text import Text
 
         rule = Text((" " * part.gap).join("─" * width for width in part.widths))
-        yield from self._lines(console, part, self.columns, "bold")
+        yield from self._lines(console, part, self._texts[0], "bold")
         yield rule
-        for place, row in enumerate(self.rows):
+        for place, row in enumerate(self._texts[1:]):
             yield from self._lines(console, part, row)
             if place in self.breaks:
                 yield rule
@@ -80,15 +117,11 @@ class Table:
             line.stylize(style)
             yield line
 
-    def _column(self, place: int) -> Iterator[Text]:
-        for row in self.rows:
-            yield row[place]
-
     def _most(self) -> list[int]:
         """The widths at which nothing is folded."""
         return [
-            max(line.cell_len for cell in (header, *self._column(place)) for line in cell.split("\n", allow_blank=True))
-            for place, header in enumerate(self.columns)
+            max(line.cell_len for cell in column for line in cell.split("\n", allow_blank=True))
+            for column in zip(*self._texts, strict=True)
         ]
 
     def _least(self) -> list[int]:
@@ -98,17 +131,17 @@ class Table:
                 _longest_word(header),
                 *(
                     _longest_word(cell) if place < self.left else max(line.cell_len for line in cell.split("\n"))
-                    for cell in self._column(place)
+                    for cell in cells
                 ),
                 1,
             )
-            for place, header in enumerate(self.columns)
+            for place, (header, *cells) in enumerate(zip(*self._texts, strict=True))
         ]
 
     def _keys(self) -> int:
         """How many of the first columns it takes to tell the rows apart."""
         for count in range(1, self.left + 1):
-            if len({tuple(cell.plain for cell in row[:count]) for row in self.rows}) == len(self.rows):
+            if len({tuple(map(plain, row[:count])) for row in self.rows}) == len(self.rows):
                 return count
         return 1
 

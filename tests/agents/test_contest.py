@@ -20,7 +20,7 @@ from cps_agents.contest.played import Effort, Played
 from cps_agents.contest.publication import END, publish
 from cps_agents.contest.rules import judge
 from cps_agents.contest.search import run_search, with_options
-from cps_agents.contest.tables import markdown, sheets, summary
+from cps_agents.contest.tables import markdown, summary, tables
 from cps_agents.errors import CommandError
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.machine import available_cores
@@ -143,7 +143,7 @@ def test_variants_that_are_not_judged_are_only_played(tmp_path: Path) -> None:
     assert not other.searches
     found = document(other, TINY, {"command": "cps-envs contest"}, 1.0)
     assert found["holds"] is None
-    assert [sheet.title.count("contest") for sheet in sheets(found)] == [0, 0, 0]
+    assert [sheet.title.count("contest") for sheet in tables(found)] == [0, 0, 0]
 
 
 def test_the_document_is_plain_and_its_tables_are_complete(played: Played) -> None:
@@ -151,7 +151,7 @@ def test_the_document_is_plain_and_its_tables_are_complete(played: Played) -> No
     names = [row["name"] for row in found["defenders"]]
     assert names == ["none", "pd", "sliding", "told", "best constant"]
     assert found["attackers"][-1]["name"] == "told whom it faces"
-    defenders, attackers, hidden, rules = sheets(found)
+    defenders, attackers, hidden, rules = tables(found)
     assert len(defenders.rows) == 5
     assert len(attackers.rows) == 4
     assert hidden.columns == ("defender", "excess over told, m/s", "worst damage", "hit", "quiet")
@@ -190,7 +190,7 @@ def test_the_constraint_compares_costs_episode_by_episode() -> None:
         meeting = {"return": episodes, "damage": np.full(40, float(damage)), "cost": episodes + more}
         played.meetings["none", name] = meeting
     found = json.loads(json.dumps(document(played, TINY, {"command": "cps-envs contest"}, 1.0)))
-    sheet = next(each for each in sheets(found) if "no more cost" in each.title)
+    sheet = next(each for each in tables(found) if "no more cost" in each.title)
     assert [(row[0], row[-1]) for row in sheet.rows] == [
         ("usual", "yes"),
         ("cheap", "yes"),

@@ -18,9 +18,9 @@ from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Run
-from cps_agents.results.markdown import END as LAST
-from cps_agents.results.markdown import START
 from cps_agents.results.publication import publish as publish_results
+from cps_agents.results.report import END as LAST
+from cps_agents.results.report import START
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A
@@ -36,7 +36,8 @@ ROW = {
     "status": "proved",
     "wall_s": 1.0,
 }
-SIDE = {"references": {"0": "pd"}, "validation": {"0": 1.0}, "steps": 5, "cpu_s": 1.0}
+RESPONSE = {"oracle": "ppo", "seed": 0, "reference": "pd", "steps": 5, "cpu_s": 1.0, "validation": 1.0}
+SIDE = {"found": [RESPONSE], "left_out": {"search": "no time"}}
 MIX = {"policies": ["pd"], "probabilities": [1.0]}
 
 
@@ -114,11 +115,12 @@ WRONG: list[tuple[str, tuple[Any, ...], Any]] = [  # kind, place, value
     ("league", ("equilibrium",), 3),
     ("league", ("config",), []),
     ("league", ("problem",), ["rogue"]),
-    ("iteration", ("responses", "attacker", "references"), {}),
-    ("iteration", ("responses", "attacker", "references"), {"x": "pd"}),
-    ("iteration", ("responses", "attacker", "references"), {"1": "pd"}),
-    ("iteration", ("responses", "attacker", "steps"), 1.5),
-    ("iteration", ("responses", "attacker", "validation", "0"), float("inf")),
+    ("iteration", ("responses", "attacker", "found"), []),
+    ("iteration", ("responses", "attacker", "found", 0, "seed"), "x"),
+    ("iteration", ("responses", "attacker", "found", 0, "reference"), 1),
+    ("iteration", ("responses", "attacker", "found", 0, "steps"), 1.5),
+    ("iteration", ("responses", "attacker", "found", 0, "validation"), float("inf")),
+    ("iteration", ("responses", "attacker", "left_out"), {"search": 1}),
     ("iteration", ("profile", "defender", "probabilities"), [0.5]),
     ("iteration", ("profile", "defender", "probabilities"), [-1, 2]),
     ("iteration", ("profile", "defender", "policies"), [3]),

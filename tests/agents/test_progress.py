@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import time
 
 import pytest
 from rich.console import Console
@@ -34,3 +35,15 @@ def test_the_end_is_always_said(written: io.StringIO, monkeypatch: pytest.Monkey
         for done in (1, 2, 2):
             shown.update(done, f"{done} done")
     assert [line.split(" after")[0] for line in written.getvalue().splitlines()] == ["pairs: 2/2"]
+
+
+def test_work_that_reports_nothing_is_not_silent(written: io.StringIO, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "SILENCE_S", 0.01)
+    with Progress("search", 4) as shown:
+        shown.update(1, "tracker")
+        deadline = time.monotonic() + 10
+        while written.getvalue().count("\n") < 3 and time.monotonic() < deadline:
+            time.sleep(0.01)
+    lines = written.getvalue().splitlines()
+    assert len(lines) >= 3
+    assert all(line.startswith("search: 1/4 after") and line.endswith("tracker") for line in lines)

@@ -23,7 +23,8 @@ from cps_agents.league import self_play
 from cps_agents.league.bounds import Outcome, judge, shares
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import play_meetings
-from cps_agents.league.response import Budget, Trained
+from cps_agents.league.oracles import Oracle
+from cps_agents.league.response import Budget, Question, Response, Responses
 from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
 from cps_agents.league.self_play_report import document, draw
 from cps_agents.league.strategy import mix, strategy_of
@@ -41,12 +42,12 @@ EVERY: dict[Role, list[str]] = {
 GAME = Game(
     VENUE,
     {"attacker": ["none"], "defender": ["pd"]},
-    {role: Recipe(name=f"tiny-{role}", problem="rogue", role=role, overrides=VENUE.overrides) for role in ROLES},
+    {role: [Oracle("search", "exact")] for role in ROLES},
     episodes=6,
     seeds=1,
 )
 BUDGET = Budget(seeds=1, workers=1, command="cps-envs self-play")
-Respond = Callable[[Recipe, Path, Budget, str], Trained]
+Respond = Callable[..., Responses]
 
 
 def players(names: Sequence[str]) -> list[Contestant]:
@@ -54,20 +55,18 @@ def players(names: Sequence[str]) -> list[Contestant]:
 
 
 def exact(cells: Path) -> Respond:
-    """In place of training: the best of `EVERY`."""
+    """In place of oracles: the best of `EVERY`."""
 
-    def respond(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained:
-        strategy = strategy_of(recipe.opponent)
-        mine = players(EVERY[recipe.role])
-        theirs = players(strategy.policies)
-        sides = (mine, theirs) if recipe.role == "attacker" else (theirs, mine)
+    def respond(oracles: Any, question: Question, folder: Path, budget: Budget, *rest: Any) -> Responses:
+        mine = players(EVERY[question.role])
+        theirs = players(question.strategy.policies)
+        sides = (mine, theirs) if question.role == "attacker" else (theirs, mine)
         seeds = range(1_000_000, 1_000_000 + GAME.episodes)
         with Workers(1) as pool:
             found = play_meetings(VENUE, *sides, seeds, store=Store(cells), pool=pool).means
-        means = (found if recipe.role == "attacker" else found.T) @ np.array(strategy.probabilities)
-        best = int((SIGN[recipe.role] * means).argmax())
-        first = budget.first_seed
-        return Trained({first: mine[best].reference}, {first: float(means[best])}, steps=10, cpu_s=0.5)
+        means = (found if question.role == "attacker" else found.T) @ np.array(question.strategy.probabilities)
+        best = int((SIGN[question.role] * means).argmax())
+        return Responses((Response("exact", budget.first_seed, mine[best].reference, 10, 0.5, float(means[best])),))
 
     return respond
 
@@ -124,11 +123,11 @@ def test_interrupted_anywhere_it_goes_on_to_the_same_end(
     whole = run(tmp_path / "whole", 3)
     asked: list[str] = []
 
-    def interrupted(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained:
-        asked.append(title)
+    def interrupted(*arguments: Any) -> Responses:
+        asked.append(arguments[-2])
         if len(asked) % 2:
             raise KeyboardInterrupt
-        return oracle(recipe, folder, budget, title)
+        return oracle(*arguments)
 
     monkeypatch.setattr(self_play, "respond", interrupted)
     interruptions = 0
@@ -219,12 +218,12 @@ def test_the_command_trains_is_interrupted_and_goes_on(
         return counting(progress, job, before)
 
     monkeypatch.setattr(runs, "_counting", interrupting)
-    base = ("rogue", "--preset", "easy", *FEW, *TINY, "--out", str(tmp_path))
+    base = ("rogue", "--preset", "easy", "--oracle", "ppo", *FEW, *TINY, "--out", str(tmp_path))
     code, _, told = command(monkeypatch, capsys, *base, "--iterations", "2")
     assert (code, "Interrupted" in told) == (130, True)
     first = tmp_path / "iteration-1"
-    assert json.loads((first / "attacker" / "seed-0" / "run.json").read_text())["status"] == "finished"
-    assert json.loads((first / "defender" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
+    assert json.loads((first / "attacker" / "ppo" / "seed-0" / "run.json").read_text())["status"] == "finished"
+    assert json.loads((first / "defender" / "ppo" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
     assert not (first / "result.json").exists()
     code, _, told = command(monkeypatch, capsys, *base)
     assert code == 2
@@ -233,14 +232,14 @@ def test_the_command_trains_is_interrupted_and_goes_on(
     assert code == 0, told
     found = json.loads(printed)
     assert list(found["pool"]["attacker"]) == ["square", "none", "response 1", "response 2"]
-    seeds = [list(each["responses"]["attacker"]["validation"]) for each in found["iterations"]]
-    assert seeds == [["0"], ["1"]]  # every iteration trains with seeds of its own
+    seeds = [[one["seed"] for one in each["responses"]["attacker"]["found"]] for each in found["iterations"]]
+    assert seeds == [[0], [1]]  # every iteration trains with seeds of its own
     assert (tmp_path / "self-play.png").stat().st_size > 1000
     assert [job.folder.relative_to(tmp_path.resolve()).as_posix() for job in jobs[2:]] == [
-        "iteration-1/attacker/seed-0",
-        "iteration-1/defender/seed-0",
-        "iteration-2/attacker/seed-1",
-        "iteration-2/defender/seed-1",
+        "iteration-1/attacker/ppo/seed-0",
+        "iteration-1/defender/ppo/seed-0",
+        "iteration-2/attacker/ppo/seed-1",
+        "iteration-2/defender/ppo/seed-1",
     ]
 
 
@@ -252,8 +251,9 @@ def test_what_the_recipes_need_differently_has_to_be_chosen(
         role: Recipe(name=role, problem="rogue", role=role, overrides={"duration_s": float(place + 3)})
         for place, role in enumerate(ROLES)
     }
-    monkeypatch.setattr("cps_agents.recipes.finding.RECIPES", recipes)
-    base = ("rogue", *FEW, "--out", str(tmp_path))
+    for module in ("recipes.finding", "league.oracles"):
+        monkeypatch.setattr(f"cps_agents.{module}.RECIPES", recipes)
+    base = ("rogue", "--oracle", "ppo", *FEW, "--out", str(tmp_path))
     code, _, told = command(monkeypatch, capsys, *base)
     assert code == 2
     assert "choose one with --set duration_s=" in told.replace("\n", " ")
@@ -261,6 +261,6 @@ def test_what_the_recipes_need_differently_has_to_be_chosen(
     assert code == 2
     assert "Did you mean 'pd'" in told
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    code, _, told = command(monkeypatch, capsys, *base)
+    code, _, told = command(monkeypatch, capsys, *base, "--set", "duration_s=3")
     assert code == 2
     assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")

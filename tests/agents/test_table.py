@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 import re
 from collections.abc import Sequence
@@ -12,12 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console, ConsoleOptions, RenderResult
-from rich.text import Text
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_agents.console import make_table
-from cps_agents.table import Table, fit, parts
+from cps_agents.table import Table, csv_text, fit, parts, plain, styled
 
 WIDTHS = (40, 60, 80)
 WORDS = st.text("ab1._", min_size=1, max_size=35)
@@ -80,7 +79,7 @@ def assert_complete(table: Table, width: int) -> None:
     lines = printed(replace(table, title="", caption=(), breaks=()), width)
     assert max(map(len, lines)) <= width
     columns = [
-        "".join("".join(cell.plain for cell in (head, *(row[i] for row in table.rows))).split())
+        "".join("".join(map(plain, (head, *(row[i] for row in table.rows)))).split())
         for i, head in enumerate(table.columns)
     ]
     found = read_back(lines)
@@ -116,7 +115,7 @@ def test_no_command_loses_text_on_a_narrow_terminal(
 
 
 def test_every_table_of_the_command_line_is_one_of_these() -> None:
-    package = Path(make_table.__code__.co_filename).parent
+    package = Path(inspect.getfile(Table)).parent
     assert not [file for file in package.rglob("*.py") if "rich.table" in file.read_text(encoding="utf-8")]
 
 
@@ -125,11 +124,11 @@ def test_any_table_is_complete_at_any_width(data: st.DataObject, width: int) -> 
     count = data.draw(st.integers(1, 8))
     heads = data.draw(st.lists(WORDS, min_size=count, max_size=count))
     rows = data.draw(st.lists(st.lists(CELLS, min_size=count, max_size=count), max_size=4))
-    assert_complete(make_table("", heads, rows, left=data.draw(st.integers(1, count))), width)
+    assert_complete(Table("", heads, rows, left=data.draw(st.integers(1, count))), width)
 
 
 def test_one_part_where_it_fits_and_the_same_names_in_each_part_elsewhere() -> None:
-    table = make_table("Title", ("name", "first", "second"), [("a", "1", "2"), ("b", "30", "4")], caption=["Below."])
+    table = Table("Title", ("name", "first", "second"), [("a", "1", "2"), ("b", "30", "4")], caption=["Below."])
     assert printed(table, 80) == [
         "Title",
         "name  first  second",
@@ -145,19 +144,27 @@ def test_one_part_where_it_fits_and_the_same_names_in_each_part_elsewhere() -> N
 
 
 def test_columns_that_tell_rows_apart_are_repeated_together() -> None:
-    table = make_table("", ("road", "seed", "value", "bound"), [("x", "1", "5", "6"), ("x", "2", "7", "8")], left=2)
+    table = Table("", ("road", "seed", "value", "bound"), [("x", "1", "5", "6"), ("x", "2", "7", "8")], left=2)
     assert [line for line in printed(table, 19) if "seed" in line] == ["road  seed  value", "road  seed  bound"]
 
 
 def test_lines_are_drawn_where_rows_end_a_section() -> None:
-    lines = printed(make_table("", ("name",), [("a",), ("b",)], breaks=(0,)), 80)
+    lines = printed(Table("", ("name",), [("a",), ("b",)], breaks=(0,)), 80)
     assert lines == ["name", "────", "a", "────", "b", ""]
 
 
-def test_markup_colours_cells_and_takes_no_room() -> None:
-    table = make_table("[plain]", ("[head]",), [("[green]good[/]",)])
-    assert printed(table, 80)[:4] == ["[plain]", "[head]", "──────", "good"]
-    assert isinstance(table.rows[0][0], Text)
+def test_styles_take_no_room_and_brackets_are_text() -> None:
+    table = Table("[plain]", ("[head]",), [(styled("good", "green", "1\n"),)])
+    assert printed(table, 80)[:5] == ["[plain]", "[head]", "──────", "1", "good"]
+    file = io.StringIO()
+    Console(file=file, width=80, force_terminal=True, color_system="standard").print(table)
+    assert "\x1b[32mgood" in file.getvalue()
+
+
+def test_a_table_in_markdown_and_as_comma_separated_values() -> None:
+    table = Table("", ("name", "value"), [("a|b", styled("(good)", "green", "1\n"))])
+    assert table.markdown() == ["| name | value |", "|---|---|", "| a/b | 1<br>(good) |"]
+    assert csv_text(table.columns, [("a,b", None)]) == 'name,value\n"a,b",\n'
 
 
 def test_the_widest_columns_give_way_first() -> None:

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from cps_agents.benchmark.matrix import Entry, Grid, entries, every_entry, grids
 from cps_agents.benchmark.suite import Outcome
-from cps_agents.console import make_table
 from cps_agents.heatmap import draw_matrix
+from cps_agents.table import Cell, Table, csv_text, styled
 from cps_envs import find_problem
-
-if TYPE_CHECKING:
-    from cps_agents.table import Table
 
 STYLES = {"match": "green", "near": "yellow", "miss": "red"}
 
@@ -30,12 +25,12 @@ def tables(outcome: Outcome) -> list[Table]:
 def _table(problem: str, grid: Grid) -> Table:
     rows = [[heading, *map(_styled, row)] for heading, row in grid.rows]
     caption = [grid.legend, *grid.notes]
-    return make_table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows, caption=caption)
+    return Table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows, caption=caption)
 
 
-def _styled(entry: Entry) -> str:
+def _styled(entry: Entry) -> Cell:
     lines = "\n".join(entry.paper_lines)
-    return f"{entry.text}\n[{STYLES[entry.verdict]}]{lines}[/]" if lines else entry.text
+    return styled(lines, STYLES[entry.verdict], f"{entry.text}\n") if lines else entry.text
 
 
 def agreement(outcome: Outcome) -> str:
@@ -55,12 +50,7 @@ def markdown(outcome: Outcome) -> str:
     lines = [f"## {outcome.benchmark.problem}", ""]
     for grid in grids(outcome):
         lines += [f"### {grid.title}", "", f"{grid.legend}.", ""]
-        lines += [f"| attacker | {' | '.join(grid.columns)} |"]
-        lines += ["|---" * (len(grid.columns) + 1) + "|"]
-        for heading, row in grid.rows:
-            cells = ["<br>".join([*entry.text.split("\n"), *entry.paper_lines]) for entry in row]
-            lines.append(f"| {heading} | {' | '.join(cells)} |")
-        lines += ["", *(f"- {note}" for note in grid.notes), ""]
+        lines += [*_table("", grid).markdown(), "", *(f"- {note}" for note in grid.notes), ""]
     lines += [*(f"- {note}" for note in outcome.benchmark.notes), "", agreement(outcome), ""]
     return "\n".join(lines)
 
@@ -98,16 +88,19 @@ def rows_as_csv(outcomes: Sequence[Outcome]) -> str:
     metrics = list(dict.fromkeys(name for _, entry in found for name in entry.means))
     columns = ("problem", "setting", "attacker", "defender", "episodes", "metric", "value", "deviation")
     paper = ("paper", "difference", "verdict", "paper_crash")
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow([*columns, *paper, *(f"mean_{name}" for name in metrics)])
-    for problem, entry in found:
-        printed = entry.paper
-        numbers = [problem, *(getattr(entry, name) for name in columns[1:])]
-        numbers += [printed.value if printed else "", "" if entry.difference is None else entry.difference]
-        numbers += [entry.verdict, printed.crash if printed else ""]
-        writer.writerow([*numbers, *(entry.means.get(name, "") for name in metrics)])
-    return text.getvalue()
+    rows = [
+        [
+            problem,
+            *(getattr(entry, name) for name in columns[1:]),
+            entry.paper.value if entry.paper else None,
+            entry.difference,
+            entry.verdict,
+            entry.paper.crash if entry.paper else None,
+            *map(entry.means.get, metrics),
+        ]
+        for problem, entry in found
+    ]
+    return csv_text([*columns, *paper, *(f"mean_{name}" for name in metrics)], rows)
 
 
 def heat_maps(outcome: Outcome) -> Iterator[tuple[str, Any]]:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table, styled
 
 if TYPE_CHECKING:
     from cps_agents.bench.row import Row
@@ -152,7 +153,7 @@ def _tables(rows: Sequence[Row]) -> list[object]:
     for part, (title, columns) in COLUMNS.items():
         for group, own in _groups([row for row in rows if row.part == part]).items():
             cells = [(_label(row, group), *(cell(row) for _, cell in columns)) for row in own if row.values]
-            tables.append(make_table(f"{title}{group and f', {group}'}", ("", *(name for name, _ in columns)), cells))
+            tables.append(Table(f"{title}{group and f', {group}'}", ("", *(name for name, _ in columns)), cells))
             tables += [f"{row.name}: {row.note}" for row in own if not row.values]
     return tables
 
@@ -176,11 +177,11 @@ def _targets(targets: Sequence[Any]) -> object:
             target.what,
             f"{'>=' if target.at_least else '<='} {target.bound:g}",
             f"{target.measured:.3g}",
-            "[green]met[/]" if target.met else "[red]not met[/]",
+            styled("met", "green") if target.met else styled("not met", "red"),
         )
         for target in targets
     ]
-    return make_table("Targets", ("", "wanted", "measured", ""), rows)
+    return Table("Targets", ("", "wanted", "measured", ""), rows)
 
 
 def _yardsticks(found: Findings, machine: dict[str, Any]) -> str:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
@@ -95,7 +96,7 @@ def _list_settings(names: Sequence[str]) -> None:
         for name in names
         for setting in find_benchmark(name).settings
     ]
-    out().print(make_table("Tables", ("problem", "table", "title", "only with"), rows, left=4))
+    out().print(Table("Tables", ("problem", "table", "title", "only with"), rows, left=4))
 
 
 def _list_blocks(blocks: Sequence[Block]) -> None:
@@ -105,7 +106,7 @@ def _list_blocks(blocks: Sequence[Block]) -> None:
     for each in blocks:
         missing = dict.fromkeys(name for names in missing_of(each).values() for name in names)
         rows.append((each.problem, each.name, each.title, "\n".join(missing)))
-    table = make_table("Tables", ("problem", "table", "title", "missing policies"), rows, left=4)
+    table = Table("Tables", ("problem", "table", "title", "missing policies"), rows, left=4)
     out().print(table)
 
 
@@ -181,7 +182,7 @@ def _examine(
     from cps_agents.results.examination import examine, together
     from cps_agents.results.publication import publish as put
     from cps_agents.results.publication import write
-    from cps_agents.results.terminal import tables
+    from cps_agents.results.report import tables
 
     found, console = [], out()
     for name in dict.fromkeys(block.problem for block in blocks):

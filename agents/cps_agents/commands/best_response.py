@@ -2,41 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings
-from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.commands.options import (
+    MEETINGS,
+    AsJson,
+    BudgetS,
+    Fresh,
+    Jobs,
+    Knobs,
+    Meetings,
+    OfEnvironment,
+    Oracles,
+    Steps,
+)
+from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.arena.statistics import Estimate
-    from cps_agents.arena.store import Store
-    from cps_agents.league.exploitability import Contest, Judgement
-    from cps_agents.league.response import Budget, Trained
-    from cps_agents.learning.recipe import Recipe
+    from cps_agents.league.exploitability import Judgement
+    from cps_agents.league.oracles import Oracle
+    from cps_agents.league.response import Question, Responses
+    from cps_agents.league.strategy import Strategy
 
 AGAINST = "The fixed opponent: a policy's name, zoo:NAME, mixture?policies=[...]&weights=[...]; several are mixed."
 KNOWN = "What the response is compared with: a policy's name, or `all` (the default) for analytic and shipped ones."
+PRESET = "Of the environment. If left out, that in which the opponent learned, or else that of the role's recipe."
 LEAGUE = "JSON of `cps-envs league` in the same configuration, to compare with the value of its game."
 
 
 def best_response(
     problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
-    role: Annotated[str, typer.Argument(help="attacker or defender: who is trained.")],
+    role: Annotated[str, typer.Argument(help="attacker or defender: who responds.")],
     against: Annotated[list[str], typer.Option(help=AGAINST)],
     weights: Annotated[str | None, typer.Option(help="Of several opponents, such as 1,3; equal if left out.")] = None,
-    recipe: Annotated[str | None, typer.Option(help="See `cps-envs train --list`; the role's own if left out.")] = None,
-    preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
-    ] = None,
-    knobs: Annotated[
-        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
-    ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, searches included.")] = None,
+    oracle: Oracles = None,
+    preset: Annotated[str | None, typer.Option(help=PRESET)] = None,
+    overrides: OfEnvironment = None,
+    knobs: Knobs = None,
+    steps: Steps = None,
+    budget: BudgetS = None,
     seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
     known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
     league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
@@ -44,55 +55,75 @@ def best_response(
     folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("best-response"),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    fresh: Fresh = False,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
     device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
-    """Train a best response to a fixed opponent: how far can that one be exploited, at least?
+    """Look for a best response to a fixed opponent: how far can that one be exploited, at least?
 
-    Among the training seeds validation chooses; evaluation seeds judge. No bound from above: a better response may
-    exist that this training did not find.
+    All response oracles of the role look for one, each with every training seed. Validation chooses among what they
+    find; evaluation seeds judge. No bound from above: a better response may exist that nothing found.
     """
     from cps_agents.arena.store import Store
     from cps_agents.files import write_json
-    from cps_agents.league.exploitability import Contest, gain_over, league_value
-    from cps_agents.league.response import Budget, differing_presets, limited, venue_of
+    from cps_agents.league.exploitability import gain_over, judge, league_value
+    from cps_agents.league.response import Budget, respond
     from cps_agents.league.strategy import mix
+    from cps_agents.league.venues import in_venue
     from cps_agents.locking import alone_in
     from cps_agents.machine import available_cores, describe
-    from cps_envs.core.errors import require
-    from cps_envs.core.types import ROLES
+    from cps_agents.progress import Progress
 
-    chosen = next((each for each in ROLES if each == role), None)
-    if chosen is None:
-        raise CommandError(f"{role!r} is no role: write attacker or defender")
-    for package in ("stable_baselines3", "sb3_contrib"):
-        require(package, extra="train", purpose="training a best response")
-    strategy = mix(against, _weights(weights))
-    values = {"preset": preset, "overrides": dict(assignments(overrides or []))}
-    given = {name: value for name, value in values.items() if value is not None}
-    given |= assignments(knobs or [], "--knob", "learning_rate=0.001")
-    trained_by = limited(_recipe(problem, chosen, recipe, strategy, given), steps)
-    for name in differing_presets(trained_by, strategy):
-        err().print(
-            f"Note: this trains in preset {trained_by.preset}, but the opponent learned in another: {name}. "
-            "--preset chooses.",
-            markup=False,
-            soft_wrap=True,
-        )
-    contest = Contest(venue_of(trained_by), chosen, strategy, known or ["all"], episodes)
-    budget = Budget(seeds, jobs or available_cores(), describe()["command"], resume=resume, device=device)
-    value = None if league is None else league_value(league, contest.venue)
+    question, oracles = _question(problem, role, mix(against, _weights(weights)), oracle, preset, overrides, episodes)
+    oracles = in_venue(oracles, question.venue, assignments(knobs or [], "--knob", "learning_rate=0.001"))
+    spent = Budget(
+        seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, resume=resume, device=device
+    )
+    value = None if league is None else league_value(league, question.venue)
+    store = Store(meetings, fresh=fresh)
     with alone_in(folder):
-        trained, judgement = _run(contest, trained_by, budget, folder, Store(meetings))
-        over_value = None if value is None else gain_over(value, judgement.response, chosen)
-        content = _document(contest, trained_by, trained, judgement, over_value) | describe()
+        responses = respond(oracles, question, folder, spent, store, "response", None if oracle else _note)
+        with Progress("evaluation pairs", 1) as progress:
+            judgement = judge(question, known or ["all"], responses, store, spent.workers, progress.report)
+        over_value = None if value is None else gain_over(value, judgement.response, question.role)
+        content = _document(question, oracles, responses, judgement, over_value) | describe()
         write_json(folder / "best-response.json", content)
     if as_json:
         print_json(content)
     else:
-        _show(contest, trained, judgement, over_value)
-    err().print(f"Written: {folder / 'best-response.json'}. The response plays as {trained.reference}", soft_wrap=True)
+        _show(question, responses, judgement, over_value)
+    written = f"Written: {folder / 'best-response.json'}. The response plays as {responses.chosen.reference}"
+    err().print(written, markup=False, soft_wrap=True)
+
+
+def _note(line: str) -> None:
+    err().print(line, markup=False, soft_wrap=True)
+
+
+def _question(
+    problem: str,
+    role: str,
+    strategy: Strategy,
+    names: list[str] | None,
+    preset: str | None,
+    overrides: list[str] | None,
+    episodes: int,
+) -> tuple[Question, list[Oracle]]:
+    """What is asked, and who is to respond; says where a recipe was made for another preset."""
+    from cps_agents.league.oracles import choose_oracles, usual_of
+    from cps_agents.league.response import Question
+    from cps_agents.league.venues import other_presets, venue_against
+    from cps_envs.core.types import ROLES
+
+    mine = next((each for each in ROLES if each == role), None)
+    if mine is None:
+        raise CommandError(f"{role!r} is no role: write attacker or defender")
+    oracles = choose_oracles(problem, mine, names or [])
+    venue = venue_against(strategy, usual_of(oracles, problem, mine), preset, assignments(overrides or []))
+    for name in other_presets(oracles, venue):
+        _note(f"Note: responses are looked for in preset {venue.preset}; this recipe was made for another: {name}.")
+    return Question(mine, strategy, venue, episodes), oracles
 
 
 def _weights(text: str | None) -> list[float] | None:
@@ -104,66 +135,55 @@ def _weights(text: str | None) -> list[float] | None:
         raise CommandError(f"--weights {text!r}: write numbers with commas between them, such as 1,3") from error
 
 
-def _recipe(problem: str, role: Any, name: str | None, strategy: Any, given: dict[str, Any]) -> Recipe:
-    """The recipe with what was asked for, and then with the opponent in the configuration that this gives."""
-    from cps_agents.league.response import against, recipe_of
-    from cps_agents.learning.recipe import changed
-
-    recipe = changed(recipe_of(problem, role, name), given)
-    return against(recipe, strategy, name=f"{recipe.name}-response")
-
-
-def _run(contest: Contest, recipe: Recipe, budget: Budget, folder: Path, store: Store) -> tuple[Trained, Judgement]:
-    from cps_agents.league.exploitability import judge
-    from cps_agents.league.response import respond
-    from cps_agents.progress import Progress
-
-    trained = respond(recipe, folder, budget, recipe.name)
-    with Progress("evaluation pairs", 1) as progress:
-        judgement = judge(contest, trained, store, budget.workers, progress.report)
-    return trained, judgement
-
-
 def _document(
-    contest: Contest, recipe: Recipe, trained: Trained, judgement: Judgement, over_value: Estimate | None
+    question: Question,
+    oracles: Sequence[Oracle],
+    responses: Responses,
+    judgement: Judgement,
+    over_value: Estimate | None,
 ) -> dict[str, Any]:
     from dataclasses import asdict
 
     return {
-        "problem": contest.venue.problem,
-        "role": contest.role,
-        "against": contest.opponent.reference,
-        "opponent": dict(zip(contest.opponent.policies, contest.opponent.probabilities, strict=True)),
-        "config": asdict(contest.venue.config),
-        "recipe": asdict(recipe),
-        "budget": {"seeds": len(trained.references), "steps": trained.steps, "cpu_s": trained.cpu_s},
-        "validation": trained.validation,
-        "chosen_seed": trained.seed,
-        "reference": trained.reference,
-        **asdict(judgement),
+        "problem": question.venue.problem,
+        "role": question.role,
+        "against": question.strategy.reference,
+        "opponent": dict(zip(question.strategy.policies, question.strategy.probabilities, strict=True)),
+        "preset": question.venue.preset,
+        "config": asdict(question.venue.config),
+        "oracles": [asdict(oracle) for oracle in oracles],
+        "oracles_left_out": dict(responses.left_out),
+        "budget": {"steps": responses.steps, "cpu_s": responses.cpu_s},
+        "responses": [asdict(each) for each in responses.found],
+        "chosen": asdict(responses.chosen),
+        "reference": responses.chosen.reference,
+        "judgement": asdict(judgement),
         "gain_over_league": None if over_value is None else asdict(over_value),
     }
 
 
-def _show(contest: Contest, trained: Trained, judgement: Judgement, over_value: Estimate | None) -> None:
+def _show(question: Question, responses: Responses, judgement: Judgement, over_value: Estimate | None) -> None:
     from cps_agents.league.report import stacked
     from cps_envs import find_problem
 
-    console = out()
-    rows = [(f"response, seed {trained.seed}", stacked(judgement.response))]
-    rows += [(f"response, all {len(trained.references)} seeds", stacked(judgement.all_seeds))]
-    rows += [(name, stacked(found)) for name, found in judgement.known.items()]
-    unit = find_problem(contest.venue.problem).unit or "return"
-    title = f"{contest.venue.problem}: what the attacker is paid ({unit}); opponent: {contest.opponent.reference}"
-    console.print(make_table(title, (contest.role, "return"), rows))
+    console, chosen = out(), responses.chosen
+    rows = [(f"response: {chosen.oracle}, seed {chosen.seed}", stacked(judgement.response), "")]
+    for name, found in judgement.oracles.items():
+        spent = sum(each.cpu_s for each in responses.found if each.oracle == name)
+        rows.append((f"oracle {name}, {found.seeds} seeds", stacked(found), f"{spent:.0f}"))
+    rows += [(name, stacked(found), "") for name, found in judgement.known.items()]
+    unit = find_problem(question.venue.problem).unit or "return"
+    title = f"{question.venue.problem}: what the attacker is paid, {unit}; opponent: {question.strategy.reference}"
+    columns = (question.role, f"pay, {unit}", "found in, CPU s")
+    console.print(Table(title, columns, rows))
     console.print(_verdict(f"the best policy known before, {judgement.best_known},", judgement.gain), markup=False)
     if over_value is not None:
         console.print(_verdict("the value of the league's game", over_value), markup=False)
-    console.print(f"Budget: {len(trained.references)} seeds, {trained.steps:,} steps, {trained.cpu_s:.0f} CPU s.")
+    console.print(f"Spent: {responses.steps:,} steps, {responses.cpu_s:.0f} CPU s.")
 
 
 def _verdict(what: str, gain: Estimate) -> str:
     ends = "" if gain.low is None else f" [{gain.low:.4g}, {gain.high:.4g}]"
     if gain.mean <= 0 or (gain.low is not None and gain.low <= 0):
-        return f"Over {what} the response gains {gain.mean:.4g}{ends}: this training shows no more than was known."
+        return f"Over {what} the response gains {gain.mean:.4g}{ends}: these oracles show no more than was known."
     return f"Over {what} the response gains {gain.mean:.4g}{ends}: the opponent can be exploited by at least that."

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.commands.options import AsJson, Changes
+from cps_agents.console import assignments, err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_baselines.hvac.calibration import Calibration, Level
@@ -17,12 +19,10 @@ DIGITS = 6
 
 def calibrate_mtd2(
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
-    ] = None,
+    overrides: Changes = None,
     num_seeds: Annotated[int, typer.Option("--seeds", min=1, help="Days, on seeds 1000, 1001, ...")] = 5,
     to: Annotated[Path | None, typer.Option("--out", metavar="FILE.json", help="Write the JSON there, too.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Find the threshold eps of the HVAC defender `mtd2` from days without an attack.
 
@@ -100,7 +100,7 @@ def _print(found: list[tuple[Level, Calibration]], seeds: range) -> None:
     ]
     title = f"eps of MTD2 from {len(seeds)} attack-free days, seeds {seeds[0]} to {seeds[-1]}"
     console = out()
-    console.print(make_table(title, columns, rows))
+    console.print(Table(title, columns, rows))
     console.print(
         "rejects all: steps with a full window in which no set passes the eps that the configuration has now."
     )

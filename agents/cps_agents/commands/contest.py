@@ -109,10 +109,10 @@ def _write(found: list[Document], folder: Path) -> list[Path]:
 
 
 def _show(found: Document) -> None:
-    from cps_agents.contest.tables import terminal, value_line
+    from cps_agents.contest.tables import tables, value_line
 
     console = out()
-    for table in terminal(found):
+    for table in tables(found):
         console.print(table)
     for note in ([value_line(found)] if found["game"] else []) + found["notes"]:
         console.print(note, markup=False)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from cps_agents.commands.options import AsJson, Jobs
 from cps_agents.console import err, out, print_json
 
 if TYPE_CHECKING:
@@ -18,10 +19,10 @@ QUICK = (100, 200)  # repetitions, resamples
 
 def coverage(
     folder: Annotated[Path, typer.Option("--out", help="Where coverage.json and coverage.md go.")] = Path("coverage"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    jobs: Jobs = None,
     quick: Annotated[bool, typer.Option("--quick", help="Few repetitions: a look, no result.")] = False,
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/coverage.md here.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Check our statistics: how often do 95 % intervals hold the truth?
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, print_json
 
 if TYPE_CHECKING:
@@ -26,13 +27,11 @@ def dataset(
     attacker: Annotated[str | None, typer.Option(help="A policy; the preset's own if left out.")] = None,
     defender: Annotated[str | None, typer.Option(help="A policy; the preset's own if left out.")] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
-    ] = None,
+    overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Of the first; the others count up.")] = 10_000_000,
     name: Annotated[str | None, typer.Option("--id", help="The dataset's, such as cps_envs/fdi/oracle-v0.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Record episodes of two policies as a dataset for offline learning.
 

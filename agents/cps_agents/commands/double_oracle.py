@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.commands.options import AsJson
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.arena.statistics import Estimate
@@ -29,7 +31,7 @@ def double_oracle(
     to: Annotated[Path, typer.Option("--out", help="File with every attack; a later call goes on.")] = Path(
         "double-oracle.json"
     ),
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Solve the rogue game of the paper between fixed control laws and switching attackers.
 
@@ -128,7 +130,7 @@ def _show(game: FixedGame, found: dict[str, Any]) -> None:
         [str(number), *(f"{each[name]:.1f}" for name in ("value", "response", "least"))]
         for number, each in enumerate(found["rounds"], 1)
     ]
-    out().print(make_table(title, ("round", "value", "next response", "best single defender"), rows))
+    out().print(Table(title, ("round", "value", "next response", "best single defender"), rows))
     shares = ", ".join(f"{name} {share:.0%}" for name, share in found["defender"].items())
     value = found["value"]
     ends = f"95 % interval {value['low']:.1f} to {value['high']:.1f}"

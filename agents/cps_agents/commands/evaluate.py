@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
+from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Jobs, Meetings, conclude
 from cps_agents.commands.play import POLICY
-from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError, built_by_user
+from cps_agents.table import Cell, Table, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,9 +36,7 @@ def evaluate(
     opponent: Annotated[list[str] | None, typer.Option(help=f"{POLICY} May be repeated.")] = None,
     baseline: Annotated[list[str] | None, typer.Option(help=BASELINE)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
-    ] = None,
+    overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each training seed, on seeds 0, 1, ...")] = 50,
     metric: Annotated[str, typer.Option(help=METRIC)] = "return",
     per: Annotated[str, typer.Option(help="Another metric of the episode to divide by, as oracle_value_mps.")] = "",
@@ -141,7 +140,7 @@ def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> Non
     opponent = standings[0].opponent
     rows = [
         [
-            f"{each.policy} [dim](baseline)[/]" if each.is_baseline else each.policy,
+            styled("(baseline)", "dim", f"{each.policy} ") if each.is_baseline else each.policy,
             f"{each.mean.seeds} x {each.mean.episodes}",
             f"{each.mean.mean:.4g}",
             _interval(each.mean),
@@ -160,7 +159,7 @@ def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> Non
         "IQM",
         *(f"minus {name}{MARK if name in cautions else ''}" for name in comparison.baselines),
     )
-    out().print(make_table(f"{role} against {opponent}: {measured}", columns, rows))
+    out().print(Table(f"{role} against {opponent}: {measured}", columns, rows))
     for name, text in cautions.items():
         out().print(f"{MARK} {name}: {text}.", markup=False, soft_wrap=True)
     if comparison.baselines:
@@ -171,7 +170,7 @@ def _interval(found: Estimate) -> str:
     return "none" if found.low is None or found.high is None else f"{found.low:.4g} to {found.high:.4g}"
 
 
-def _difference(standing: Standing, baseline: str, role: Role) -> str:
+def _difference(standing: Standing, baseline: str, role: Role) -> Cell:
     from cps_agents.evaluation.comparison import is_better
 
     if baseline not in standing.differences:
@@ -179,4 +178,4 @@ def _difference(standing: Standing, baseline: str, role: Role) -> str:
     found = standing.differences[baseline]
     text = f"{found.mean:+.4g}\n{_interval(found)}"
     better = is_better(found, role)
-    return text if better is None else f"[{'green' if better else 'red'}]{text}[/]"
+    return text if better is None else styled(text, "green" if better else "red")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
+from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Jobs, Meetings, conclude
 from cps_agents.console import assignments, out, print_json
 
 if TYPE_CHECKING:
@@ -28,9 +28,7 @@ def league(
         bool, typer.Option("--oracles", help="`all` includes policies that know more than they observe.")
     ] = False,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
-    ] = None,
+    overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...")] = 50,
     metric: Annotated[str, typer.Option(help="What is paid; `return` is the attacker's payoff.")] = "return",
     folder: Annotated[Path, typer.Option("--out", help="Where files go.")] = Path("league"),

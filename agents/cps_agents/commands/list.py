@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from cps_agents.console import make_table, out, print_json
+from cps_agents.console import out, print_json
+from cps_agents.table import Cell, Table, styled
 
 
 def list_everything(
@@ -27,10 +28,10 @@ def list_everything(
     console = out()
     for problem in problems:
         console.print(f"[bold]{problem['name']}[/]: {problem['summary']}\n")
-        console.print(make_table("Environments", ("Interface", "Id"), _environments(problem), left=2))
+        console.print(Table("Environments", ("Interface", "Id"), _environments(problem), left=2))
         for role, policies in problem["policies"].items():
             rows = [(policy["name"], _remark(policy)) for policy in policies]
-            console.print(make_table(f"Policies: {role}", ("Name", "What it does"), rows, left=2))
+            console.print(Table(f"Policies: {role}", ("Name", "What it does"), rows, left=2))
     console.print("An oracle knows more than it observes. With --trust a policy can also be named as module:attribute.")
 
 
@@ -41,12 +42,12 @@ def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
     return [*rows, ("presets", ", ".join(problem["presets"]))]
 
 
-def _remark(policy: Mapping[str, Any]) -> str:
+def _remark(policy: Mapping[str, Any]) -> Cell:
     if policy["missing"]:
         from cps_envs.core.errors import extra_of
 
         extra = extra_of(policy["missing"])
-        return f'[yellow]needs {policy["missing"]}: pip install "cps-envs\\[{extra}]"[/]'
+        return styled(f'needs {policy["missing"]}: pip install "cps-envs[{extra}]"', "yellow")
     if policy["privileged"]:
-        return f"{policy['summary']} [magenta](oracle: {', '.join(policy['privileged'])})[/]"
+        return styled(f"(oracle: {', '.join(policy['privileged'])})", "magenta", f"{policy['summary']} ")
     return str(policy["summary"])

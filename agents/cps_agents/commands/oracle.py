@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.commands.options import AsJson, Changes
+from cps_agents.console import assignments, err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_envs.fdi.config import FdiConfig
@@ -21,9 +23,7 @@ if TYPE_CHECKING:
 
 def oracle(
     preset: Annotated[str, typer.Option(help="Preset of the problem fdi.")] = "paper",
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Override a field; may be repeated.")
-    ] = None,
+    settings: Changes = None,
     task: Annotated[
         list[str] | None,
         typer.Option(help="Sensors and target such as 'x4>4'; may be repeated. If left out: every cell of the tables."),
@@ -45,7 +45,7 @@ def oracle(
     to: Annotated[
         Path | None, typer.Option("--out", help="File to write and to go on from; results/oracle/<preset>.json.")
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Find the highest impact speed that false data injection can reach, with a bound that proves it.
 
@@ -158,7 +158,7 @@ def _show(config: FdiConfig, records: list[Record]) -> None:
     rows = [_cells(record) for record in records]
     title = f"Impact speed in m/s, {config.num_vehicles} vehicles, {config.horizon} steps of {config.dt_s:g} s"
     console = out()
-    console.print(make_table(title, columns, rows, left=2))
+    console.print(Table(title, columns, rows, left=2))
     reachable = sum(record.lp_mps is not None for record in records)
     found, closed = (sum(getattr(record, name) for record in records) for name in ("feasible", "closed"))
     console.print(

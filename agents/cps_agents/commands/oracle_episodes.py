@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_baselines.fdi.instances import Certificate
@@ -71,4 +72,4 @@ def _show(config: FdiConfig, rows: Iterable[tuple[str, Any]]) -> None:
         for seed, row in rows
     ]
     title = f"Impact speed in m/s without a defender, episodes of up to {config.horizon} steps of {config.dt_s:g} s"
-    out().print(make_table(title, columns, cells, left=2))
+    out().print(Table(title, columns, cells, left=2))

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments
 
 POLICY = "A name from `cps-envs list`, name?option=value, or with --trust module:attribute; the preset's if left out."
@@ -17,9 +18,7 @@ def play(
     attacker: Annotated[str | None, typer.Option(help=POLICY)] = None,
     defender: Annotated[str | None, typer.Option(help=POLICY)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
-    ] = None,
+    overrides: Changes = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the first episode; the others count up.")] = 0,
     episodes: Annotated[int, typer.Option(min=1, help="How many, played as one batch.")] = 1,
     render: Annotated[str | None, typer.Option(help=RENDER)] = None,
@@ -29,7 +28,7 @@ def play(
         typer.Option(help="Game seconds per second of film; 10 if left out, and faster where a GIF would get long."),
     ] = None,
     at: Annotated[float | None, typer.Option(help="Game second of a picture; the end if left out.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Play episodes of one attacker against one defender: print their metrics, or film them."""
     from cps_agents.arena.meeting import Meeting

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.reliability.suite import Findings
@@ -81,7 +82,7 @@ def _table(found: Findings) -> Any:
     columns = found.part.columns
     rows = [(name, *(f"{row.get(key, 0):,.0f}" for key in columns)) for name, row in found.rows.items()]
     title = f"{found.part.title}: {len(found.results)} of {found.chunks} pieces"
-    return make_table(title, ("", *columns.values()), [*rows, _sums(found)] if len(rows) > 1 else rows)
+    return Table(title, ("", *columns.values()), [*rows, _sums(found)] if len(rows) > 1 else rows)
 
 
 def _sums(found: Findings) -> tuple[str, ...]:

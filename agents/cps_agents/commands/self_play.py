@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cps_agents.commands.league import NAMES
-from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings
+from cps_agents.commands.options import MEETINGS, AsJson, BudgetS, Fresh, Jobs, Meetings, OfEnvironment, Oracles, Steps
 from cps_agents.console import assignments, err, out, print_json
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
     from cps_agents.league.bounds import Outcome
+    from cps_agents.league.oracles import Oracle
     from cps_agents.league.response import Budget
     from cps_agents.league.self_play import Game, Iteration, Pool
-    from cps_agents.learning.recipe import Recipe
     from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
-
-RECIPE = "See `cps-envs train --list`; the role's own if left out."
 
 
 def self_play(
@@ -28,52 +27,46 @@ def self_play(
     iterations: Annotated[int, typer.Option(min=1, help="In all; more of them go on with --resume.")] = 5,
     attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
     defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
-    attacker_recipe: Annotated[str | None, typer.Option(help=RECIPE)] = None,
-    defender_recipe: Annotated[str | None, typer.Option(help=RECIPE)] = None,
+    oracle: Oracles = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; that of the recipes if left out.")] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
-    ] = None,
+    overrides: OfEnvironment = None,
     knobs: Annotated[
-        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of both recipes; may be repeated.")
+        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of all recipes; may be repeated.")
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Of each run, rounded up to whole updates.")] = None,
+    steps: Steps = None,
+    budget: BudgetS = None,
     seeds: Annotated[int, typer.Option(min=1, help="Training seeds of each response.")] = 1,
     episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Of each pair.")] = 50,
     folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("self-play"),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
+    fresh: Fresh = False,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with what is there.")] = False,
     device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
-    """Let both roles train best responses to each other, in turn, from the equilibrium of all policies so far.
+    """Let both roles find best responses to each other, in turn, from the equilibrium of all policies so far.
 
     Starts from the analytic policies and the shipped ones. Every finished pair, run and iteration is kept at once:
     --resume goes on after an interruption at any point.
     """
     from cps_agents.arena.store import Store
-    from cps_agents.league.response import Budget, limited
+    from cps_agents.league.response import Budget
     from cps_agents.league.self_play import claim
     from cps_agents.locking import alone_in
     from cps_agents.machine import available_cores, describe
     from cps_envs.core.errors import require
 
-    for package in ("stable_baselines3", "sb3_contrib"):
-        require(package, extra="train", purpose="self-play")
     require("matplotlib", extra="baselines", purpose="the figure of self-play")
-    names: dict[Role, str | None] = {"attacker": attacker_recipe, "defender": defender_recipe}
-    values = assignments(overrides or [])
-    given: dict[str, Any] = {**assignments(knobs or [], "--knob", "learning_rate=0.001")}
-    venue, recipes = _settings(problem, names, preset, values, given)
-    recipes = {role: limited(recipe, steps) for role, recipe in recipes.items()}
-    budget = Budget(seeds, jobs or available_cores(), describe()["command"], device=device)
+    given = assignments(knobs or [], "--knob", "learning_rate=0.001")
+    venue, responding = _settings(problem, oracle or [], preset, assignments(overrides or []), given)
+    spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, device=device)
     chosen: dict[Role, list[str]] = {"attacker": attackers or ["all"], "defender": defenders or ["all"]}
-    store = Store(meetings)
+    store = Store(meetings, fresh=fresh)
     with alone_in(folder):
-        game = _game(venue, chosen, recipes, episodes, budget, store)
+        game = _game(venue, chosen, responding, episodes, spent, store)
         claim(folder, game, resume)
-        outcome = _play(game, folder, store, iterations, budget)
+        outcome = _play(game, folder, store, iterations, spent)
     if as_json:
         print_json(_document(outcome))
     else:
@@ -83,25 +76,28 @@ def self_play(
 
 
 def _settings(
-    problem: str, names: dict[Role, str | None], preset: str | None, values: Any, given: dict[str, Any]
-) -> tuple[Venue, dict[Role, Recipe]]:
-    """One configuration for both recipes: what they need together, and what is asked for."""
-    from cps_agents.league.response import merged, recipe_of
-    from cps_agents.learning.recipe import changed
+    problem: str, names: list[str], preset: str | None, values: Mapping[str, Any], knobs: Mapping[str, Any]
+) -> tuple[Venue, dict[Role, list[Oracle]]]:
+    """One configuration for all oracles: as asked, or what the recipes need together."""
+    from cps_agents.league.oracles import choose_oracles, usual_of
+    from cps_agents.league.venues import in_venue, merged
     from cps_baselines.arena import Venue
+    from cps_envs.core.types import ROLES
 
-    recipes = {role: recipe_of(problem, role, name) for role, name in names.items()}
-    needed = [{key: each for key, each in recipe.overrides.items() if key not in values} for recipe in recipes.values()]
-    presets = [{"preset": recipe.preset} for recipe in recipes.values()] if preset is None else [{"preset": preset}]
-    venue = Venue(problem, merged(presets, "a recipe")["preset"], {**merged(needed, "a recipe"), **values})
-    settled = {"preset": venue.preset, "overrides": dict(venue.overrides)}
-    return venue, {role: changed(recipe, {**given, **settled}) for role, recipe in recipes.items()}
+    oracles = {role: choose_oracles(problem, role, names) for role in ROLES}
+    recipes = [usual_of(oracles[role], problem, role) for role in ROLES]
+    venue = Venue(problem, preset or merged([{"preset": each.preset} for each in recipes], "a recipe")["preset"])
+    if preset is None:
+        needed = [{name: each for name, each in recipe.overrides.items() if name not in values} for recipe in recipes]
+        venue = venue.changed(merged(needed, "a recipe"))
+    venue = venue.changed(values)
+    return venue, {role: in_venue(oracles[role], venue, knobs) for role in ROLES}
 
 
 def _game(
     venue: Venue,
     references: dict[Role, list[str]],
-    recipes: dict[Role, Recipe],
+    oracles: dict[Role, list[Oracle]],
     episodes: int,
     budget: Budget,
     store: Store,
@@ -115,11 +111,15 @@ def _game(
     with Workers(budget.workers) as pool:
         players, left_out = line_up(Plan(venue, references, episodes), store, pool)
     for missing in left_out:
-        err().print(f"Left out: {missing.role} {missing.reference}: {missing.reason}", markup=False, soft_wrap=True)
+        _note(f"Left out: {missing.role} {missing.reference}: {missing.reason}")
     for role in ROLES:
         check_anybody(role, players, left_out)
     start = {role: [player.reference for player in players[role]] for role in ROLES}
-    return Game(venue, start, recipes, episodes, budget.seeds)
+    return Game(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
+
+
+def _note(line: str) -> None:
+    err().print(line, markup=False, soft_wrap=True)
 
 
 def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budget) -> Outcome:
@@ -136,7 +136,7 @@ def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budge
         write_json(folder / "self-play.json", _document(outcomes[-1]))
         write_figure(folder / "self-play.png", draw(outcomes[-1]))
 
-    iterate(game, folder, store, iterations, budget, report)
+    iterate(game, folder, store, iterations, budget, report, _note)
     return outcomes[-1]
 
 
@@ -155,4 +155,4 @@ def _show(outcome: Outcome) -> None:
     console.print(table(outcome))
     for role in ROLES:
         console.print(f"The final {role} plays as {outcome.final[role].reference}", markup=False, soft_wrap=True)
-    console.print(f"Training: {outcome.steps:,} steps, {outcome.cpu_s:.0f} CPU s.")
+    console.print(f"Oracles: {outcome.steps:,} steps, {outcome.cpu_s:.0f} CPU s.")

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.commands.options import AsJson
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_baselines.disbanding.reproduction.stability import Stability
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 
 def string_stability(
     plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Write a plot there.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Check whether a disturbance grows from platoon to platoon under the published controllers."""
     from cps_agents.files import write_figure
@@ -32,7 +34,7 @@ def string_stability(
         rows = [(str(size), *(_cell(stability.peaks[size, tau_s]) for tau_s in TAUS_S)) for size in SIZES]
         console = out()
         columns = ("n", *(f"tau = {tau_s:g} s" for tau_s in TAUS_S))
-        console.print(make_table("Peak gain, and the frequency in rad/s and period where it lies", columns, rows))
+        console.print(Table("Peak gain, and the frequency in rad/s and period where it lies", columns, rows))
         console.print(stability.verdict(), markup=False)
     if plot is not None:
         write_figure(plot, draw(stability))

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from cps_agents.commands.options import AsJson, Changes
 from cps_agents.commands.play import RENDER
 from cps_agents.console import assignments
 from cps_agents.errors import CommandError
-
-if TYPE_CHECKING:
-    pass
 
 DEFENDER = (
     "Any defender of the disbanding problem: a name from `cps-envs list`, name?option=value; also module:attribute."
@@ -24,16 +22,14 @@ def drive_robots(
     defender: Annotated[str | None, typer.Option(help=f"{DEFENDER}; none if left out.")] = None,
     period: Annotated[float | None, typer.Option(metavar="SECONDS", help=PERIOD)] = None,
     attacker: Annotated[str | None, typer.Option(help=ATTACKER)] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
-    ] = None,
+    overrides: Changes = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the first episode; the others count up.")] = 0,
     episodes: Annotated[int, typer.Option(min=1, help="How many, played as one batch.")] = 1,
     render: Annotated[str | None, typer.Option(help=RENDER)] = None,
     fps: Annotated[float, typer.Option(help="Frames per second of a film.")] = 10.0,
     speed: Annotated[float, typer.Option(help="Seconds of the experiment per second of film.")] = 4.0,
     at: Annotated[float | None, typer.Option(help="Second of a picture; the end if left out.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Play nine simulated robots on a circle: three platoons, of which the leading one disbands.
 

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.commands.options import AsJson, Jobs, Knobs, OfEnvironment
+from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.learning.job import Job
@@ -32,24 +34,20 @@ def train(
     algorithm: Annotated[str | None, typer.Option("--algo", help=ALGORITHM)] = None,
     opponent: Annotated[str | None, typer.Option(help=OPPONENT)] = None,
     preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
-    ] = None,
-    knobs: Annotated[
-        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
-    ] = None,
+    overrides: OfEnvironment = None,
+    knobs: Knobs = None,
     policy: Annotated[str | None, typer.Option("--name", help="Of the policy; the recipe's own if left out.")] = None,
     seeds: Annotated[int | None, typer.Option(min=1, help="How many training seeds; 5 if left out.")] = None,
     first_seed: Annotated[int | None, typer.Option(min=0, help="The first of them; 0 if left out.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, episodes with cma-es.")] = None,
     folder: Annotated[Path, typer.Option("--out", help="Where runs go, in a folder for each seed.")] = Path("runs"),
     ship: Annotated[Path | None, typer.Option("--to", help=SHIP)] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")] = None,
+    jobs: Jobs = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
     device: Annotated[str, typer.Option(help="cpu, cuda or auto. Networks this small are fastest on a CPU.")] = "cpu",
     tracker: Annotated[str, typer.Option(help=TRACKER)] = "tensorboard",
     show: Annotated[bool, typer.Option("--list", help="Print the recipes and stop.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Train a policy by its recipe, one run for each seed.
 
@@ -124,7 +122,7 @@ def _print(runs: list[Job], found: dict[str, Any]) -> None:
         (str(run["seed"]), f"{run['steps']:,}", f"{run['cpu_s']:.0f}", f"{run['best_score']:.4g}", run["folder"])
         for run in found["runs"]
     ]
-    out().print(make_table(found["recipe"], ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
+    out().print(Table(found["recipe"], ("seed", "steps", "CPU s", "best validation", "zoo:"), rows))
     err().print(f"Play one with --{runs[0].recipe.role} zoo:{runs[0].folder}", soft_wrap=True)
 
 
@@ -135,7 +133,7 @@ def _list(recipes: list[Recipe], as_json: bool) -> None:
         print_json([asdict(recipe) for recipe in recipes])
         return
     columns = ("recipe", "algorithm", "CPU min", "validation")
-    out().print(make_table("Recipes", columns, [_row(recipe) for recipe in recipes], left=2))
+    out().print(Table("Recipes", columns, [_row(recipe) for recipe in recipes], left=2))
     out().print(EXPLANATION, markup=False, soft_wrap=True)
 
 

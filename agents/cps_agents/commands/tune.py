@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.console import assignments, err, make_table, out, print_json
+from cps_agents.commands.options import AsJson, OfEnvironment
+from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.learning.study import Tried
@@ -25,9 +27,7 @@ def tune(
     name: Annotated[str, typer.Argument(metavar="RECIPE", help="A recipe or an environment id, as for `train`.")],
     trials: Annotated[int, typer.Option(min=1, help="In all; more of them go on with an earlier study.")] = 20,
     ranges: Annotated[list[str] | None, typer.Option("--range", metavar="KNOB=RANGE", help=RANGE)] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
-    ] = None,
+    overrides: OfEnvironment = None,
     knobs: Annotated[
         list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Set for all trials; may be repeated.")
     ] = None,
@@ -36,7 +36,7 @@ def tune(
     sampler_seed: Annotated[int, typer.Option(min=0, help="Of Optuna's sampler (TPE).")] = 0,
     folder: Annotated[Path, typer.Option("--out", help="Where the study and its runs go.")] = Path("tune"),
     jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; as many as cores if left out.")] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Search better knobs for a recipe: each trial trains with other values.
 
@@ -79,7 +79,7 @@ def _show(name: str, tried: list[Tried], knobs: list[str], fixed: Mapping[str, A
     best_first = sorted(tried, key=lambda row: -row.score)
     rows = [(str(row.number), f"{row.score:.4g}", *(_short(row.values[knob]) for knob in knobs)) for row in best_first]
     console = out()
-    console.print(make_table("Trials, the best first", ("trial", "validation", *knobs), rows))
+    console.print(Table("Trials, the best first", ("trial", "validation", *knobs), rows))
     values = {**fixed, **best_first[0].values}
     chosen = " ".join(f"--knob {shlex.quote(f'{knob}={_short(value)}')}" for knob, value in values.items())
     console.print(f"Train it: cps-envs train {name} {chosen}", markup=False, soft_wrap=True)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.warm import Visit, Warmed
@@ -41,7 +42,7 @@ def warm(
         print_json({"problems": [asdict(each) for each in found], "kept": kept})
     else:
         rows = [(each.problem, str(each.uses), str(each.compiled), f"{each.cpu_s:.1f}") for each in found]
-        out().print(make_table("Kernels", ("Problem", "Uses", "Compiled", "CPU s"), rows))
+        out().print(Table("Kernels", ("Problem", "Uses", "Compiled", "CPU s"), rows))
     for each in found:
         for failure in each.failed:
             err().print(f"{each.problem}, {failure}", soft_wrap=True, markup=False)

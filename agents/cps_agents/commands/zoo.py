@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cps_agents.console import err, make_table, out, print_json
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
@@ -32,7 +33,7 @@ def list_policies(
         return
     rows = [(card.name, card.problem, card.role, card.algorithm, card.opponent, str(len(card.seeds))) for card in cards]
     columns = ("zoo:", "problem", "role", "algorithm", "trained against", "seeds")
-    out().print(make_table("Trained policies", columns, rows, left=5))
+    out().print(Table("Trained policies", columns, rows, left=5))
 
 
 @app.command()
@@ -105,7 +106,7 @@ def _print(card: Card) -> None:
         )
         for seed, facts in card.seeds.items()
     ]
-    console.print(make_table("", ("training seed", "steps", "CPU s", "validation"), rows))
+    console.print(Table("", ("training seed", "steps", "CPU s", "validation"), rows))
 
 
 def _print_numbers(card: Card, path: Path) -> None:
@@ -115,4 +116,4 @@ def _print_numbers(card: Card, path: Path) -> None:
     columns = [load(path, int(seed))[1].tensors()["numbers"] for seed in card.seeds]
     rows = [(name, *(f"{column[k]:.4g}" for column in columns)) for k, name in enumerate(card.numbers)]
     title = f"Numbers of the family {card.family}, by training seed"
-    out().print(make_table(title, ("number", *card.seeds), rows))
+    out().print(Table(title, ("number", *card.seeds), rows))

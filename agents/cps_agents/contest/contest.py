@@ -39,12 +39,21 @@ def find_contests(names: Sequence[str]) -> list[Contest]:
     """
     found = []
     for name in names or PROBLEMS:
-        module = f"cps_baselines.{name}.contest"
-        if find_spec(f"cps_baselines.{name}") is not None and find_spec(module) is not None:
-            found.append(import_module(module).CONTEST)
+        contest = declared_contest(name)
+        if contest is not None:
+            found.append(contest)
         elif names:
             raise CommandError(f"{name} declares no contest: write baselines/{name}/contest.py")
     return found
+
+
+def declared_contest(problem: str) -> Contest | None:
+    """The contest that a problem declares; None where there is none, as for a problem of one's own."""
+    module = f"cps_baselines.{problem}.contest"
+    if not problem.isidentifier() or find_spec(f"cps_baselines.{problem}") is None or find_spec(module) is None:
+        return None
+    contest: Contest = import_module(module).CONTEST
+    return contest
 
 
 def choose_variants(contest: Contest, names: Sequence[str]) -> list[Variant]:

@@ -38,6 +38,7 @@ class _Account:
     judge: Judge
     ends_s: float  # of this process's CPU clock
     seed: int  # the next one
+    most_episodes: float
     candidates: int = 0
     episodes: int = 0
 
@@ -51,18 +52,23 @@ class _Account:
         return range(self.seed - count, self.seed)
 
     def is_spent(self) -> bool:
-        return time.process_time() >= self.ends_s
+        return time.process_time() >= self.ends_s or self.episodes >= self.most_episodes
 
 
-def run_search(search: Search, judge: Judge, budget_s: float, episodes: int, first_seed: int) -> Candidate:
+def run_search(
+    search: Search, judge: Judge, budget_s: float, episodes: int, first_seed: int, most_episodes: int = 0
+) -> Candidate:
     """The best policy found in `budget_s` CPU seconds; each generation plays `episodes` new ones, from `first_seed` on.
+
+    At most `most_episodes` in all where that is not 0, but always those of the first candidate.
 
     The middle of the ranges is tried first, so even the smallest budget has a result. A search that has converged
     begins again elsewhere.
     """
     cma = require("cma", extra="baselines", purpose="searching policies")  # importing it is not charged
     start_s = time.process_time()
-    account = _Account(judge, start_s + (1 - FINAL_SHARE) * budget_s, first_seed)
+    most = (1 - FINAL_SHARE) * most_episodes if most_episodes else np.inf
+    account = _Account(judge, start_s + (1 - FINAL_SHARE) * budget_s, first_seed, most)
     names = list(search.ranges)
     low, high = (np.array([search.ranges[name][end] for name in names], np.float64) for end in (0, 1))
     origin = np.array([search.start.get(name, np.mean(search.ranges[name])) for name in names], np.float64)
@@ -77,7 +83,6 @@ def run_search(search: Search, judge: Judge, budget_s: float, episodes: int, fir
     while names and not account.is_spent():
         best |= _evolve(cma, account, shares, reference, episodes)
         shares = generator.random(len(names))
-    account.ends_s = start_s + budget_s
     return _final(account, search.name, [first], best, episodes)
 
 
@@ -109,6 +114,10 @@ def _final(account: _Account, name: str, first: Sequence[str], best: dict[str, f
     """The finalists on the same fresh episodes, twice as many as a generation's."""
     late = list(best)[-FINALISTS // 2 :]
     finalists = dict.fromkeys([*first, *late, *sorted(best, key=lambda policy: -best[policy])[: FINALISTS // 2]])
+    if np.isfinite(account.most_episodes):  # FINAL_SHARE of them is left
+        left = account.most_episodes / (1 - FINAL_SHARE) - account.episodes
+        count = max(int(left // (2 * episodes)), 1)
+        finalists = dict.fromkeys(sorted(finalists, key=lambda policy: -best[policy])[:count])
     seeds = account.draw(2 * episodes)
     scores = {policy: account.play(policy, seeds) for policy in finalists}
     policy = max(scores, key=lambda each: scores[each])

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from cps_agents.console import make_table
 from cps_agents.contest.document import Document
 from cps_agents.contest.rules import NEUTRAL, NOT_WON, TOLD
 from cps_agents.heatmap import draw_matrix
+from cps_agents.table import Table
 from cps_envs.core.types import ROLES, SIGN, Role
-
-if TYPE_CHECKING:
-    from cps_agents.table import Table
 
 KINDS = {"policy": "", "informed": " (told)", "constant": "", "searched": " (searched)"}
 NONE = "-"
@@ -22,29 +19,20 @@ NONE = "-"
 OLD_VALUE = "It was computed on the episodes that chose the strategies: its interval is too short."
 
 
-class Sheet(NamedTuple):
-    """A table as text."""
-
-    title: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    left: int = 1  # columns that are text; the others are numbers
-
-
-def sheets(found: Document) -> Iterator[Sheet]:
+def tables(found: Document) -> Iterator[Table]:
     """All tables of a variant."""
     where, unit = f"{found['problem']}, {found['title']}", found["unit"]
-    yield Sheet(
+    yield Table(
         f"{where}: defenders. Attacker's pay in {unit}, lower is better",
         ("defender", "mean", "no attack", "worst known attacker", "best response"),
         [_defender(row) for row in sorted(found["defenders"], key=lambda row: row["score"]["mean"])],
     )
-    yield Sheet(
+    yield Table(
         f"{where}: attackers. Pay in {unit}, higher is better",
         ("attacker", "mean", "no defence", "least, against"),
         [_attacker(row) for row in sorted(found["attackers"], key=lambda row: -row["score"]["mean"])],
     )
-    yield Sheet(
+    yield Table(
         f"{where}: what means hide, over all attackers and the best response",
         ("defender", f"excess over told, {unit}", *(column["title"] for column in found["columns"])),
         [_hidden(row, found["columns"]) for row in found["defenders"]],
@@ -52,7 +40,7 @@ def sheets(found: Document) -> Iterator[Sheet]:
     if found.get("constraint"):
         yield _constrained(where, found["constraint"])
     if found["rules"]:
-        yield Sheet(
+        yield Table(
             f"{where}: is it a contest?",
             ("rule", "role", "of whom", f"by how much, {unit}", "more than", "holds"),
             [_rule(rule) for rule in found["rules"]],
@@ -81,7 +69,7 @@ def _hidden(row: Mapping[str, Any], columns: Sequence[Mapping[str, Any]]) -> lis
     return [_name(row), interval(row["excess"]) if "excess" in row else NONE, *texts]
 
 
-def _constrained(where: str, rule: Mapping[str, Any]) -> Sheet:
+def _constrained(where: str, rule: Mapping[str, Any]) -> Table:
     """The defenders whose cost is surely not above the reference's first, each group from the least harm on."""
     order = ("yes", "open", "no")
     rows = sorted(rule["rows"], key=lambda row: (order.index(_within(row["cost_beyond"])), row["harm"]["mean"]))
@@ -89,7 +77,7 @@ def _constrained(where: str, rule: Mapping[str, Any]) -> Sheet:
     columns = ("defender", rule["harm"]["title"], beyond, rule["cost"]["title"], beyond, "within")
     shown = ("harm", "harm_beyond", "cost", "cost_beyond")
     texts = [[row["name"], *(interval(row[name]) for name in shown), _within(row["cost_beyond"])] for row in rows]
-    return Sheet(f"{where}: at no more cost than `{rule['reference']}`", columns, texts)
+    return Table(f"{where}: at no more cost than `{rule['reference']}`", columns, texts)
 
 
 def _within(beyond: Mapping[str, Any]) -> str:
@@ -143,11 +131,11 @@ def draw(found: Document) -> Any:
     return draw_matrix(means, texts, names, defenders, title=title, axis="defender", limits=limits)
 
 
-def summary(every: Sequence[Document]) -> Sheet:
+def summary(every: Sequence[Document]) -> Table:
     """One row for each role of the judged variants."""
     rows = [_role(found, role) for found in every if found["rules"] for role in ROLES]
     columns = ("problem, role", "nothing", "best constant", "best policy", "told", "least exploited policy")
-    return Sheet("What the attacker is paid, mean over the policies of the other side", columns, rows)
+    return Table("What the attacker is paid, mean over the policies of the other side", columns, rows)
 
 
 def _role(found: Document, role: Role) -> list[str]:
@@ -165,15 +153,6 @@ def _role(found: Document, role: Role) -> list[str]:
     return [f"{found['problem']}, {role}", interval(neutral["score"]), *texts]
 
 
-def terminal(found: Document) -> Iterator[Table]:
-    """For a console."""
-    from rich.markup import escape
-
-    for sheet in sheets(found):
-        rows = [[escape(cell) for cell in row] for row in sheet.rows]
-        yield make_table(sheet.title, sheet.columns, rows, left=sheet.left)
-
-
 def markdown(found: Document) -> str:
     """A section of the documentation."""
     effort = found["effort"]
@@ -185,21 +164,15 @@ def markdown(found: Document) -> str:
     lines += [f"{made}. `{found['command']}`.", ""]
     if found["searches"]:
         lines += [f"![Pay of every meeting](images/contest-{found['problem']}.png)", ""]
-    for sheet in sheets(found):
-        lines += [*as_markdown(sheet), ""]
+    for table in tables(found):
+        lines += [*as_markdown(table), ""]
     lines += list(_notes(found))
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
-def as_markdown(sheet: Sheet) -> list[str]:
+def as_markdown(table: Table) -> list[str]:
     """The lines of a table with its title."""
-    return [
-        f"**{sheet.title}**",
-        "",
-        f"| {' | '.join(sheet.columns)} |",
-        "|---" * len(sheet.columns) + "|",
-        *(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in sheet.rows),
-    ]
+    return [f"**{table.title}**", "", *table.markdown()]
 
 
 def value_line(found: Document) -> str:

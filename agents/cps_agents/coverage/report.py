@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from itertools import groupby
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cps_agents.arena.statistics import LEVEL
-from cps_agents.console import make_table
 from cps_agents.coverage.case import Coverage
 from cps_agents.coverage.simulation import Effort
-
-if TYPE_CHECKING:
-    from cps_agents.table import Table
+from cps_agents.table import Table
 
 COLUMNS = ("simulated", "holds the truth", "too high / too low", "bias", "length", "note")
 HEAD = """# How often the intervals hold the truth
@@ -45,9 +42,7 @@ def markdown(found: Sequence[Coverage], effort: Effort, machine: Mapping[str, An
     made += f"{effort.resamples:,} bootstrap resamples, where evaluations take 4,000."
     lines = [HEAD, made, ""]
     for group, cases in groupby(found, key=lambda each: each.group):
-        lines += [f"## {group.capitalize()}", "", f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
-        lines += [f"| {' | '.join(_cells(each))} |" for each in cases]
-        lines.append("")
+        lines += [f"## {group.capitalize()}", "", *Table("", COLUMNS, list(map(_cells, cases))).markdown(), ""]
     return "\n".join(lines).rstrip("\n") + "\n"
 
 
@@ -56,7 +51,7 @@ def tables(found: Sequence[Coverage]) -> Iterator[Table]:
     for group, cases in groupby(found, key=lambda each: each.group):
         rows = list(cases)
         notes = [f"{each.title}: {each.note}." for each in rows if each.note]
-        yield make_table(group, COLUMNS[:-1], [_cells(each)[:-1] for each in rows], caption=notes)
+        yield Table(group, COLUMNS[:-1], [_cells(each)[:-1] for each in rows], caption=notes)
 
 
 def _cells(each: Coverage) -> list[str]:

@@ -52,12 +52,12 @@ class Outcome:
 
     @property
     def steps(self) -> int:
-        """Of all training."""
+        """Of all oracles."""
         return sum(found.steps for each in self.iterations for found in each.responses.values())
 
     @property
     def cpu_s(self) -> float:
-        """Of all training."""
+        """Of all oracles."""
         return sum(found.cpu_s for each in self.iterations for found in each.responses.values())
 
 

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.console import make_table
 from cps_agents.heatmap import draw_matrix
 from cps_agents.league.league import League
 from cps_agents.league.standing import Standing, standings, strategies
 from cps_agents.league.strategy import mix
+from cps_agents.table import Cell, Table, csv_text, styled
 from cps_envs import find_problem
 from cps_envs.core.types import ROLES, Role
-
-if TYPE_CHECKING:
-    from cps_agents.table import Table
 
 
 def document(league: League, machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
@@ -78,13 +73,11 @@ def _pairs(league: League) -> Iterator[tuple[str, str, Estimate, list[float], fl
 
 def rows_as_csv(league: League) -> str:
     """One line per pair."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["attacker", "defender", "metric", "episodes", "mean", "low", "high", "cpu_s"])
-    for attacker, defender, cell, _, cpu_s in _pairs(league):
-        ends = ["" if end is None else end for end in (cell.low, cell.high)]
-        writer.writerow([attacker, defender, league.plan.metric, cell.episodes, cell.mean, *ends, cpu_s])
-    return text.getvalue()
+    rows = [
+        (attacker, defender, league.plan.metric, cell.episodes, cell.mean, cell.low, cell.high, cpu_s)
+        for attacker, defender, cell, _, cpu_s in _pairs(league)
+    ]
+    return csv_text(("attacker", "defender", "metric", "episodes", "mean", "low", "high", "cpu_s"), rows)
 
 
 def tables(league: League) -> list[Table]:
@@ -92,7 +85,7 @@ def tables(league: League) -> list[Table]:
     columns = ["attacker", *(defender.name for defender in league.defenders)]
     rows = [[attacker.name, *map(stacked, row)] for attacker, row in zip(league.attackers, league.cells, strict=True)]
     title = f"{league.plan.venue.problem}: {league.plan.metric}, mean and 95 % interval"
-    return [make_table(title, columns, rows), *(_standings_table(league, role) for role in ROLES)]
+    return [Table(title, columns, rows), *(_standings_table(league, role) for role in ROLES)]
 
 
 def _standings_table(league: League, role: Role) -> Table:
@@ -107,7 +100,7 @@ def _standings_table(league: League, role: Role) -> Table:
         )
         for found in standings(league, role)
     ]
-    return make_table(f"Equilibrium: {role}", (role, "plays", best, least, "dominated by"), rows)
+    return Table(f"Equilibrium: {role}", (role, "plays", best, least, "dominated by"), rows)
 
 
 def dominated_text(found: Standing) -> str:
@@ -122,10 +115,10 @@ def verdict(league: League) -> str:
     return f"Value of the game: {value.mean:.4g}{ends}."
 
 
-def stacked(found: Estimate) -> str:
+def stacked(found: Estimate) -> Cell:
     """A mean above its interval, for a terminal."""
-    ends = "" if found.low is None else f"\n[dim]{found.low:.3g} .. {found.high:.3g}[/]"
-    return f"{found.mean:.4g}{ends}"
+    mean = f"{found.mean:.4g}"
+    return mean if found.low is None else styled(f"{found.low:.3g} .. {found.high:.3g}", "dim", f"{mean}\n")
 
 
 def draw(league: League) -> Any:

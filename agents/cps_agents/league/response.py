@@ -1,147 +1,243 @@
-"""Best responses: policies trained against one fixed, perhaps mixed strategy."""
+"""Best responses: policies that oracles find against one fixed, perhaps mixed strategy."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from cps_agents.errors import CommandError
-from cps_agents.league.meetings import RETURN
+import numpy as np
+
+from cps_agents.arena.play import finish_all
+from cps_agents.arena.sources import sources_of
+from cps_agents.arena.store import Store
+from cps_agents.errors import CommandError, explain
+from cps_agents.league.meetings import play_meetings
+from cps_agents.league.oracles import Oracle
+from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
-from cps_agents.zoo.references import PREFIX, card_of, form_of
-from cps_baselines.arena import Venue
-from cps_envs import find_problem
+from cps_agents.league.venues import decisions, forms_of, venue_of
+from cps_agents.learning.recipe import SEARCH, Recipe, changed
+from cps_agents.learning.scene import Scene
+from cps_agents.learning.seeds import TRAINING_START, VALIDATION
+from cps_agents.progress import Progress
+from cps_agents.zoo.references import PREFIX
+from cps_baselines.arena import Contestant, Venue
+from cps_baselines.workers import Workers
 from cps_envs.core.errors import require
-from cps_envs.core.types import Role
+from cps_envs.core.types import SIGN, FloatArray, Role, other
 
-if TYPE_CHECKING:
-    from cps_agents.learning.recipe import Recipe
+SEARCH_START = TRAINING_START + 90_000_000  # seeds that no training run plays
+SEARCH_SEEDS = 1_000_000  # of each training seed
+SEARCH_EPISODES = 16  # of a candidate
+SEARCH_S = 60.0  # CPU time of each search that nothing bounds
+Tell = Callable[[str], None]
+
+
+def silent(line: str) -> None:
+    """Say nothing."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A strategy to respond to, the role that responds, and where."""
+
+    role: Role
+    strategy: Strategy
+    venue: Venue
+    episodes: int  # on validation seeds, which choose among what is found
 
 
 @dataclass(frozen=True)
 class Budget:
-    """How training is done; the same recipe once for each seed."""
+    """What each oracle may spend with each training seed."""
 
     seeds: int
     workers: int
     command: str
     first_seed: int = 0
+    steps: int | None = None  # decisions, those of searches included
+    cpu_s: float | None = None
     resume: bool = False
     device: str = "cpu"
 
+    @property
+    def training_seeds(self) -> range:
+        """The seeds themselves."""
+        return range(self.first_seed, self.first_seed + self.seeds)
+
 
 @dataclass(frozen=True)
-class Trained:
-    """The runs of a best response, by training seed."""
+class Response:
+    """What an oracle found with one training seed."""
 
-    references: Mapping[int, str]
-    validation: Mapping[int, float]  # the mean payoff on validation seeds, the higher the better for the role
-    steps: int  # of all seeds
+    oracle: str
+    seed: int
+    reference: str
+    steps: int
     cpu_s: float
+    validation: float = 0.0  # the mean payoff to the role against the strategy, on validation seeds
+
+
+@dataclass(frozen=True)
+class Responses:
+    """What all oracles found, and why some found nothing."""
+
+    found: tuple[Response, ...]
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def seed(self) -> int:
+    def chosen(self) -> Response:
         """The one that validation chooses."""
-        return max(self.validation, key=lambda seed: self.validation[seed])
+        return max(self.found, key=lambda each: each.validation)
 
     @property
-    def reference(self) -> str:
-        """The policy of that seed."""
-        return self.references[self.seed]
+    def steps(self) -> int:
+        """Of all oracles and seeds."""
+        return sum(each.steps for each in self.found)
+
+    @property
+    def cpu_s(self) -> float:
+        """Of all oracles and seeds."""
+        return round(sum(each.cpu_s for each in self.found), 1)
 
 
-def recipe_of(problem: str, role: Role, name: str | None = None) -> Recipe:
-    """The recipe of a name, or else the usual one of the role.
+def respond(
+    oracles: Sequence[Oracle],
+    question: Question,
+    folder: Path,
+    budget: Budget,
+    store: Store,
+    title: str,
+    tell: Tell | None = silent,
+) -> Responses:
+    """Let all oracles respond, one after the other, and value what they find on validation seeds.
+
+    An oracle that cannot play there is left out, and `tell` hears why; with None it is an error.
 
     Raises:
-        CommandError: no recipe has that name, or it is for another problem or role.
+        CommandError: no oracle has found anything.
     """
-    from cps_agents.recipes.finding import find_recipe, usual_recipe
+    found: list[Response] = []
+    left_out: dict[str, str] = {}
+    for oracle in oracles:
+        try:
+            found += _ask(oracle, question, folder / oracle.name, budget, store, f"{title}, {oracle.name}")
+        except Exception as error:
+            reason = explain(error)
+            if reason is None or tell is None:
+                raise
+            left_out[oracle.name] = reason
+            tell(f"Left out: {oracle.name}: {reason}")
+    if not found:
+        reasons = "; ".join(f"{name}: {reason}" for name, reason in left_out.items())
+        raise CommandError(f"no oracle of the {question.role} has found a response. {reasons}")
+    payoffs = _validate([each.reference for each in found], question, store, budget.workers, title)
+    return Responses(
+        tuple(replace(each, validation=float(paid)) for each, paid in zip(found, payoffs, strict=True)), left_out
+    )
 
-    if name is None:
-        return usual_recipe(problem, role)
-    recipe = find_recipe(name)
-    if (recipe.problem, recipe.role) != (problem, role):
-        raise CommandError(f"the recipe {name!r} trains the {recipe.role} of {recipe.problem}, not the {role}")
-    return recipe
+
+def _ask(oracle: Oracle, question: Question, folder: Path, budget: Budget, store: Store, title: str) -> list[Response]:
+    if oracle.recipe is None:
+        return list(_search(oracle, question, budget, store, title))
+    recipe = against(oracle.recipe, question, f"{oracle.recipe.name}-response")
+    return _train(oracle.name, limited(recipe, budget.steps, budget.cpu_s), folder, budget, title)
 
 
-def limited(recipe: Recipe, steps: int | None) -> Recipe:
-    """The recipe with so many decisions per seed in all: of its search for plans and of its learning, in proportion."""
-    from cps_agents.learning.recipe import changed
+def against(recipe: Recipe, question: Question, name: str) -> Recipe:
+    """The recipe with this opponent, whose trained policies see and act as they have learned.
 
+    Raises:
+        CommandError: the recipe's teachers do not know the opponent, or the opponent's policies were trained in forms
+            that differ.
+    """
+    strategy = question.strategy
+    recipe = replace(recipe, overrides={**recipe.overrides, **forms_of(strategy, question.venue)})
+    known = {policy: recipe.teachers[policy] for policy in strategy.policies if policy in recipe.teachers}
+    if len(known) == len(strategy.policies):  # a teacher against each
+        return replace(recipe, name=name, opponent=strategy.reference, teachers=known)
+    scenes = (Scene(recipe.scenes[0].episodes),) if recipe.algorithm == SEARCH else recipe.scenes
+    return changed(replace(recipe, scenes=scenes), {"name": name, "opponent": strategy.reference})
+
+
+def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None) -> Recipe:
+    """The recipe with so many decisions and CPU seconds per seed: of its search and its learning, in proportion."""
+    timed = recipe if cpu_s is None else replace(recipe, most_cpu_s=float(cpu_s))
     if steps is None:
-        return recipe
+        return timed
+    if recipe.algorithm == SEARCH:
+        return replace(timed, total_steps=max(steps // decisions(venue_of(recipe), recipe.role), 1))
     searched = round(steps * recipe.search_steps / (recipe.search_steps + recipe.total_steps))
-    return changed(recipe, {"search_steps": searched, "total_steps": max(steps - searched, 1)})
+    return replace(timed, search_steps=searched, total_steps=max(steps - searched, 1))
 
 
-def differing_presets(recipe: Recipe, strategy: Strategy) -> list[str]:
-    """The opponent's trained policies that learned in another preset than the recipe's."""
-    cards = {name: card_of(name) for name in strategy.policies}
-    return [f"{name} ({card.preset})" for name, card in cards.items() if card and card.preset != recipe.preset]
+def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, title: str) -> Iterator[Response]:
+    """The best of the searches with each training seed; they share its budget."""
+    require("cma", extra="baselines", purpose="searching responses")
+    venue = question.venue.changed(forms_of(question.strategy, question.venue))
+    opponent = question.strategy.reference
+    count, per_episode = len(oracle.searches), decisions(venue, question.role)
+    jobs = [
+        SearchJob(
+            venue,
+            question.role,
+            opponent,
+            search,
+            budget_s=SEARCH_S if budget.cpu_s is None else budget.cpu_s / count,
+            episodes=SEARCH_EPISODES,
+            most_episodes=0 if budget.steps is None else max(budget.steps // (per_episode * count), 1),
+            first_seed=SEARCH_START + seed * SEARCH_SEEDS,
+            sources=sources_of(venue.problem, opponent),
+        )
+        for seed in budget.training_seeds
+        for search in oracle.searches
+    ]
+    results = {}
+    with Progress(title, len(jobs)) as progress, Workers(min(budget.workers, len(jobs))) as pool:
+        for job, result, _ in finish_all(jobs, store, pool):
+            results[jobs.index(job)] = result
+            progress.update(len(results), f"{job.label}: {result['score']:.4g}")
+    for place, seed in enumerate(budget.training_seeds):
+        mine = [results[place * count + k] for k in range(count)]
+        best = max(mine, key=lambda each: each["score"])
+        steps, cpu_s = (sum(each[name] for each in mine) for name in ("episodes", "cpu_s"))
+        yield Response(oracle.name, seed, best["policy"], steps * per_episode, round(cpu_s, 1))
 
 
-def against(recipe: Recipe, strategy: Strategy, **knobs: Any) -> Recipe:
-    """The recipe with this opponent, whose trained policies see and act as they have learned; the payoff decides.
-
-    Raises:
-        CommandError: the opponent's policies have been trained in forms that differ.
-    """
-    from cps_agents.learning.recipe import changed
-
-    config = find_problem(recipe.problem).config(recipe.preset, recipe.overrides)
-    forms: dict[str, Any] = {}
-    for policy in strategy.policies:
-        forms = merged([forms, form_of(policy, config)], f"the opponent's {policy}")
-    return changed(recipe, {"evaluation_metric": RETURN, **knobs, "opponent": strategy.reference, "overrides": forms})
-
-
-def merged(overrides: Sequence[Mapping[str, Any]], whose: str) -> dict[str, Any]:
-    """All overrides together.
-
-    Raises:
-        CommandError: two of them set a field differently.
-    """
-    found: dict[str, Any] = {}
-    for part in overrides:
-        for name, value in part.items():
-            if name in found and found[name] != value:
-                raise CommandError(
-                    f"{whose} needs {name} = {value!r}, another policy {found[name]!r}: choose one with --set "
-                    f"{name}=..., or leave one of them out"
-                )
-            found[name] = value
-    return found
-
-
-def venue_of(recipe: Recipe) -> Venue:
-    """The configuration that a recipe trains in."""
-    return Venue(recipe.problem, recipe.preset, dict(recipe.overrides))
-
-
-def respond(recipe: Recipe, folder: Path, budget: Budget, title: str) -> Trained:
-    """Train a recipe on some seeds, or go on with that.
+def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) -> list[Response]:
+    """Train a recipe with each training seed, or go on with that.
 
     Raises:
         MissingExtraError: what training needs is not installed.
         CommandError: see `cps_agents.learning.learner.learn`.
     """
-    require("stable_baselines3", extra="train", purpose="training a best response")
-    require("sb3_contrib", extra="train", purpose="training a best response")
+    if recipe.algorithm != SEARCH:
+        for package in ("stable_baselines3", "sb3_contrib"):
+            require(package, extra="train", purpose="training a best response")
     from cps_agents.learning.job import Job
     from cps_agents.learning.runs import train_all
 
     jobs = [
         Job(recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume, device=budget.device)
-        for seed in range(budget.first_seed, budget.first_seed + budget.seeds)
+        for seed in budget.training_seeds
     ]
-    found = train_all(jobs, budget.workers, title)
-    return Trained(
-        references={job.seed: f"{PREFIX}{job.folder}" for job in jobs},
-        validation={job.seed: float(run["best_score"]) for job, run in zip(jobs, found, strict=True)},
-        steps=sum(int(run["steps"]) for run in found),
-        cpu_s=round(sum(float(run["cpu_s"]) for run in found), 1),
-    )
+    runs = train_all(jobs, budget.workers, title)
+    unit = decisions(venue_of(recipe), recipe.role) if recipe.algorithm == SEARCH else 1  # of its steps
+    return [
+        Response(name, job.seed, f"{PREFIX}{job.folder}", int(run["steps"]) * unit, float(run["cpu_s"]))
+        for job, run in zip(jobs, runs, strict=True)
+    ]
+
+
+def _validate(references: Sequence[str], question: Question, store: Store, workers: int, title: str) -> FloatArray:
+    """What the role's policies are paid against the strategy, (P,), the mean over validation seeds."""
+    role, strategy = question.role, question.strategy
+    sides = {role: list(map(Contestant, references)), other(role): list(map(Contestant, strategy.policies))}
+    seeds = range(VALIDATION.start, VALIDATION.start + question.episodes)
+    with Progress(f"{title}, validation pairs", 1) as progress, Workers(workers) as pool:
+        found = play_meetings(
+            question.venue, sides["attacker"], sides["defender"], seeds, store=store, pool=pool, report=progress.report
+        ).means
+    paid: FloatArray = (found if role == "attacker" else found.T) @ np.array(strategy.probabilities)
+    return SIGN[role] * paid

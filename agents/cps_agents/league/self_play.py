@@ -1,8 +1,8 @@
-"""Double oracle: a growing game in which both roles answer the other's equilibrium strategy by training.
+"""Double oracle: a growing game in which both roles respond to the other's equilibrium strategy.
 
-Each iteration solves the matrix of all policies there are, trains a best response of each role to the other's mixed
-strategy, and adds both (policy-space response oracles: Lanctot et al. 2017; double oracle: McMahan et al. 2003). The
-strategies are made on validation seeds; evaluation seeds only judge.
+Each iteration solves the matrix of all policies there are, lets the response oracles of each role respond to the
+other's mixed strategy, and adds what validation chooses (policy-space response oracles: Lanctot et al. 2017; double
+oracle: McMahan et al. 2003). The strategies are made on validation seeds; evaluation seeds only judge.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from cps_agents.arena.store import Store
 from cps_agents.console import to_json
@@ -19,7 +19,8 @@ from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import Payoffs, play_meetings
-from cps_agents.league.response import Budget, Trained, against, respond
+from cps_agents.league.oracles import Oracle
+from cps_agents.league.response import Budget, Question, Response, Responses, Tell, respond, silent
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.learning.seeds import EVALUATION, VALIDATION
 from cps_agents.progress import Progress
@@ -28,38 +29,37 @@ from cps_baselines.workers import Workers
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
-if TYPE_CHECKING:
-    from cps_agents.learning.recipe import Recipe
-
-MOST_STEPS, MOST_DIGITS = 10**15, 15  # in a file: of training, and of a seed
+MOST_STEPS = 10**15  # in a file: of training, and of a seed
 Pool = dict[Role, list[Contestant]]
 Profile = Mapping[Role, Strategy]
 
 
 @dataclass(frozen=True)
 class Game:
-    """What is played and how responses are trained."""
+    """What is played and how responses are found."""
 
     venue: Venue
     start: Mapping[Role, Sequence[str]]  # references of the policies to begin with
-    recipes: Mapping[Role, Recipe]  # in the venue's configuration
+    oracles: Mapping[Role, Sequence[Oracle]]  # in the venue's configuration
     episodes: int  # of each pair, on validation seeds and again on evaluation seeds
     seeds: int  # training seeds of each response
+    steps: int | None = None  # of each oracle and seed
+    cpu_s: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """As plain data: what a run that goes on must have in common with what is there."""
-        plain = {**asdict(self), "recipes": {role: asdict(recipe) for role, recipe in self.recipes.items()}}
-        found: dict[str, Any] = json.loads(to_json(plain))
+        oracles = {role: [asdict(oracle) for oracle in chosen] for role, chosen in self.oracles.items()}
+        found: dict[str, Any] = json.loads(to_json({**asdict(self), "oracles": oracles}))
         return found
 
 
 @dataclass(frozen=True)
 class Iteration:
-    """A profile of mixed strategies, and what training found against it."""
+    """A profile of mixed strategies, and what the oracles found against it."""
 
     number: int
     profile: Profile
-    responses: Mapping[Role, Trained]
+    responses: Mapping[Role, Responses]
 
 
 def claim(folder: Path, game: Game, resume: bool) -> None:
@@ -92,8 +92,11 @@ def iterate(
     iterations: int,
     budget: Budget,
     after: Callable[[Pool, list[Iteration]], None],
+    tell: Tell = silent,
 ) -> None:
     """Do the iterations that are not done yet; `after` is called with the pool and all iterations after each.
+
+    `tell` hears which oracles are left out.
 
     What is finished, runs, pairs and plans, is kept at once: interrupted at any point, a later call goes on there.
     """
@@ -102,7 +105,7 @@ def iterate(
     for number in range(iterations):
         home = folder / f"iteration-{number + 1}"
         known = _load(home, number)
-        iteration = known or _iterate(game, pool, number, store, home, budget)
+        iteration = known or _iterate(game, pool, number, store, home, budget, tell)
         done.append(iteration)
         pool = _grown(pool, iteration)
         if known is None or number == iterations - 1:
@@ -116,7 +119,8 @@ def starting_pool(game: Game) -> Pool:
 
 def _grown(pool: Pool, iteration: Iteration) -> Pool:
     """With the responses that are not there yet."""
-    new = {role: Contestant(f"response {iteration.number + 1}", iteration.responses[role].reference) for role in ROLES}
+    name = f"response {iteration.number + 1}"
+    new = {role: Contestant(name, iteration.responses[role].chosen.reference) for role in ROLES}
     return {
         role: [*pool[role], *([new[role]] if all(new[role].reference != each.reference for each in pool[role]) else [])]
         for role in ROLES
@@ -156,14 +160,14 @@ def equilibrium_profile(pool: Pool, payoff: FloatArray) -> Profile:
     return {role: mix([player.reference for player in pool[role]], shares[role].tolist()) for role in ROLES}
 
 
-def _iterate(game: Game, pool: Pool, number: int, store: Store, home: Path, budget: Budget) -> Iteration:
+def _iterate(game: Game, pool: Pool, number: int, store: Store, home: Path, budget: Budget, tell: Tell) -> Iteration:
     profile = _plan(game, pool, store, home, budget.workers)
     own = replace(budget, seeds=game.seeds, first_seed=number * game.seeds, resume=True)
-    responses: dict[Role, Trained] = {}
+    responses: dict[Role, Responses] = {}
     for role in ROLES:
-        recipe = game.recipes[role]
-        tuned = against(recipe, profile[other(role)], name=f"{recipe.name}-response-{number + 1}")
-        responses[role] = respond(tuned, home / role, own, f"iteration {number + 1}, {role}")
+        question = Question(role, profile[other(role)], game.venue, game.episodes)
+        title = f"iteration {number + 1}, {role}"
+        responses[role] = respond(game.oracles[role], question, home / role, own, store, title, tell)
     iteration = Iteration(number, profile, responses)
     plain = {
         "responses": {role: asdict(found) for role, found in responses.items()},
@@ -188,7 +192,7 @@ def _load(home: Path, number: int) -> Iteration | None:
     if not path.is_file():
         return None
     found = _read(path)
-    responses = {role: _trained(found["responses"][role]) for role in ROLES}
+    responses = {role: _responses(found["responses"][role]) for role in ROLES}
     return Iteration(number, _profile(found["profile"]), responses)
 
 
@@ -205,19 +209,22 @@ def _strategy(found: Entry) -> Strategy:
         raise found.source.error(error) from error
 
 
-def _trained(found: Entry) -> Trained:
-    references = {_seed(seed, each): each.text() for seed, each in found["references"].entries().items()}
-    validation = {_seed(seed, each): each.number() for seed, each in found["validation"].entries().items()}
-    if not references or references.keys() != validation.keys():
-        raise found["references"].error("a policy for each seed that was validated")
-    steps, cpu_s = found["steps"].whole(0, MOST_STEPS), found["cpu_s"].number(0)
-    return Trained(references, validation, steps, cpu_s)
+def _responses(found: Entry) -> Responses:
+    kept = tuple(_response(each) for each in found["found"].rows())
+    if not kept:
+        raise found["found"].error("at least one response")
+    return Responses(kept, {name: each.text() for name, each in found["left_out"].entries().items()})
 
 
-def _seed(name: str, entry: Entry) -> int:
-    if not (name.isdecimal() and len(name) <= MOST_DIGITS):
-        raise entry.source.error(f"{entry.place}: {name!r} is no training seed")
-    return int(name)
+def _response(found: Entry) -> Response:
+    return Response(
+        oracle=found["oracle"].text(),
+        seed=found["seed"].whole(0, MOST_STEPS),
+        reference=found["reference"].text(),
+        steps=found["steps"].whole(0, MOST_STEPS),
+        cpu_s=found["cpu_s"].number(0),
+        validation=found["validation"].number(),
+    )
 
 
 def _read(path: Path) -> Entry:

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.console import make_table
 from cps_agents.league.bounds import Bounds, Outcome
 from cps_agents.league.report import stacked
 from cps_agents.league.self_play import Profile
+from cps_agents.table import Table
 from cps_envs.core.errors import require
 from cps_envs.core.types import ROLES
 from cps_envs.registration import find_problem
-
-if TYPE_CHECKING:
-    from cps_agents.table import Table
 
 FIGURE_INCHES = (8.0, 3.4)
 
@@ -63,7 +60,7 @@ def table(outcome: Outcome) -> Table:
     venue = outcome.game.venue
     unit = find_problem(venue.problem).unit or "return"
     title = f"{venue.problem}: what profiles pay the attacker ({unit}), against all policies found"
-    return make_table(title, columns, rows)
+    return Table(title, columns, rows)
 
 
 def draw(outcome: Outcome) -> Any:

@@ -73,11 +73,13 @@ def aggregate(
             rounds.show(model)
         model.logger.record("imitation/loss", rounds.learn(model))
         model.num_timesteps = callback.num_timesteps = rounds.decisions
-        left = run.recipe.total_steps - rounds.decisions
+        left = 0 if callback.spent else run.recipe.total_steps - rounds.decisions
         if left < max(run.recipe.evaluations, 1) * rounds.decisions / rounds.rounds:
             callback.evaluate()
         callback.save()
         model.logger.dump(model.num_timesteps)
+        if callback.spent:
+            break
     report(model.num_timesteps, callback.note)
     rounds.forget()
 

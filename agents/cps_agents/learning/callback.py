@@ -54,7 +54,12 @@ class TrainingCallback(BaseCallback):
         self._report(self.num_timesteps, self.note)
 
     def _on_step(self) -> bool:
-        return True
+        return not self.spent
+
+    @property
+    def spent(self) -> bool:
+        """Whether the run has used up its CPU time."""
+        return 0 < self._run.recipe.most_cpu_s <= self.cpu_s
 
     def _on_training_end(self) -> None:
         self.evaluate()

@@ -6,6 +6,7 @@ a learner in the same time, and it explores whole sequences where a policy draws
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -23,6 +24,7 @@ FIRST = 200  # episodes of a start before plans descend from others
 STICKINESS = 0.8  # of the actions of first plans
 MUTATION_RATES = (0.02, 0.06, 0.15)  # of an entry of the plan, one drawn for each plan
 COPY_RATE = 0.04  # an entry takes the value of the step before
+MOST_STARTS = 2000  # more situations to begin in are none that plans could be kept for
 
 
 def search_plans(
@@ -30,18 +32,22 @@ def search_plans(
 ) -> None:
     """Add what `search_steps` steps of the environments' agents find to the best episodes.
 
+    The recipe's CPU time bounds the search, too.
+
     Raises:
-        CommandError: actions other than MultiDiscrete.
+        CommandError: actions other than MultiDiscrete, or a game that begins differently each time.
     """
     if not isinstance(envs.action_space, spaces.MultiDiscrete):
         raise CommandError(f"plans are searched for MultiDiscrete actions, not {envs.action_space}")
     search = _Search(envs, recipe, best, seed)
-    seen = envs.reset()
+    started_s, seen = time.process_time(), envs.reset()
     search.begin(np.ones(envs.num_envs, np.bool_), seen)
     for done in range(0, recipe.search_steps, envs.num_envs):
         seen = search.step(seen)
         if done // envs.num_envs % 500 == 0:
             report(done, search.best.mean_return())
+            if 0 < recipe.most_cpu_s <= time.process_time() - started_s:
+                break
 
 
 class _Search:
@@ -98,6 +104,8 @@ class _Search:
 
     def _index(self, key: bytes) -> int:
         if key not in self._starts:
+            if len(self._starts) == MOST_STARTS:
+                raise CommandError("plans are searched for games that begin in a few situations: this one draws them")
             self._starts[key] = len(self._starts)
             self._tried.append(0)
             self._plans = np.concatenate([self._plans, np.zeros((1, *self._plans.shape[1:]), np.int64)])

@@ -49,6 +49,7 @@ class Recipe:
     reward_scale: float = 1.0  # rewards are multiplied with this; returns of about 1 to 10 are easiest
 
     total_steps: int = 1_000_000  # of recurrent-imitation: decisions that the teacher labels
+    most_cpu_s: float = 0.0  # a run ends early after so many CPU seconds, which no two runs do alike; 0: never
     num_envs: int = 64
     steps_per_update: int = 128  # of each environment (PPO)
     batch_size: int = 2048

@@ -97,7 +97,7 @@ class Search:
     def go_on(self, report: Report) -> None:
         """Search to the end, with a checkpoint after each generation and validation at equal distances."""
         distance = max(self.generations // max(self.recipe.evaluations, 1), 1)
-        while len(self._reached) < self.generations:
+        while len(self._reached) < self.generations and not 0 < self.recipe.most_cpu_s <= self.cpu_s:
             if len(self._reached) % distance == 0:
                 self._validate()
             report(self.steps, self._note())

@@ -8,6 +8,7 @@ from pathlib import Path
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.reproduction.summary import COUNTED, DEPENDING, Finished, counted, depending
+from cps_agents.table import Table
 from cps_envs.core.documents import read_text
 
 START = "<!-- the tables below are written by `cps-envs reproduce all --publish` -->"
@@ -36,19 +37,11 @@ def tables(every: Sequence[Finished]) -> str:
     """The summary as Markdown."""
     return "\n".join(
         [
-            *_markdown(COUNTED, counted(every)),
+            *Table("", COUNTED, counted(every)).markdown(),
             "",
             "Claims whose verdict depends on the reading:",
             "",
-            *_markdown(DEPENDING, depending(every)),
+            *Table("", DEPENDING, depending(every)).markdown(),
             "",
         ]
     )
-
-
-def _markdown(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return [
-        f"| {' | '.join(columns)} |",
-        "|---" * len(columns) + "|",
-        *(f"| {' | '.join(row)} |" for row in rows),
-    ]

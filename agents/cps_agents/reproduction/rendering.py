@@ -56,14 +56,8 @@ def write_sheets(found: Reproduction[Any], folder: Path) -> list[Path]:
 
 
 def _table(table: Table) -> Shown:
-    from cps_agents.console import make_table
+    from cps_agents.table import Table as Shown
+    from cps_agents.table import styled
 
-    rows = [[_colored(value) for value in row] for row in table.rows]
-    return make_table(table.title, table.headings, rows, left=table.left, breaks=table.breaks)
-
-
-def _colored(value: str) -> str:
-    from rich.markup import escape
-
-    color = COLORS.get(value)
-    return escape(value) if color is None else f"[{color}]{value}[/]"
+    rows = [[styled(text, COLORS[text]) if text in COLORS else text for text in row] for row in table.rows]
+    return Shown(table.title, table.headings, rows, left=table.left, breaks=table.breaks)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from cps_agents.results.document import Document
 from cps_agents.results.tables import Block, number, optimum, score_text
+from cps_agents.table import Table
 
 HEAD = ("role", "what counts", "paper's method", "best computed", "learned", "best possible")
 
@@ -93,15 +94,11 @@ FRONTS = (
 )
 
 
-def front_table(document: Document, fronts: tuple[Front, ...] = FRONTS) -> Iterator[str]:
+def front_table(document: Document, fronts: tuple[Front, ...] = FRONTS) -> list[str]:
     """The lines of the table; roles that the document does not have are left out."""
     blocks = {block["name"]: block for problem in document["problems"].values() for block in problem["blocks"]}
-    yield f"| {' | '.join(HEAD)} |"
-    yield "|---" * len(HEAD) + "|"
-    for front in fronts:
-        row = _row(blocks, front.block, front.row)
-        if row is not None:
-            yield f"| {' | '.join(_cells(front, blocks, row))} |"
+    found = [(front, _row(blocks, front.block, front.row)) for front in fronts]
+    return Table("", HEAD, [_cells(front, blocks, row) for front, row in found if row is not None]).markdown()
 
 
 def _row(blocks: Mapping[str, Block], block: str, title: str) -> Mapping[str, Any] | None:

@@ -9,7 +9,7 @@ from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.results.document import Document, merged
 from cps_agents.results.examination import declared_blocks
-from cps_agents.results.markdown import BEGIN, END, START, readme_table, results_markdown, with_table
+from cps_agents.results.report import BEGIN, END, START, readme_table, results_markdown, with_table
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_agents.zoo.merging import without_places

@@ -14,6 +14,7 @@ from gymnasium.envs.registration import load_env_creator
 
 from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
 from cps_agents.site.diagram import LOOPS, diagram
+from cps_agents.table import Table
 from cps_envs import PROBLEMS
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
@@ -132,11 +133,11 @@ def _presets(problem: Problem) -> str:
 
 
 def _policies(entries: list[PolicyEntry]) -> str:
-    lines = ["| Name | What it does | Knows beyond what it observes |", "|---|---|---|"]
-    for entry in entries:
-        summary = entry.summary or f"needs {entry.missing}"
-        lines.append(f"| `{entry.name}` | {summary} | {', '.join(entry.privileged) or '-'} |")
-    return "\n".join(lines)
+    rows = [
+        (f"`{each.name}`", each.summary or f"needs {each.missing}", ", ".join(each.privileged) or "-")
+        for each in entries
+    ]
+    return "\n".join(Table("", ("Name", "What it does", "Knows beyond what it observes"), rows).markdown())
 
 
 def _best(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterator[str]:

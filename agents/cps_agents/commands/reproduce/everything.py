@@ -9,6 +9,7 @@ import typer
 
 from cps_agents.commands.reproduce.showing import REGRESSION, AsJson, Jobs
 from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -43,7 +44,6 @@ def everything(
     values, which means that a simulation has changed.
     """
     from cps_agents.arena.store import Store
-    from cps_agents.console import make_table
     from cps_agents.errors import CommandError
     from cps_agents.files import write_json
     from cps_agents.locking import alone_in
@@ -66,8 +66,8 @@ def everything(
     if as_json:
         print_json(plain)
     else:
-        out().print(make_table("Verdicts by reading of the text", COUNTED, counted(found), left=3))
-        out().print(make_table("Claims whose verdict depends on the reading", DEPENDING, depending(found), left=3))
+        out().print(Table("Verdicts by reading of the text", COUNTED, counted(found), left=3))
+        out().print(Table("Claims whose verdict depends on the reading", DEPENDING, depending(found), left=3))
     err().print(
         f"Written: {', '.join(map(str, files))}; tables and numbers of each reading in {folder}", soft_wrap=True
     )

@@ -1,0 +1,152 @@
+"""The searches behind the numbers of shipped analytic policies: `search-string`, `search-feedback`, `search-switching`.
+
+Each file holds the result so far while the search goes on, so that an interrupted one is not lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from cps_agents.commands.options import Changes, Jobs, deliver
+from cps_agents.console import assignments
+
+File = Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")]
+Seed = Annotated[int, typer.Option(min=0, help="Of the search.")]
+PROBE = "Search what `probe` plays instead, twenty minutes of CPU time; of the options --ratio, --seed, --jobs, --out."
+AGAINST = "A defender, or all for the mean over those of chapter 5; may be repeated. Everything if left out."
+
+
+@contextmanager
+def _keeping(what: str, count: int, to: Path | None) -> Iterator[Callable[[int, str, dict[str, Any]], None]]:
+    """A progress bar over so many pieces; each report goes to the file, too."""
+    from cps_agents.files import write_json
+    from cps_agents.progress import Progress
+
+    with Progress(what, count) as progress:
+
+        def report(done: int, note: str, found: dict[str, Any]) -> None:
+            progress.update(done, note)
+            if to is not None and found.get("found", True):  # not before there is something
+                write_json(to, found)
+
+        yield report
+
+
+def search_string(
+    form: Annotated[str, typer.Option(help="warned, local or informed.")] = "warned",
+    trials: Annotated[int, typer.Option(min=1, help="Candidate policies.")] = 1400,
+    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 14,
+    seed: Seed = 0,
+    spread: Annotated[float, typer.Option(help="First deviation, in units of the search.")] = 0.4,
+    start: Annotated[Path | None, typer.Option(help="Start from this result, not by hand.")] = None,
+    settings: Changes = None,
+    to: File = None,
+) -> None:
+    """Find the numbers of the disbanding defender `string`; the result is JSON.
+
+    The file holds the result so far after every generation, so that an interrupted search is not lost.
+    """
+    from cps_baselines.disbanding.string_search import StringSearch, found_before, search_string
+    from cps_envs.core.documents import read_entry
+
+    overrides = assignments(settings or [])
+    search = StringSearch(form, trials=trials, population=population, seed=seed, spread=spread, overrides=overrides)
+    kind, remedy = "result of `cps-envs search-string`", "Name another one, or leave out --start."
+    begun = None if start is None else found_before(read_entry(start, kind, remedy))
+    with _keeping("trials", trials, to) as keep:
+        found = search_string(search, lambda done, best: keep(done, f"cost {best['cost']:.3f}", best), begun)
+    deliver(found, to, f"cost {found['cost']:.3f} after {trials} trials")
+
+
+def search_feedback(
+    trials: Annotated[int, typer.Option(min=1, help="Candidate policies.")] = 600,
+    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 20,
+    seed: Seed = 0,
+    to: File = None,
+) -> None:
+    """Find the coefficients of the disbanding defender `feedback`; the result is JSON.
+
+    The file holds the best coefficients so far after every generation, so that an interrupted search is not lost.
+    """
+    from cps_baselines.disbanding.feedback_search import FeedbackSearch, search_feedback
+
+    search = FeedbackSearch(trials=trials, population=population, seed=seed)
+    with _keeping("trials", trials, to) as keep:
+        found = search_feedback(search, lambda done, best: keep(done, f"best cost {best['cost']:.3f}", best))
+    deliver(found, to, f"cost {found['cost']:.3f} after {trials} trials")
+
+
+def search_switching(
+    against: Annotated[list[str] | None, typer.Option(help=AGAINST)] = None,
+    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. 1 and 1.3.")] = None,
+    generations: Annotated[int, typer.Option(min=1, help="Of each restart.")] = 30,
+    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 24,
+    restarts: Annotated[int, typer.Option(min=1, help="Independent runs, of which the best counts.")] = 2,
+    seed: Seed = 0,
+    jobs: Jobs = None,
+    to: File = None,
+    probe: Annotated[bool, typer.Option("--probe", help=PROBE)] = False,
+) -> None:
+    """Find the weights of the rogue attacker `switching` against each defender; the result is JSON.
+
+    What is found against all starts a run against each; where that is not asked for, the weights of the package do.
+    The file holds what has been found so far after every search, so that an interrupted run is not lost.
+    """
+    if probe:
+        _search_answers(ratio, seed, jobs, to)
+        return
+    from cps_agents.machine import available_cores
+    from cps_baselines.rogue.switching import shipped_weights
+    from cps_baselines.rogue.switching_search import ALL, DEFENDERS, RATIOS, SwitchingSearch, search_switching
+    from cps_baselines.workers import Workers
+
+    names, ratios = against or (ALL, *DEFENDERS), ratio or RATIOS
+    starts = {known: tuple(weights.tolist()) for known, weights in shipped_weights().items()}
+    found: dict[tuple[str, float], dict[str, Any]] = {}
+    count = len(names) * len(ratios)
+    with _keeping("searches", count, to) as keep, Workers(min(jobs or available_cores(), count)) as pool:
+        for stage in ([ALL] if ALL in names else [], [name for name in names if name != ALL]):
+            searches = [
+                SwitchingSearch(
+                    name,
+                    power_ratio,
+                    generations,
+                    population,
+                    restarts,
+                    start=() if name == ALL else starts.get((ALL, power_ratio), ()),
+                    seed=seed,
+                )
+                for name in stage
+                for power_ratio in ratios
+            ]
+            for search, result in pool.run(search_switching, searches):
+                found[search.against, search.power_ratio] = result
+                starts[search.against, search.power_ratio] = tuple(result["weights"])
+                note = f"{search.label}: {result['verified']:.1f} m/s"
+                keep(len(found), note, document(found, names, ratios))
+    deliver(document(found, names, ratios), to, f"{count} searches")
+
+
+def document(
+    found: Mapping[tuple[str, float], dict[str, Any]], names: Sequence[str], ratios: Sequence[float]
+) -> dict[str, Any]:
+    """What has been found so far, in the order of the request."""
+    return {"found": [found[name, ratio] for name in names for ratio in ratios if (name, ratio) in found]}
+
+
+def _search_answers(ratio: list[float] | None, seed: int, jobs: int | None, to: Path | None) -> None:
+    from cps_agents.machine import available_cores
+    from cps_baselines.rogue.probing_search import RATIOS, ProbingSearch, search_answers
+    from cps_baselines.rogue.switching_search import DEFENDERS
+    from cps_baselines.workers import Workers
+
+    ratios = sorted(ratio or RATIOS)
+    count = 2 * len(ratios) * len(DEFENDERS)
+    with _keeping("searches", count, to) as keep, Workers(min(jobs or available_cores(), count)) as pool:
+        found = search_answers(ratios, ProbingSearch(seed=seed), pool, keep)
+    deliver(found, to, f"{count} searches")
