@@ -145,6 +145,24 @@ def test_pairs_that_cannot_play_do_not_stop_the_others(tmp_path: Path, monkeypat
     assert all("return" in row[0]["metrics"] for row in board["cells"])
 
 
+def test_a_league_and_a_chapter_write_the_same_page(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib", reason="needs the extra baselines")
+    pair = ("--attackers", "square", "--defenders", "pd", "--episodes", "2", "--jobs", "1")
+    places = ("--out", str(tmp_path / "league"), "--meetings", str(tmp_path / "kept"), "--html", str(tmp_path / "page"))
+    league = CliRunner().invoke(app, ["league", "rogue", *VENUE, *pair, *places])
+    assert league.exit_code == 0, league.output
+    (board,) = content_of(tmp_path / "page" / "index.html")["boards"]
+    (take,) = board["cells"][0][0]["takes"]
+    assert (tmp_path / "page" / "episodes" / f"{take['key']}.js").is_file()
+    assert board["value"] is not None
+    chapter = CliRunner().invoke(
+        app, ["reproduce", "testbed", "--quick", "--jobs", "1", "--html", str(tmp_path / "ch")]
+    )
+    assert chapter.exit_code == 0, chapter.output
+    sheets = content_of(tmp_path / "ch" / "index.html")["sheets"]
+    assert all(len(row) == len(sheet["headings"]) for sheet in sheets for row in sheet["rows"])
+
+
 def test_what_cannot_be_shown_is_told_in_a_sentence(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("")

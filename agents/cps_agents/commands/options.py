@@ -16,6 +16,7 @@ FRESH = "Play again what was played before."
 Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help=FRESH)]
 AsJson = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+Html = Annotated[Path | None, typer.Option(metavar="DIR", help="Write a page for the browser there, too.")]
 Changes = Annotated[
     list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
 ]

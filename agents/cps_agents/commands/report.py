@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cps_agents.commands.league import MOST, NAMES
-from cps_agents.commands.options import MEETINGS, Fresh, Jobs, Meetings
+from cps_agents.commands.options import MEETINGS, Changes, Fresh, Jobs, Meetings
 from cps_agents.console import assignments, err
 
 if TYPE_CHECKING:
@@ -25,9 +25,7 @@ def report(
     attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
     defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
-    ] = None,
+    overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...")] = 10,
     replays: Annotated[int, typer.Option(min=0, help="Episodes of each pair that can be watched.")] = 1,
     runs: Annotated[

@@ -72,6 +72,13 @@ class Board:
         }
 
 
+def board_of(league: League, store: Store) -> Board:
+    """The board of a league that has been played, with all metrics that `store` has of its meetings."""
+    board = Board(league.plan, league.attackers, league.defenders, league.left_out, {}, league=league)
+    kept = {pair: result for pair in board.pairs if (result := _kept(board, store, pair)) is not None}
+    return replace(board, results=kept)
+
+
 def kept_board(plan: Plan, store: Store) -> Board:
     """What is there of a league that was interrupted; nothing is played.
 
