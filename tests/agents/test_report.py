@@ -6,9 +6,11 @@ import base64
 import gzip
 import json
 import re
+import threading
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import pytest
 from typer.testing import CliRunner
@@ -19,6 +21,7 @@ from cps_agents.report import pairs
 from cps_agents.report.board import telling
 from cps_agents.report.reel import reel_of
 from cps_agents.report.replay import MOST_FRAMES, Take, record
+from cps_agents.report.server import serve
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.picture.recording import Recorder
@@ -197,6 +200,30 @@ def test_learning_curves_and_the_paper_stand_beside_the_matrix(tmp_path: Path) -
     assert (curve["steps"][0], curve["steps"][-1]) == (0.0, 512.0 * 499)
     assert len(curve["steps"]) <= 202
     assert sheet["rows"] == [["A </script>", "1.0", "1.1"]]
+
+
+def test_serving_tells_the_address_even_without_a_browser(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found, readers = [], []
+
+    def look(address: str) -> bool:
+        readers.append(threading.Thread(target=lambda: found.append(urlopen(f"{address}index.html").read())))
+        readers[0].start()
+        return False
+
+    def answer_one(server: Any) -> None:
+        server.handle_request()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("webbrowser.open", look)
+    monkeypatch.setattr("cps_agents.report.server.ThreadingHTTPServer.serve_forever", answer_one)
+    serve(folder)
+    readers[0].join(10.0)
+    said = capsys.readouterr().err
+    assert found == [(folder / "index.html").read_bytes()]
+    assert "No browser was found" in said
+    assert "http://127.0.0.1:" in said
 
 
 def test_the_telling_episodes_are_the_median_and_the_extremes() -> None:

@@ -157,7 +157,7 @@ def _value(league: League | None) -> dict[str, float | None] | None:
 
 
 def _players(board: Board, role: Role, shares: Mapping[str, float]) -> list[dict[str, Any]]:
-    about = {entry.name: entry.summary for entry in policies(board.problem, role)}
+    about = {entry.name: entry.summary.replace("`", "") for entry in policies(board.problem, role)}
     return [
         {
             "name": each.name,
