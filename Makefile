@@ -16,14 +16,15 @@ endif
 
 INSTALL := $(BIN)/python -m pip install --no-input --disable-pip-version-check --constraint constraints.txt
 
-# Stamps of what the environment holds. `all` includes `light`; both are renewed when their inputs change.
+# Stamps of what the environment holds. `all` includes `light`, `browser` includes both; all are renewed when their inputs change.
 LIGHT := $(VENV)/.installed-light
 ALL := $(VENV)/.installed-all
+BROWSER := $(VENV)/.installed-browser
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow train results lint style types bench peers reliability pages docs clean clean-cache
+.PHONY: help setup benchmark test test-slow test-browser screenshots demo train results lint style types bench peers reliability pages docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -39,6 +40,15 @@ test: $(ALL) ## run the tests
 
 test-slow: $(ALL) ## run only the tests marked slow
 	$(BIN)/python -m pytest -m slow $(ARGS)
+
+test-browser: $(BROWSER) ## drive Chromium through a report; needs chromium on this machine
+	$(BIN)/python -m pytest -m browser $(ARGS)
+
+screenshots: $(BROWSER) demo ## pictures of the report for the site, into docs/images
+	$(BIN)/python -m cps_agents.site.screenshots build/extra/demo/index.html rogue docs/images
+
+demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
+	$(BIN)/cps-envs report --quick --out build/extra/demo
 
 train: $(ALL) ## train every shipped policy anew, five seeds each, and put it into the zoo (hours; goes on where it stopped)
 	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/cps_agents/zoo/policies --resume $(ARGS)
@@ -67,7 +77,7 @@ reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes 
 pages: $(LIGHT) ## write the generated pages of docs/ anew
 	$(BIN)/python -m cps_agents.docs
 
-docs: $(ALL) ## build the site, into build/site
+docs: $(ALL) demo ## build the site, into build/site
 	$(BIN)/python -m cps_agents.docs
 	$(BIN)/python -m sphinx -W --keep-going -b html docs build/site
 	@echo "Open build/site/index.html"
@@ -89,3 +99,7 @@ $(ALL): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
 	$(INSTALL) --upgrade "pip>=25.1"
 	$(INSTALL) --editable ".[all]" --group dev
 	@touch $(LIGHT) $@
+
+$(BROWSER): $(ALL)
+	$(INSTALL) --group browser
+	@touch $@

@@ -26,6 +26,7 @@ from cps_envs.core.forms import declare
 from cps_envs.core.game import Game
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, pack, records, unpack, view
 from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.problem import Problem
@@ -196,21 +197,23 @@ class TankGame(Game):
         return np.array([tanks.level[b], tanks.estimate[b], tanks.set_point[b], self.config.height_m])
 
 
-class Viewer:
+class Viewer(CanvasViewer):
     """The tank, its set-point in green and what the observer believes in red."""
 
-    def __init__(self, config: TankConfig) -> None:
-        self.canvas = Canvas(240, 240)
+    size = (240, 240)
 
-    def frame(self, scene: FloatArray) -> Array:
-        """A picture, uint8 (H, W, 3)."""
+    def __init__(self, config: TankConfig, canvas: Canvas | None = None) -> None:
+        super().__init__(canvas)
+
+    def draw(self, scene: FloatArray) -> None:
+        """Draw a scene on the canvas."""
+        canvas = self._canvas
         level, estimate, set_point, height = (200 * scene / scene[-1]).tolist()
-        self.canvas.fill((250, 250, 250))
-        self.canvas.box((60, 220 - level, 120, level), (96, 160, 224))
-        self.canvas.box((60, 220 - height, 120, height), (60, 60, 60), border=2)
+        canvas.fill((250, 250, 250))
+        canvas.box((60, 220 - level, 120, level), (96, 160, 224))
+        canvas.box((60, 220 - height, 120, height), (60, 60, 60), border=2)
         for mark, color in ((set_point, (40, 140, 60)), (estimate, (210, 40, 40))):
-            self.canvas.box((50, 220 - mark, 140, 2), color)
-        return self.canvas.pixels()
+            canvas.box((50, 220 - mark, 140, 2), color)
 
 
 class Bias(AnalyticPolicy):

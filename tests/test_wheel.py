@@ -30,7 +30,7 @@ def test_everything_that_is_read_at_run_time_is_shipped(wheel: ZipFile) -> None:
     folders = (ROOT, ROOT / "agents", ROOT / "baselines")
     for folder in folders:
         for package in PACKAGES:
-            for suffix in (".py", ".json", ".csv", ".safetensors", ".typed"):
+            for suffix in (".py", ".json", ".csv", ".safetensors", ".typed", ".html", ".css", ".js"):
                 found = {file.relative_to(folder).as_posix() for file in (folder / package).rglob(f"*{suffix}")}
                 assert {name for name in found if "/." not in name} <= shipped
     assert {Path(name).suffix for name in shipped}.isdisjoint({".nbi", ".nbc", ".pyc"})

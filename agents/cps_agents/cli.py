@@ -24,6 +24,7 @@ from cps_agents.commands.list import list_everything
 from cps_agents.commands.oracle import oracle
 from cps_agents.commands.play import play
 from cps_agents.commands.reliability import reliability
+from cps_agents.commands.report import report
 from cps_agents.commands.reproduce.app import app as reproduce
 from cps_agents.commands.searches import search_feedback, search_string, search_switching
 from cps_agents.commands.self_play import self_play
@@ -142,6 +143,7 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
         "evaluate": evaluate,
         "benchmark": benchmark,
         "league": league,
+        "report": report,
         "contest": contest,
         "coverage": coverage,
     },

@@ -1,4 +1,4 @@
-"""Showing an episode: on the screen, as a film (MP4, GIF) or as a picture (PNG)."""
+"""Showing an episode: on the screen, as a film (MP4, GIF) or as a picture (PNG, SVG)."""
 
 from __future__ import annotations
 
@@ -11,16 +11,19 @@ from typing import Any
 import numpy as np
 
 from cps_agents.errors import CommandError
-from cps_agents.files import replacing
+from cps_agents.files import replacing, write_text
 from cps_envs.core.errors import near, require
 from cps_envs.core.game import Game
 from cps_envs.core.match import Match
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, Renderer
+from cps_envs.core.picture.svg import to_svg
+from cps_envs.core.picture.viewer import recording_viewer
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import Array, FloatArray
 
 SCREEN = "human"
-SUFFIXES = (".mp4", ".gif", ".png")
+PICTURES = (".png", ".svg")
+SUFFIXES = (".mp4", ".gif", *PICTURES)
 SPEED = 10.0  # game seconds per second of film
 GIF_FRAMES, GIF_COLOURS = 100, 64  # at most, so that it fits into a page
 Shoot = Callable[[Array], None]
@@ -47,8 +50,8 @@ class Film:
         for name, value in (("--fps", self.fps), ("--speed", self.speed)):
             if value is not None and not 0 < value < np.inf:
                 raise CommandError(f"{name} {value:g} must be above 0")
-        if self.at_s is not None and self.suffix != ".png":
-            raise CommandError("--at chooses the moment of a picture: use it with --render FILE.png")
+        if self.at_s is not None and self.suffix not in PICTURES:
+            raise CommandError("--at chooses the moment of a picture: use it with --render FILE.png or FILE.svg")
 
     @property
     def suffix(self) -> str:
@@ -57,7 +60,7 @@ class Film:
 
     def stops(self, game: Game) -> list[int]:
         """The game steps at which a frame is taken."""
-        if self.suffix == ".png":
+        if self.suffix in PICTURES:
             wanted = game.horizon if self.at_s is None else round(self.at_s / game.step_s)
             if not 0 <= wanted <= game.horizon:
                 raise CommandError(f"--at {self.at_s:g}: the episode lasts from 0 to {game.horizon * game.step_s:g} s")
@@ -68,17 +71,29 @@ class Film:
             stride = max(stride, game.horizon / (GIF_FRAMES - 1))
         return [*np.unique(np.arange(0, game.horizon, stride).round().astype(int)).tolist(), game.horizon]
 
-    def camera(self, renderer: Renderer) -> AbstractContextManager[Callable[[], None]]:
-        """A function that takes a frame of the first environment, as long as the context is open."""
-        return _screen(renderer) if self.target == SCREEN else _recorder(self, renderer)
+    def camera(self, problem: Problem, game: Game) -> Camera:
+        """What draws the first environment of a game, and shoots frames of it as long as `shooting` is open."""
+        if self.suffix == ".svg":
+            return _drawing(self, problem, game)
+        renderer = Renderer(problem, game)
+        return Camera(renderer, _screen(renderer) if self.target == SCREEN else _recorder(self, renderer))
+
+
+@dataclass(frozen=True)
+class Camera:
+    """What draws, and a function that takes a frame."""
+
+    renderer: Renderer
+    shooting: AbstractContextManager[Callable[[], None]]
 
 
 def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int, int], None]) -> FloatArray:
     """Play a match that has been reset to its end, showing its first environment; returns the payoff (B,)."""
     game, stops = match.game, film.stops(match.game)
-    payoff, now, running, renderer = np.zeros(game.num_envs), 0, True, Renderer(problem, game)
+    payoff, now, running, camera = np.zeros(game.num_envs), 0, True, film.camera(problem, game)
+    renderer = camera.renderer
     with ExitStack() as stack:
-        shoot = stack.enter_context(film.camera(renderer))
+        shoot = stack.enter_context(camera.shooting)
         for place, stop in enumerate([*stops, game.horizon]):
             watched = place < len(stops) and renderer.remembers
             while stop > now and not game.terminated.all():
@@ -89,7 +104,7 @@ def play_shown(match: Match, film: Film, problem: Problem, report: Callable[[int
                 now += stride
             if running and place < len(stops):
                 shoot()
-                running = film.suffix == ".png" or not game.terminated[0]
+                running = film.suffix in PICTURES or not game.terminated[0]
             report(min(place + 1, len(stops)), len(stops))
     return payoff
 
@@ -108,6 +123,20 @@ def _screen(renderer: Renderer) -> Iterator[Callable[[], None]]:
         yield shoot
     finally:
         renderer.close()
+
+
+def _drawing(film: Film, problem: Problem, game: Game) -> Camera:
+    found = recording_viewer(problem, game.config)
+    if found is None:
+        raise CommandError(f"the viewer of {problem.name!r} draws pixels only: use --render FILE.png")
+    viewer, recorder = found
+    renderer = Renderer(problem, game, viewer)
+
+    def shoot() -> None:
+        renderer.draw()
+        write_text(Path(film.target), to_svg(recorder, f"An episode of {problem.name}"))
+
+    return Camera(renderer, nullcontext(shoot))
 
 
 @contextmanager

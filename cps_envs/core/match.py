@@ -73,6 +73,18 @@ class Match:
             self._held[role] = self._held[role].take(parents, 0)
             self._fresh[role] = self._fresh[role].take(parents)
 
+    def action(self, role: Role) -> Array:
+        """The action (B, ...) of a player that is in force; the neutral one before its first decision."""
+        return self._held.get(role, repeat(self.game.neutral_action[role], self.game.num_envs))
+
+    def beliefs(self, role: Role) -> dict[str, Array]:
+        """What a player tells of its beliefs after its last decision, by name, each (B, ...); empty if it tells none.
+
+        A policy tells by a method `beliefs(state)`; `state` is what its `predict` returned.
+        """
+        tell, state = getattr(self.players.get(role), "beliefs", None), self._states.get(role)
+        return {} if tell is None or state is None else dict(tell(state))
+
     def step(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         """Move the marked environments by `num_steps` game steps; returns the attacker's payoff (B,)."""
         if not self.players:

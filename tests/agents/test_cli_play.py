@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -91,6 +93,17 @@ def test_pictures_are_of_the_chosen_moment(tmp_path: Path) -> None:
     play("--render", str(tmp_path / "end.PNG"))
     assert not np.array_equal(*pictures)
     assert np.array_equal(pictures[1], imageio.imread(tmp_path / "end.PNG"))
+
+
+def test_a_picture_as_svg_needs_no_pygame(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pygame", None)
+    pictures = []
+    for moment in ("0", "5"):
+        file = tmp_path / f"at_{moment}.svg"
+        play("--render", str(file), "--at", moment)
+        pictures.append(ElementTree.parse(file).getroot())
+    assert [picture.get("viewBox") for picture in pictures] == ["0 0 960 540"] * 2
+    assert "5.0 s" in [text.text for text in pictures[1].iter("{http://www.w3.org/2000/svg}text")]
 
 
 @pytest.mark.parametrize("kind", ["gif", "mp4"])

@@ -16,14 +16,15 @@ from typer.testing import CliRunner
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from cps_agents.arena.admission import contestants, short_name, usual
+from cps_agents.arena.admission import Application, admit, contestants, short_name, usual
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.league.league import League, Plan, play_league
+from cps_agents.league.meetings import has_played
 from cps_agents.league.standing import standings, strategies
-from cps_baselines.arena import Venue
+from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from tests.agents.trained import save_tiny
@@ -100,6 +101,12 @@ def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
     assert "could not be built" in reasons["random?chance=1"]
     assert "impossible actions" in reasons["tests.agents.players:Constant?value=0.5"]
     assert found.attackers[0].overrides == {"attack_action": "share"}
+
+
+def test_a_form_that_makes_no_configuration_is_refused(tmp_path: Path) -> None:
+    odd, rival = Contestant("odd", "square", overrides={"duration_s": -1.0}), Contestant("pd", "pd")
+    assert "duration_s" in admit(VENUE, Application("attacker", odd)).refusal
+    assert not has_played(VENUE, "attacker", odd, [rival], range(2), Store(tmp_path))
 
 
 def test_oracles_have_to_be_asked_for(tmp_path: Path) -> None:

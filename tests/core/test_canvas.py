@@ -5,6 +5,7 @@ import pytest
 
 from cps_envs.core.picture.canvas import Canvas, Point
 from cps_envs.core.picture.palette import PAGE, WHITE, color_scale, darker
+from cps_envs.core.picture.pixels import PixelCanvas
 from cps_envs.core.types import FloatArray
 
 pytest.importorskip("pygame")
@@ -14,7 +15,7 @@ SIZE = (60, 40)
 
 
 def blank() -> Canvas:
-    canvas = Canvas(*SIZE)
+    canvas = PixelCanvas(*SIZE)
     canvas.fill(WHITE)
     return canvas
 

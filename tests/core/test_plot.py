@@ -7,6 +7,7 @@ from cps_envs.core.picture.bars import draw_bar
 from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.frame import draw_cards, draw_event, draw_header
 from cps_envs.core.picture.palette import WHITE, tint
+from cps_envs.core.picture.pixels import PixelCanvas
 from cps_envs.core.picture.plot import ROOM, Plot, draw_curve, draw_dots, draw_panel, rounded_up
 
 pytest.importorskip("pygame")
@@ -16,7 +17,7 @@ INK = (20, 40, 60)
 
 
 def blank() -> Canvas:
-    canvas = Canvas(100, 60)
+    canvas = PixelCanvas(100, 60)
     canvas.fill(WHITE)
     return canvas
 
@@ -57,7 +58,7 @@ def test_a_logarithmic_panel() -> None:
     assert plot.marks() == [1e-2, 1.0, 1e2, 1e4]
     assert (plot.y(1e-2), plot.y(0.0), plot.y(10.0), plot.y(1e6)) == (70.0, 70.0, 42.0, 14.0)
     assert [plot.shows(value) for value in (0.0, 0.009, 0.01, 1e4, 1.1e4)] == [False, False, True, True, False]
-    canvas = Canvas(140, 90)
+    canvas = PixelCanvas(140, 90)
     canvas.fill(WHITE)
     draw_panel(canvas, plot)
     draw_dots(canvas, plot.points(np.array([20.0, 40.0]), np.array([10.0, 1e4])), INK)
@@ -91,7 +92,7 @@ def test_a_curve_needs_two_points() -> None:
 def test_a_long_subtitle_leaves_the_time_alone() -> None:
     pictures = []
     for subtitle in ("short", "very long " * 30):
-        canvas = Canvas(960, 540)
+        canvas = PixelCanvas(960, 540)
         canvas.fill(WHITE)
         draw_header(canvas, "Title", subtitle, 12.5, 100.0)
         pictures.append(canvas.pixels())
@@ -100,7 +101,7 @@ def test_a_long_subtitle_leaves_the_time_alone() -> None:
 
 
 def test_events_and_cards_are_drawn_where_they_belong() -> None:
-    canvas = Canvas(960, 540)
+    canvas = PixelCanvas(960, 540)
     canvas.fill(WHITE)
     draw_event(canvas, 0.5, INK)
     columns = np.nonzero((canvas.pixels() != WHITE).any(axis=2))[1]

@@ -5,6 +5,7 @@ import pytest
 
 from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.palette import WHITE, darker
+from cps_envs.core.picture.pixels import PixelCanvas
 from cps_envs.core.picture.vehicle import ASPHALT, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import Array
 
@@ -15,7 +16,7 @@ SIZE, AT = (40, 16), (10.0, 12.0)
 
 
 def road() -> Canvas:
-    canvas = Canvas(60, 40)
+    canvas = PixelCanvas(60, 40)
     canvas.fill(ASPHALT)
     return canvas
 

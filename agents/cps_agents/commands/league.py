@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Jobs, Meetings, conclude
+from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Html, Jobs, Meetings, conclude
 from cps_agents.console import assignments, out, print_json
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ def league(
     ] = 50,
     metric: Annotated[str, typer.Option(help="Pay this metric; `return` is the attacker's payoff.")] = "return",
     folder: Annotated[Path, typer.Option("--out", help="Write files to this folder.")] = Path("league"),
+    html: Html = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     fresh: Fresh = False,
@@ -63,9 +64,11 @@ def league(
     plan = Plan(venue, {"attacker": attackers or [], "defender": defenders or []}, episodes, metric, oracles)
     started = time.monotonic()
     with alone_in(folder):
-        found = _play(plan, Store(meetings, fresh=fresh), jobs or available_cores())
+        store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
+        found = _play(plan, store, cores)
         wall_s = time.monotonic() - started
         files = _write(found, document(found, describe(), wall_s), folder)
+        files += [] if html is None else [_page(found, store, cores, html)]
     if as_json:
         print_json(document(found, describe(), wall_s))
     else:
@@ -91,6 +94,15 @@ def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
     write_text(files[1], rows_as_csv(found))
     write_figure(files[2], draw(found))
     return files
+
+
+def _page(found: League, store: Store, cores: int, folder: Path) -> Path:
+    from cps_agents.progress import Progress
+    from cps_agents.report.board import board_of
+    from cps_agents.report.report import Report, write_report
+
+    with Progress("episodes to watch", 1) as progress:
+        return write_report(Report([board_of(found, store)]), folder, cores, progress.report)
 
 
 def _show(found: League) -> None:

@@ -126,14 +126,14 @@ def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Co
         id(application): admission for application, admission in pool.run(partial(admit, plan.venue), applications)
     }
     for application in applications:
-        if reason := _reason(plan, application, found[id(application)]):
+        if reason := reason_against(plan, application, found[id(application)]):
             left_out.append(LeftOut(application.role, application.contestant.reference, reason))
         else:
             present[application.role].append(application.contestant)
     return present, left_out
 
 
-def _reason(plan: Plan, application: Application, admission: Admission) -> str:
+def reason_against(plan: Plan, application: Application, admission: Admission) -> str:
     """Why an application is left out; empty if it plays."""
     if application.contestant.reference in (plan.references.get(application.role) or ()):  # asked for by its name
         check_known(application, admission)

@@ -98,6 +98,11 @@ class Bank(AnalyticPolicy):
         _judge(self._filters, self.config.horizon, seen.observation, predictions, sums, actions)
         return actions, (predictions, sums)
 
+    def beliefs(self, state: State) -> dict[str, Array]:
+        """The largest sum of each filter: how much it doubts what it hears."""
+        assert state is not None
+        return {"Largest sum of each filter": state[1].max(axis=(2, 3))}
+
 
 @lru_cache(maxsize=8)
 def filters_of(config: FdiConfig) -> tuple[BoolArray, FloatArray, FloatArray]:

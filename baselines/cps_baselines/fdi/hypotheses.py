@@ -119,6 +119,11 @@ class Hypotheses(AnalyticPolicy):
         _judge(self._filters, weights, seen.observation, estimates, odds, follows, actions)
         return actions, (estimates, odds, follows)
 
+    def beliefs(self, state: State) -> dict[str, Array]:
+        """Log-odds of each hypothesis against its rivals, and the hypothesis that is followed."""
+        assert state is not None
+        return {"Hypothesis followed": state[2], "Log-odds of the hypotheses": state[1]}
+
 
 def _filters(spec: RoleSpec) -> Any:
     """The `Filters` of a role's configuration, held for the kernel."""

@@ -69,6 +69,12 @@ class Bayes(AnalyticPolicy):
             choose(seen["estimate"][:, 1:], estimates, weights, self._tables.too_cold[rows], choice)
         return np.where(ready, 1 + choice, self._unready), (estimates, weights, rows)
 
+    def beliefs(self, state: State) -> dict[str, Array]:
+        """The probability of each hypothesis; the first one is that nobody lies."""
+        assert state is not None
+        likely = np.exp(state[1] - state[1].max(axis=1, keepdims=True))
+        return {"Probability of each set of liars (first: nobody)": likely / likely.sum(axis=1, keepdims=True)}
+
 
 def _check(beliefs: Beliefs) -> None:
     if not (min(beliefs) > 0 and np.isfinite(beliefs).all()):

@@ -71,3 +71,8 @@ class Cusum(AnalyticPolicy):
         up, down = np.where(fresh, 0.0, up), np.where(fresh, 0.0, down)
         choice = self._filters.choices(self._filters.index_of(trusted), seen)
         return choice, (up, down, trusted, quiet, spread)
+
+    def beliefs(self, state: State) -> dict[str, Array]:
+        """The larger sum of each sensor, and whether it is trusted."""
+        assert state is not None
+        return {"Sum of each sensor": np.maximum(state[0], state[1]), "Sensor trusted": state[2]}

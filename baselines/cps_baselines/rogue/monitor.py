@@ -101,6 +101,11 @@ class Monitor(AnalyticPolicy):
         _watch(*shown, self._knobs, self._rules, self._engine, self.divisions, sums, suspects, strengths, actions)
         return actions, (sums, suspects, strengths)
 
+    def beliefs(self, state: State) -> dict[str, Array]:
+        """Disobedience of each vehicle, m/s, and the number of the suspect, 0 for nobody."""
+        assert state is not None
+        return {"Disobedience (m/s)": state[0], "Suspect (0: nobody)": state[1] - NOBODY}
+
 
 def _knobs(*numbers: float | FloatArray) -> Array:
     """`Knobs` of numbers, each one or (B,), as records (1,) or (B,)."""

@@ -26,11 +26,14 @@ def check_render_mode(mode: str | None) -> None:
 
 
 class Renderer:
-    """Draws environments of a game with its problem's viewer, which is made when the first frame is asked for."""
+    """Draws environments of a game with its problem's viewer, which is made when the first frame is asked for.
 
-    def __init__(self, problem: Problem, game: Game) -> None:
+    Another `viewer` may be given, such as one that records.
+    """
+
+    def __init__(self, problem: Problem, game: Game, viewer: Any = None) -> None:
         self._problem, self._game = problem, game
-        self._viewer: Any = None
+        self._viewer = viewer
         self._window: Window | None = None
 
     @property
@@ -48,6 +51,10 @@ class Renderer:
     def watch(self, b: int = 0) -> None:
         """Show a moment to a viewer that remembers, without drawing it."""
         self.viewer.watch(self._game.scene(b))
+
+    def draw(self, b: int = 0) -> None:
+        """Draw an environment on the canvas of a `CanvasViewer`."""
+        self.viewer.draw(self._game.scene(b))
 
     def frame(self, b: int = 0) -> Array:
         """The picture of an environment as uint8 (H, W, 3)."""

@@ -7,7 +7,7 @@ import numpy as np
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
 from cps_envs.core.picture.palette import MUTED, PAGE
-from cps_envs.core.types import Array
+from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.picture.convoy import VEHICLE_M, lay_out
 from cps_envs.disbanding.picture.palette import DISBANDED, SPEED_SCALE
@@ -27,19 +27,19 @@ CARDS = (
 )
 
 
-class Viewer:
+class Viewer(CanvasViewer):
     """Draws scenes of one configuration, always the same pixels for the same scene.
 
     Raises:
-        MissingExtraError: pygame is not installed.
+        MissingExtraError: no canvas is given, and pygame is not installed.
     """
 
-    def __init__(self, config: DisbandingConfig) -> None:
+    def __init__(self, config: DisbandingConfig, canvas: Canvas | None = None) -> None:
+        super().__init__(canvas)
         self._config = config
-        self._canvas = Canvas(WIDTH, HEIGHT)
 
-    def frame(self, scene: Scene) -> Array:
-        """The picture of a scene, uint8 (H, W, 3)."""
+    def draw(self, scene: Scene) -> None:
+        """Draw a scene on the canvas."""
         canvas, convoy = self._canvas, lay_out(scene, self._config)
         road = min(ROAD_HEIGHT, TALLEST_ROW * convoy.rows)
         canvas.fill(PAGE)
@@ -50,7 +50,6 @@ class Viewer:
         canvas.text(CAPTION if scene.warned is None else BELIEFS, (MARGIN, top - 10), MUTED, 16)
         draw_legend(canvas, WIDTH - MARGIN, top - 10)
         draw_road(canvas, convoy, (MARGIN, top, INNER, road))
-        return canvas.pixels()
 
 
 def draw_progress(canvas: Canvas, scene: Scene) -> None:

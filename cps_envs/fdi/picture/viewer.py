@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_header
+from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, draw_cards, draw_header
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, tint
 from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
-from cps_envs.core.types import Array
+from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.picture.history import History, Peaks
 from cps_envs.fdi.picture.outcome import certificate_of, is_certified, outcome_of, task_of
@@ -35,24 +35,24 @@ CARDS = (
 )
 
 
-class Viewer:
+class Viewer(CanvasViewer):
     """Draws scenes of one configuration; curves hold the moments of the same episode that it has seen before.
 
     Raises:
-        MissingExtraError: pygame is not installed.
+        MissingExtraError: no canvas is given, and pygame is not installed.
     """
 
-    def __init__(self, config: FdiConfig) -> None:
+    def __init__(self, config: FdiConfig, canvas: Canvas | None = None) -> None:
+        super().__init__(canvas)
         self._config = config
-        self._canvas = Canvas(WIDTH, HEIGHT)
         self._history = History()
 
     def watch(self, scene: Scene) -> None:
         """Take a moment in without drawing it, so that later curves hold it."""
         self._history.add(with_illegal_readings(scene), self._config.dt_s)
 
-    def frame(self, scene: Scene) -> Array:
-        """The picture of a scene, uint8 (H, W, 3)."""
+    def draw(self, scene: Scene) -> None:
+        """Draw a scene on the canvas."""
         self.watch(scene)
         canvas, shown = self._canvas, with_illegal_readings(scene)
         canvas.fill(PAGE)
@@ -61,7 +61,6 @@ class Viewer:
         draw_caption(canvas, shown, self._config)
         draw_road(canvas, shown, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
         self._draw_plots(shown)
-        return canvas.pixels()
 
     def _draw_plots(self, scene: Scene) -> None:
         canvas, config, rows, peaks = self._canvas, self._config, self._history.rows(), self._history.peaks

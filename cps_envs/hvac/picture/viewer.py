@@ -10,7 +10,8 @@ from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, PANEL, WHITE
 from cps_envs.core.picture.plot import AXIS, Plot, rounded_up
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.picture.viewer import CanvasViewer
+from cps_envs.core.types import FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import Belief, belief_of, clock
 from cps_envs.hvac.picture.history import FLAWED_HIGH, INTACT_HIGH, MOST_POINTS, row_of
@@ -34,16 +35,16 @@ CARDS = (("A_impact so far", "a_impact", "{:.2f} C²"), ("Mean error", "mean_abs
 ENERGY = (("Energy", "energy_kwh", "{:.2f} kWh"),)
 
 
-class Viewer:
+class Viewer(CanvasViewer):
     """Draws scenes of one configuration; curves hold the frames of the same episode that it has drawn before.
 
     Raises:
-        MissingExtraError: pygame is not installed.
+        MissingExtraError: no canvas is given, and pygame is not installed.
     """
 
-    def __init__(self, config: HvacConfig) -> None:
+    def __init__(self, config: HvacConfig, canvas: Canvas | None = None) -> None:
+        super().__init__(canvas)
         self._config = config
-        self._canvas = Canvas(WIDTH, HEIGHT)
         self._member = membership(config)
         self._history = History(MOST_POINTS)
         self._house = House(config, HOUSE)
@@ -52,8 +53,8 @@ class Viewer:
         """Take a moment in without drawing it, so that later curves hold it."""
         self._history.add(scene.episode, (scene.step,), row_of(scene, self._member))
 
-    def frame(self, scene: Scene) -> Array:
-        """The picture of a scene, uint8 (H, W, 3)."""
+    def draw(self, scene: Scene) -> None:
+        """Draw a scene on the canvas."""
         self.watch(scene)
         canvas, config = self._canvas, self._config
         belief = belief_of(scene, config, self._member)
@@ -63,7 +64,6 @@ class Viewer:
         draw_caption(canvas, belief)
         self._house.draw(canvas, scene, belief)
         self._draw_plots(scene)
-        return canvas.pixels()
 
     def _draw_plots(self, scene: Scene) -> None:
         canvas, config, rows = self._canvas, self._config, self._history.rows()

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
+from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, Color
 from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
 from cps_envs.core.picture.vehicle import ASPHALT
-from cps_envs.core.types import Array, BoolArray
+from cps_envs.core.picture.viewer import CanvasViewer
+from cps_envs.core.types import BoolArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.picture.bars import draw_damage, draw_detectors, draw_gaps, draw_numbers
@@ -32,24 +33,24 @@ CONTACTS = {"pass": "vehicles pass through one another", "solid": "vehicles are 
 CAPTION = "Gaps to scale; lines show whom a vehicle follows"
 
 
-class Viewer:
+class Viewer(CanvasViewer):
     """Draws scenes of one configuration; curves hold the moments of the same episode that it has seen before.
 
     Raises:
-        MissingExtraError: pygame is not installed.
+        MissingExtraError: no canvas is given, and pygame is not installed.
     """
 
-    def __init__(self, config: RogueConfig) -> None:
+    def __init__(self, config: RogueConfig, canvas: Canvas | None = None) -> None:
+        super().__init__(canvas)
         self._config = config
-        self._canvas = Canvas(WIDTH, HEIGHT)
         self._recording = Recording()
 
     def watch(self, scene: Scene) -> None:
         """Take a moment in without drawing it, so that later curves hold it."""
         self._recording.add(scene)
 
-    def frame(self, scene: Scene) -> Array:
-        """The picture of a scene, uint8 (H, W, 3)."""
+    def draw(self, scene: Scene) -> None:
+        """Draw a scene on the canvas."""
         self.watch(scene)
         canvas = self._canvas
         struck = scene.touching | self._recording.damaged_since(scene.time_s - STRUCK_S)
@@ -61,7 +62,6 @@ class Viewer:
         draw_road(canvas, scene, struck, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
         draw_overview(canvas, scene, (MARGIN, OVERVIEW_TOP, INNER, OVERVIEW_HEIGHT))
         draw_plots(canvas, scene, self._recording.traces())
-        return canvas.pixels()
 
 
 def draw_plots(canvas: Canvas, scene: Scene, traces: Traces) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.frame import HEIGHT, INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
+from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
 from cps_envs.core.picture.palette import PAGE
 from cps_envs.core.picture.plot import AXIS, Plot
-from cps_envs.core.types import Array
+from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.disbanding.picture.palette import DISBANDED
 from cps_envs.testbed.config import RobotConfig
 from cps_envs.testbed.picture.curves import WIDEST_M, draw_gaps, draw_speeds
@@ -20,24 +20,24 @@ CENTER, RADIUS = (230.0, 316.0), 178.0  # of the circle, pixels
 PLOTS_LEFT, PLOTS_TOP, PLOT_HEIGHT, PITCH = 472, 120, 174, 212
 
 
-class Viewer:
+class Viewer(CanvasViewer):
     """Draws scenes of one configuration, always the same pixels for the same scene.
 
     Raises:
-        MissingExtraError: pygame is not installed.
+        MissingExtraError: no canvas is given, and pygame is not installed.
     """
 
-    def __init__(self, config: RobotConfig) -> None:
+    def __init__(self, config: RobotConfig, canvas: Canvas | None = None) -> None:
+        super().__init__(canvas)
         self._config = config
-        self._canvas = Canvas(WIDTH, HEIGHT)
         self._track = Track(CENTER, RADIUS, config.radius_m)
         width = WIDTH - MARGIN - AXIS - PLOTS_LEFT
         boxes = [(PLOTS_LEFT, PLOTS_TOP + row * PITCH, width, PLOT_HEIGHT) for row in (0, 1)]
         self._speeds = Plot(boxes[0], 0.0, config.max_speed_mps)
         self._gaps = Plot(boxes[1], 0.0, WIDEST_M)
 
-    def frame(self, scene: Scene) -> Array:
-        """The picture of a scene, uint8 (H, W, 3)."""
+    def draw(self, scene: Scene) -> None:
+        """Draw a scene on the canvas."""
         canvas, config = self._canvas, self._config
         canvas.fill(PAGE)
         draw_progress(canvas, scene, config)
@@ -45,7 +45,6 @@ class Viewer:
         draw_track(canvas, scene, self._track, config)
         draw_speeds(canvas, scene, self._speeds, config)
         draw_gaps(canvas, scene, self._gaps, config)
-        return canvas.pixels()
 
 
 def draw_progress(canvas: Canvas, scene: Scene, config: RobotConfig) -> None:

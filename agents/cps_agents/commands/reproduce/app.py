@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
+from cps_agents.commands.options import Html
 from cps_agents.commands.reproduce.everything import everything
 from cps_agents.commands.reproduce.showing import AsJson, Folder, Jobs, Sheets, show
 from cps_agents.reproduction.commands import COMMANDS, Command, Option
@@ -62,7 +63,13 @@ def _parameter(option: Option) -> inspect.Parameter:
     return inspect.Parameter(option.name, KEYWORD, default=option.default, annotation=Annotated[option.kind, shown])
 
 
-SHARED = {"jobs": (None, Jobs), "plot": (None, Folder), "sheets": (None, Sheets), "as_json": (False, AsJson)}
+SHARED = {
+    "jobs": (None, Jobs),
+    "plot": (None, Folder),
+    "sheets": (None, Sheets),
+    "html": (None, Html),
+    "as_json": (False, AsJson),
+}
 KEYWORD = inspect.Parameter.KEYWORD_ONLY
 for each in COMMANDS:
     app.command(each.name)(command_of(each))

@@ -33,9 +33,10 @@ def show(
     jobs: int | None,
     plot: Path | None,
     sheets: Path | None,
+    html: Path | None,
     as_json: bool,
 ) -> None:
-    """Compute with so many processes, reporting progress; print; write figures and tables into folders; tell the time.
+    """Compute with so many processes, reporting progress; print; write figures, tables and a page into folders.
 
     Raises:
         MissingExtraError: figures are wanted and matplotlib is not installed; nothing has been computed yet.
@@ -43,6 +44,8 @@ def show(
     """
     from cps_agents.machine import available_cores, describe
     from cps_agents.progress import Progress
+    from cps_agents.report.report import Report, write_report
+    from cps_agents.report.sheets import sheets_of
     from cps_agents.reproduction.rendering import draw, render, write_sheets
     from cps_baselines.reproduction.figures import require_matplotlib
 
@@ -54,6 +57,7 @@ def show(
     wall_s = time.monotonic() - started
     files = [] if plot is None else draw(found, plot)
     files += [] if sheets is None else write_sheets(found, sheets)
+    files += [] if html is None else [write_report(Report(sheets=sheets_of(found.tables()), title=title), html)]
     if as_json:
         print_json({**found.document(), "files": list(map(str, files)), "wall_s": wall_s, **describe()})
     else:

@@ -1,0 +1,94 @@
+"""`cps-envs report`: leagues, episodes, learning curves and the paper's tables in the browser."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from cps_agents.commands.league import MOST, NAMES
+from cps_agents.commands.options import MEETINGS, Changes, Fresh, Jobs, Meetings
+from cps_agents.console import assignments, err
+
+if TYPE_CHECKING:
+    from cps_agents.arena.store import Store
+    from cps_agents.league.league import Plan
+    from cps_agents.report.board import Board
+    from cps_envs.core.types import Role
+
+QUICK_EPISODES, QUICK_PLAYERS = 2, 3
+
+
+def report(
+    problems: Annotated[list[str] | None, typer.Argument(help="Problems, such as hvac; all if left out.")] = None,
+    attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
+    defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
+    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
+    overrides: Changes = None,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...")] = 10,
+    replays: Annotated[int, typer.Option(min=0, help="Episodes of each pair that can be watched.")] = 1,
+    runs: Annotated[
+        list[Path] | None, typer.Option(metavar="DIR", help="Learning curves of training runs; may be repeated.")
+    ] = None,
+    paper: Annotated[
+        list[Path] | None, typer.Option(metavar="DIR", help="Tables of `reproduce --csv DIR`; may be repeated.")
+    ] = None,
+    folder: Annotated[Path, typer.Option("--out", help="Where the page and its episodes go.")] = Path("report"),
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Three players of each role, two episodes: a first look.")
+    ] = False,
+    kept: Annotated[bool, typer.Option("--kept", help="Show finished meetings only; play none.")] = False,
+    serve: Annotated[bool, typer.Option("--serve", help="Serve the page and open it in a browser.")] = False,
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
+    fresh: Fresh = False,
+) -> None:
+    """Write a page to open in a browser: who beats whom, and episodes to watch.
+
+    The page needs neither a server nor the network: open index.html in the
+    folder. Click a pair of the matrix to watch its episodes.
+    """
+    from cps_agents.arena.store import Store
+    from cps_agents.league.league import Plan
+    from cps_agents.locking import alone_in
+    from cps_agents.machine import available_cores
+    from cps_agents.progress import Progress
+    from cps_agents.report.curves import read_curves
+    from cps_agents.report.report import Report, write_report
+    from cps_agents.report.server import serve as serve_folder
+    from cps_agents.report.sheets import read_sheets
+    from cps_baselines.arena import Venue
+    from cps_envs import PROBLEMS, find_problem
+    from cps_envs.core.errors import require
+
+    require("scipy", extra="baselines", purpose="a report")
+    curves, sheets = read_curves(runs or []), read_sheets(paper or [])
+    asked: dict[Role, list[str]] = {"attacker": attackers or [], "defender": defenders or []}
+    names = problems or list(PROBLEMS)
+    values = assignments(overrides or [])
+    plans = []
+    for name in names:
+        find_problem(name).config(preset, values)
+        plans.append(Plan(Venue(name, preset, values), asked, QUICK_EPISODES if quick else episodes))
+    with alone_in(folder):
+        store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
+        boards = [_board(plan, store, cores, kept, QUICK_PLAYERS if quick else None) for plan in plans]
+        with Progress("episodes to watch", 1) as progress:
+            page = write_report(Report(boards, replays, curves, sheets), folder, cores, progress.report)
+    missing = sum(board.missing for board in boards)
+    note = f" {missing} pairs have not been played and are marked." if missing else ""
+    err().print(f"Written: {page}.{note}", soft_wrap=True)
+    if serve:
+        serve_folder(folder)
+
+
+def _board(plan: Plan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
+    from cps_agents.progress import Progress
+    from cps_agents.report.board import kept_board
+    from cps_agents.report.pairs import play_board
+
+    if kept:
+        return kept_board(plan, store)
+    with Progress(f"{plan.venue.problem} pairs", 1) as progress:
+        return play_board(plan, store, cores, progress.report, most)

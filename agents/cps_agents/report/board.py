@@ -1,0 +1,194 @@
+"""Who met whom and what came out, as plain data for a page: players, metrics with intervals, episodes to watch."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from cps_agents.arena.admission import contestants
+from cps_agents.arena.meeting import Meeting, Result, make_meeting
+from cps_agents.arena.statistics import estimate
+from cps_agents.arena.store import Store
+from cps_agents.catalogue import policies
+from cps_agents.errors import CommandError
+from cps_agents.league.league import League, LeftOut, Plan
+from cps_agents.league.meetings import RETURN
+from cps_agents.league.standing import standings
+from cps_agents.report.replay import Take
+from cps_agents.zoo.references import PREFIX
+from cps_baselines.arena import Contestant
+from cps_envs import find_problem
+from cps_envs.core.problem import Problem
+from cps_envs.core.types import ROLES, Role
+
+Pair: TypeAlias = tuple[int, int]  # row and column
+DIGITS = 6  # significant, of numbers on the page
+
+
+@dataclass(frozen=True)
+class Board:
+    """Attackers in rows, defenders in columns; a result is missing where a pair has not played."""
+
+    plan: Plan
+    attackers: Sequence[Contestant]
+    defenders: Sequence[Contestant]
+    left_out: Sequence[LeftOut]
+    results: Mapping[Pair, Result]  # of those that have played
+    refused: Mapping[Pair, str] = field(default_factory=dict)  # why a pair cannot play
+    league: League | None = None  # where every pair has played
+
+    @property
+    def problem(self) -> Problem:
+        """The problem."""
+        return find_problem(self.plan.venue.problem)
+
+    @property
+    def pairs(self) -> list[Pair]:
+        """All of them."""
+        return [(i, j) for i in range(len(self.attackers)) for j in range(len(self.defenders))]
+
+    @property
+    def missing(self) -> int:
+        """So many pairs have not played, though they can."""
+        return len(self.pairs) - len(self.results) - len(self.refused)
+
+    def meeting(self, row: int, column: int) -> Meeting:
+        """That of a pair."""
+        pair = self.attackers[row], self.defenders[column]
+        return make_meeting(self.plan.venue, *pair, self.plan.episodes)
+
+    def takes(self, count: int) -> dict[Pair, list[Take]]:
+        """The episodes of each pair that are worth watching: the median one by return, then the extremes."""
+        return {
+            pair: [
+                Take(self.meeting(*pair), seed, file_key(self.problem.name, *pair, seed))
+                for seed in telling(result["metrics"][RETURN], count)
+            ]
+            for pair, result in self.results.items()
+        }
+
+
+def board_of(league: League, store: Store) -> Board:
+    """The board of a league that has been played, with all metrics that `store` has of its meetings."""
+    board = Board(league.plan, league.attackers, league.defenders, league.left_out, {}, league=league)
+    kept = {pair: result for pair in board.pairs if (result := _kept(board, store, pair)) is not None}
+    return replace(board, results=kept)
+
+
+def kept_board(plan: Plan, store: Store) -> Board:
+    """What is there of a league that was interrupted; nothing is played.
+
+    Raises:
+        CommandError: no pair of it has played.
+    """
+    found = {role: contestants(plan.venue, plan.wanted(role)) for role in ROLES}
+    every = Board(plan, found["attacker"], found["defender"], [], {})
+    kept = {pair: result for pair in every.pairs if (result := _kept(every, store, pair)) is not None}
+    if not kept:
+        raise CommandError(
+            f"no finished meetings of {plan.venue.problem} (preset {plan.venue.preset}, {plan.episodes} episodes) are "
+            f"kept in {store.folder}: play them, without --kept, or name their --episodes, --preset and --meetings"
+        )
+    rows, columns = ({axis: k for k, axis in enumerate(sorted({pair[side] for pair in kept}))} for side in (0, 1))
+    return replace(
+        every,
+        attackers=[every.attackers[i] for i in rows],
+        defenders=[every.defenders[j] for j in columns],
+        results={(rows[i], columns[j]): result for (i, j), result in kept.items()},
+    )
+
+
+def _kept(board: Board, store: Store, pair: Pair) -> Result | None:
+    try:
+        return store.get(board.meeting(*pair))
+    except ValueError:  # their own forms make no configuration together
+        return None
+
+
+def telling(returns: Sequence[float], count: int) -> list[int]:
+    """Which episodes to show: the median one, the most and the least for the attacker, then the others."""
+    order = np.argsort(returns, kind="stable").tolist()
+    first = [order[len(order) // 2], order[-1], order[0]]
+    return list(dict.fromkeys([*first, *sorted(order)]))[:count]
+
+
+def file_key(problem: str, row: int, column: int, seed: int) -> str:
+    """The name of an episode's file, without suffix."""
+    return f"{re.sub('[^a-z0-9]+', '-', problem.lower())}-{row}-{column}-{seed}"
+
+
+def document(board: Board, takes: Mapping[Pair, Sequence[Take]]) -> dict[str, Any]:
+    """Everything but the episodes, as plain data."""
+    plan, problem = board.plan, board.problem
+    shares = _shares(board.league)
+    return {
+        "name": problem.name,
+        "title": problem.name.capitalize() if len(problem.name) > 4 else problem.name.upper(),
+        "summary": problem.summary,
+        "unit": problem.unit,
+        "version": problem.version,
+        "preset": plan.venue.preset,
+        "overrides": {name: str(value) for name, value in plan.venue.overrides.items()},
+        "episodes": plan.episodes,
+        "missing": board.missing,
+        "value": _value(board.league),
+        "attackers": _players(board, "attacker", shares),
+        "defenders": _players(board, "defender", shares),
+        "left_out": [{"role": each.role, "name": each.reference, "reason": each.reason} for each in board.left_out],
+        "cells": [
+            [_cell(board, (i, j), takes.get((i, j), ())) for j in range(len(board.defenders))]
+            for i in range(len(board.attackers))
+        ],
+    }
+
+
+def _shares(league: League | None) -> dict[str, float]:
+    if league is None:
+        return {}
+    return {f"{role} {each.player.name}": each.probability for role in ROLES for each in standings(league, role)}
+
+
+def _value(league: League | None) -> dict[str, float | None] | None:
+    return None if league is None else _interval(league.value)
+
+
+def _players(board: Board, role: Role, shares: Mapping[str, float]) -> list[dict[str, Any]]:
+    about = {entry.name: entry.summary.replace("`", "") for entry in policies(board.problem, role)}
+    return [
+        {
+            "name": each.name,
+            "reference": each.reference,
+            "trained": each.reference.startswith(PREFIX),
+            "about": about.get(each.reference.partition("?")[0], ""),
+            "share": round(shares[f"{role} {each.name}"], 4) if shares else None,
+        }
+        for each in (board.attackers if role == "attacker" else board.defenders)
+    ]
+
+
+def _cell(board: Board, pair: Pair, takes: Sequence[Take]) -> dict[str, Any] | str:
+    """What came out, or why there is nothing."""
+    result = board.results.get(pair)
+    if result is None:
+        return board.refused.get(pair, "not played")
+    values = {name: np.asarray(each, np.float64) for name, each in result["metrics"].items()}
+    return {
+        "metrics": {
+            name: {**_interval(estimate([each[None]])), "values": [_short(value) for value in each.tolist()]}
+            for name, each in values.items()
+            if np.isfinite(each).all()
+        },
+        "takes": [{"seed": take.seed, "key": take.key} for take in takes],
+    }
+
+
+def _interval(found: Any) -> dict[str, float | None]:
+    return {name: _short(getattr(found, name)) for name in ("mean", "low", "high")}
+
+
+def _short(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,89 @@
+// The page: a section for each problem, then learning curves and the paper beside ours.
+
+const content = JSON.parse(document.getElementById("content").textContent);
+const main = document.getElementById("main");
+const open = { pair: null };
+
+function makeBoard(board) {
+  const place = make("div", { class: "place" });
+  const matrix = makeMatrix(board, (i, j, metric) => {
+    open.pair?.stop();
+    open.pair = makePair(board, i, j, metric);
+    document.querySelectorAll(".place").forEach((each) => each.replaceChildren());
+    place.replaceChildren(open.pair.root);
+    history.replaceState(null, "", `#${address(board, i, j)}`);
+    place.scrollIntoView({ behavior: matchMedia("(prefers-reduced-motion: reduce)").matches ? "auto" : "smooth", block: "nearest" });
+  });
+  const changed = Object.entries(board.overrides).map(([name, value]) => `${name} = ${value}`).join(", ");
+  const section = make("section", { id: board.name, "aria-labelledby": `${board.name}-title` },
+    make("h2", { id: `${board.name}-title` }, board.title),
+    make("p", { class: "lead" }, board.summary),
+    make("p", { class: "facts" }, [`Preset ${board.preset}`, changed, `${board.attackers.length} attackers`, `${board.defenders.length} defenders`,
+      `${board.episodes} episodes each`].filter(Boolean).map((fact) => make("span", {}, fact))),
+    makeRefused(board),
+    board.missing ? make("p", { class: "notice" }, `${board.missing} of ${board.attackers.length * board.defenders.length} pairs have not been played. ` +
+      "The others are shown. The same command without --kept plays the rest.") : null,
+    board.value ? make("p", { class: "value" }, "Value of the game: ", make("b", {}, number(board.value.mean, 4)),
+      board.value.low === null ? "" : ` (${interval(board.value)})`, board.unit ? ` ${board.unit}` : "",
+      ". What the attacker is paid when both sides draw from their best mixtures, shown as “plays” beside the names.") : null,
+    make("div", { class: "card" }, matrix.root), place, makeLeftOut(board));
+  return { section, matrix, board };
+}
+
+/** What stands behind # in a link to a pair. */
+function address(board, i, j) {
+  return [board.name, board.attackers[i].name, board.defenders[j].name].map(encodeURIComponent).join("/");
+}
+
+function makeRefused(board) {
+  const refused = board.cells.flatMap((row, i) => row.map((cell, j) => [i, j, cell])).filter(([, , cell]) => !cell.metrics && cell !== "not played");
+  if (!refused.length) return null;
+  return make("details", { class: "left-out" },
+    make("summary", {}, `${refused.length} pairs cannot play each other, so the game has no value here`),
+    make("ul", {}, refused.map(([i, j, reason]) => make("li", {}, make("b", {}, `${board.attackers[i].name} against ${board.defenders[j].name}`), `: ${reason}`))));
+}
+
+function makeLeftOut(board) {
+  if (!board.left_out.length) return null;
+  return make("details", { class: "left-out" }, make("summary", {}, `${board.left_out.length} policies did not take part`),
+    make("ul", {}, board.left_out.map((each) => make("li", {}, make("b", {}, `${each.role} ${each.name}`), `: ${each.reason}`))));
+}
+
+function makeLearning(curves) {
+  const groups = Map.groupBy ? Map.groupBy(curves, (curve) => `${curve.problem} ${curve.role}`) : new Map([["", curves]]);
+  return make("section", { id: "learning" }, make("h2", {}, "Learning curves"),
+    make("p", { class: "lead" }, "The score on validation seeds, which neither training nor the tables above use. Lines of one kind are training seeds of one run."),
+    [...groups].map(([name, members]) => make("div", { class: "card" }, make("h3", {}, name), makeCurves(members))));
+}
+
+function makePaper(sheets) {
+  return make("section", { id: "paper" }, make("h2", {}, "The paper beside ours"),
+    make("p", { class: "lead" }, "What the dissertation prints, beside what this code computes."),
+    sheets.map((sheet, k) => make("details", { class: "card sheet", open: k === 0 }, make("summary", {}, sheet.title),
+      make("div", { class: "scroll", tabindex: 0 }, make("table", { class: "plain" },
+        make("thead", {}, make("tr", {}, sheet.headings.map((text) => make("th", { scope: "col" }, text)))),
+        make("tbody", {}, sheet.rows.map((row) => make("tr", {}, row.map((text, place) =>
+          make(place < sheet.left ? "th" : "td", { scope: place < sheet.left ? "row" : null, class: verdict(text) }, text))))))),
+      sheet.notes.map((text) => make("p", { class: "hint" }, text)))));
+}
+
+function verdict(text) {
+  return { reproduced: "good", match: "good", near: "fair", partly: "fair", "not reproduced": "poor", miss: "poor" }[text] ?? null;
+}
+
+const boards = content.boards.map(makeBoard);
+const parts = [...boards.map(({ board }) => [board.name, board.title]),
+  ...(content.curves.length ? [["learning", "Learning"]] : []), ...(content.sheets.length ? [["paper", "Paper"]] : [])];
+document.getElementById("top").append(make("h1", {}, content.title), make("p", { class: "facts" }, content.facts.map((fact) => make("span", {}, fact))),
+  parts.length > 1 ? make("nav", { "aria-label": "Parts" }, parts.map(([id, title]) => make("a", { href: `#${id}` }, title))) : "");
+main.append(...boards.map(({ section }) => section));
+if (content.curves.length) main.append(makeLearning(content.curves));
+if (content.sheets.length) main.append(makePaper(content.sheets));
+document.getElementById("foot").append(make("p", {}, content.foot));
+const asked = decodeURIComponent(location.hash.slice(1));
+for (const { matrix, board } of boards) {
+  const pairs = board.cells.flatMap((row, i) => row.map((cell, j) => [i, j, cell]));
+  const wanted = asked.includes("/") && pairs.find(([i, j, cell]) => cell.metrics && decodeURIComponent(address(board, i, j)) === asked);
+  if (wanted) matrix.choose(wanted[0], wanted[1]);
+}
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => open.pair?.redraw());

@@ -1,0 +1,125 @@
+"""One episode of a meeting, played again and recorded: its pictures, and what both roles did, saw and believed."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from gymnasium.utils import seeding
+
+from cps_agents.arena.meeting import Meeting
+from cps_agents.report.reel import reel_of
+from cps_agents.report.tracks import Diary
+from cps_envs.core.match import Match
+from cps_envs.core.picture.recording import Recorder, Shape
+from cps_envs.core.picture.viewer import CanvasViewer, recording_viewer
+from cps_envs.core.types import ROLES, Role
+from cps_envs.registration import find_problem
+
+MOST_FRAMES = 121
+STRIDES = (1, 2, 3, 4, 6, 8)
+
+
+@dataclass(frozen=True)
+class Take:
+    """An episode that is to be recorded."""
+
+    meeting: Meeting
+    seed: int
+    key: str  # of its file
+    most_bytes: int = 1_000_000  # packed; moments are left out until it fits
+
+    @property
+    def label(self) -> str:
+        """For progress."""
+        return f"{self.meeting.label}, seed {self.seed}"
+
+
+def record(take: Take) -> str:
+    """Play an episode as its meeting played it, and pack at most MOST_FRAMES moments of it."""
+    meeting = take.meeting
+    problem, config = find_problem(meeting.problem), meeting.venue.config
+    players: dict[Role, Any] = {"attacker": meeting.attacker, "defender": meeting.defender}
+    match = problem.match(config, 1, players)
+    match.reset(np.ones(1, np.bool_), [seeding.np_random(take.seed)[0]])
+    camera = Camera(match, recording_viewer(problem, config))
+    camera.paid = camera.run()
+    return _fitting(camera, take)
+
+
+def _fitting(camera: Camera, take: Take) -> str:
+    """The packed episode with as many moments as fit."""
+    packed = ""
+    for stride in STRIDES:
+        packed = pack({"seed": take.seed, **camera.document(stride)})
+        if len(packed) <= take.most_bytes:
+            break
+    return packed
+
+
+def pack(episode: Mapping[str, Any]) -> str:
+    """An episode as base64 text of compressed JSON."""
+    plain = json.dumps(episode, separators=(",", ":"), allow_nan=False)
+    return base64.b64encode(gzip.compress(plain.encode(), 9, mtime=0)).decode()
+
+
+class Camera:
+    """Plays a match of one environment to its end and keeps some of its moments."""
+
+    def __init__(self, match: Match, drawing: tuple[CanvasViewer, Recorder] | None) -> None:
+        self._match, self.paid = match, 0.0
+        self._viewer: CanvasViewer | None = drawing[0] if drawing else None
+        self._recorder: Recorder | None = drawing[1] if drawing else None
+        self._times: list[float] = []
+        self._pictures: list[list[Shape]] = []
+        self._diaries: dict[Role, Diary] = {role: Diary() for role in ROLES}
+
+    def run(self) -> float:
+        """Play; returns what the attacker is paid."""
+        game, now, paid = self._match.game, 0, 0.0
+        stops = np.unique(np.linspace(0, game.horizon, MOST_FRAMES).round().astype(int)).tolist()
+        watch = getattr(self._viewer, "watch", None)
+        for stop in stops:
+            while now < stop and not game.terminated[0]:
+                stride = stop - now if watch is None else 1
+                paid += float(self._match.step({}, ~game.terminated, stride)[0])
+                now += stride
+                if watch is not None and now < stop:
+                    watch(game.scene(0))
+            self._shoot(now)
+            if game.terminated[0]:
+                break
+        return paid
+
+    def document(self, stride: int) -> dict[str, Any]:
+        """Pictures, times and tracks as plain data; every so many moments, and the last."""
+        game, last = self._match.game, len(self._times) - 1
+        moments = sorted({*range(0, last + 1, stride), last})
+        tracks = {
+            role: diary.document(game.fields[role], game.action_space[role], moments)
+            for role, diary in self._diaries.items()
+        }
+        pictures = (self._pictures[place] for place in moments)
+        return {
+            "return": self.paid,
+            "metrics": {name: values.item(0) for name, values in game.metrics().items()},
+            "times": [self._times[place] for place in moments],
+            "tracks": tracks,
+            "reel": None if self._recorder is None else reel_of(self._recorder, pictures),
+        }
+
+    def _shoot(self, step: int) -> None:
+        game = self._match.game
+        if self._viewer is not None and self._recorder is not None:
+            self._viewer.draw(game.scene(0))
+            self._pictures.append(self._recorder.shapes)
+        self._times.append(round(step * game.step_s, 6))
+        for role, diary in self._diaries.items():
+            diary.observations.append(game.observe(role)[0])
+            diary.actions.append(self._match.action(role)[0])
+            diary.beliefs.append({name: values[0] for name, values in self._match.beliefs(role).items()})

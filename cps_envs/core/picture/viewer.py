@@ -1,0 +1,51 @@
+"""What the viewers of all problems have in common: a canvas, and pictures of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.frame import HEIGHT, WIDTH
+from cps_envs.core.picture.pixels import PixelCanvas
+from cps_envs.core.picture.recording import Recorder
+from cps_envs.core.problem import Problem, imported
+from cps_envs.core.types import Array
+
+
+class CanvasViewer(ABC):
+    """Draws scenes on a canvas: on one of pixels, unless another is given.
+
+    Raises:
+        MissingExtraError: no canvas is given, and pygame is not installed.
+    """
+
+    size: ClassVar[tuple[int, int]] = (WIDTH, HEIGHT)  # pixels
+
+    def __init__(self, canvas: Canvas | None = None) -> None:
+        self._canvas = PixelCanvas(*self.size) if canvas is None else canvas
+
+    @abstractmethod
+    def draw(self, scene: Any) -> None:
+        """Draw a scene on the canvas."""
+
+    def frame(self, scene: Any) -> Array:
+        """The picture of a scene, uint8 (H, W, 3).
+
+        Raises:
+            TypeError: the canvas has no pixels.
+        """
+        if not isinstance(self._canvas, PixelCanvas):
+            raise TypeError(f"{type(self._canvas).__name__} has no pixels: call draw(scene)")
+        self.draw(scene)
+        return self._canvas.pixels()
+
+
+def recording_viewer(problem: Problem, config: Any) -> tuple[CanvasViewer, Recorder] | None:
+    """A problem's viewer and the recorder that it draws on; None where the viewer draws in another way."""
+    viewer: Any = imported(problem.viewer)
+    if not (isinstance(viewer, type) and issubclass(viewer, CanvasViewer)):
+        return None
+    recorder, make = Recorder(*viewer.size), viewer
+    found: CanvasViewer = make(config, recorder)  # type: ignore[call-arg]
+    return found, recorder
