@@ -16,6 +16,7 @@ from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 from cps_envs.rogue.game import RogueGame
+from cps_envs.rogue.noise import noise
 from cps_envs.rogue.problem import ROGUE
 
 NOISELESS = {"range_noise_m": 0.0, "range_rate_noise_mps": 0.0, "acceleration_noise_mps2": 0.0}
@@ -227,3 +228,10 @@ def test_laws_are_refused_where_accelerations_are_wanted() -> None:
         resolve_policy("sliding", started(defense_action="command").spec("defender"))
     with pytest.raises(ConfigurationError, match=CONTROLLERS[0]):
         resolve_policy("cps_baselines.rogue.controllers:HeldController?controller=lineer", started().spec("defender"))
+
+
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
+def test_noise_in_plain_python_takes_seeds_below_zero() -> None:
+    drawn = [noise(0.05, seed, 3, 0) for seed in (-1609375537816396722, -1, 0, 1)]
+    assert len(set(drawn)) == 4
+    assert max(map(abs, drawn)) < 0.5
