@@ -34,6 +34,6 @@ def noise(deviation: float, seed: int, step: int, entry: int) -> float:
     """A normal draw of this deviation (Box and Muller); 0 where the deviation is 0."""
     if deviation == 0.0:
         return 0.0
-    key = scrambled(np.uint64(seed) + GOLDEN * np.uint64(step)) + GOLDEN * np.uint64(2 * entry + 1)
+    key = scrambled(np.uint64(np.int64(seed)) + GOLDEN * np.uint64(step)) + GOLDEN * np.uint64(2 * entry + 1)
     radius = sqrt(-2.0 * log(uniform(key)))
     return deviation * radius * cos(FULL_TURN * uniform(key + GOLDEN))

@@ -15,6 +15,7 @@ from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.game import RogueGame
+from cps_envs.rogue.noise import noise
 from cps_envs.rogue.problem import ROGUE
 from tests import episodes
 
@@ -197,3 +198,10 @@ def test_registered_defenders_play(name: str, preset: str) -> None:
         pytest.skip("it gives orders to all vehicles")
     config = ROGUE.config(preset, {"duration_s": 2.0, "onset_s": 0.0})
     assert np.isfinite(play_episodes(ROGUE, config, {"attacker": "none", "defender": name}, [0])["return"]).all()
+
+
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
+def test_noise_in_plain_python_takes_seeds_below_zero() -> None:
+    drawn = [noise(0.05, seed, 3, 0) for seed in (-1609375537816396722, -1, 0, 1)]
+    assert len(set(drawn)) == 4
+    assert max(map(abs, drawn)) < 0.5
