@@ -87,8 +87,8 @@ FRONTS = (
         "rogue, defender",
         "damage, m/s ↓",
         "rogue-defense",
-        "against zoo:rogue-attack-ppo, ratio 1",
-        "learned",
+        "mean of the eight rows below",
+        "searched",
         "disband_7",
     ),
 )

@@ -143,7 +143,7 @@ DEFENSE = Block(
             Row(
                 f"fresh search against the one that gives way, ratio {ratio:g}",
                 (_challenge(attacker, ratio),),
-                (Bar(value=45.0, or_equal=True, by_mean=True, of=(GIVES_WAY.name,)),),
+                (Bar(value=45.0, or_equal=True, of=(GIVES_WAY.name,)),),
             )
             for ratio, attacker in FRESH.items()
         ),
@@ -162,7 +162,12 @@ DEFENSE = Block(
     ),
     unit="m/s",
     shown=(TRACKING, "reference_error_m"),
-    notes=(VERIFIED, "Tracking is the integral of the formation's scattering, formation_cost_s."),
+    notes=(
+        VERIFIED,
+        "Tracking is the integral of the formation's scattering, formation_cost_s.",
+        "The fresh searches were against the training seed that plays by default. It allows more than the mean: "
+        "about 66 m/s at ratio 1.3.",
+    ),
     left_out={"monitor": "gives orders to the seized vehicle too, which this setting does not allow"},
 )
 
