@@ -2,11 +2,14 @@
 
     ray start --head                                            # or join a cluster
     python examples/ray_cluster.py train RogueAttack-v0 --seeds 16 --out /shared/runs
+    python examples/ray_cluster.py train hvac-defense-cma --seeds 5 --out /shared/runs
+    python examples/ray_cluster.py train rogue-attack-recurrent --seeds 5 --out /shared/runs
     python examples/ray_cluster.py league rogue --episodes 100 --out /shared/meetings
     ray job submit -- python examples/ray_cluster.py train ...  # from outside
 
-Runs and meetings are plain data. `--out` has to be a folder that every machine of the cluster sees. What is finished
-there is not done again.
+Any recipe of `cps-envs train` does: learning by reward, policy search with cma-es, recurrent imitation. Runs and
+meetings are plain data. `--out` has to be a folder that every machine of the cluster sees. What is finished there is
+not done again.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from cps_agents.arena.store import Store
 from cps_agents.league.league import Plan, line_up
 from cps_agents.learning.job import Job
 from cps_agents.learning.learner import learn
+from cps_agents.learning.recipe import Recipe, changed
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
 from cps_baselines.workers import Workers
@@ -38,9 +42,8 @@ def spread(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tup
         yield waiting.pop(done), ray.get(done)
 
 
-def train_everywhere(name: str, seeds: int, folder: Path) -> None:
-    """One task per training seed."""
-    recipe = find_recipe(name)
+def train_everywhere(recipe: Recipe, seeds: int, folder: Path) -> None:
+    """One task per training seed, whatever the recipe's algorithm."""
     jobs = [
         Job(recipe, seed, folder / recipe.name / f"seed-{seed}", "examples/ray_cluster.py", resume=True)
         for seed in range(seeds)
@@ -69,12 +72,16 @@ def main() -> None:
     parser.add_argument("work", choices=("train", "league"))
     parser.add_argument("name", help="a recipe or environment to train, a problem to play")
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--steps", type=int, help="of each seed, as in `cps-envs train`; the recipe's own if left out")
     parser.add_argument("--episodes", type=int, default=20)
     parser.add_argument("--out", type=Path, required=True)
     args = parser.parse_args()
     ray.init(ignore_reinit_error=True)
     if args.work == "train":
-        train_everywhere(args.name, args.seeds, args.out)
+        recipe = find_recipe(args.name)
+        train_everywhere(
+            recipe if args.steps is None else changed(recipe, {"total_steps": args.steps}), args.seeds, args.out
+        )
     else:
         play_everywhere(args.name, args.episodes, args.out)
 

@@ -28,9 +28,9 @@ NOTES_AT_MOST = 300  # characters of an error
 WORKS, ADAPTED, FAILS = "works", "works with an adapter", "does not work"
 HEAD = """# Works with
 
-Software that others wrote, on our environments as they are: `make peers` installs our wheel beside each of them, in a
-virtual environment of its own, and runs what the table says. *With an adapter* means that a line of ours or of yours
-stands between.
+We try software that others wrote on our environments. `make peers` installs our wheel beside each of them, in a virtual
+environment of its own, and runs what the table says. *Works with an adapter* means that a few lines of ours or of yours
+stand between, and the table says which.
 """
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from collections.abc import Iterator
@@ -14,15 +15,23 @@ typer_main = pytest.importorskip("typer.main", reason="needs the command line")
 from cps_agents.cli import app  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "docs").rglob("*.ipynb")])
 COMMAND = re.compile(r"(?:^|`|\$ )(?:CPS_ENVS_\w+=\S+ |PYTHONPATH=\S+ )?cps-envs ([^`\n]+)", re.MULTILINE)
 HISTORY = ROOT / "CHANGELOG.md"  # names what was
 PLACEHOLDERS = re.compile(r"\.\.\.|…|\[[A-Z]|\||--[A-Z]|DIR|NAME|FILE|PROBLEM")
 
 
+def written(page: Path) -> str:
+    """The text of a page, or of a notebook's cells."""
+    text = page.read_text(encoding="utf-8")
+    if page.suffix != ".ipynb":
+        return text
+    return "\n".join("".join(cell["source"]) for cell in json.loads(text)["cells"])
+
+
 def commands(page: Path) -> Iterator[str]:
     """What follows `cps-envs` on a page, without comments and what only stands for something."""
-    text = re.sub(r"\\\n\s*", " ", page.read_text(encoding="utf-8"))
+    text = re.sub(r"\\\n\s*", " ", written(page))
     for found in COMMAND.findall(text):
         words = re.split(r"\s+#\s", found)[0].rstrip(" ,.;:)")
         if re.match(r"[a-z-]", words) and not PLACEHOLDERS.search(words):

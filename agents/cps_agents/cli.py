@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from importlib.metadata import version
 from typing import Annotated, Any
@@ -68,8 +69,8 @@ class Commands(TyperGroup):
         command = self.get_command(ctx, name) if name else None
         options = {parameter.name for parameter in command.params} if command is not None else set()
         if "resume" in options:
-            return "What was finished is kept: the same command with --resume goes on."
-        return "What was finished is kept: the same command goes on." if "fresh" in options or name in GOING_ON else ""
+            return "Finished work is kept: the same command with --resume continues."
+        return "Finished work is kept: the same command continues." if "fresh" in options or name in GOING_ON else ""
 
 
 class Panels(Commands):
@@ -116,13 +117,13 @@ app = typer.Typer(
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="Show the traceback of every error.")] = False,
     trusting: Annotated[
-        bool, typer.Option("--trust", callback=_agree, help="Run what module:attribute and sb3:FILE name.")
+        bool, typer.Option("--trust", callback=_agree, help="Allow module:attribute and sb3:FILE, which run code.")
     ] = False,
     show_version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
 ) -> None:
-    """Attackers and defenders of cyber-physical systems: play them, judge them, reproduce the paper."""
+    """Play, train and judge attackers and defenders of cyber-physical systems."""
 
 
 PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the order of the help
@@ -156,12 +157,20 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
     "Tools": {"warm": warm, "bench": bench, "reliability": reliability},
 }
 
+
+def _flowing(command: Callable[..., Any] | None) -> str:
+    """A command's docstring with one line for each paragraph, so that the terminal's width breaks it."""
+    return "\n\n".join(" ".join(part.split()) for part in (inspect.getdoc(command) or "").split("\n\n"))
+
+
 for panel, commands in PANELS.items():
     for name, command in commands.items():
         if isinstance(command, typer.Typer):
+            for part in command.registered_commands:
+                part.help = _flowing(part.callback)
             app.add_typer(command, name=name, cls=Commands, rich_help_panel=panel)
         else:
-            app.command(name, rich_help_panel=panel)(command)
+            app.command(name, help=_flowing(command), rich_help_panel=panel)(command)
 
 
 def main() -> None:

@@ -6,6 +6,7 @@ import re
 import warnings
 from collections.abc import Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -44,9 +45,10 @@ def write_dataset(
     """
     minari = require("minari", extra="data", purpose="writing datasets")
     if not re.fullmatch(r"[\w./-]+-v\d+", dataset_id):
-        raise CommandError(f"{dataset_id!r} is no name of a dataset: it has to be like cps_envs/fdi/oracle-v0")
-    if dataset_id in minari.list_local_datasets():
-        raise CommandError(f"there is a dataset {dataset_id} already: choose another --id, or `minari delete` it")
+        raise CommandError(f"{dataset_id!r} is not the name of a dataset: it should be like cps_envs/fdi/oracle-v0")
+    folder = import_module("minari.storage.datasets_root_dir").get_dataset_path(dataset_id)
+    if Path(folder).exists():  # whole, or what an interrupted command has left
+        raise CommandError(f"there is a dataset {dataset_id} already: choose another --id, or delete {folder}")
     options = {**overrides, "preset": preset, "opponent": players[other(role)]}
     env = gymnasium.make(f"{problem.namespace}:{problem.env_id(role)}", **options)
     config = problem.config(preset, overrides)

@@ -10,14 +10,14 @@ from typing import Any
 
 from cps_agents import chapters
 from cps_agents.files import write_text
-from cps_agents.site import environments
+from cps_agents.site import environments, exploitability
 
 FOLDER = Path(__file__).parents[2] / "docs"
 
 
 def pages() -> dict[str, str]:
     """The text of each page by its file name."""
-    return {**environments.pages(FOLDER), "chapters.md": chapters.render()}
+    return {**environments.pages(FOLDER), "chapters.md": chapters.render(), "exploitability.md": exploitability.page()}
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -113,7 +113,7 @@ def as_sb3(vector_env: Any) -> BatchVecEnv:
     env = vector_env.unwrapped
     if not isinstance(env, RoleVectorEnv):
         raise ConfigurationError(
-            f"{type(env).__name__} is no native vector environment of cps_envs: make it with "
+            f"{type(env).__name__} is not a native vector environment of cps_envs: make it with "
             'gymnasium.make_vec(id, num_envs, vectorization_mode="vector_entry_point", autoreset_mode="SameStep")'
         )
     if env.autoreset_mode != AutoresetMode.SAME_STEP:

@@ -23,12 +23,15 @@ from cps_envs.core.types import Array, FloatArray, Role, other
 FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
+    "disbanding-replanning": "cps_baselines.disbanding.families:REPLANNING",
     "fdi-hypotheses": "cps_baselines.fdi.families:HYPOTHESES",
     "fdi-task-tracker": "cps_baselines.fdi.families:TASK_TRACKER",
     "hvac-bayes": "cps_baselines.hvac.families:BAYES",
     "hvac-brink": "cps_baselines.hvac.families:BRINK",
     "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
     "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
+    "rogue-giving-way": "cps_baselines.rogue.families:GIVING_WAY",
+    "rogue-monitor": "cps_baselines.rogue.families:MONITOR",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
 
@@ -140,5 +143,5 @@ def find_family(reference: str) -> Family:
     except (ImportError, AttributeError, ValueError) as error:
         raise UnknownNameError(f"no family of policies can be imported from {reference!r}: {error}") from error
     if not isinstance(found, Family):
-        raise UnknownNameError(f"{reference!r} is no family of policies: it should be a cps_baselines.family.Family")
+        raise UnknownNameError(f"{reference!r} is not a family of policies: it should be a cps_baselines.family.Family")
     return found

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import connection, parent_process
 from multiprocessing.context import SpawnContext
 from multiprocessing.process import BaseProcess
 from types import TracebackType
@@ -26,7 +28,7 @@ class Workers:
     The processes are spawned, so a script that uses several must guard its main part, and functions, items and results
     must be such that they can be pickled. An error or Ctrl-C inside the context cancels the work that is left and ends
     the context's own processes: in work that has begun, SIGTERM raises KeyboardInterrupt, so that it can keep what it
-    has.
+    has. The processes also end when this one is killed.
     """
 
     def __init__(self, count: int) -> None:
@@ -86,9 +88,20 @@ _working = False  # whether this process has work, which wants to keep what it h
 
 
 def _listen() -> None:
-    """In a new process: Ctrl-C is answered by the main process alone, which then ends the others by SIGTERM."""
+    """In a new process: Ctrl-C is answered by the main process alone, which then ends the others by SIGTERM.
+
+    So does the end of the main process, however it died.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        connection.wait([parent.sentinel])
+        os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _end(number: int, frame: Any) -> None:

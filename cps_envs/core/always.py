@@ -13,7 +13,7 @@ from cps_envs.core.types import Array
 
 
 class Always(AnalyticPolicy):
-    """Takes the same action at every decision: `always?action=[0,0,1,1]`. A learner has to beat the best of these.
+    """Takes the same action at every decision: `always?action=[0,0,1,1]`. A learner should beat the best of them.
 
     A single number stands for all entries of the action.
 

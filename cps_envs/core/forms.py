@@ -44,10 +44,10 @@ def declare(
 ) -> Forms:
     """The forms of a problem for the module of this name.
 
-    `attack` and `defense` are the documentation pages of the two roles, with `{observation_table}` and
-    `{parameter_table}` for what the problem itself knows, `{story}` for what the game is about, and `{threats}` for who
-    knows what, who can touch what, and what it costs. `rhythm` says when the parallel form's agents act, as in
-    "every 0.1 s", and `swarm` what the agents of a decentralised defence are.
+    `attack` and `defense` are the documentation pages of the two roles. `{observation_table}` and `{parameter_table}`
+    in them are filled in by the problem. `{story}` becomes what the game is about, and `{threats}` who knows what, who
+    can touch what, and what it costs. `rhythm` says when the parallel form's agents act, as in "every 0.1 s". `swarm`
+    says who the agents of a decentralised defence are.
     """
     pages = [page.replace("{story}", story).replace("{threats}", threats) for page in (attack, defense)]
     config = type(problem.presets["paper"]).__name__
@@ -56,15 +56,15 @@ def declare(
         return RolesParallelEnv(problem, **kwargs)
 
     def env(**kwargs: Any) -> AECEnv[Any, Any, Any]:
-        """`parallel_env` as a turn-based `pettingzoo.AECEnv`; both moves of a step still count as simultaneous."""
+        """`parallel_env` as a turn-based `pettingzoo.AECEnv`. The two moves of a step still count as simultaneous."""
         return parallel_to_aec(parallel_env(**kwargs))
 
     def swarm_env(**kwargs: Any) -> SwarmEnv:
         return SwarmEnv(problem, "defender", **kwargs)
 
     parallel_env.__doc__ = (
-        f"Attacker and defender in a `pettingzoo.ParallelEnv`, {rhythm}.\n\n"
-        f"Arguments: `preset`, `render_mode`, `max_cycles` (steps at most) and any field of `{config}`."
+        f"Attacker and defender in a `pettingzoo.ParallelEnv`. They act {rhythm}.\n\n"
+        f"Arguments: `preset`, `render_mode`, `max_cycles` (the most steps) and any field of `{config}`."
     )
     swarm_env.__doc__ = (
         f"{swarm}\n\nArguments: `preset`, `opponent` (an attacker), `render_mode`, `max_cycles` and any field of "

@@ -52,19 +52,23 @@ def policy_entry(problem: str, role: Role, name: str) -> EntryPoint | None:
 def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -> Policy:
     """The policy that a reference names.
 
-    `reference` is an object with `predict` (used as it is), a registered name such as `"heuristic"`, a registered
-    source and what it is asked for, such as `"zoo:hvac-attack-ppo"`, called as `source(name, spec, **options)`, or
-    `"module:attribute"`, whose attribute is a policy or is called as `attribute(spec, **options)`. That runs any code,
-    so the user has to agree first, see `cps_envs.trust`. Options can be appended to a string like a query,
-    `"plan?events=[[10,1]]"`; values are read as JSON where they can be.
+    `reference` is one of these:
+
+    - an object with `predict`, used as it is;
+    - a registered name such as `"heuristic"`;
+    - a registered source and a name for it, such as `"zoo:hvac-attack-ppo"`, called as `source(name, spec, **options)`;
+    - `"module:attribute"`: a policy, or what makes one when called as `attribute(spec, **options)`. This runs any code,
+      so the user has to agree first, see `cps_envs.trust`.
+
+    A string can end in options, like a query: `"plan?events=[[10,1]]"`. Values are read as JSON where possible.
 
     Raises:
         UnknownNameError: no such name, module or attribute.
         UntrustedCodeError: `module:attribute` without the user's consent.
         MissingExtraError: the policy needs a package that is not installed.
         TypeError: what was found is no policy, or does not take the options.
-        ConfigurationError: the policy is of another role or problem, or a model with other spaces; or the options are
-            malformed, or it cannot be built with them.
+        ConfigurationError: the policy is for another role or problem, or has other spaces; or the options are malformed
+            or do not fit it.
     """
     if not isinstance(reference, str):
         return _checked(reference, shown(reference), spec, options)
@@ -149,7 +153,7 @@ def _checked(policy: Any, name: str, spec: RoleSpec, unused: Mapping[str, Any] =
         raise TypeError(f"{name} is built already: it takes no options {', '.join(unused)}")
     if not isinstance(policy, Policy):
         raise TypeError(
-            f"{name} is no policy: it has no method predict(observation, state, episode_start, deterministic)"
+            f"{name} is not a policy: it has no method predict(observation, state, episode_start, deterministic)"
         )
     own = getattr(policy, "spec", None)
     if isinstance(own, RoleSpec) and (own.problem, own.role) != (spec.problem, spec.role):
@@ -170,7 +174,7 @@ def _check_spaces(policy: Any, name: str, spec: RoleSpec) -> None:
         if (type(own), own.shape) != (type(wanted), wanted.shape):
             raise ConfigurationError(
                 f"{_short(name)} has the {kind} {own}, {_whose(spec.problem, spec.role)} here has {wanted}: it was "
-                "trained in another configuration, or for somebody else"
+                "trained in another configuration, or for another role"
             )
 
 

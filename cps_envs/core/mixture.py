@@ -15,10 +15,10 @@ from cps_envs.core.types import Array
 
 
 class Mixture(AnalyticPolicy):
-    """Plays each episode by one of `policies`, drawn with probabilities proportional to `weights` (equal if left out).
+    """Draws one of `policies` for each episode, with probabilities proportional to `weights` (default: equal).
 
-    By name: `mixture?policies=["none","random"]&weights=[1,3]`. This is a mixed strategy in the sense of game theory:
-    the other side does not know which one was drawn.
+    By name: `mixture?policies=["none","random"]&weights=[1,3]`. In game theory this is a mixed strategy: the other side
+    does not know which policy was drawn.
 
     Raises:
         ConfigurationError: no policies, or weights that do not fit them.
@@ -36,7 +36,7 @@ class Mixture(AnalyticPolicy):
             shares = np.empty(0)
         if shares.shape != (len(policies),) or not (shares >= 0).all() or not 0 < shares.sum() < np.inf:
             raise ConfigurationError(
-                f"weights = {weights} must be {len(policies)} numbers, none negative, some positive"
+                f"weights = {weights} must be {len(policies)} numbers, none negative and at least one positive"
             )
         self.policies: tuple[Policy, ...] = tuple(resolve_policy(reference, spec) for reference in policies)
         self.probabilities = shares / shares.sum()

@@ -47,9 +47,11 @@ class Policy(Protocol):
         """Actions (B, ...) for observations (B, n), and the state to hand over at the next call.
 
         `state` is None or a tuple of arrays with a leading axis B; `episode_start` (B,) marks the environments whose
-        episode begins with this observation. A policy whose `predict` has a parameter `action_masks`, as
-        sb3-contrib's MaskablePPO has, is handed the legal actions (B, k) too; one with a true attribute
-        `decentralised` is handed as `team_observation` what each agent of its role's team sees (B, A, m), too.
+        episode begins with this observation.
+
+        If `predict` has a parameter `action_masks`, as in sb3-contrib's MaskablePPO, it also gets the legal actions
+        (B, k). If the policy's attribute `decentralised` is true, it also gets `team_observation` (B, A, m): what each
+        agent of its role's team sees.
         """
         ...
 
@@ -88,11 +90,11 @@ def repeat(action: Array, num_envs: int) -> Array:
 
 
 class AnalyticPolicy(ABC):
-    """Base of policies that are computed, not learned: a subclass defines `act`, and `begin` if it has a state.
+    """Base of policies that are computed, not learned. A subclass defines `act`, and `begin` if it has a state.
 
-    `privileged` names what the policy needs beyond its observations (an oracle); the match hands it to `begin`, so that
-    reports can tell oracles from policies that see only what they observe. A policy that is `masked` wants to see the
-    legal actions, one that is `decentralised` what each agent of its role's team sees.
+    `privileged` names what the policy needs beyond its observations; such a policy is an oracle. The match hands these
+    values to `begin`, and reports mark the policy. A `masked` policy also sees the legal actions. A `decentralised` one
+    also sees what each agent of its role's team sees.
     """
 
     privileged: frozenset[str] = frozenset()
@@ -144,7 +146,7 @@ class AnalyticPolicy(ABC):
 
 
 class Idle(AnalyticPolicy):
-    """Always takes the neutral action: no attack, or no defence. A match does not even ask it."""
+    """Always takes the neutral action: no attack, or no defence."""
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The neutral action for every environment."""

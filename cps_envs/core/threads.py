@@ -16,8 +16,8 @@ from cps_envs.core.types import BoolArray
 class Threads:
     """Runs a kernel on blocks of environments at once, each thread with the block that it is handed as a mask.
 
-    The kernel releases the GIL and reads and writes nothing but the environments that are marked for it, so that the
-    result does not depend on the number of threads. A copy or a pickle starts threads of its own.
+    The kernel releases the GIL. It reads and writes only the environments that are marked for it, so the result does
+    not depend on the number of threads. A copy or a pickle starts its own threads.
     """
 
     def __init__(self, num_threads: int, num_envs: int) -> None:

@@ -1,9 +1,9 @@
 """Consent to run the code that a text names.
 
-A text such as `module:attribute` or `sb3:FILE` runs code when it is looked up, and such texts travel: in commands that
-people copy, in recipes, in cards of trained policies. So they need the user's consent, which is kept in an environment
-variable and thereby reaches the processes that are started later. What is handed over as an object, what an installed
-package registers as an entry point, and what the declaration of a problem names needs none: that code runs already.
+A text such as `module:attribute` or `sb3:FILE` runs code when it is looked up. Such texts travel: in commands that
+people copy, in recipes, in cards of trained policies. So they need the user's consent. An environment variable keeps
+the consent, and so processes that are started later have it too. Three things need no consent, because their code runs
+already: objects, entry points of installed packages, and what the declaration of a problem names.
 """
 
 from __future__ import annotations

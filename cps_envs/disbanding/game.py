@@ -33,8 +33,8 @@ class DisbandingGame(Game):
 
     Attacker: Discrete(N + 1), 0 = wait, i = disband the paper's platoon i (1 = rear). Illegal choices mean waiting.
     With a budget of jamming: Discrete(2 N), N + i = block the radio link ahead of platoon i from now on, i < N.
-    Defender: Box (M,) front to rear, or (N,) with row i - 1 for platoon i; times u_max - u_min it is the correction of
-    the commanded acceleration, held for the period and without effect on vehicles that are not mitigable.
+    Defender: Box (M,) front to rear, or (N,) with row i - 1 for platoon i. Times u_max - u_min it is the correction of
+    the commanded acceleration, held for the period. Vehicles that are not mitigable ignore it.
 
     Payoff: the increase of E_v (2.8) in percent, plus the collision penalty and the charge of an early end.
     """

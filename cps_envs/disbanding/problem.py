@@ -16,7 +16,7 @@ def vehicle_steps(config: DisbandingConfig) -> float:
 DISBANDING = Problem(
     name="disbanding",
     version=0,
-    summary="An attacker disbands vehicle platoons; defenders correct commands so that traffic does not stop or crash.",
+    summary="An attacker disbands vehicle platoons. A defender keeps the traffic behind from stopping and crashing.",
     presets=PRESETS,
     game=Later("cps_envs.disbanding.game:DisbandingGame"),
     fields={

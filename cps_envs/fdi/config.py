@@ -62,7 +62,7 @@ class FdiConfig:
     correction_levels: int = quantity(4, low=1, high=100, source="chosen: steps between 0 and c_max")
     share_rear_range: bool = quantity(True, source="chosen: the defender sees the rear range sensors too")
     alarm_cost_mps2: float = quantity(0.01, unit="m/s2", low=0, high=10, source="chosen: per replaced reading")
-    correction_cost: float = quantity(0.01, low=0, high=10, source="chosen: times the mean |c| over the vehicles")
+    correction_cost: float = quantity(0.01, low=0, high=10, source="chosen: times the mean size of the corrections")
     gap_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial gap errors +- this")
     speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial relative speeds +- this")
     disturbance_mps2: Range = quantity(

@@ -36,16 +36,16 @@ class FdiGame(Game):
     """A game step is a sampling period of the controller; both roles decide at every one.
 
     Attacker: MultiDiscrete, one entry per attacked sensor (ranges first, by vehicle), or per sensor of the platoon
-    where tasks are drawn. In the form "level" entry a injects (a - bound) times the resolution; in the form "share" 0
-    injects nothing and 1 to `share_levels` go evenly from the lowest to the highest legal injection.
+    where tasks are drawn. In the form "level" entry a injects (a - bound) times the resolution. In the form "share" 0
+    injects nothing, and 1 to `share_levels` go evenly from the lowest to the highest legal injection.
     Defender: MultiDiscrete (3n,): for each reading (ranges 1..n, then range-rates) 1 = trust, 0 = replace; for each
     vehicle a correction level, `correction_levels` = none. It decides on the readings of the step before.
 
     With a filter (`estimator="kalman"`) there are readings of the rears too, (5n - 2,), and the defender decides on
     those that are used now. What the attacker injects is added to the readings of the next step.
 
-    Payoff: impact speed at the end (m/s), or with goal "instability" what the errors grow in each step (m), plus what
-    the defender is charged for replaced readings and corrections.
+    Payoff: the impact speed at the end (m/s), or with goal "instability" the growth of the errors in each step (m).
+    The defender's charges for replaced readings and corrections are added.
     """
 
     name = "fdi"

@@ -52,10 +52,10 @@ class HvacGame(Game):
     """A game step is one sample, 120 s; both roles decide at every step k = 0..718, at the same time.
 
     Attacker: Box (S + 1,), or (S,) with `attack_action="bias"`; it forges the readings of k + 1, see `attack.sense`.
-    Defender: Discrete(sets + 2 + F); its choice answers the readings of k: 0 feeds them to the controller as they are,
-    1..sets the estimate from that set, sets + 1 the model's prediction, and what follows that of a Kalman filter, if
-    the configuration offers any (`sensors.filter_sets`). Before the window of N_e samples is full only 0 and sets + 1
-    are legal, and all but 0 mean the recursive least squares of all sensors.
+    Defender: Discrete(sets + 2 + F). Its choice answers the readings of k: 0 feeds them to the controller as they are,
+    1..sets the estimate from that set, and sets + 1 the model's prediction. The F actions after that feed estimates of
+    Kalman filters, if the configuration offers any (`sensors.filter_sets`). Before the window of N_e samples is full
+    only 0 and sets + 1 are legal, and all but 0 mean the recursive least squares of all sensors.
 
     Payoff: |x(k + 1) - x_r|^2 / T_a from the onset on, so that the return is A_impact (4.19). With another `payoff` it
     is the hours that zones are out of comfort, or the heating in kWh, from the onset on.

@@ -31,8 +31,8 @@ KERNELS = {"attacker": observe_attacker, "defender": observe_defender}
 class RogueGame(Game):
     """A game step is a control period of 0.1 s; the vehicles' controllers run inside it at every integration step.
 
-    Attacker: Box (1,), from full braking effort (-1) over the effort that keeps the present speed (0) to full driving
-    effort (1), set at each decision and held.
+    Attacker: Box (1,), set at each decision and held: -1 is full braking effort, 0 the effort that keeps the present
+    speed, 1 full driving effort.
     Defender, `defense_action="mode"`: MultiDiscrete, for each intact vehicle from the rear its controller
     (`controllers.CONTROLLERS`) and whether following is modified: growing separation, authority (5.12). `"command"`:
     Box (n - 1,), accelerations. With `orders="all"` for each vehicle: the seized one ignores its own from the onset on.

@@ -24,7 +24,7 @@ def vehicle_steps(config: RogueConfig) -> float:
 ROGUE = Problem(
     name="rogue",
     version=0,
-    summary="An attacker drives one vehicle of a platoon to cause collisions; the intact vehicles avoid or outlast it.",
+    summary="An attacker drives one vehicle of a platoon to cause collisions. A defender drives the others.",
     presets=PRESETS,
     game=Later("cps_envs.rogue.game:RogueGame"),
     fields={

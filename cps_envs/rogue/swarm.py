@@ -17,7 +17,7 @@ from cps_envs.rogue.state import State
 class VehicleTeam(Team):
     """Agents `intact_1` (rear) to `intact_{n-1}` (leader), without the seized vehicle; all share minus the payoff.
 
-    With `orders="all"` they are `vehicle_1` to `vehicle_n`, the seized one and those an episode does not have included.
+    With `orders="all"` they are `vehicle_1` to `vehicle_n`, with the seized one and those that an episode lacks.
 
     They look at the state, the drawn quantities and the rules of a game.
     """

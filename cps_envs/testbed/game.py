@@ -86,8 +86,8 @@ def settle(robots: Robots, episode: State, c: Constants, account: Account, metri
 class RobotGame(Game):
     """A game step is a control period of the robots; the attacker decides at whole seconds from 1 s on.
 
-    Roles, actions and observations are those of `DisbandingGame` under `config.road`: policies of the disbanding
-    problem see a road, `config.scale` times as large as the circle, and what they see are the filters' estimates.
+    Roles, actions and observations are those of `DisbandingGame` under `config.road`. Policies of the disbanding
+    problem see a road that is `config.scale` times as large as the circle. They see it through the filters' estimates.
 
     Payoff: the increase of E_v (2.8) in percent over the robots that are not disbanded, inside its window.
     """

@@ -24,7 +24,7 @@ def defense_fields(config: RobotConfig) -> Fields:
 TESTBED = Problem(
     name="testbed",
     version=0,
-    summary="Nine robots on a circle, three platoons, of which the leading one disbands.",
+    summary="Nine robots drive on a circle in three platoons. The leading platoon disbands.",
     presets=PRESETS,
     game=RobotGame,
     fields={"attacker": attack_fields, "defender": defense_fields},

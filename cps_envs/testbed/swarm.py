@@ -16,7 +16,7 @@ from cps_envs.testbed.config import RobotConfig
 class RobotTeam(Team):
     """Agents `robot_0` (front) to `robot_{M-1}`; all share minus the attacker's payoff.
 
-    What they see are the filters' estimates in metres of road, laid out as in the swarm form of the disbanding problem.
+    They see the filters' estimates in metres of road, laid out as in the swarm form of the disbanding problem.
     """
 
     def __init__(self, config: RobotConfig, string: State, constants: Array) -> None:

@@ -22,8 +22,7 @@ from cps_agents.errors import CommandError
 from cps_baselines.arena import Contestant, Prepared, Venue
 from cps_baselines.disbanding import benchmark as disbanding
 from cps_baselines.disbanding.genetic import undefended_plan
-from cps_baselines.paper.agreement import verdict
-from cps_baselines.paper.tables import read_table, velocity_errors
+from cps_baselines.paper.tables import read_table, velocity_errors, verdict
 from cps_baselines.schedule import Benchmark, PaperCell, Setting
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError

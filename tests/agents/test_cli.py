@@ -50,7 +50,7 @@ def test_list_as_json() -> None:
     assert problem["gymnasium"]["defender"] == "cps_envs:cps_envs/DisbandingDefense-v0"
     assert problem["pettingzoo"]["swarm"] == "cps_envs.disbanding_v0.swarm_env"
     assert policies["attacker"]["ga"]["privileged"] == ["model", "opponent"]
-    assert policies["attacker"]["lead"]["summary"].startswith("The optimal single attack")
+    assert policies["attacker"]["lead"]["summary"].startswith("Disbands the lead platoon")
     assert all(entry["missing"] or entry["summary"] for found in policies.values() for entry in found.values())
 
 

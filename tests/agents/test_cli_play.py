@@ -1,40 +1,69 @@
+"""`cps-envs play` and `cps-envs testbed`: the episodes of the game, tables, pictures, films."""
+
 from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
+from cps_envs.testbed.problem import TESTBED
+from tests.agents.command_line import invoke, refusal
 
 SHORT = ("--set", "duration_s=5", "--set", "num_platoons=3")
-PROBLEM = find_problem("disbanding")
-CONFIG = PROBLEM.config("paper", {"duration_s": 5, "num_platoons": 3})
+EARLY = "plan?events=[[3, 5]]"
+FEW = ("--set", "duration_s=12", "--set", "measured_from_s=5", "--set", "measured_for_s=5", "--attacker", EARLY)
+
+
+def succeeded(*arguments: str) -> Any:
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    return result
 
 
 def play(*arguments: str) -> Any:
-    result = CliRunner().invoke(app, ["play", "disbanding", *SHORT, *arguments], env={"COLUMNS": "100"})
-    assert result.exit_code == 0, result.output
-    return result
+    return succeeded("play", "disbanding", *SHORT, *arguments)
+
+
+def robots(*arguments: str) -> Any:
+    return succeeded("testbed", *FEW, *arguments)
 
 
 def test_episodes_are_those_of_the_game() -> None:
     found = json.loads(
         play("--attacker", "random", "--defender", "none", "--seed", "3", "--episodes", "4", "--json").stdout
     )
-    expected = play_episodes(PROBLEM, CONFIG, {"attacker": "random", "defender": "none"}, range(3, 7))
+    problem = find_problem("disbanding")
+    config = problem.config("paper", {"duration_s": 5, "num_platoons": 3})
+    expected = play_episodes(problem, config, {"attacker": "random", "defender": "none"}, range(3, 7))
     assert [episode["seed"] for episode in found["episodes"]] == [3, 4, 5, 6]
     for name, values in expected.items():
         assert [episode[name] for episode in found["episodes"]] == values.tolist()
         assert found["mean"][name] == pytest.approx(values.mean())
     assert found["config"]["num_platoons"] == 3
+
+
+def test_a_defender_s_episodes_on_the_test_bed_are_those_of_the_game() -> None:
+    found = json.loads(robots("--defender", "feedback", "--seed", "3", "--episodes", "2", "--json").stdout)
+    config = TESTBED.config("paper", {"duration_s": 12, "measured_from_s": 5, "measured_for_s": 5})
+    expected = play_episodes(TESTBED, config, {"attacker": EARLY, "defender": "feedback"}, (3, 4))
+    assert [episode["velocity_error"] for episode in found["episodes"]] == expected["velocity_error"].tolist()
+    assert found["preset"] == "paper"
+
+
+def test_the_paper_s_mitigation_by_its_period() -> None:
+    found, usual = (json.loads(robots(*more, "--json").stdout) for more in (("--period", "0.5"), ()))
+    assert "horizon_s=0.5" in found["defender"]
+    assert found["config"]["avoidance"] == "until_disbanding"
+    assert usual["defender"] == "none"
+    assert usual["episodes"] != found["episodes"]
 
 
 def test_the_preset_s_own_players_play_by_default() -> None:
@@ -48,6 +77,9 @@ def test_the_table_shows_every_metric_and_the_mean() -> None:
     assert "12 episodes" in printed
     assert "velocity_error_intact" in printed
     assert "velocity_error_all + collision_penalty + end_charge" in printed
+    printed = robots("--episodes", "2").stdout
+    assert "velocity_error" in printed
+    assert "2 episodes" in printed
 
 
 def test_pictures_are_of_the_chosen_moment(tmp_path: Path) -> None:
@@ -86,6 +118,19 @@ def test_films_have_a_frame_every_second_and_leave_nothing_else(kind: str, tmp_p
     assert list(file.parent.iterdir()) == [file]
 
 
+@pytest.mark.parametrize(("kind", "count"), [("gif", 7), ("mp4", 7), ("png", 1)])
+def test_the_test_bed_is_shown(kind: str, count: int, tmp_path: Path) -> None:
+    pytest.importorskip("pygame")
+    imageio = pytest.importorskip("imageio.v3")
+    if kind == "mp4":
+        pytest.importorskip("imageio_ffmpeg")
+    file = tmp_path / f"robots.{kind}"
+    robots("--period", "1", "--render", str(file), "--fps", "2", "--speed", "4")
+    frames = list(imageio.imiter(file))
+    assert len(frames) == count
+    assert np.asarray(frames[0]).shape[:2] == (540, 960)
+
+
 def test_rendering_changes_no_metric(tmp_path: Path) -> None:
     pytest.importorskip("imageio")
     arguments = ("--attacker", "random", "--defender", "copy", "--episodes", "2", "--json")
@@ -117,6 +162,17 @@ def test_no_display_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> 
         raise pygame.error("No available video device")
 
     monkeypatch.setattr("cps_envs.core.picture.rendering.Window.show", without_display)
-    result = CliRunner().invoke(app, ["play", "disbanding", *SHORT, "--render", "human"])
-    assert result.exit_code == 2
-    assert "--render FILE.mp4" in result.stderr
+    assert "--render FILE.mp4" in refusal("play", "disbanding", *SHORT, "--render", "human")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "remedy"),
+    [
+        (("--period", "0.5", "--defender", "copy"), "give one of them"),
+        (("--period", "0.52"), "multiple of sample_s"),
+        (("--defender", "heuristics"), "heuristic"),
+        (("--set", "radius_m=0.4"), "larger radius_m"),
+    ],
+)
+def test_wrong_input_of_the_test_bed_names_the_remedy(arguments: Sequence[str], remedy: str) -> None:
+    assert remedy in refusal("testbed", *arguments)

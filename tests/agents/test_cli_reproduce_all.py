@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 from cps_agents.cli import app
 from cps_agents.reproduction import readings
 from cps_agents.reproduction.commands import COMMANDS
-from cps_agents.reproduction.publication import END, START, tables
-from cps_baselines.fdi.reproduction.settings import SETS
+from cps_agents.reproduction.summary import END, START, tables
+from cps_baselines.fdi.reproduction.experiments import SETS
 from cps_baselines.hvac.reproduction.controllers import CONTROLLERS
 from cps_baselines.reproduction.evidence import Report
 from cps_baselines.reproduction.exhibit import Table, places

@@ -26,7 +26,6 @@ from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.machine import available_cores
 from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, FloatArray
 
 TINY = Effort(
@@ -269,17 +268,6 @@ def test_a_constant_that_is_best_breaks_the_rule() -> None:
     assert not broken.holds
     assert broken.worse == "best constant"
     assert broken.lead.mean == pytest.approx(-2.5)
-
-
-@pytest.mark.parametrize("contest", find_contests([]), ids=lambda contest: contest.problem)
-def test_declared_contests_name_every_registered_policy(contest: Contest) -> None:
-    for role in ROLES:
-        side = contest.attackers if role == "attacker" else contest.defenders
-        named = {each.reference.partition("?")[0] for each in (*side.policies, *side.informed)}
-        left = set(policy_names(contest.problem, role)) - named - set(side.left_out) - {*NEED_OPTIONS}
-        assert not left
-        assert "none" in {each.name for each in side.policies}
-        assert len({each.name for each in (*side.policies, *side.informed)}) == len(side.policies) + len(side.informed)
 
 
 def test_names_that_do_not_exist_are_refused() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from cps_agents.arena.statistics import difference, estimate, interquartile_mean, mean
+from cps_agents.arena.statistics import _factors, difference, estimate, interquartile_mean, mean
 
 NUMBERS = st.floats(-1e3, 1e3).map(lambda value: round(value, 3))
 SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 8))
@@ -150,10 +150,13 @@ def test_one_training_seed_of_a_baseline_is_not_enough() -> None:
     assert significant(5, 1, 200) > 0.15  # which is why tables mark it
 
 
-def test_the_seeds_of_both_sides_widen_a_difference() -> None:
+@pytest.mark.parametrize("luck", [0.0, 10.0])
+def test_the_seeds_of_both_sides_widen_a_difference(luck: float) -> None:
+    """However much both sides owe to the same episodes."""
     generator = np.random.default_rng(6)
-    learned, baseline = generator.normal(size=(5, 1)) + np.zeros((1, 9)), generator.normal(size=(5, 1))
-    found = difference([learned], [np.repeat(baseline, 9, axis=1)], resamples=20_000)
+    learned, baseline = generator.normal(size=(5, 1)) + np.zeros((1, 60)), generator.normal(size=(5, 1))
+    shared = luck * generator.normal(size=(1, 60))
+    found = difference([learned + shared], [np.repeat(baseline, 60, axis=1) + shared], resamples=20_000)
     spread = np.sqrt((learned[:, 0].var(ddof=1) + baseline.var(ddof=1)) / 5)
     welch = stats.ttest_ind(learned[:, 0], baseline[:, 0], equal_var=False).confidence_interval()
     assert found.mean == pytest.approx(learned.mean() - baseline.mean())
@@ -173,6 +176,13 @@ def test_a_difference_does_not_depend_on_the_order_of_seeds(values: Any, factor:
     assert (after.mean, after.low or 0, after.high or 0) == pytest.approx(
         (before.mean, before.low or 0, before.high or 0), rel=1e-6, abs=1e-6
     )
+
+
+def test_episodes_differ_by_what_one_side_has_more_than_the_other() -> None:
+    learned, baseline = np.array([[1.0, 5.0], [3.0, 7.0]]), np.array([[2.0, 4.0]])
+    seeds, others, episodes = _factors([[learned], [baseline]])
+    assert (seeds[0].tolist(), others[0].tolist(), episodes[0].tolist()) == ([3.0, 5.0], [3.0], [0.0, 2.0])
+    assert [weight for _, weight in (seeds, others, episodes)] == [1.0, 1.0, 1.0]
 
 
 def test_equal_policies_have_no_difference_at_all() -> None:

@@ -22,8 +22,8 @@ from cps_baselines.interruption import Ended, ending, exit_code
 from tests.agents.test_locking import COMMANDS, LEARNING
 
 WHOLE = "from cps_agents.cli import main; main()"
-AGAIN = "What was finished is kept: the same command goes on."
-RESUMED = "What was finished is kept: the same command with --resume goes on."
+AGAIN = "Finished work is kept: the same command continues."
+RESUMED = "Finished work is kept: the same command with --resume continues."
 TRAIN = ("train", "RogueAttack-v0", "--name", "tiny", "--knob", "evaluation_episodes=2")
 LEAGUE = ("league", "rogue", "--attackers", "square", "--attackers", "random", "--attackers", "strike")
 LONG = (*LEAGUE, "--defenders", "pd", "--defenders", "monitor", "--episodes", "500")

@@ -49,6 +49,13 @@ def test_a_game_whose_sides_mix_differently() -> None:
     np.testing.assert_allclose(found.defender, [0.25, 0.75], atol=1e-9)
 
 
+def test_a_large_offset_costs_no_accuracy() -> None:
+    found = solve(np.array([[3.0, 1.0], [0.0, 2.0]]) + 1e12)
+    assert found.value - 1e12 == pytest.approx(6 / 4, abs=1e-3)
+    np.testing.assert_allclose(found.attacker, [0.5, 0.5], atol=1e-6)
+    np.testing.assert_allclose(found.defender, [0.25, 0.75], atol=1e-6)
+
+
 def test_a_saddle_point_is_pure() -> None:
     found = solve(np.array([[4.0, 2.0, 3.0], [1.0, 0.0, 5.0]]))
     np.testing.assert_array_equal(found.attacker, [1.0, 0.0])

@@ -16,6 +16,7 @@ from cps_agents.learning.demonstrations import demonstrate, join
 from cps_agents.learning.export import network_of_model
 from cps_agents.learning.imitation import imitate
 from cps_agents.learning.model import CLASSES, check_fit, make_model
+from cps_agents.learning.presentation import learned_by
 from cps_agents.learning.recipe import ALGORITHMS, SEARCH, Recipe, changed
 from cps_agents.learning.scaling import seen_columns, spread, wander
 from cps_agents.learning.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
@@ -219,3 +220,11 @@ def test_disturbed_teachers_show_more_and_say_the_same() -> None:
     np.testing.assert_array_equal(plain.actions[:9], noisy.actions[:9])
     with pytest.raises(CommandError, match="teacher_noise is for continuous actions"):
         demonstrate(replace(CASES["maskable-ppo"], teacher="oracle", teacher_noise=0.1), range(1))
+
+
+def test_a_checkpoint_that_has_not_learned_says_what_made_it() -> None:
+    taught = Recipe(name="x", problem="fdi", teacher="tracker")
+    assert learned_by(taught, 0) == "imitation"
+    assert learned_by(taught, 64) == "ppo"
+    assert learned_by(replace(taught, teacher="", search_steps=5), 0) == "plan-search"
+    assert learned_by(replace(taught, teacher=""), 0) == "untrained"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import threading
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -43,6 +44,25 @@ def test_tensorboard_reads_what_was_logged(tmp_path: Path) -> None:
     events = EventAccumulator(str(tmp_path / "tensorboard"), size_guidance={"tensors": 0})
     events.Reload()
     assert [event.step for event in events.Tensors("validation/score")] == [10, 20]
+
+
+def test_a_full_disk_is_told_in_a_sentence_that_names_the_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from tensorboard.summary.writer.record_writer import RecordWriter
+
+    def full(writer: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    before, tracker = threading.excepthook, make_tracker("tensorboard", subject(tmp_path))
+    monkeypatch.setattr(RecordWriter, "flush", full)
+    with pytest.raises(OSError, match=r"cannot be written: No space left on device: .*tensorboard"):  # noqa: PT012
+        for steps in range(100):
+            tracker.log({"validation/score": 2.0}, steps)
+    assert "Traceback" not in capsys.readouterr().err
+    monkeypatch.undo()
+    tracker.close()
+    assert threading.excepthook == before
 
 
 def test_a_run_of_weights_and_biases_goes_on_under_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

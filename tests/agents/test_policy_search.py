@@ -247,3 +247,27 @@ def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytes
     assert code == 0
     assert "front_gap" in printed
     assert "hysteresis" in printed
+
+
+def test_a_search_is_repeated_exactly_by_its_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def train(*arguments: str) -> None:
+        monkeypatch.setattr("sys.argv", ["cps-envs", "train", *arguments, "--jobs", "1", "--tracker", "none"])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert not ended.value.code
+
+    small = (
+        "--knob",
+        'scenes=[{"episodes":2,"overrides":{"duration_s":3}}]',
+        "--knob",
+        "population=4",
+        "--steps",
+        "24",
+    )
+    knobs = ("--algo", "cma-es", "--knob", "family=rogue-switching", "--knob", "evaluation_episodes=2")
+    out = ("--name", "mine", "--preset", "easy", "--seeds", "1", "--first-seed", "3", "--out", str(tmp_path / "first"))
+    train("RogueAttack-v0", *knobs, *small, *out)
+    first, again = tmp_path / "first" / "mine" / "seed-3", tmp_path / "again" / "mine" / "seed-3"
+    train("--config", str(first / "run.json"), "--out", str(tmp_path / "again"))
+    assert (again / "policy.safetensors").read_bytes() == (first / "policy.safetensors").read_bytes()
+    assert rows(again) == rows(first)

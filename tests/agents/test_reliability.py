@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
+from threading import Barrier, Event, Thread
 from typing import Any
 
 import pytest
@@ -10,11 +17,14 @@ from typer.testing import CliRunner
 
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
+from cps_agents.reliability import chunk as chunk_module
 from cps_agents.reliability import determinism
-from cps_agents.reliability.child import run_chunk
+from cps_agents.reliability.child import StoppedError, run_chunk
 from cps_agents.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
 from cps_agents.reliability.document import document, markdown, publish
 from cps_agents.reliability.faults.comparing import damaged, differing
+from cps_agents.reliability.faults.jobs import JOBS, warm_up
+from cps_agents.reliability.faults.part import Trials
 from cps_agents.reliability.fuzz import actions, configurations, files
 from cps_agents.reliability.fuzz.judging import Tally, is_refusal
 from cps_agents.reliability.journal import Journal
@@ -25,6 +35,21 @@ from cps_agents.reliability.store import Store
 from cps_agents.reliability.suite import run_parts
 from cps_envs.core.errors import ConfigurationError
 from tests.agents.broken_parts import PART as TOYS
+
+HANGING = """
+import subprocess
+from threading import Event
+from cps_agents.reliability import child
+from tests.agents.broken_parts import PART
+
+usual = child._wait
+def tell(process, *rest):
+    print(process.pid, flush=True)
+    return usual(process, *rest)
+
+child._wait = tell
+child.run_chunk(next(each for each in PART.chunks() if each.row == "hangs"), Event())
+"""
 
 
 def part_of(*counts: dict[str, int]) -> Part:
@@ -83,20 +108,20 @@ def test_refusals_are_told_from_accidents() -> None:
 
 @pytest.mark.parametrize(("row", "counts"), [("dies", {"inputs": 2, "crash": 1}), ("hangs", {"inputs": 0, "hang": 1})])
 def test_a_process_that_dies_or_hangs_is_counted_and_the_rest_goes_on(row: str, counts: dict[str, int]) -> None:
-    found = run_chunk(next(each for each in TOYS.chunks() if each.row == row))
+    found = run_chunk(next(each for each in TOYS.chunks() if each.row == row), Event())
     assert found["counts"] == counts
     assert "a trial" in next(iter(found["examples"].values()))
 
 
 def test_a_broken_machine_is_no_result() -> None:
     with pytest.raises(CommandError, match=r"(?s)could not be done.*the machine is broken"):
-        run_chunk(next(each for each in TOYS.chunks() if each.row == "fails"))
+        run_chunk(next(each for each in TOYS.chunks() if each.row == "fails"), Event())
 
 
 def test_finished_pieces_are_kept_until_their_sources_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     part, done = part_of({"tried": 2}, {"tried": 3, "bad": 1}), []
 
-    def work(chunk: Chunk) -> Result:
+    def work(chunk: Chunk, stop: Event) -> Result:
         done.append(chunk.number)
         return part.run(chunk, Journal())
 
@@ -111,9 +136,78 @@ def test_finished_pieces_are_kept_until_their_sources_change(tmp_path: Path, mon
     assert done == [0, 1, 0, 1]
 
 
+def test_a_piece_that_cannot_be_done_does_not_stop_the_others(tmp_path: Path) -> None:
+    part = part_of({"tried": 1}, {"tried": 2}, {"tried": 4})
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        if chunk.number == 1:
+            raise CommandError("no room")
+        return part.run(chunk, Journal())
+
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=work, jobs=2)
+    assert (found.totals["tried"], found.failed) == (5, ["no room"])
+
+
+def test_parts_get_about_the_same_time(tmp_path: Path) -> None:
+    slow, quick = (replace(part_of(*[{"tried": 1}] * 4), name=name) for name in ("slow", "quick"))
+    rows = {part.name: [replace(chunk, part=part.name) for chunk in part.chunks()] for part in (slow, quick)}
+    slow, quick = (replace(part, chunks=lambda name=part.name: rows[name]) for part in (slow, quick))
+    done = []
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        done.append(chunk.part)
+        return {**slow.run(chunk, Journal()), "cpu_s": 10.0 if chunk.part == "slow" else 1.0}
+
+    run_parts([slow, quick], Store(tmp_path), 1.0, work=work)
+    assert done == ["slow", *["quick"] * 4, *["slow"] * 3]
+
+
+def test_two_pieces_run_at_once_and_an_interruption_ends_them(tmp_path: Path) -> None:
+    part, together = part_of({"tried": 1}, {"tried": 1}), Barrier(3)
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        together.wait(60.0)
+        assert stop.wait(60.0)
+        raise StoppedError
+
+    def interrupt() -> None:
+        together.wait(60.0)
+        signal.raise_signal(signal.SIGINT)
+
+    Thread(target=interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        run_parts([part], Store(tmp_path), 1.0, work=work, jobs=2)
+    stop = Event()
+    stop.set()
+    with pytest.raises(StoppedError):
+        run_chunk(next(each for each in TOYS.chunks() if each.row == "hangs"), stop)
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are listed by Linux")
+def test_no_piece_outlives_a_command_that_is_killed() -> None:
+    started = subprocess.Popen([sys.executable, "-c", HANGING], stdout=subprocess.PIPE, text=True)
+    assert started.stdout is not None
+    child = int(started.stdout.readline())
+    started.kill()
+    started.wait()
+    deadline = time.monotonic() + 60
+    while Path(f"/proc/{child}").exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not Path(f"/proc/{child}").exists()
+
+
+def test_words_about_code_void_no_result(tmp_path: Path) -> None:
+    stamps = []
+    for number, source in enumerate(('"""One."""\nx = 1\n', '"""Two."""\n\nx = 1  # one\n', "x = 2\n")):
+        (tmp_path / f"{number}").mkdir()
+        (tmp_path / f"{number}" / "module.py").write_text(source, encoding="utf-8")
+        stamps.append(chunk_module._content(tmp_path / f"{number}" / "module.py"))
+    assert stamps[0] == stamps[1] != stamps[2]
+
+
 def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
     part = part_of({"tried": 1234, "bad": 0})
-    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk: part.run(chunk, Journal()))
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
     (tmp_path / "docs").mkdir()
     written = document([found])
     assert "1,234" in markdown(written)
@@ -157,7 +251,10 @@ def test_a_mutant_differs_in_one_place() -> None:
 
 def test_targets_and_equivalent_mutants_exist() -> None:
     for target in TARGETS:
-        assert all((ROOT / path).is_file() for path in (target.path, *target.tests))
+        assert all((ROOT / path.partition("::")[0]).is_file() for path in (target.path, *target.tests))
+        assert find_spec(target.module) is not None, target.module
+        for file, _, name in (test.partition("::") for test in target.tests if "::" in test):
+            assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), name
     for each in equivalents():
         lines = [line.strip() for line in (ROOT / each["path"]).read_text(encoding="utf-8").splitlines()]
         assert each["line"] in lines, each
@@ -175,11 +272,24 @@ def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
     (tmp_path / "two" / "x.csv").write_text("value,cpu_s\n8,1\n", encoding="utf-8")
     assert differing(tmp_path / "one", tmp_path / "two", names_only=False) == ["x.csv"]
     (tmp_path / "two" / "y.txt").touch()
+    (tmp_path / "two" / "meetings").mkdir()
+    (tmp_path / "two" / "meetings" / "learned.json").touch()
     assert differing(tmp_path / "one", tmp_path / "two", names_only=True) == ["y.txt"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes are forked and killed")
+def test_a_league_that_is_killed_at_a_write_goes_on(tmp_path: Path) -> None:
+    league = next(job for job in JOBS if job.name == "league")
+    warm_up(league)
+    trials = Trials(league, tmp_path, Journal())
+    trials.kill(0, "draft")
+    trials.kill(trials.writes - 1, "before")
+    assert not trials.examples
+    assert trials.counts["kills"] == 2
 
 
 @pytest.mark.slow
 def test_a_killed_league_goes_on(tmp_path: Path) -> None:
-    found = run_chunk(next(chunk for chunk in find_part("faults").chunks() if chunk.row == "league"))
+    found = run_chunk(next(chunk for chunk in find_part("faults").chunks() if chunk.row == "league"), Event())
     assert not found["examples"]
     assert found["counts"]["kills"] >= 10

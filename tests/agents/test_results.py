@@ -21,13 +21,13 @@ from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.results import rogue
 from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.derived import completed, teacher_of
 from cps_agents.results.document import document, merged
 from cps_agents.results.examination import Findings, examine, find_blocks, missing_of, pairing
 from cps_agents.results.front import Front, front_table
 from cps_agents.results.judging import MISSING, NOT_REACHED, ON_AVERAGE, REACHED, judge, worst
 from cps_agents.results.publication import publish, record
 from cps_agents.results.report import END, START, readme_table, results_markdown, tables, with_table
-from cps_agents.results.rivals import completed, teacher_of
 from cps_agents.results.searches import best_wave, fixed_plan
 from cps_agents.results.tables import bar_lines, best_baseline, judged_against, overall
 from cps_agents.zoo.card import read_card

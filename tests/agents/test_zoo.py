@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 
 from cps_agents.cli import app, main
 from cps_agents.errors import CommandError
-from cps_agents.zoo.card import read_card
+from cps_agents.recipes.finding import RECIPES
+from cps_agents.zoo.card import MIXTURE, read_card
 from cps_agents.zoo.files import find, load, shipped_names
 from cps_agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
@@ -157,7 +158,7 @@ def test_merging_keeps_each_seed(tmp_path: Path) -> None:
         expected = load(cards[seed], seed)[1].tensors()
         for name, array in load(tmp_path / "both.json", seed)[1].tensors().items():
             np.testing.assert_array_equal(array, expected[name])
-    with pytest.raises(CommandError, match="is there already"):
+    with pytest.raises(CommandError, match="is already in the policy"):
         merge([cards[0], cards[0]], tmp_path / "both.json")
     save_tiny(cards[1], "fdi", "attacker", recipe={"other": 1})
     with pytest.raises(CommandError, match="another recipe"):
@@ -211,3 +212,25 @@ def test_cards_are_readable(name: str, tmp_path: Path) -> None:
     assert read_card(find(name)).weights in text
     tables = [line for line in text.splitlines() if line.startswith("|")]
     assert {line.replace("\\|", "").count("|") for line in tables} <= {5, 7}
+
+
+@pytest.mark.parametrize("name", [name for name in shipped_names() if read_card(find(name)).role == "defender"])
+def test_no_defender_is_shipped_without_its_worst_case(name: str) -> None:
+    found = read_card(find(name)).exploitability
+    assert found, f"run `cps-envs zoo judge {name}`, then `make pages`"
+    assert found["pay"]["low"] <= found["pay"]["mean"] <= found["pay"]["high"]
+    assert found["attacks"] >= 5
+    assert found["budget_s"] > 0
+    assert found["training_seed"] == read_card(find(name)).best
+    assert "/" not in found["attack"].partition("?")[0]
+
+
+@pytest.mark.parametrize("name", shipped_names())
+def test_every_shipped_policy_can_be_made_again(name: str) -> None:
+    card = read_card(find(name))
+    if card.head == MIXTURE:
+        assert card.command.startswith(f"cps-envs self-play {card.problem} ")
+        return
+    assert name in RECIPES  # `make train` trains them all
+    assert card.command.startswith("cps-envs train ")
+    assert card.algorithm in (RECIPES[name].algorithm, "imitation", "plan-search")

@@ -41,7 +41,7 @@ def test_code_in_a_name_needs_consent(monkeypatch: pytest.MonkeyPatch) -> None:
         find_family("cps_baselines.rogue.families:SWITCHING")
     monkeypatch.setenv("CPS_ENVS_TRUST", "1")
     assert find_family("cps_baselines.rogue.families:SWITCHING") is SWITCHING
-    with pytest.raises(UnknownNameError, match="is no family"):
+    with pytest.raises(UnknownNameError, match="is not a family"):
         find_family("cps_baselines.rogue.tuned:tuned")
 
 

@@ -10,14 +10,14 @@ import pytest
 
 from cps_baselines.disbanding.reproduction.chapter import CHAPTER as CHAPTER_2
 from cps_baselines.disbanding.reproduction.experiments import Evidence as Evidence2
-from cps_baselines.disbanding.reproduction.recheck import CONDITIONS as OTHER_RULES
+from cps_baselines.disbanding.reproduction.experiments import Search
 from cps_baselines.disbanding.reproduction.recording import Recorded as Course
+from cps_baselines.disbanding.reproduction.rules import CONDITIONS as OTHER_RULES
 from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
-from cps_baselines.disbanding.reproduction.searching import Search
 from cps_baselines.hvac.reproduction.chapter import CHAPTER as CHAPTER_4
+from cps_baselines.hvac.reproduction.chapter import CONDITIONS as OTHER_DAYS
 from cps_baselines.hvac.reproduction.controllers import Evidence as Evidence4
 from cps_baselines.hvac.reproduction.experiments import noise_free, undefended
-from cps_baselines.hvac.reproduction.recheck import CONDITIONS as OTHER_DAYS
 from cps_baselines.hvac.reproduction.recording import Recorded
 from cps_baselines.hvac.reproduction.scenario import Scenario
 from cps_baselines.reproduction.claims import Claim, Finding
@@ -31,9 +31,8 @@ from cps_baselines.reproduction.recheck import (
     with_again,
 )
 from cps_baselines.reproduction.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
-from cps_baselines.rogue.reproduction.chapter import behind_claims
+from cps_baselines.rogue.reproduction.chapter import CONDITIONS, WORLDS, behind_claims
 from cps_baselines.rogue.reproduction.experiments import ClosedLoop, Ride, Waves, square_waves
-from cps_baselines.rogue.reproduction.recheck import CONDITIONS, WORLDS
 
 CLAIM = Claim("X01", "1", "it is one", "1", "m")
 

@@ -3,10 +3,14 @@ from __future__ import annotations
 import math
 import multiprocessing
 import os
+import signal
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.process import BaseProcess
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -82,3 +86,45 @@ def interrupt(workers: Workers, error: type[BaseException]) -> None:
         for _ in workers.run(time.sleep, [0.0, FOREVER_S, FOREVER_S, FOREVER_S]):
             assert len(multiprocessing.active_children()) == 3
             raise error
+
+
+ENDLESS = """
+import time
+from cps_baselines.workers import Workers
+
+def work(seconds):
+    print("working", flush=True)
+    time.sleep(seconds)
+
+if __name__ == "__main__":
+    with Workers(2) as workers:
+        list(workers.run(work, [600.0, 600.0]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="groups of processes of POSIX")
+def test_no_process_outlives_one_that_is_killed(tmp_path: Path) -> None:
+    script = tmp_path / "endless.py"
+    script.write_text(ENDLESS, encoding="utf-8")
+    main = subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True, start_new_session=True)
+    try:
+        assert main.stdout is not None
+        assert [main.stdout.readline() for _ in range(2)] == ["working\n"] * 2
+        main.kill()
+        main.wait()
+        assert wait_until_gone(main.pid)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(main.pid, signal.SIGKILL)
+
+
+def wait_until_gone(group: int) -> bool:
+    """Whether all processes of a group end soon."""
+    deadline = time.monotonic() + FOREVER_S / 10
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.1)
+    return False

@@ -86,3 +86,9 @@ def test_rows_of_different_lengths_are_refused_in_a_sentence(ragged: Any) -> Non
     for read in (reader.single, lambda actions: reader.batch(actions, 2)):
         with pytest.raises(ValueError, match="rows of one length were expected for MultiDiscrete"):
             read(ragged)
+
+
+def test_whole_numbers_for_a_box_become_real_ones() -> None:
+    read = ActionReader(BOX).batch(np.array([[1, 2], [0, 9]], np.int64), 2)
+    assert read.dtype == np.float64
+    assert read.tolist() == [[1.0, 2.0], [0.0, 2.0]]

@@ -147,11 +147,11 @@ def test_missing_package_names_the_command(spec: RoleSpec) -> None:
 @pytest.mark.parametrize(
     ("reference", "message"),
     [
-        (3, "is no policy: it has no method predict"),
+        (3, "is not a policy: it has no method predict"),
         (f"{__name__}:NUMBER", "could not be built"),
         ("guess?depth=1", "unexpected keyword argument 'depth'"),
         (f"{__name__}:READY?level=1", "built already"),
-        ("builtins:print", "is no policy"),
+        ("builtins:print", "is not a policy"),
     ],
 )
 def test_what_is_no_policy(reference: Any, message: str, spec: RoleSpec) -> None:

@@ -97,3 +97,5 @@ def test_states_are_put_together_row_by_row() -> None:
     ]
     assert gathered == [[10, 20], [20, 10], [10, 40], [20]]
     assert _gather(np.array([0, 1]), blocks(Block(2, None), one))[0].tolist() == [0, 20]
+    three = Block(3, (np.array([10, 20, 30]),))
+    assert _gather(np.array([0, 1]), blocks(three, three))[0].tolist() == [10, 20]

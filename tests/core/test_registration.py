@@ -46,7 +46,7 @@ def test_names_and_pages() -> None:
     assert "| 0-1 | `own` |" in page
     assert "| `duration_s` | 12.0 | s |" in page
     assert inspect.getdoc(TwinDefenseVectorEnv) == "`TwinDefenseEnv` for a whole batch."
-    assert "`pettingzoo.ParallelEnv`, every second." in (inspect.getdoc(parallel_env) or "")
+    assert "`pettingzoo.ParallelEnv`. They act every second." in (inspect.getdoc(parallel_env) or "")
     assert "any field of `ToyConfig`" in (inspect.getdoc(swarm_env) or "")
 
 

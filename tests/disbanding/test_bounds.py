@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.bounds import least_errors
-from cps_baselines.disbanding.bounds_of_two import TwoAttackSearch, least_error_of_two
+from cps_baselines.disbanding.bounds import TwoAttackSearch, least_error_of_two, least_errors
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
 

@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from functools import partial
 
 import numpy as np
 import pytest
 
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
+from tests import episodes
 
-
-def started(seeds: Sequence[int] = (0,), preset: str = "learning", **overrides: Any) -> DisbandingGame:
-    game = DisbandingGame(DISBANDING.config(preset, overrides), len(seeds))
-    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
-    return game
+started = partial(episodes.started, DISBANDING, preset="learning")
 
 
 def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, num_steps: int = 10) -> Array:
@@ -28,7 +23,7 @@ def go(game: DisbandingGame, attack: int = 0, correction: Array | None = None, n
 
 
 def test_new_draws_shift_no_old_one() -> None:
-    easy, contested = started(range(5), "easy"), started(range(5))
+    easy, contested = started(range(5), preset="easy"), started(range(5))
     for name in ("tau_s", "desired_gap_m", "num_vehicles"):
         assert np.array_equal(easy.constants[name], contested.constants[name])
     for name in ("position", "speed", "takeover_delay_s", "driver_headway_s"):
@@ -85,15 +80,15 @@ def test_attacks_open_late_and_keep_a_pause() -> None:
 
 
 def test_members_hear_of_the_attack_one_after_the_other() -> None:
-    plain = started((4,), "paper").state.takeover_delay_s[0]
-    told = started((4,), "paper", member_delay_s=0.5, attacked_member=3).state.takeover_delay_s[0]
+    plain = started((4,), preset="paper").state.takeover_delay_s[0]
+    told = started((4,), preset="paper", member_delay_s=0.5, attacked_member=3).state.takeover_delay_s[0]
     hops = np.array([2, 1, 0, 1, 2, 3, 4, 5, 6, 7])
     np.testing.assert_allclose(told - plain, np.tile(0.5 * hops, 10))
 
 
 def test_some_drivers_brake_when_they_take_over() -> None:
     braking = {"braking_share": 0.3, "braking_mps2": (2.0, 5.0), "braking_s": (0.5, 1.5)}
-    game = started(range(30), "paper", **braking)
+    game = started(range(30), preset="paper", **braking)
     brakes = game.state.braking_s > 0
     assert abs(brakes.mean() - 0.3) < 4 * np.sqrt(0.3 * 0.7 / 3000)
     assert np.all((game.state.braking_s[brakes] >= 0.5) & (game.state.braking_s[brakes] <= 1.5))
@@ -109,7 +104,9 @@ def test_some_drivers_brake_when_they_take_over() -> None:
 
 def test_actuators_add_noise_to_corrections_only() -> None:
     setting = {"correctable": "intact", "control_period_s": 0.01}
-    noisy, exact = (started(range(20), "paper", correction_noise_mps2=deviation, **setting) for deviation in (0.5, 0.0))
+    noisy, exact = (
+        started(range(20), preset="paper", correction_noise_mps2=deviation, **setting) for deviation in (0.5, 0.0)
+    )
     correction = np.zeros((20, 100))
     correction[:, ::2] = 0.1
     for game in (noisy, exact):
@@ -129,14 +126,14 @@ def test_actuators_add_noise_to_corrections_only() -> None:
 
 
 def test_noise_is_added_to_the_limited_command_and_the_correction() -> None:
-    game = started((1,), "paper", correction_noise_mps2=0.5, correctable="intact", control_period_s=0.01)
+    game = started((1,), preset="paper", correction_noise_mps2=0.5, correctable="intact", control_period_s=0.01)
     go(game, correction=np.full((1, 100), 0.2), num_steps=1)
     np.testing.assert_allclose(game.state.command[0], 1.2 + game.state.noise_mps2[0], atol=1e-9)  # the law says 0
 
 
 def test_safety_metrics_are_reported_on_demand() -> None:
     assert "smallest_gap_m" not in started(preset="paper").metrics()
-    game = started((0,), "paper", report="safety", correctable="intact")
+    game = started((0,), preset="paper", report="safety", correctable="intact")
     assert game.metrics()["smallest_gap_m"][0] == pytest.approx(5.0)
     correction = np.zeros((1, 100))
     correction[0, :25] = 0.5
@@ -146,8 +143,3 @@ def test_safety_metrics_are_reported_on_demand() -> None:
     assert game.metrics()["false_alarms"][0] == pytest.approx(expected)
     gaps = -np.diff(game.state.position[0])
     assert game.metrics()["smallest_gap_m"][0] <= gaps.min() + 1e-9
-
-
-def test_a_member_beyond_the_platoon_is_refused() -> None:
-    with pytest.raises(ConfigurationError, match="attacked_member"):
-        DISBANDING.config("paper", {"attacked_member": 11})

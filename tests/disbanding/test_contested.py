@@ -2,41 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.contest import CONTEST
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
 from cps_baselines.disbanding.string_search import START, StringSearch, found_before, search_string
 from cps_baselines.disbanding.timed import distinct
 from cps_envs.core.documents import Entry, Source
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import policy_names, resolve_policy
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, Role
+from cps_envs.core.types import Array
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
+from tests import episodes
 
 OPEN = {"quiet_share": 0.0, "earliest_attack_s": 1, "attack_budget": 3, "jam_budget_s": 4}
 UNSEEN = range(700_000, 700_100)  # neither tuned on nor searched with
-
-
-def play(
-    attacker: str,
-    defender: str,
-    seeds: Sequence[int],
-    on_step: Callable[..., Any] | None = None,
-    preset: str = "learning",
-    **overrides: Any,
-) -> dict[str, Array]:
-    players = {"attacker": attacker, "defender": defender}
-    return play_episodes(DISBANDING, DISBANDING.config(preset, overrides), players, seeds, on_step=on_step)
+play = partial(episodes.play, DISBANDING, preset="learning")
+spec_of = partial(episodes.spec_of, DISBANDING, preset="learning")
 
 
 def moves(attacker: str, defender: str = "none", **overrides: Any) -> tuple[Any, ...]:
@@ -51,10 +39,6 @@ def moves(attacker: str, defender: str = "none", **overrides: Any) -> tuple[Any,
 
     play(attacker, defender, [5], on_step=look, **{**OPEN, "control_period_s": 0.1, "duration_s": 60.0} | overrides)
     return {10 - p: t for p, t in enumerate(last["times"]) if np.isfinite(t)}, jams
-
-
-def spec_of(role: Role, preset: str = "learning", **overrides: Any) -> RoleSpec:
-    return DISBANDING.game(DISBANDING.config(preset, overrides), 1).spec(role)
 
 
 def test_a_timed_attack_keeps_its_times() -> None:
@@ -238,13 +222,6 @@ def test_shipped_numbers_of_every_form_are_there() -> None:
         StringController(spec_of("defender"), form="locall")
     with pytest.raises(ValueError, match=r"\(2, 17\)"):
         StringController(spec_of("defender"), gains=np.zeros((2, 15)))
-
-
-def test_the_contest_names_every_registered_policy() -> None:
-    for role, side in (("attacker", CONTEST.attackers), ("defender", CONTEST.defenders)):
-        playing = {contestant.name for contestant in (*side.policies, *side.informed)}
-        listed = playing | set(side.left_out)
-        assert set(policy_names("disbanding", role)) - {"always", "mixture"} <= listed
 
 
 @pytest.mark.slow

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import records, view
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.disbanding.game import DisbandingGame
+from cps_envs.disbanding.payoff import Metrics, charge, measured
 from cps_envs.disbanding.problem import DISBANDING
 
 SHORT = {"duration_s": 20.0, "num_platoons": 4}
@@ -192,14 +195,10 @@ def test_swarm_needs_vehicle_corrections() -> None:
         started(defense_action="platoon").team("defender")
 
 
-def test_a_model_goes_on_like_the_original() -> None:
+def test_a_fingerprint_tells_games_apart() -> None:
     game = started(seeds=(3,), preset="easy")
     go(game)
-    copies = game.model(0, 2)
-    assert copies.fingerprint() != game.fingerprint()  # two environments
-    assert game.model(0, 1).fingerprint() == game.fingerprint()
-    assert go(copies, attack=4).tolist() == [go(game, attack=4)[0]] * 2
-    assert np.array_equal(copies.state.position[1], game.state.position[0])
+    assert game.model(0, 1).fingerprint() == game.fingerprint() != game.model(0, 2).fingerprint()
 
 
 def test_the_front_of_a_thousand_platoons_drives_like_ten() -> None:
@@ -217,3 +216,49 @@ def test_the_front_of_a_thousand_platoons_drives_like_ten() -> None:
     np.testing.assert_array_equal(ours["ahead_speed"][0, -9:], theirs["ahead_speed"][0])
     assert many.team("defender").observe().shape[1] == 3000
     assert many.metrics()["velocity_error_all"][0] < few.metrics()["velocity_error_all"][0]
+
+
+def test_what_is_measured_is_what_the_state_says() -> None:
+    game, generator = started(report="full"), np.random.default_rng(0)
+    state, size = game.state, game.config.vehicles_per_platoon
+    vehicles = state.speed_error.shape[1]
+    state.disbanding_s[0, 1:3] = 4.0, 2.5
+    state.speed_error[0] = generator.uniform(1, 9, vehicles)
+    state.stops[0] = generator.integers(0, 3, vehicles)
+    state.collided[0] = generator.random(vehicles) < 0.5
+    state.collided_intact[0] = state.collided[0] & (generator.random(vehicles) < 0.5)
+    state.intact_error[:], state.noted[:], state.driven_km[:], state.false_alarms[:] = 7.0, 5, 2.0, 3.0
+    state.acceleration_squares[:], state.jerk_squares[:], state.work_kj[:], state.disturbed_s[:] = 20.0, 45.0, 6.0, 8.0
+    found = measured(state, game.constants, 200)[0]
+    intact = np.repeat(np.isinf(state.disbanding_s[0]), size)
+    percent = 100 / (200 * game.config.desired_speed_mps)
+    assert found["velocity_error_all"] == pytest.approx(percent * state.speed_error[0].mean())
+    assert found["velocity_error_intact"] == pytest.approx(percent * state.speed_error[0, intact].mean())
+    assert found["velocity_error_intact_now"] == pytest.approx(percent * 7)
+    assert (found["collided"], found["collided_intact"]) == (state.collided.sum(), state.collided_intact.sum())
+    assert found["stopped_share"] == pytest.approx(100 * (state.stops[0, intact] > 0).mean())
+    assert found["false_alarms"] == pytest.approx(100 * 3 * game.constants["period_steps"][0] / 200)
+    ride = [found[name] for name in ("acceleration_mps2", "jerk_mps3", "energy_kj_per_km", "recovery_s")]
+    assert ride == pytest.approx([2.0, 3.0, 3.0, 5.5])
+    state.driven_km[:], state.noted[:] = 0.0, 0
+    found = measured(state, game.constants, 200)[0]
+    assert found["energy_kj_per_km"] == 0.0
+    assert found["jerk_mps3"] == pytest.approx(np.sqrt(45))
+    state.disbanding_s[:] = 1.0
+    found = measured(state, game.constants, 200)[0]
+    assert found["velocity_error_intact"] == found["stopped_share"] == 0.0
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_charges_follow_their_formula(stops: bool) -> None:
+    game = started(collision_penalty=0.3)
+    episode, metrics = view(game.state, 0), records(Metrics, 1)
+    constants: Any = SimpleNamespace(num_vehicles=40, stop_at_collision=stops)
+    rules: Any = SimpleNamespace(collision_penalty=0.3, horizon_steps=200, pays_intact_now=False)
+    metrics["velocity_error_all"], metrics["velocity_error_intact_now"] = 3.0, 2.0
+    episode.step[0], episode.disbanding_s[1] = 50, 2.0
+    assert charge(episode, constants, rules, metrics[0]) == 3.0
+    metrics["collided_intact"] = 4
+    rules.pays_intact_now = True
+    assert charge(episode, constants, rules, metrics[0]) == pytest.approx(2.0 + 0.3 * 100 / 40 * 4 + 75.0 * stops)
+    assert (metrics["end_charge"][0], metrics["disbanded_platoons"][0]) == (75.0 * stops, 1)

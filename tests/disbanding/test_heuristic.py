@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_baselines.disbanding.heuristic import (
+from cps_baselines.disbanding.heuristic_policy import (
     FORESIGHT,
     Foresight,
     next_below,

@@ -3,40 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.corrections import CopyDisbanded, sight_for
+from cps_baselines.disbanding.corrections import sight_for
 from cps_baselines.disbanding.feedback import LinearFeedback, shipped_weights
 from cps_baselines.disbanding.feedback_search import FeedbackSearch, candidate_costs, search_feedback
-from cps_baselines.disbanding.heuristic import FORESIGHT
-from cps_baselines.disbanding.heuristic_policy import sweep_row
-from cps_baselines.disbanding.plans import Plan, RandomPlan, plan_array
+from cps_baselines.disbanding.heuristic_policy import FORESIGHT, sweep_row
+from cps_baselines.disbanding.plans import RandomPlan, plan_array
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import Array, Role
+from cps_envs.core.types import Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.start import nominal_constants
+from tests import episodes
 
 TAUS_S = (0.1, 0.3, 0.5)
 
 # Spec 7.5: linear feedback with the coefficients printed there; leaders, others.
 PRINTED_FEEDBACK = [[0.48, 0.10, 0.78, 0.43, 0.03, -0.12], [0.05, 0.67, 0.09, 0.13, 0.48, 0.63]]
-
-
-def play(
-    attacker: str, defender: LinearFeedback | str, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any
-) -> dict[str, Array]:
-    config = DISBANDING.config(preset, overrides)
-    return play_episodes(DISBANDING, config, {"attacker": attacker, "defender": defender}, seeds)
-
-
-def spec_of(role: Role, preset: str = "paper", **overrides: Any) -> RoleSpec:
-    return DISBANDING.game(DISBANDING.config(preset, overrides), 1).spec(role)
+play = partial(episodes.play, DISBANDING)
+spec_of = partial(episodes.spec_of, DISBANDING)
 
 
 def errors_of(
@@ -68,15 +59,6 @@ def test_a_longer_horizon_of_the_heuristic_is_another_policy() -> None:
     assert usual == errors_of("heuristic")[0]
     assert longer == pytest.approx(usual, abs=4.0)  # spec: 0.5 to 2 s give similar errors
     assert longer != usual
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [("horizon_s=0.25", "multiple of sample_s"), ("sample_s=0", "sample_s = 0"), ("decrement_mps2=0", "above 0")],
-)
-def test_impossible_foresight_is_refused(options: str, message: str) -> None:
-    with pytest.raises(ConfigurationError, match=message):
-        resolve_policy(f"heuristic?{options}", spec_of("defender"))
 
 
 def test_the_heuristic_can_know_that_collision_avoidance_is_off() -> None:
@@ -141,39 +123,14 @@ def test_mpc_refuses_a_lag_that_its_model_cannot_follow() -> None:
         play("lead", "mpc", tau_s=0.04, duration_s=5.0)
 
 
-def test_unknown_solver_is_named() -> None:
-    with pytest.raises(ConfigurationError, match="hildreth"):
-        resolve_policy("mpc", spec_of("defender"), solver="hildret")
-
-
-def test_vehicle_policies_refuse_the_platoon_form() -> None:
-    with pytest.raises(ConfigurationError, match='defense_action="vehicle"'):
-        CopyDisbanded(spec_of("defender", defense_action="platoon"))
-
-
 def test_plans_strike_when_they_say() -> None:
     outcome = play("plan?events=[[10,1],[3,7]]", "none", duration_s=10.0)
     assert outcome["disbanded_platoons"][0] == 2
 
 
-@pytest.mark.parametrize(
-    ("events", "message"),
-    [
-        ([(11, 1)], "platoon 11"),
-        ([(0, 1)], "platoon 0"),
-        ([(10, 0)], "start at 1 s"),
-        ([(10, float("nan"))], "start at 1 s"),
-        ([(10, 1), (10, 5)], "twice"),
-    ],
-)
-def test_impossible_plans_are_refused(events: Sequence[Any], message: str) -> None:
-    with pytest.raises(ConfigurationError, match=message):
-        plan_array(events, 10)
-
-
-def test_a_plan_beyond_the_budget_names_the_remedy() -> None:
-    with pytest.raises(ConfigurationError, match="attack_budget=3"):
-        Plan(spec_of("attacker"), [(10, 1), (9, 2), (8, 3)])
+def test_a_plan_needs_times() -> None:
+    with pytest.raises(ConfigurationError, match="start at 1 s"):
+        plan_array([(10, float("nan"))], 10)
 
 
 def test_front_plans_follow_the_number_of_platoons() -> None:

@@ -13,19 +13,28 @@ from cps_agents.console import to_json
 from cps_baselines.disbanding.reproduction import plots
 from cps_baselines.disbanding.reproduction.cells import mean_distance, references, table_cells
 from cps_baselines.disbanding.reproduction.chapter import CHAPTER
-from cps_baselines.disbanding.reproduction.experiments import Evidence, Experiments
+from cps_baselines.disbanding.reproduction.experiments import Evidence, Experiments, evaluator
 from cps_baselines.disbanding.reproduction.played import READINGS
 from cps_baselines.disbanding.reproduction.recording import Recorded
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
-from cps_baselines.disbanding.reproduction.searching import evaluator
 from cps_baselines.disbanding.reproduction.summary import cells_of
-from cps_baselines.paper.agreement import POINTS
-from cps_baselines.paper.tables import read_table, velocity_errors
+from cps_baselines.paper.tables import POINTS, read_table, velocity_errors
 from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.evidence import compute
-from cps_baselines.reproduction.recovery import deviation, of_recovery, of_recovery_time, recovery_s
-from cps_baselines.reproduction.verdicts import NEAR, NEAR_SHARE, NOT, PARTLY, REPRODUCED, UNKNOWN, of_number
+from cps_baselines.reproduction.verdicts import (
+    NEAR,
+    NEAR_SHARE,
+    NOT,
+    PARTLY,
+    REPRODUCED,
+    UNKNOWN,
+    deviation,
+    of_number,
+    of_recovery,
+    of_recovery_time,
+    recovery_s,
+)
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.disbanding.config import PAPER
 

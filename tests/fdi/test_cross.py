@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given, settings
 
 from cps_baselines.fdi import cross as module
-from cps_baselines.fdi.cross import cross, crossing_program, merged, relaxation_mps
+from cps_baselines.fdi.cross import cross, crossing_program, merged, polish, relaxation_mps
 from cps_baselines.fdi.highs import Limits, solve
-from cps_baselines.fdi.polish import polish
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import IntArray

@@ -11,7 +11,6 @@ from cps_baselines.fdi.contest import CONTEST
 from cps_baselines.fdi.detector import ROUNDING
 from cps_baselines.fdi.detectors import FrontRearRedundancy, KinematicResidual, quiet_residual_m
 from cps_baselines.fdi.model_fallback import ModelFallback
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
@@ -153,15 +152,6 @@ def test_memories_start_anew_with_each_episode() -> None:
         fresh, _ = defender.predict(rest[:1])
         assert np.array_equal(actions[0], fresh[0])
         assert not np.array_equal(actions[1], fresh[0])
-
-
-def test_defenders_say_what_they_need() -> None:
-    with pytest.raises(ConfigurationError, match="share_rear_range=True"):
-        FrontRearRedundancy(spec_of("defender", share_rear_range=False))
-    with pytest.raises(ConfigurationError, match="hold_s"):
-        KinematicResidual(spec_of("defender"), hold_s=-1)
-    with pytest.raises(ConfigurationError, match="deviations"):
-        ModelFallback(spec_of("defender"), deviations=0)
 
 
 @pytest.mark.parametrize("name", sorted({*policy_names("fdi", "defender")} - {*NEED_OPTIONS}))

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.problem import FDI
@@ -181,23 +180,6 @@ def test_sensors_read_as_they_are_written(chosen: Any) -> None:
     flags = sensors.flags(4, rear=True)
     kinds = zip(("x", "v", "rx", "rv"), chosen, strict=True)
     assert set(flags.nonzero()[0]) == {place(f"{kind}{vehicle}") for kind, part in kinds for vehicle in part}
-
-
-@pytest.mark.parametrize(
-    ("overrides", "message"),
-    [
-        ({"estimator": "kalman"}, 'limits = "clip"'),
-        ({"range_noise_m": 0.1}, "range_noise_m needs estimator"),
-        ({"attack_share": 0.5}, "attack_share needs estimator"),
-        ({"attacked": "rx2"}, "rear sensor needs estimator"),
-        ({"gain_spread": 0.1}, "zohu"),
-        ({"attacked": "rx1"}, "not one of 2 to 4"),
-        ({"disturbance_hold_s": 0.3}, "multiple of dt_s"),
-    ],
-)
-def test_settings_that_do_not_fit_are_refused(overrides: dict[str, Any], message: str) -> None:
-    with pytest.raises(ConfigurationError, match=message):
-        FDI.config("paper", overrides)
 
 
 def test_the_scene_shows_what_the_filter_believes_and_names_rear_sensors() -> None:

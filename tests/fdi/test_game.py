@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,19 +11,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cps_envs.core.kernels import records
 from cps_envs.core.types import Array, Role
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.legality import SLACK
+from cps_envs.fdi.payoff import Metrics, collide
 from cps_envs.fdi.problem import FDI
+from tests import episodes
 from tests.fdi.reference import Platoon
 
 SENSORS = ("x1", "v4", "xv2", "x1+v3", "xv1,4")
-
-
-def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> FdiGame:
-    game = FdiGame(FDI.config(preset, overrides), len(seeds))
-    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
-    return game
+started = partial(episodes.started, FDI)
 
 
 def go(
@@ -285,3 +284,23 @@ def test_a_turn_of_several_steps_is_as_many_turns(preset: str) -> None:
     for name, values in whole.state._asdict().items():
         np.testing.assert_array_equal(values, getattr(parts.state, name), err_msg=name)
     np.testing.assert_array_equal(whole.terminated, parts.terminated)
+
+
+def test_a_new_episode_trusts_every_reading_again() -> None:
+    game = started(preset="clip", attacked="x1", target=1)
+    go(game, [1], trust=np.zeros(8, int), correction=[1, 1, 1, 1])
+    assert not game.state.trust.any()
+    game.reset(np.ones(1, bool), [np.random.default_rng(0)])
+    np.testing.assert_array_equal(game.state.trust, 1.0)
+    for array in (game.state.injection, game.state.command, game.state.correction, game.state.residual):
+        assert not array.any()
+
+
+@pytest.mark.parametrize(("speed", "paid"), [(-0.05, 0.05), (0.05, 0.0)])
+def test_an_impact_is_paid_by_its_speed(speed: float, paid: float) -> None:
+    constants: Any = SimpleNamespace(desired_gap_m=4.0, pays_any=False)
+    table = records(Metrics, 1)
+    assert collide(np.array([-4.0, 0.0, speed, 0.0]), constants, 0, table)
+    assert table[0]["impact_speed_mps"] == paid
+    assert table[0]["worst_impact_mps"] == max(speed * -1, 0.0)
+    assert (table[0]["collided_target"], table[0]["collided_pairs"]) == (1, 1)

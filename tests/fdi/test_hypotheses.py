@@ -10,7 +10,6 @@ import pytest
 from cps_baselines.family import Members, find_family
 from cps_baselines.fdi.disturbance_filter import DRIFT_MPS2, hypothesis_filters
 from cps_baselines.fdi.hypotheses import Hypotheses
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.fdi.problem import FDI
 from tests.fdi.duel import Filter, place, started
@@ -117,14 +116,3 @@ def test_each_episode_is_played_by_its_own_numbers() -> None:
     for b in range(6):
         alone = play("tracker", FAMILY.build(SPEC, values[b : b + 1]), preset="learning", seeds=[b])
         assert alone["return"][0] == together["return"][b]
-
-
-@pytest.mark.parametrize("options", [{"memory": 1.1}, {"threshold": -1.0}, {"caution": -0.5}])
-def test_options_out_of_range_are_refused(options: Any) -> None:
-    with pytest.raises(ConfigurationError, match="memory of at most 1"):
-        Hypotheses(SPEC, **options)
-
-
-def test_it_needs_a_filter() -> None:
-    with pytest.raises(ConfigurationError, match="estimator"):
-        Hypotheses(spec_of("defender", preset="defense"))

@@ -17,7 +17,7 @@ from cps_baselines.fdi.contest import CONTEST
 from cps_baselines.fdi.random_injection import RandomInjection
 from cps_baselines.fdi.replay_policy import Replay
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
@@ -232,10 +232,3 @@ def test_every_registered_attacker_plays() -> None:
     for name in set(policy_names("fdi", "attacker")) - {*NEED_OPTIONS}:
         preset = "paper" if name in ("none", *CONTEST.attackers.left_out) else "learning"
         assert np.isfinite(play(name, preset=preset)["return"]).all(), name
-
-
-@pytest.mark.parametrize("preset", ["paper", "B", "fig32", "easy", "learning"])
-def test_the_opponents_of_the_presets_can_be_played(preset: str) -> None:
-    opponents = FDI.opponents[preset]
-    for role, name in opponents.items():
-        assert resolve_policy(name, spec_of(role, preset=preset)) is not None

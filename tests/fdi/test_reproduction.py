@@ -17,13 +17,6 @@ from cps_baselines.fdi.reproduction.continuous import compare, compared, verdict
 from cps_baselines.fdi.reproduction.controls import control_tables
 from cps_baselines.fdi.reproduction.counts import ALLOWANCE, GOALS, Counts, count_tables, counted
 from cps_baselines.fdi.reproduction.experiments import (
-    Evidence,
-    GridRun,
-    OneHorizonRun,
-    RelaxedSpeeds,
-    four_vehicle_cells,
-)
-from cps_baselines.fdi.reproduction.settings import (
     ALL_FOUR,
     BACK_ENDS,
     FOUR_VEHICLES,
@@ -32,9 +25,14 @@ from cps_baselines.fdi.reproduction.settings import (
     RELAXED,
     SETS,
     TABLES,
+    Evidence,
+    GridRun,
+    OneHorizonRun,
+    RelaxedSpeeds,
     Settings,
+    four_vehicle_cells,
 )
-from cps_baselines.paper.collisions import CollisionCell, collision_cells
+from cps_baselines.paper.tables import CollisionCell, collision_cells
 from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, NOT, PARTLY

@@ -11,14 +11,13 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from cps_baselines.fdi.bank import Bank, honest_sets
-from cps_baselines.fdi.contest import CONTEST
 from cps_baselines.fdi.innovation_tests import Chi2, Cusum
 from cps_baselines.fdi.redundant import RedundantCusum
 from cps_baselines.fdi.suspicion import Sums
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
+from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
-from cps_envs.core.types import Array, Role
+from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
 from tests.fdi.duel import QUIET, place
@@ -190,35 +189,3 @@ def test_hardly_any_alarm_and_no_collision_without_attack(defender: str) -> None
 def test_these_defenders_need_a_filter(name: str) -> None:
     with pytest.raises(ConfigurationError, match="estimator"):
         resolve_policy(name, spec_of("defender", preset="defense", tasks="x4>4"))
-
-
-@pytest.mark.parametrize("name", ["kinematic", "redundancy", "model"])
-def test_those_for_exact_sensors_refuse_a_filter(name: str) -> None:
-    with pytest.raises(ConfigurationError, match="exact sensors"):
-        resolve_policy(name, SPEC)
-
-
-@pytest.mark.parametrize(
-    ("name", "options"),
-    [("chi2", "gate=0"), ("cusum", "drift=-1"), ("cusum", "threshold=0"), ("bank", "threshold=0"), ("bank", "gate=1")],
-)
-def test_options_out_of_range_are_refused(name: str, options: str) -> None:
-    with pytest.raises(ConfigurationError):
-        resolve_policy(f"{name}?{options}", SPEC)
-
-
-@pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_the_contest_plays_every_policy_or_says_why_not(role: Role) -> None:
-    side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
-    playing = {contestant.reference for contestant in (*side.policies, *side.informed)}
-    left_out = {name for name in side.left_out if not name.startswith("zoo:")}
-    assert playing | left_out == set(policy_names("fdi", role)) - {*NEED_OPTIONS}
-    assert not playing & left_out
-    spec = spec_of(role, preset="learning")
-    for name in side.constants:
-        assert resolve_policy(name, spec) is not None
-    for search in side.searches:
-        for end in (0, 1):
-            options = "&".join(f"{option}={values[end]}" for option, values in search.ranges.items())
-            assert resolve_policy(f"{search.policy}?{options}", spec) is not None
-        assert set(search.start) <= set(search.ranges)

@@ -6,10 +6,8 @@ import pytest
 
 from cps_baselines.fdi.reproduction.audit import Comparison, comparisons, worst
 from cps_baselines.fdi.reproduction.controls import control_tables
-from cps_baselines.fdi.reproduction.experiments import Evidence
-from cps_baselines.fdi.reproduction.settings import ALL_FOUR, FOUR_VEHICLES, TABLES
-from cps_baselines.paper.collisions import CollisionCell, collision_cells, collision_runs
-from cps_baselines.paper.tables import read_table
+from cps_baselines.fdi.reproduction.experiments import ALL_FOUR, FOUR_VEHICLES, TABLES, Evidence
+from cps_baselines.paper.tables import CollisionCell, collision_cells, collision_runs, read_table
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.fdi.task import all_tasks, make_task
 

@@ -48,33 +48,6 @@ def test_the_tables_have_120_tasks() -> None:
     assert len(set(tasks)) == len(tasks) == 120
 
 
-@pytest.mark.parametrize(
-    ("overrides", "message"),
-    [
-        ({"attacked": ""}, "names no sensors"),
-        ({"attacked": "y1"}, "names no sensors"),
-        ({"attacked": "x5"}, "vehicle 5 is not one of 1 to 4"),
-        ({"attacked": 4}, "must be text"),
-        ({"target": 5}, "no vehicle of the platoon"),
-        ({"tasks": "x4-4"}, "must read like x4>4"),
-        ({"horizon": 4}, "below the first feasible step"),
-        ({"discretisation": "euler"}, "unstable without any attack"),
-        ({"discretisation": "zohu"}, "smaller dt_s"),
-        ({"limits": "clip"}, 'preset "clip"'),
-        ({"max_acceleration_mps2": float("nan")}, "must be a number"),
-        ({"attackd": "x1"}, "attacked"),
-        ({"max_range_injection_m": 0.13}, "below range_resolution_m = 0.5.*Raise max_range_injection_m"),
-        ({"range_resolution_m": 50.1}, "range_resolution_m"),
-        ({"attacked": "v4", "rate_resolution_mps": 20}, "max_rate_injection_mps = 10.0 is below rate_resolution_mps"),
-        ({"tasks": "x4>4 v1>1", "max_rate_injection_mps": 0.2}, "lower rate_resolution_mps"),
-        ({"tasks": "feasible", "max_rate_injection_mps": 0.2}, "lower rate_resolution_mps"),
-    ],
-)
-def test_impossible_configurations_say_why(overrides: dict[str, Any], message: str) -> None:
-    with pytest.raises(ConfigurationError, match=message):
-        configure(A, overrides)
-
-
 def test_a_sensor_that_nobody_attacks_needs_no_injection() -> None:
     assert configure(A, {"attacked": "x4", "max_rate_injection_mps": 0.2}).rate_levels == 0
     assert configure(A, {"attacked": "v4", "max_range_injection_m": 0.4}).range_levels == 0

@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
 from tests.fdi.duel import QUIET, place
-from tests.fdi.episodes import play, spec_of
+from tests.fdi.episodes import play
 
 STEADY = "margin=0.5&late=0.5&swing_s=0&range_part=1"
 
@@ -83,20 +81,3 @@ def test_swing_brakes_first_and_then_accelerates() -> None:
 
 def test_swing_plays_without_a_filter_too() -> None:
     assert play("swing?swing_s=0.3", preset="clip", attacked="v4")["impact_speed_mps"][0] > 2
-
-
-@pytest.mark.parametrize("options", ["tracker?swing_s=-1", "swing?open=2", "swing?swing_s=-1"])
-def test_options_out_of_range_are_refused(options: str) -> None:
-    with pytest.raises(ConfigurationError):
-        resolve_policy(options, spec_of("attacker", preset="learning"))
-
-
-@pytest.mark.parametrize("name", ["oracle", "bnb", "lp_greedy"])
-def test_planners_for_exact_sensors_refuse_a_filter(name: str) -> None:
-    with pytest.raises(ConfigurationError, match="exact front sensors"):
-        resolve_policy(name, spec_of("attacker", preset="learning"))
-
-
-def test_trackers_need_a_filter() -> None:
-    with pytest.raises(ConfigurationError, match="estimator"):
-        resolve_policy("tracker", spec_of("attacker", preset="clip"))

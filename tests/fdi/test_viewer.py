@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cps_envs.core.picture.plot import Plot, rounded_up
 from cps_envs.fdi.config import CLIP, FIG_3_2
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
@@ -195,16 +194,6 @@ def test_environments_and_episodes_are_told_apart() -> None:
     assert len(set(seen)) == 9
 
 
-def test_long_episodes_are_thinned_to_their_last_frame() -> None:
-    history = History()
-    for step in range(3000):
-        history.add(START._replace(time_s=0.05 * step, duration_s=200.0), 0.05)
-    rows = history.rows()
-    assert len(rows) < 700
-    assert rows[0, TIME] == 0
-    assert rows[-1, TIME] == pytest.approx(0.05 * 2999)
-
-
 def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
     history = History()
     history.add(UNDER_WAY._replace(gap=np.array([5.0, 31.0, 5.0, 5.0])), CONFIG.dt_s)
@@ -222,16 +211,3 @@ def test_unlimited_commands_widen_their_axis() -> None:
     (_, _), (_, _), (command, _) = plots(START, FIG_3_2, history.peaks)
     assert command.shows(-30.0)
     assert command.shows(12.0)
-
-
-def test_values_out_of_range_stay_inside_the_panel() -> None:
-    plot = Plot((0.0, 100.0, 50.0, 60.0), -2.0, 15.0)
-    assert plot.y(-2.0) > plot.y(15.0) > 100.0
-    assert plot.y(40.0) == plot.y(15.0)
-    assert plot.points(np.array([3.0]), np.array([40.0])) == [(3.0, plot.y(15.0))]
-
-
-def test_axes_have_round_numbers() -> None:
-    assert [rounded_up(value) for value in (0.9, 1.0, 1.2, 6.1, 8.0, 41.0)] == [1.0, 1.0, 1.5, 7.0, 10.0, 50.0]
-    assert Plot((0, 0, 1, 64), -2.0, 15.0).marks() == [0, 5, 10, 15]
-    assert Plot((0, 0, 1, 64), -6.25, 6.25).marks() == [-5, 0, 5]

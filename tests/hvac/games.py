@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,19 +11,15 @@ import numpy as np
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.match import Match
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array, Role
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
+from tests import episodes
 
 SHORT = {"num_steps": 90, "window_steps": 40, "onset_step": 45}
 QUIET = {"noise_std_c": 0.0}
-
-
-def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> HvacGame:
-    game = HvacGame(HVAC.config(preset, overrides), len(seeds))
-    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
-    return game
+started = partial(episodes.started, HVAC)
+spec_of = partial(episodes.spec_of, HVAC, preset="learning")
 
 
 def go(game: HvacGame, choice: int = 0, attack: Array | list[float] | None = None, num_steps: int = 1) -> Array:
@@ -46,10 +43,6 @@ def play(
 ) -> dict[str, Array]:
     players = {"attacker": attacker, "defender": defender}
     return play_episodes(HVAC, HVAC.config(preset, overrides), players, seeds, on_step=on_step)
-
-
-def spec_of(role: Role, preset: str = "learning", **overrides: Any) -> RoleSpec:
-    return HvacGame(HVAC.config(preset, overrides), 1).spec(role)
 
 
 def watched(

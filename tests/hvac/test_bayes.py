@@ -124,7 +124,7 @@ def test_wrong_beliefs_and_configurations_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="have to be positive"):
         Bayes(spec_of("defender"), beliefs=(START._replace(trust=0.0),))
     with pytest.raises(ConfigurationError, match="kalman_filters=true"):
-        Bayes(spec_of("defender", "paper"))
+        Bayes(spec_of("defender", preset="paper"))
     assert not PAPER.kalman_filters
 
 

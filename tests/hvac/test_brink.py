@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.hvac.game import HvacGame
@@ -57,19 +55,3 @@ def test_it_leaves_other_sensors_and_the_time_before_the_onset_alone() -> None:
     assert not forged[: config.onset_step].any()
     assert not forged[:, :, [0, 2, 3]].any()
     assert forged[config.onset_step + 1 :, :, 1].all()
-
-
-@pytest.mark.parametrize(
-    ("reference", "overrides", "remedy"),
-    [
-        ("brink?gain=0", {}, "gain"),
-        ("brink?margin_c2=0.5", {}, "margin"),
-        ("brink", {"attacker_view": "grey"}, "white"),
-        ("brink", {"attack_action": "bias"}, "any"),
-        ("brink", {"sensor_sets": [1, 2, 0, 3, 4, 0, 1]}, "2, 3, 4"),
-    ],
-)
-def test_it_refuses_what_cannot_be(reference: str, overrides: dict[str, Any], remedy: str) -> None:
-    game = HVAC.game(HVAC.config("paper", overrides), 1)
-    with pytest.raises(ConfigurationError, match=remedy):
-        resolve_policy(reference, game.spec("attacker"))

@@ -20,6 +20,7 @@ from cps_envs.hvac.model import build_model
 from cps_envs.hvac.moving_horizon import ObservabilityWarning, observability, powers, set_gains
 from cps_envs.hvac.sensors import attack_order, membership, sensor_sets, zones_of_sensors
 from tests.hvac import reference
+from tests.hvac.games import go, started
 
 PRINTED_A = """0.965797 0.014423 0.019231 0; 0.010135 0.978704 0 0.009539;
                0.028571 0 0.961277 0.007295; 0 0.012834 0.004642 0.981069"""
@@ -240,3 +241,21 @@ def test_a_set_that_sees_nothing_of_a_zone_leaves_it_at_the_forced_response() ->
 
 def test_models_are_shared() -> None:
     assert build_model(PAPER) is build_model(dataclasses.replace(PAPER))
+
+
+def test_energy_is_heating_times_time() -> None:
+    game, joules = started(num_steps=130, window_steps=100, onset_step=90), 0.0
+    for _ in range(30):
+        go(game)
+        joules += game.state.heating[0].sum() * game.config.step_s
+    assert joules > 0
+    assert game.state.energy_j[0] == pytest.approx(joules)
+
+
+@pytest.mark.parametrize("controller", ["levels", "clip"])
+def test_on_levels_the_controller_goes_on_from_what_it_applied(controller: str) -> None:
+    game, same = started(num_steps=130, window_steps=100, onset_step=90, controller=controller), []
+    for _ in range(30):
+        go(game)
+        same.append(np.array_equal(game.state.integrator, game.state.heating))
+    assert all(same) == (controller == "levels")

@@ -34,49 +34,6 @@ def test_thresholds_follow_the_number_of_sensors() -> None:
     assert make(num_sensors=8).threshold_c2 == 0.425
 
 
-@pytest.mark.parametrize(
-    ("overrides", "remedy"),
-    [
-        ({"heat_capacity_j_per_k": (0.52e6, -1.0, 0.35e6, 0.55e6)}, "outside"),
-        ({"heat_capacity_j_per_k": (0.0, 1e6, 1e6, 1e6)}, "outside"),
-        ({"wall_resistance_k_per_w": (0.42, 0.0, 0.12, 0.15)}, "outside"),
-        ({"link_resistance_k_per_w": (0.016, 0.012, -0.017, 0.047)}, "outside"),
-        ({"wall_resistance_k_per_w": (0.42, 0.1, 0.12)}, "one per zone"),
-        ({"heat_capacity_j_per_k": (1e6,), "wall_resistance_k_per_w": (0.1,)}, "2 to 64"),
-        ({"link_zones": (1, 2, 3)}, "pairs of zones"),
-        ({"link_zones": (1, 2, 1, 3, 2, 4, 2, 1)}, "given once"),
-        ({"link_zones": (1, 1, 1, 3, 2, 4, 3, 4)}, "two different zones"),
-        ({"link_zones": (1, 2, 1, 3, 2, 4, 3, 5)}, "from 1 to 4"),
-        ({"link_resistance_k_per_w": (0.016,)}, "one per link"),
-        ({"ground_zones": (5,)}, "from 1 to 4"),
-        ({"step_s": 3600.0}, "shorter step_s"),
-        ({"num_sensors": 6}, "choose 4 or 8"),
-        ({"sensor_low_c": 40.0}, "below sensor_high_c"),
-        ({"reference_c": 45.0}, "widen sensor_low_c"),
-        ({"initial_c": 5.0}, "widen sensor_low_c"),
-        ({"thresholds_c2": (0.4,)}, "for two"),
-        ({"thresholds_c2": (0.0, 0.4)}, "outside"),
-        ({"sensor_sets": (1, 5, 0, 2)}, "from 1 to 4"),
-        ({"sensor_sets": (1, 1, 0, 2)}, "each once"),
-        ({"sensor_sets": (1, 0, 0, 2)}, "single 0"),
-        ({"sensor_sets": (1, 2, 0, 2, 1)}, "twice"),
-        ({"sensor_sets": (1, 2)}, "2 to 256"),
-        ({"attack_order": (1, 5)}, "1 to 4"),
-        ({"attack_order": (1, 1)}, "once"),
-        ({"attack_order": (1,), "num_compromised": 2}, "name more"),
-        ({"num_compromised": 5}, "lower it"),
-        ({"onset_step": 720}, "raise num_steps"),
-        ({"onset_step": (100, 800)}, "raise num_steps"),
-        ({"window_steps": 3}, "window_steps"),
-        ({"window_steps": 720}, "num_steps"),
-        ({"window": 100}, "'window_steps'"),
-    ],
-)
-def test_combinations_that_cannot_be_right(overrides: dict[str, Any], remedy: str) -> None:
-    with pytest.raises(ConfigurationError, match=remedy):
-        make(**overrides)
-
-
 def test_too_many_sets_have_to_be_named() -> None:
     zones = 10
     building = {

@@ -1,4 +1,4 @@
-"""What the contest plays of the HVAC problem: everybody takes part, and preset `learning` is a contest."""
+"""What the contest plays of the HVAC problem: preset `learning` is a contest."""
 
 from __future__ import annotations
 
@@ -8,55 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.contest import Variant
 from cps_baselines.hvac.contest import CONTEST
-from cps_envs.core.lookup import BUILT_IN, policy_names, resolve_policy
-from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import ROLES, Array, Role
-from cps_envs.hvac.game import HvacGame
-from cps_envs.hvac.problem import HVAC
-from tests.hvac.games import play
+from cps_envs.core.types import Array
+from tests.hvac.games import play, spec_of
 
-SIDES = {"attacker": CONTEST.attackers, "defender": CONTEST.defenders}
 DAYS = range(5_000_000, 5_000_060)  # unlike those that anything was tuned on
 NOISY = ("tracker", "ramp?rate_c_per_h=0.7&keep_noise=true", "mimic?keep_noise=true")
 STRONG = (*NOISY, *(f"{name}{'&' if '?' in name else '?'}warmer=true" for name in NOISY), "brink", "constant")
 
 
-def spec_of(role: Role, variant: Variant) -> RoleSpec:
-    return HvacGame(HVAC.config(variant.preset, variant.overrides), 1).spec(role)
-
-
-@pytest.mark.parametrize("role", ROLES)
-def test_every_registered_policy_plays_or_is_left_out_for_a_reason(role: Role) -> None:
-    side = SIDES[role]
-    entered = {contestant.reference.partition("?")[0] for contestant in (*side.policies, *side.informed)}
-    left = set(side.left_out)
-    names = set(policy_names("hvac", role)) - set(BUILT_IN)
-    assert names | {"none"} == entered | {name for name in left if not name.startswith("zoo:")}
-    assert not entered & left
-    assert all(side.left_out.values())
-
-
-@pytest.mark.parametrize("role", ROLES)
-def test_names_are_told_apart(role: Role) -> None:
-    names = [contestant.name for contestant in (*SIDES[role].policies, *SIDES[role].informed)]
-    assert len(names) == len(set(names))
-
-
-@pytest.mark.parametrize("variant", CONTEST.variants, ids=lambda variant: variant.name)
-@pytest.mark.parametrize("role", ROLES)
-def test_all_of_them_can_be_built_in_every_variant(role: Role, variant: Variant) -> None:
-    side, spec = SIDES[role], spec_of(role, variant)
-    for reference in (*(each.reference for each in (*side.policies, *side.informed)), *side.constants):
-        resolve_policy(reference, spec)
-    for search in side.searches:
-        for end in (0, 1):
-            resolve_policy(search.policy, spec, **{name: ends[end] for name, ends in search.ranges.items()})
-
-
 def test_constants_of_the_defender_are_all_there_are() -> None:
-    count = spec_of("defender", CONTEST.variants[0]).action_space.n
+    count = spec_of("defender").action_space.n
     assert CONTEST.defenders.constants == tuple(f"always?action={choice}" for choice in range(count))
 
 

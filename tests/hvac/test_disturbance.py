@@ -9,12 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
 from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HARD, LEARNING, PAPER
 from cps_envs.hvac.disturbance import slow_course, step_course
-from cps_envs.hvac.problem import HVAC
 from tests.hvac.games import go, started
 from tests.hvac.reference import matrices
 
@@ -114,12 +112,6 @@ def test_the_number_of_liars_follows_its_weights() -> None:
     assert game.state.onset.min() >= LEARNING.window_steps
     assert started(range(50), compromised_weights=(0.0, 0.0, 0.0, 0.0, 2.0)).state.compromised.all()
     assert not started(range(50), compromised_weights=(1.0,)).state.compromised.any()
-
-
-@pytest.mark.parametrize("weights", [(0.0, 0.0), (0.2,) * 6])
-def test_weights_that_cannot_be_are_refused(weights: tuple[float, ...]) -> None:
-    with pytest.raises(ConfigurationError, match="compromised_weights"):
-        HVAC.config("paper", {"compromised_weights": weights})
 
 
 def test_hard_is_learning_with_more_drift() -> None:

@@ -231,14 +231,6 @@ def test_whatever_happens_the_return_is_the_impact_and_the_building_stays_physic
         assert math.fsum(payoff[b] for payoff in paid) == pytest.approx(impact[b], rel=1e-9)
 
 
-def test_steps_taken_at_once_are_steps_taken_one_by_one() -> None:
-    one, many = started(**SHORT), started(**SHORT)
-    total = sum(go(one, 3, READS_22) for _ in range(89))
-    assert go(many, 3, READS_22, num_steps=89) == pytest.approx(total, rel=1e-12)
-    for mine, theirs in zip(one.state, many.state, strict=True):
-        assert (mine == theirs).all()
-
-
 def test_noise_does_not_depend_on_what_anybody_does_or_on_the_attack() -> None:
     one, other = started([5]), started([5], num_compromised=4, onset_step=(10, 500), model_error=0.02)
     assert (one.state.measured == other.state.measured).all()

@@ -85,15 +85,6 @@ def test_impossible_houses_are_refused(arguments: dict[str, int], named: str) ->
         house(**arguments)
 
 
-@pytest.mark.parametrize(
-    ("overrides", "remedy"),
-    [({"set_size": 4}, "at most 3"), ({"set_size": 2, "sensor_sets": (1, 0, 2)}, "leave one of them out")],
-)
-def test_impossible_set_sizes_are_refused(overrides: dict[str, Any], remedy: str) -> None:
-    with pytest.raises(ConfigurationError, match=remedy):
-        HVAC.config("paper", overrides)
-
-
 @pytest.mark.parametrize("num_zones", [16, pytest.param(64, marks=pytest.mark.slow)])
 def test_many_zones_are_kept_warm_and_known_by_any_set(num_zones: int) -> None:
     game = started([0, 1], **house(num_zones), onset_step=600)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cps_baselines.paper.tables import read_table
-from cps_baselines.paper.temperatures import TrackingErrorCell, tracking_errors
+from cps_baselines.paper.tables import TrackingErrorCell, read_table, tracking_errors
 from cps_envs.core.errors import UnknownNameError
 
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from cps_envs.core.picture.history import History
-from cps_envs.core.picture.plot import Plot
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import belief_of, clock, flawed_sets
 from cps_envs.hvac.picture.history import FLAWED_LOW, INTACT_HIGH, INTACT_LOW, MOST_POINTS, STEP, ZONES, row_of
@@ -116,16 +115,6 @@ def test_history_keeps_what_was_true_believed_and_read() -> None:
     assert rows[-1, FLAWED_LOW] == scene.mean_residual[flawed].min()
 
 
-def test_history_of_a_long_episode_is_thinned_but_ends_now() -> None:
-    history, member = History(MOST_POINTS), membership(CONFIG)
-    for step in range(3 * MOST_POINTS + 2):
-        scene = replace(UNDER_WAY, step=step)
-        history.add(scene.episode, (step,), row_of(scene, member))
-    rows = history.rows()
-    assert len(rows) <= MOST_POINTS + 1
-    assert (rows[0, STEP], rows[-1, STEP]) == (0, 3 * MOST_POINTS + 1)
-
-
 def test_the_worst_zone_has_the_largest_error_since_the_onset() -> None:
     rows = np.zeros((120, ZONES + 12))
     rows[:, STEP] = np.arange(120)
@@ -147,13 +136,6 @@ def test_colours_run_from_cold_to_hot_around_the_reference() -> None:
     assert temperature_color(-5.0, 25.0) == TEMPERATURE_SCALE[0]
     assert temperature_color(25.0, 25.0) == TEMPERATURE_SCALE[50]
     assert temperature_color(70.0, 25.0) == TEMPERATURE_SCALE[-1]
-
-
-def test_a_logarithmic_plot_puts_decades_at_equal_distances() -> None:
-    plot = Plot((0.0, 0.0, 100.0, 100.0), -1.0, 2.0, logarithmic=True)
-    np.testing.assert_allclose(np.diff([plot.y(value) for value in (0.1, 1.0, 10.0, 100.0)]), -92.0 / 3.0)
-    assert plot.y(0.0) == plot.y(0.1)
-    assert plot.marks() == [0.1, 1.0, 10.0, 100.0]
 
 
 @pytest.mark.parametrize(

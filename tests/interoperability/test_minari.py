@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -60,12 +61,15 @@ def test_recovered_environment_repeats_the_episodes(name: str) -> None:
         assert terminated or truncated
 
 
-def test_names_are_checked() -> None:
+def test_names_are_checked(tmp_path: Path) -> None:
     role, players, preset, overrides = CASES["fdi"]
     write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine-v0")
     with pytest.raises(CommandError, match="there is a dataset mine-v0 already"):
         write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine-v0")
-    with pytest.raises(CommandError, match="no name of a dataset"):
+    (tmp_path / "half-v0" / "data").mkdir(parents=True)  # Minari does not list it
+    with pytest.raises(CommandError, match=r"there is a dataset half-v0 already: .*or delete .*half-v0"):
+        write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "half-v0")
+    with pytest.raises(CommandError, match="not the name of a dataset"):
         write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine")
 
 

@@ -1,26 +1,28 @@
-"""RLlib on the PettingZoo view; ray pins an older Gymnasium, so this runs where `cps-envs[rllib]` is installed."""
+"""Work spread by Ray, and RLlib on the PettingZoo view, which runs where `cps-envs[rllib]` is installed."""
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 ray = pytest.importorskip("ray")
-pytest.importorskip("ray.rllib")
 sys.path.insert(0, str(Path(__file__).parents[2] / "examples"))
 
 
 @pytest.fixture(autouse=True)
 def _cluster() -> object:
-    ray.init(num_cpus=1, include_dashboard=False, log_to_driver=False, ignore_reinit_error=True)
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, ignore_reinit_error=True)
     yield
     ray.shutdown()
 
 
 def test_both_roles_learn() -> None:
+    pytest.importorskip("ray.rllib")
     from rllib_ppo import configure
 
     algorithm = configure("rogue", 0, 64, preset="learning", duration_s=1.0).build_algo()
@@ -32,9 +34,70 @@ def test_both_roles_learn() -> None:
 
 
 def test_work_is_spread(tmp_path: Path) -> None:
-    pytest.importorskip("stable_baselines3")
     from ray_cluster import play_everywhere, spread
 
     assert sorted(spread(lambda number: number**2, [-1, 2])) == [(-1, 1), (2, 4)]
     play_everywhere("rogue", 1, tmp_path)
-    assert list((tmp_path / "cells").glob("*.json"))
+    assert list(tmp_path.glob("*.json"))
+
+
+SHORT: dict[str, Any] = {
+    "name": "tiny",
+    "problem": "rogue",
+    "preset": "easy",
+    "overrides": {"duration_s": 3.0},
+    "evaluation_episodes": 2,
+}
+
+
+def test_a_policy_search_is_spread_over_two_workers(tmp_path: Path) -> None:
+    pytest.importorskip("cma")
+    from cps_agents.learning.recipe import Recipe
+    from cps_agents.learning.scene import Scene
+
+    knobs: dict[str, Any] = {
+        "algorithm": "cma-es",
+        "family": "rogue-switching",
+        "population": 4,
+        "scenes": (Scene(2),),
+        "total_steps": 16,
+    }
+    check_same_anywhere(Recipe(**{**SHORT, **knobs}), tmp_path)
+
+
+def test_recurrent_imitation_is_spread_over_two_workers(tmp_path: Path) -> None:
+    pytest.importorskip("sb3_contrib")
+    from cps_agents.learning.recipe import Recipe
+
+    knobs: dict[str, Any] = {
+        "algorithm": "recurrent-imitation",
+        "teacher": "switching",
+        "teacher_episodes": 2,
+        "total_steps": 120,
+    }
+    small: dict[str, Any] = {
+        "teacher_epochs": 1,
+        "memory_units": 4,
+        "hidden": (4,),
+        "num_envs": 1,
+        "evaluations": 1,
+        "batch_size": 60,
+    }
+    check_same_anywhere(Recipe(**{**SHORT, **knobs, **small}), tmp_path)
+
+
+def check_same_anywhere(recipe: Any, folder: Path) -> None:
+    """That two seeds end, and that a worker's policy is the one that this process would have learned."""
+    from ray_cluster import train_everywhere
+
+    from cps_agents.learning.job import Job
+    from cps_agents.learning.learner import learn
+
+    train_everywhere(recipe, 2, folder)
+    for seed in (0, 1):
+        run = json.loads((folder / "tiny" / f"seed-{seed}" / "run.json").read_text())
+        assert (run["status"], run["seed"]) == ("finished", seed)
+    learn(Job(recipe, 1, folder / "here", "test"))
+    assert (folder / "here" / "policy.safetensors").read_bytes() == (
+        folder / "tiny" / "seed-1" / "policy.safetensors"
+    ).read_bytes()

@@ -12,9 +12,8 @@ import pytest
 from cps_baselines.rogue.contest import CONTEST, constant
 from cps_baselines.rogue.informed import responses
 from cps_baselines.rogue.players import ATTACKERS
-from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
-from cps_envs.core.types import Array, Role
+from cps_envs.core.types import Array
 from cps_envs.rogue.problem import ROGUE
 
 SEEDS = range(97_000, 97_048)
@@ -31,20 +30,6 @@ def score(
     defender: str, attackers: tuple[str, ...] = tuple(contestant.reference for contestant in ATTACKERS), **seeds: Any
 ) -> Array:
     return np.mean([payoff(attacker, defender, **seeds) for attacker in attackers], axis=0)
-
-
-@pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_everybody_in_the_declaration_can_be_built(role: Role) -> None:
-    side = CONTEST.attackers if role == "attacker" else CONTEST.defenders
-    spec = ROGUE.game(ROGUE.config("learning", {}), 1).spec(role)
-    for reference in (*(contestant.reference for contestant in (*side.policies, *side.informed)), *side.constants):
-        resolve_policy(reference, spec)
-    for search in side.searches:
-        for place in (0, 1):
-            options = "&".join(f"{name}={ends[place]}" for name, ends in search.ranges.items())
-            resolve_policy(f"{search.policy}?{options}", spec)
-    for variant in CONTEST.variants:
-        ROGUE.config(variant.preset, variant.overrides)
 
 
 def test_a_constant_gives_each_class_of_places_its_law() -> None:

@@ -15,7 +15,6 @@ from cps_baselines.rogue.identify import Identify, contested, known, nearest_tra
 from cps_baselines.rogue.informed import Informed, responses
 from cps_baselines.rogue.monitor import Monitor
 from cps_baselines.rogue.players import ATTACKERS
-from cps_baselines.rogue.strike import Strike
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
@@ -159,12 +158,6 @@ def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law() -> None:
     assert np.all(found[20:40] == 1.0)
     assert found[41:119] == pytest.approx(law[41:119], abs=0.02)
     assert np.all(found[121:139] == 1.0)
-
-
-@pytest.mark.parametrize("options", [{"strike_s": 12.0, "period_s": 12.0}, {"effort": 1.5}, {"strike_s": 0.0}])
-def test_impossible_strikes_are_refused(options: dict[str, float]) -> None:
-    with pytest.raises(ConfigurationError, match="strike_s"):
-        Strike(spec_of("attacker"), **options)
 
 
 def test_tuned_is_switching_with_its_weights_by_name() -> None:

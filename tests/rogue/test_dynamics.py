@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -19,14 +21,10 @@ from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.payoff import Metrics
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import Drawn, Rules, State, allocate, rules_of
+from tests import episodes
 
 ONE = np.ones(1, bool)
-
-
-def started(**overrides: object) -> RogueGame:
-    game = RogueGame(ROGUE.config("paper", overrides), 1)
-    game.reset(ONE, [np.random.default_rng(0)])
-    return game
+started = partial(episodes.started, ROGUE)
 
 
 def go(game: RogueGame, attack: float, law: str = "linear", modified: int = 0, periods: int = 1) -> None:

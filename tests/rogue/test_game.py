@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
-from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
+from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
+from tests import episodes
 
 NOISELESS = {"range_noise_m": 0.0, "range_rate_noise_mps": 0.0, "acceleration_noise_mps2": 0.0}
-
-
-def started(seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any) -> RogueGame:
-    game = RogueGame(ROGUE.config(preset, overrides), len(seeds))
-    game.reset(np.ones(len(seeds), bool), [np.random.default_rng(seed) for seed in seeds])
-    return game
+started = partial(episodes.started, ROGUE)
 
 
 def go(game: RogueGame, attack: Array | float = 1.0, defense: Any = None, num_steps: int = 1) -> Array:
@@ -36,15 +31,6 @@ def go(game: RogueGame, attack: Array | float = 1.0, defense: Any = None, num_st
 
 def seen(game: RogueGame, role: Role) -> dict[str, Array]:
     return game.fields[role].decode(game.observe(role))
-
-
-def test_many_game_steps_at_once_are_the_same_as_one_after_the_other() -> None:
-    whole, parts = started((1, 2), "easy"), started((1, 2), "easy")
-    paid = go(whole, 1.0, [5, 1] * 4, 40)
-    total = sum(go(parts, 1.0, [5, 1] * 4) for _ in range(40))
-    for one, other in zip(whole.state, parts.state, strict=True):
-        assert np.array_equal(one, other)
-    assert paid == pytest.approx(total, abs=1e-9)
 
 
 def test_an_effort_holds_until_the_next_decision() -> None:
@@ -192,15 +178,6 @@ def test_noise_is_what_the_configuration_says_and_does_not_touch_the_physics() -
                     assert abs(difference.mean()) <= deviation / 4
 
 
-def test_a_model_goes_on_like_the_original() -> None:
-    game = started((3,), "easy")
-    go(game, 1.0, num_steps=50)
-    copies = game.model(0, 2)
-    assert np.array_equal(copies.observe("attacker")[1], game.observe("attacker")[0])
-    assert go(copies, -1.0, num_steps=20).tolist() == [go(game, -1.0, num_steps=20)[0]] * 2
-    assert all(np.array_equal(one[1], other[0]) for one, other in zip(copies.state, game.state, strict=True))
-
-
 def test_a_scene_is_a_copy() -> None:
     game = started(power_ratio=1.4)
     scene = game.scene(0)
@@ -220,10 +197,3 @@ def test_registered_defenders_play(name: str, preset: str) -> None:
         pytest.skip("it gives orders to all vehicles")
     config = ROGUE.config(preset, {"duration_s": 2.0, "onset_s": 0.0})
     assert np.isfinite(play_episodes(ROGUE, config, {"attacker": "none", "defender": name}, [0])["return"]).all()
-
-
-def test_laws_are_refused_where_accelerations_are_wanted() -> None:
-    with pytest.raises(ConfigurationError, match='defense_action="mode"'):
-        resolve_policy("sliding", started(defense_action="command").spec("defender"))
-    with pytest.raises(ConfigurationError, match=CONTROLLERS[0]):
-        resolve_policy("cps_baselines.rogue.controllers:HeldController?controller=lineer", started().spec("defender"))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
@@ -15,36 +15,21 @@ from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.conformance import check_refinement
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names, resolve_policy
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import Array, Role
-from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.controllers import CONTROLLERS
+from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
+from tests import episodes
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
 NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere
 ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in (*NEED_OPTIONS, *NEW)]
 
-
-def config_of(preset: str = "paper", **overrides: Any) -> RogueConfig:
-    return ROGUE.config(preset, overrides)
-
-
-def spec_of(role: Role, preset: str = "paper", **overrides: Any) -> RoleSpec:
-    return ROGUE.game(config_of(preset, **overrides), 1).spec(role)
-
-
-def play(
-    attacker: str, defender: str, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any
-) -> dict[str, Array]:
-    return play_episodes(
-        ROGUE, config_of(preset, **overrides), {"attacker": attacker, "defender": defender}, list(seeds)
-    )
+spec_of = partial(episodes.spec_of, ROGUE)
+play = partial(episodes.play, ROGUE)
 
 
 def efforts(
@@ -57,7 +42,7 @@ def efforts(
         seen.append(game.state.effort[:, 2].copy())
         games[:] = [game]
 
-    config = config_of(preset, **overrides)
+    config = ROGUE.config(preset, overrides)
     play_episodes(ROGUE, config, {"attacker": attacker, "defender": "none"}, list(seeds), on_step=look)
     return np.array(seen[1:]), games[0]
 
@@ -83,7 +68,7 @@ def test_a_square_wave_begins_at_the_onset() -> None:
 def test_each_environment_has_its_own_wave_and_keeps_its_onset_when_others_start_anew() -> None:
     spec = spec_of("attacker", "easy")
     wave = SquareWave(spec, np.array([0.1, 0.2]))
-    game = ROGUE.game(config_of("easy"), 2)
+    game = ROGUE.game(ROGUE.config("easy", {}), 2)
     generators = [np.random.default_rng(k) for k in range(2)]
     game.reset(np.ones(2, bool), generators)
     _, state = wave.predict(game.observe("attacker"))
@@ -153,35 +138,6 @@ def test_switching_takes_the_weights_of_the_nearest_ratio() -> None:
         assert policy.predict(view)[0] == expected
 
 
-@pytest.mark.parametrize(
-    ("reference", "message"),
-    [
-        ("square?frequency_hz=0", "frequency_hz > 0"),
-        ("square?duty=1.2", "duty <= 1"),
-        ("random?braking_s=0.05", "attack_hold_s"),
-        ("switching?weights=[1,2]", r"\(7,\)"),
-        ("switching?against=slidingg", "Did you mean 'sliding'"),
-    ],
-)
-def test_impossible_attackers_are_refused_with_a_remedy(reference: str, message: str) -> None:
-    with pytest.raises(ConfigurationError, match=message):
-        resolve_policy(reference, spec_of("attacker"))
-
-
-@pytest.mark.parametrize(
-    ("reference", "overrides", "message"),
-    [
-        ("disband_7", {"max_growth_m": 5.0}, "max_growth_m"),
-        ("disband_2", {"defense_action": "command"}, 'defense_action="mode"'),
-    ],
-)
-def test_impossible_defenders_are_refused_with_a_remedy(
-    reference: str, overrides: dict[str, Any], message: str
-) -> None:
-    with pytest.raises(ConfigurationError, match=message):
-        resolve_policy(reference, spec_of("defender", **overrides))
-
-
 @pytest.mark.parametrize("threshold_m", [2.0, 4.0, 7.0])
 @pytest.mark.parametrize("attacker_index", [2, 3])
 def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m: float, attacker_index: int) -> None:
@@ -191,7 +147,7 @@ def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m: float,
         growths.append(game.state.growth[0].max())
         humans.append(int(game.metrics()["humans"][0]))
 
-    config = config_of(attacker_index=attacker_index, dt_s=0.0005)
+    config = ROGUE.config("paper", {"attacker_index": attacker_index, "dt_s": 0.0005})
     spec = ROGUE.game(config, 1).spec("defender")
     players = {"attacker": "square?frequency_hz=0.3", "defender": Disband(spec, threshold_m)}
     play_episodes(ROGUE, config, players, [0], on_step=look)
@@ -203,7 +159,7 @@ def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m: float,
 
 
 def test_followed_errors_are_those_of_the_controllers() -> None:
-    config = config_of(attacker_index=2, alarm_threshold=20.0, dt_s=0.0005)
+    config = ROGUE.config("paper", {"attacker_index": 2, "alarm_threshold": 20.0, "dt_s": 0.0005})
     game = ROGUE.game(config, 1)
     game.reset(np.ones(1, bool), [np.random.default_rng(0)])
     for period in range(60):
@@ -222,20 +178,6 @@ def test_followed_errors_are_those_of_the_controllers() -> None:
 
 def test_no_defence_is_the_linear_controller() -> None:
     assert play("square", "none")["damage"] == play("square", "pd")["damage"] > 50
-
-
-@pytest.mark.parametrize("preset", ["paper", "easy", "learning"])
-@pytest.mark.parametrize("side", ["Attack", "Defense"])
-def test_default_opponents_play(preset: str, side: str) -> None:
-    env = gymnasium.make(f"cps_envs:cps_envs/Rogue{side}-v0", preset=preset, duration_s=12.0)
-    vehicles = env.unwrapped.game.config.num_orders
-    env.reset(seed=3)
-    total, done = 0.0, False
-    while not done:
-        action = np.zeros(1, np.float32) if side == "Attack" else np.tile([CONTROLLERS.index("detecting"), 1], vehicles)
-        _, reward, _, done, info = env.step(action)
-        total += reward
-    assert abs(total) == pytest.approx(info["damage"] + info["formation_charge"])
 
 
 def test_a_member_of_a_mixture_plays_as_it_plays_alone() -> None:

@@ -32,7 +32,7 @@ from cps_baselines.rogue.reproduction.experiments import (
 from cps_baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, fits, orderings
 from cps_baselines.rogue.reproduction.headroom import head_room_experiments
 from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
-from cps_baselines.rogue.reproduction.plot_maps import edges_of
+from cps_baselines.rogue.reproduction.plots import edges_of
 from cps_baselines.rogue.reproduction.rides import affected, followers, radii_m, shares_of_rings
 from cps_baselines.rogue.reproduction.settings import (
     COURSE_FREQUENCIES_HZ,

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,10 +10,9 @@ from typer.testing import CliRunner
 from cps_agents.cli import app
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.picture.bars import wanted_growth
-from cps_envs.rogue.picture.history import MOST_POINTS, Recording
+from cps_envs.rogue.picture.history import Recording
 from cps_envs.rogue.picture.palette import LAW_COLORS
 from cps_envs.rogue.picture.road import lay_out, named, window_m
-from cps_envs.rogue.picture.scene import Scene
 from cps_envs.rogue.picture.viewer import Viewer, plots
 from tests.pictured import bumped
 from tests.rogue.pictures import CONFIG, EVERY, PUSHED, SCATTERED, SOLID, START, UNDER_WAY, drive, frame, opened
@@ -105,33 +103,6 @@ def test_growth_is_wanted_of_whom_one_follows() -> None:
 def test_every_law_has_its_own_colour() -> None:
     assert set(LAW_COLORS) == {*CONTROLLERS, "commanded", "attacker"} - {"detecting"}
     assert len(set(LAW_COLORS.values())) == len(LAW_COLORS)
-
-
-def moments(recording: Recording, scene: Scene, times: Callable[[int], float], count: int) -> None:
-    for k in range(count):
-        recording.add(replace(scene, time_s=times(k), speed=scene.speed + k))
-
-
-def test_history_is_thinned_and_keeps_the_last_moment() -> None:
-    recording = Recording()
-    moments(recording, START, lambda k: 0.1 * k, 10 * MOST_POINTS + 7)
-    traces = recording.traces()
-    assert MOST_POINTS / 2 < len(traces.time_s) <= MOST_POINTS + 1
-    assert traces.time_s[-1] == pytest.approx(0.1 * (10 * MOST_POINTS + 6))
-    assert (np.diff(traces.time_s) > 0).all()
-    assert traces.speed.shape[1:] == (5,)
-    assert traces.gap.shape == traces.damage.shape == (len(traces.time_s), 4)
-
-
-def test_history_replaces_the_same_moment_and_forgets_when_time_goes_back() -> None:
-    recording = Recording()
-    moments(recording, START, lambda k: min(k, 3), 6)
-    traces = recording.traces()
-    assert traces.time_s.tolist() == [0, 1, 2, 3]
-    np.testing.assert_array_equal(traces.speed[-1], START.speed + 5)
-    recording.add(UNDER_WAY)
-    recording.add(START)
-    assert recording.traces().time_s.tolist() == [0.0]
 
 
 def test_axes_hold_what_they_show() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from cps_baselines.disbanding.corrections import CopyDisbanded
-from cps_baselines.testbed.mitigation import mitigation
+from cps_baselines.testbed.cases import mitigation
 from cps_envs.core.game import Game
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec

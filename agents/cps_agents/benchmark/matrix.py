@@ -9,7 +9,7 @@ import numpy as np
 
 from cps_agents.benchmark.suite import Outcome
 from cps_baselines.arena import Contestant
-from cps_baselines.paper.agreement import verdict
+from cps_baselines.paper.tables import verdict
 from cps_baselines.schedule import PaperCell, Setting
 
 

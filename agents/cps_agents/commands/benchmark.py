@@ -30,30 +30,34 @@ class Suite(str, Enum):
 
 
 def benchmark(
-    problem: Annotated[Names, typer.Argument(help="Such as hvac; all four if left out.")] = None,
-    suite: Annotated[Suite, typer.Option(help="Beside the paper's numbers, or learned policies.")] = Suite.PAPER,
-    table: Annotated[Names, typer.Option(help="Only this one, see --list; may be repeated.")] = None,
-    attacker: Annotated[Names, typer.Option(help="Only this one (suite paper); may be repeated.")] = None,
-    defender: Annotated[Names, typer.Option(help="Only this one (suite paper); may be repeated.")] = None,
-    policy: Annotated[Names, typer.Option(help="Examine zoo:FOLDER too (suite learned); may be repeated.")] = None,
-    full: Annotated[bool, typer.Option("--full", help="Every table of suite paper, not only the main ones.")] = False,
-    quick: Annotated[bool, typer.Option("--quick", help="Few episodes and short searches: a look, no result.")] = False,
+    problem: Annotated[Names, typer.Argument(help="Problems, such as hvac; default: all four.")] = None,
+    suite: Annotated[
+        Suite, typer.Option(help="Compare with the paper's numbers, or judge learned policies.")
+    ] = Suite.PAPER,
+    table: Annotated[Names, typer.Option(help="Compute only this table (see --list); may be repeated.")] = None,
+    attacker: Annotated[Names, typer.Option(help="Play only this attacker (suite paper); may be repeated.")] = None,
+    defender: Annotated[Names, typer.Option(help="Play only this defender (suite paper); may be repeated.")] = None,
+    policy: Annotated[Names, typer.Option(help="Also judge zoo:FOLDER (suite learned); may be repeated.")] = None,
+    full: Annotated[
+        bool, typer.Option("--full", help="Compute every table of suite paper, not only the main ones.")
+    ] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Take a quick look, with few episodes; no result.")] = False,
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/results.md and more (suite learned).")] = False,
     show: Annotated[bool, typer.Option("--list", help="Print the tables and stop.")] = False,
-    folder: Annotated[Path, typer.Option("--out", help="Where files go.")] = Path("results"),
+    folder: Annotated[Path, typer.Option("--out", help="Write files to this folder.")] = Path("results"),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     fresh: Fresh = False,
     as_json: AsJson = False,
 ) -> None:
-    """Play the declared attackers against the declared defenders and judge them.
+    """Play attackers against defenders and judge them.
 
-    Suite `paper`: every analytic attacker against every defender, beside
-    the paper's numbers. Suite `learned`: trained policies against what they
-    have to reach. A problem of your own is played in each of its presets by
-    all policies that can play it.
+    Suite `paper` plays every computed attacker against every computed defender,
+    beside the paper's numbers. Suite `learned` compares trained policies with
+    what they should reach. A problem of your own is played in each of its
+    presets, by all policies that can play it.
 
-    Press Ctrl-C at any time: finished meetings are kept, and the same command
+    Press Ctrl-C at any time: finished games are kept, and the same command
     continues. They are played again when code, version or network changes.
     """
     from cps_agents.arena.store import Store

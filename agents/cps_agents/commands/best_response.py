@@ -12,11 +12,11 @@ from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
     BudgetS,
+    Changes,
     Fresh,
     Jobs,
     Knobs,
     Meetings,
-    OfEnvironment,
     Oracles,
     Steps,
 )
@@ -31,39 +31,45 @@ if TYPE_CHECKING:
     from cps_agents.league.response import Question, Responses
     from cps_agents.league.strategy import Strategy
 
-AGAINST = "The fixed opponent: a policy's name, zoo:NAME, mixture?policies=[...]&weights=[...]; several are mixed."
-KNOWN = "What the response is compared with: a policy's name, or `all` (the default) for analytic and shipped ones."
-PRESET = "Of the environment. If left out, that in which the opponent learned, or else that of the role's recipe."
-LEAGUE = "JSON of `cps-envs league` in the same configuration, to compare with the value of its game."
+AGAINST = "Fixed opponent: a policy's name or zoo:NAME. May be repeated: several are mixed."
+KNOWN = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
+PRESET = "Preset of the environment; default: the one the opponent learned in, or else the recipe's."
+LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configuration."
 
 
 def best_response(
-    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
-    role: Annotated[str, typer.Argument(help="attacker or defender: who responds.")],
+    problem: Annotated[str, typer.Argument(help="Problem, such as hvac.")],
+    role: Annotated[str, typer.Argument(help="Role that responds: attacker or defender.")],
     against: Annotated[list[str], typer.Option(help=AGAINST)],
-    weights: Annotated[str | None, typer.Option(help="Of several opponents, such as 1,3; equal if left out.")] = None,
+    weights: Annotated[
+        str | None, typer.Option(help="Weights of several opponents, such as 1,3; default: equal.")
+    ] = None,
     oracle: Oracles = None,
     preset: Annotated[str | None, typer.Option(help=PRESET)] = None,
-    overrides: OfEnvironment = None,
+    overrides: Changes = None,
     knobs: Knobs = None,
     steps: Steps = None,
     budget: BudgetS = None,
-    seeds: Annotated[int, typer.Option(min=1, help="How many training seeds.")] = 5,
+    seeds: Annotated[int, typer.Option(min=1, help="Use so many training seeds.")] = 5,
     known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
     league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
-    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="On seeds 0, 1, ...")] = 50,
-    folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("best-response"),
+    episodes: Annotated[
+        int, typer.Option(min=1, max=1_000_000, help="Judge on so many episodes, on seeds 0, 1, ...")
+    ] = 50,
+    folder: Annotated[Path, typer.Option("--out", help="Write runs and results to this folder.")] = Path(
+        "best-response"
+    ),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     fresh: Fresh = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
-    device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
+    resume: Annotated[bool, typer.Option("--resume", help="Continue unfinished runs.")] = False,
+    device: Annotated[str, typer.Option(help="Device: cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
-    """Look for a best response to a fixed opponent: how far can that one be exploited, at least?
+    """Find a best response to a fixed opponent: at least how far can it be exploited?
 
-    All response oracles of the role look for one, each with every training seed. Validation chooses among what they
-    find; evaluation seeds judge. No bound from above: a better response may exist that nothing found.
+    All methods that the role has look for one, with every training seed. Validation seeds choose among what they find,
+    and evaluation seeds judge the choice. The result is a lower bound: a better response may exist that none found.
     """
     from cps_agents.arena.store import Store
     from cps_agents.files import write_json

@@ -18,16 +18,18 @@ DIGITS = 6
 
 
 def calibrate_mtd2(
-    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
+    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "paper",
     overrides: Changes = None,
-    num_seeds: Annotated[int, typer.Option("--seeds", min=1, help="Days, on seeds 1000, 1001, ...")] = 5,
-    to: Annotated[Path | None, typer.Option("--out", metavar="FILE.json", help="Write the JSON there, too.")] = None,
+    num_seeds: Annotated[int, typer.Option("--seeds", min=1, help="Play so many days, on seeds 1000, 1001, ...")] = 5,
+    to: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.json", help="Also write the JSON to this file.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Find the threshold eps of the HVAC defender `mtd2` from days without an attack.
 
-    It is 1.2 times the largest mean residual of any set, from 20 samples on. Without --preset and --set, for the
-    configurations whose eps comes with the package.
+    eps is 1.2 times the largest mean residual of any set, from 20 samples on. Without --preset and --set the command
+    computes it for the configurations whose eps comes with the package.
     """
     from cps_agents.files import write_json
     from cps_baselines.hvac.calibration import SEEDS, SHIPPED, Level

@@ -20,27 +20,27 @@ FAILED = 1  # exit code where a rule does not hold
 
 
 def contest(
-    problem: Annotated[list[str] | None, typer.Argument(help="Problems, such as hvac; all if left out.")] = None,
-    variant: Annotated[list[str] | None, typer.Option(help="Only this variant; may be repeated.")] = None,
-    budget: Annotated[float, typer.Option(min=1, help="CPU seconds of search against each defender.")] = 300.0,
-    episodes: Annotated[int, typer.Option(min=0, help="Of each meeting; 0: as the contest says.")] = 0,
-    folder: Annotated[Path, typer.Option("--out", help="Where files go.")] = Path("contest"),
+    problem: Annotated[list[str] | None, typer.Argument(help="Problems, such as hvac; default: all.")] = None,
+    variant: Annotated[list[str] | None, typer.Option(help="Judge only this variant; may be repeated.")] = None,
+    budget: Annotated[float, typer.Option(min=1, help="Search for so many CPU seconds against each defender.")] = 300.0,
+    episodes: Annotated[int, typer.Option(min=0, help="Episodes of each pair; 0: as the contest says.")] = 0,
+    folder: Annotated[Path, typer.Option("--out", help="Write files to this folder.")] = Path("contest"),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Few episodes and short searches: a look, no result.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Take a quick look, with few episodes; no result.")] = False,
     fresh: Fresh = False,
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/contest.md and contest.json here.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Judge whether a problem's game is a contest.
+    """Check that both sides of a game have something to win.
 
-    Every policy meets every policy of the other side. Beside them play the
-    best constant action, attacks searched against each defender, and
+    Every policy plays every policy of the other side. So do the best
+    constant action, attacks that are searched against each defender, and
     references that are told what the others have to infer.
 
-    The first variant is judged by rules: no constant action is best,
-    something can be done, something is left to infer, nobody has won.
-    Exit code 1 means that a rule does not hold.
+    The first variant is judged by four rules: no constant action is best,
+    something can be done, something is left to infer, and nobody has won.
+    The exit code is 1 when a rule does not hold.
 
     Press Ctrl-C at any time: finished work is kept, and the same command
     continues.

@@ -18,17 +18,19 @@ QUICK = (100, 200)  # repetitions, resamples
 
 
 def coverage(
-    folder: Annotated[Path, typer.Option("--out", help="Where coverage.json and coverage.md go.")] = Path("coverage"),
+    folder: Annotated[Path, typer.Option("--out", help="Write coverage.json and coverage.md to this folder.")] = Path(
+        "coverage"
+    ),
     jobs: Jobs = None,
-    quick: Annotated[bool, typer.Option("--quick", help="Few repetitions: a look, no result.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Take a quick look: few repetitions, no result.")] = False,
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/coverage.md here.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Check our statistics: how often do 95 % intervals hold the truth?
 
-    Means, interquartile means, several settings, paired differences, and
-    values of games are drawn from known distributions and analysed by the
-    functions that every table uses.
+    Random data with a known truth are analysed by the functions that every
+    table uses: means, interquartile means, several settings, paired
+    differences, and values of games.
     """
     from cps_agents.coverage.report import document, markdown, tables
     from cps_agents.coverage.simulation import Effort

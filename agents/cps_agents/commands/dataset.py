@@ -22,21 +22,23 @@ class Side(str, Enum):
 
 
 def dataset(
-    problem: Annotated[str, typer.Argument(help="The problem, such as fdi.")],
-    role: Annotated[Side, typer.Option(help="Whose observations, actions and rewards are kept.")],
-    attacker: Annotated[str | None, typer.Option(help="A policy; the preset's own if left out.")] = None,
-    defender: Annotated[str | None, typer.Option(help="A policy; the preset's own if left out.")] = None,
-    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
+    problem: Annotated[str, typer.Argument(help="Problem, such as fdi.")],
+    role: Annotated[Side, typer.Option(help="Keep this role's observations, actions and rewards.")],
+    attacker: Annotated[str | None, typer.Option(help="Policy; default: the preset's.")] = None,
+    defender: Annotated[str | None, typer.Option(help="Policy; default: the preset's.")] = None,
+    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "paper",
     overrides: Changes = None,
-    episodes: Annotated[int, typer.Option(min=1, help="How many.")] = 100,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first; the others count up.")] = 10_000_000,
-    name: Annotated[str | None, typer.Option("--id", help="The dataset's, such as cps_envs/fdi/oracle-v0.")] = None,
+    episodes: Annotated[int, typer.Option(min=1, help="Record so many episodes.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others count up.")] = 10_000_000,
+    name: Annotated[
+        str | None, typer.Option("--id", help="Name of the dataset, such as cps_envs/fdi/oracle-v0.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Record episodes of two policies as a dataset for offline learning.
 
-    Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says; read it with
-    minari.load_dataset(ID). The seeds are far from those that evaluations use.
+    Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says. Read it with
+    minari.load_dataset(ID). Evaluations never use the seeds of these episodes.
     """
     import re
 

@@ -24,11 +24,11 @@ MOST = 10**9  # of the whole numbers in a file
 
 
 def double_oracle(
-    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. 1 and 1.3.")] = None,
-    weight: Annotated[float, typer.Option(min=0, help="Of the formation cost beside the damage, m/s2.")] = 0.5,
-    rounds: Annotated[int, typer.Option(min=1, help="In all; a file that has fewer goes on.")] = 8,
-    seed: Annotated[int, typer.Option(min=0, help="Of the searches.")] = 0,
-    to: Annotated[Path, typer.Option("--out", help="File with every attack; a later call goes on.")] = Path(
+    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. Default: 1 and 1.3.")] = None,
+    weight: Annotated[float, typer.Option(min=0, help="Weight of the formation cost beside the damage, m/s2.")] = 0.5,
+    rounds: Annotated[int, typer.Option(min=1, help="Play so many rounds in all; a file with fewer continues.")] = 8,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the searches.")] = 0,
+    to: Annotated[Path, typer.Option("--out", help="Keep every attack in this file; a later call continues.")] = Path(
         "double-oracle.json"
     ),
     as_json: AsJson = False,

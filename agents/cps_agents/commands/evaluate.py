@@ -22,26 +22,29 @@ if TYPE_CHECKING:
     from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
 
-EVALUATED = "A name from `cps-envs list`, zoo:NAME for all its training seeds, zoo:NAME?seed=3; may be repeated."
-BASELINE = "To compare with, pairwise; `all` of the role that can play; may be repeated."
-METRIC = "What is measured; `return` is what the attacker is paid."
+EVALUATED = "Policy to judge: a name from `cps-envs list`, or zoo:NAME (all its training seeds). May be repeated."
+BASELINE = "Compare with this policy, or with `all` that can play; may be repeated."
+METRIC = "Measure this metric; `return` is what the attacker is paid."
 MARK = "*"  # of a baseline that the intervals say less about
 MOST = 1_000_000  # evaluation seeds
 
 
 def evaluate(
-    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
-    role: Annotated[str, typer.Argument(help="attacker or defender: who is evaluated.")],
+    problem: Annotated[str, typer.Argument(help="Problem, such as hvac.")],
+    role: Annotated[str, typer.Argument(help="Role to evaluate: attacker or defender.")],
     policy: Annotated[list[str], typer.Option(help=EVALUATED)],
     opponent: Annotated[list[str] | None, typer.Option(help=f"{POLICY} May be repeated.")] = None,
     baseline: Annotated[list[str] | None, typer.Option(help=BASELINE)] = None,
-    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
+    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "learning",
     overrides: Changes = None,
-    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each training seed, on seeds 0, 1, ...")] = 50,
+    episodes: Annotated[
+        int, typer.Option(min=1, max=MOST, help="Play so many episodes with each training seed, on seeds 0, 1, ...")
+    ] = 50,
     metric: Annotated[str, typer.Option(help=METRIC)] = "return",
-    per: Annotated[str, typer.Option(help="Another metric of the episode to divide by, as oracle_value_mps.")] = "",
+    per: Annotated[str, typer.Option(help="Divide by another metric of the episode, such as oracle_value_mps.")] = "",
     certified: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Share of the certified optimum: FILE of `oracle --episodes`.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Show shares of the certified optimum in FILE, from `oracle --episodes`."),
     ] = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
@@ -50,9 +53,9 @@ def evaluate(
 ) -> None:
     """Evaluate policies on seeds that training never used.
 
-    Mean, interquartile mean and 95 % bootstrap intervals over training seeds and episodes; differences to the baselines
-    are paired, episode by episode, and count the training seeds of both. Trained policies get the observation and
-    action form they were trained with.
+    Prints mean, interquartile mean and 95 % bootstrap intervals over training seeds and episodes. Differences to the
+    baselines are paired, episode by episode, and count the training seeds of both. Trained policies see and act in the
+    form they were trained in.
     """
     from cps_agents.arena.challenge import Challenge
     from cps_agents.arena.store import Store
@@ -64,7 +67,7 @@ def evaluate(
 
     known: Role | None = next((name for name in ROLES if name == role), None)
     if known is None:
-        raise CommandError(f"{role!r} is no role: write attacker or defender")
+        raise CommandError(f"{role!r} is not a role: write attacker or defender")
     found = find_problem(problem)
     values = assignments(overrides or [])
     found.config(preset, values)

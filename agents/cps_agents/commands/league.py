@@ -14,36 +14,36 @@ if TYPE_CHECKING:
     from cps_agents.arena.store import Store
     from cps_agents.league.league import League, Plan
 
-NAMES = (
-    "A policy's name, zoo:NAME, with --trust module:attribute, or `all` of the analytic and shipped; may be repeated."
-)
+NAMES = "A policy's name, zoo:NAME, or `all`: computed and shipped ones. Default: all; may be repeated."
 MOST = 1_000_000  # evaluation seeds
 
 
 def league(
-    problem: Annotated[str, typer.Argument(help="The problem, such as hvac.")],
+    problem: Annotated[str, typer.Argument(help="Problem, such as hvac.")],
     attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
     defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
     oracles: Annotated[
         bool, typer.Option("--oracles", help="`all` includes policies that know more than they observe.")
     ] = False,
-    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
+    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "learning",
     overrides: Changes = None,
-    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...")] = 50,
-    metric: Annotated[str, typer.Option(help="What is paid; `return` is the attacker's payoff.")] = "return",
-    folder: Annotated[Path, typer.Option("--out", help="Where files go.")] = Path("league"),
+    episodes: Annotated[
+        int, typer.Option(min=1, max=MOST, help="Play so many episodes of each pair, on seeds 0, 1, ...")
+    ] = 50,
+    metric: Annotated[str, typer.Option(help="Pay this metric; `return` is the attacker's payoff.")] = "return",
+    folder: Annotated[Path, typer.Option("--out", help="Write files to this folder.")] = Path("league"),
     html: Html = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     fresh: Fresh = False,
     as_json: AsJson = False,
 ) -> None:
-    """Play every attacker against every defender and solve the zero-sum game of the means.
+    """Let every attacker play every defender, and solve the zero-sum game between them.
 
-    The value is not that of the means, which favours the side with more policies: strategies are chosen on one half of
-    the episodes and valued on the other. The interval holds the value of the true means.
+    Strategies are chosen on one half of the episodes and valued on the other. So the value does not favour the side
+    with more policies. The interval holds the value of the game between the true means.
 
-    Each finished pair is kept at once: an interrupted league goes on where it stopped. Pairs are played again when the
+    Press Ctrl-C at any time: finished pairs are kept, and the same command continues. Pairs are played again when the
     code, a version, a trained network or the configuration has changed.
     """
     import time

@@ -13,11 +13,12 @@ from cps_agents.table import Cell, Table, styled
 
 def list_everything(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[PROBLEM]...", help="Only these, such as hvac; all if left out.")
+        list[str] | None,
+        typer.Argument(metavar="[PROBLEM]...", help="Show only these problems, such as hvac; default: all."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
-    """Show what there is: problems with their environments, presets and policies."""
+    """Show the problems, with their environments, presets and policies."""
     from cps_agents.catalogue import describe_everything, describe_problem
     from cps_envs import find_problem
 

@@ -11,27 +11,24 @@ import typer
 from cps_agents.console import err, print_json
 
 MEETINGS = Path("results/meetings")
-KEPT = "Where finished meetings are kept; all commands share it."
-FRESH = "Play again what was played before."
-Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
+KEPT = "Keep finished games in this folder, which all commands share."
+FRESH = "Play everything again, also what is kept."
+Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help=FRESH)]
-AsJson = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Html = Annotated[Path | None, typer.Option(metavar="DIR", help="Write a page for the browser there, too.")]
 Changes = Annotated[
     list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
 ]
-OfEnvironment = Annotated[
-    list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Of the environment; may be repeated.")
-]
 Knobs = Annotated[
-    list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of the recipe; may be repeated.")
+    list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Change a knob; may be repeated.")
 ]
 ORACLE = (
-    "Who responds: search, cma-es, plans, ppo, recurrent, or a recipe's name; may be repeated. If left out, all of "
-    "these that the role has, but for recurrent."
+    "Look by this method: search, cma-es, plans, ppo, recurrent, or a recipe. May be repeated. Default: all that the "
+    "role has, but for recurrent."
 )
-STEPS = "Decisions of each oracle and training seed, searches included."
-BUDGET = "CPU time of each oracle and training seed."
+STEPS = "Decisions for each method and training seed, searches included."
+BUDGET = "CPU time for each method and training seed."
 Oracles = Annotated[list[str] | None, typer.Option("--oracle", metavar="NAME", help=ORACLE)]
 Steps = Annotated[int | None, typer.Option(min=1, help=STEPS)]
 BudgetS = Annotated[float | None, typer.Option("--budget", metavar="SECONDS", min=0.1, help=BUDGET)]

@@ -22,36 +22,42 @@ if TYPE_CHECKING:
 
 
 def oracle(
-    preset: Annotated[str, typer.Option(help="Preset of the problem fdi.")] = "paper",
+    preset: Annotated[str, typer.Option(help="Use this preset of the problem fdi.")] = "paper",
     settings: Changes = None,
     task: Annotated[
         list[str] | None,
-        typer.Option(help="Sensors and target such as 'x4>4'; may be repeated. If left out: every cell of the tables."),
+        typer.Option(help="Sensors and target, such as 'x4>4'; may be repeated. Default: every cell of the tables."),
     ] = None,
     episodes: Annotated[
         int | None, typer.Option(min=1, help="Certify the first evaluation episodes, as in preset 'drawn'.")
     ] = None,
     time_limit: Annotated[
-        float, typer.Option(min=0.0, metavar="SECONDS", help="For each integer program, or each episode; 0: none.")
+        float,
+        typer.Option(min=0.0, metavar="SECONDS", help="Time for each integer program, or each episode; 0: no limit."),
     ] = 20.0,
-    anneal: Annotated[int, typer.Option(min=0, help="Attacks that a local search tries for each task.")] = 100_000,
+    anneal: Annotated[int, typer.Option(min=0, help="Try so many attacks for each task in a local search.")] = 100_000,
     exhaust: Annotated[
-        float, typer.Option(min=0.0, metavar="CPU SECONDS", help="Exhaustive search for each open task.")
+        float, typer.Option(min=0.0, metavar="CPU SECONDS", help="Search each open task exhaustively for so long.")
     ] = 20.0,
-    gap: Annotated[float, typer.Option(min=0.0, max=1.0, help="Relative gap to stop at; 0 proves the optimum.")] = 0.0,
-    jobs: Annotated[int | None, typer.Option(min=1, help="Tasks at a time; as many as cores if left out.")] = None,
-    backend: Annotated[str, typer.Option(help="Of joblib: loky, threading, dask, ray.")] = "loky",
-    improve: Annotated[bool, typer.Option("--improve", help="Go on with tasks that are not proved.")] = False,
+    gap: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Stop at this relative gap; 0 proves the optimum.")
+    ] = 0.0,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Solve so many tasks at a time; default: as many as cores.")
+    ] = None,
+    backend: Annotated[str, typer.Option(help="Backend of joblib: loky, threading, dask or ray.")] = "loky",
+    improve: Annotated[bool, typer.Option("--improve", help="Continue with tasks that are not proved.")] = False,
     to: Annotated[
-        Path | None, typer.Option("--out", help="File to write and to go on from; results/oracle/<preset>.json.")
+        Path | None,
+        typer.Option("--out", help="Write this file and continue from it; default: results/oracle/<preset>.json."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Find the highest impact speed that false data injection can reach, with a bound that proves it.
 
-    Mixed-integer programs by HiGHS: for each task the bound with continuous injections (LP), the speed of the best
-    attack found, and a bound that no attack exceeds. Each finished task is kept at once: an interrupted run goes on
-    where it stopped.
+    HiGHS solves mixed-integer programs. For each task you get the bound with continuous injections (LP), the speed of
+    the best attack found, and a bound that no attack exceeds. Press Ctrl-C at any time: finished tasks are kept, and
+    the same command continues.
     """
     from cps_agents.commands.oracle_episodes import certify_episodes
     from cps_agents.files import write_text

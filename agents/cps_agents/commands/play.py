@@ -9,28 +9,28 @@ import typer
 from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments
 
-POLICY = "A name from `cps-envs list`, name?option=value, or with --trust module:attribute; the preset's if left out."
-RENDER = "human (a window), or FILE.mp4, FILE.gif (a film), FILE.png, FILE.svg (one picture)."
+POLICY = "A name from `cps-envs list`, or name?option=value. Default: the preset's own."
+RENDER = "Show a window (human), or write FILE.mp4, .gif, .png or .svg."
 
 
 def play(
-    problem: Annotated[str, typer.Argument(help="The problem, such as disbanding, or with --trust module:attribute.")],
+    problem: Annotated[str, typer.Argument(help="Problem, such as disbanding; with --trust also module:attribute.")],
     attacker: Annotated[str | None, typer.Option(help=POLICY)] = None,
     defender: Annotated[str | None, typer.Option(help=POLICY)] = None,
-    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "paper",
+    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "paper",
     overrides: Changes = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first episode; the others count up.")] = 0,
-    episodes: Annotated[int, typer.Option(min=1, help="How many, played as one batch.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others count up.")] = 0,
+    episodes: Annotated[int, typer.Option(min=1, help="Play so many episodes, as one batch.")] = 1,
     render: Annotated[str | None, typer.Option(help=RENDER)] = None,
-    fps: Annotated[float, typer.Option(help="Frames per second of a film.")] = 10.0,
+    fps: Annotated[float, typer.Option(help="Show so many frames per second of film.")] = 10.0,
     speed: Annotated[
         float | None,
-        typer.Option(help="Game seconds per second of film; 10 if left out, and faster where a GIF would get long."),
+        typer.Option(help="Show so many game seconds per second of film; default: 10, and more for long GIFs."),
     ] = None,
-    at: Annotated[float | None, typer.Option(help="Game second of a picture; the end if left out.")] = None,
+    at: Annotated[float | None, typer.Option(help="Draw the picture at this game second; default: the end.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Play episodes of one attacker against one defender: print their metrics, or film them."""
+    """Play one attacker against one defender: print the metrics, or film the episode."""
     from cps_agents.arena.meeting import Meeting
     from cps_agents.episodes import show_meeting
     from cps_agents.film import Film

@@ -22,6 +22,7 @@ def reliability(
     parts: Annotated[list[str] | None, typer.Argument(metavar="[PART]...", help=NAMES)] = None,
     minutes: Annotated[float, typer.Option(min=0.0, help="Time for what is not done yet; 0 only reports.")] = 10.0,
     folder: Annotated[Path, typer.Option("--out", help="Where finished work is kept.")] = Path("results/reliability"),
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
     fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/reliability.md and .json here.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
@@ -30,8 +31,9 @@ def reliability(
 
     Each finished piece is kept at once; the same command goes on from there. What a
     change of the code makes outdated is done again. The exit code is 1 if anything
-    happened that must not happen. It needs the repository, not only the package.
+    happened that must not happen, or if a piece could not be done. It needs the repository, not only the package.
     """
+    from cps_agents.locking import alone_in
     from cps_agents.progress import Progress
     from cps_agents.reliability.chunk import find_part
     from cps_agents.reliability.document import document
@@ -40,13 +42,14 @@ def reliability(
     from cps_agents.reliability.suite import run_parts
 
     chosen = [find_part(name) for name in _names(parts or [])]
-    with Progress("reliability", sum(len(part.chunks()) for part in chosen)) as progress:
+    total = sum(len(part.chunks()) for part in chosen)
+    with alone_in(folder), Progress("reliability", total) as progress:
 
         def report(done: int, total: int, note: str) -> None:
             progress.total = total
             progress.update(done, note)
 
-        found = run_parts(chosen, Store(folder, fresh=fresh), minutes, report)
+        found = run_parts(chosen, Store(folder, fresh=fresh), minutes, report, jobs=jobs)
     written = document(found)
     if as_json:
         print_json(written)
@@ -59,9 +62,13 @@ def reliability(
     if publish:
         files = put(written, Path())
         err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+    failed = [why for each in found for why in each.failed]
+    for why in failed:
+        err().print(why, soft_wrap=True, markup=False)
     violations = [f"{each.part.name}: {each.violations}" for each in found if each.violations]
     if violations:
         err().print(f"These have to be zero: {'; '.join(violations)}", soft_wrap=True, markup=False)
+    if violations or failed:
         raise typer.Exit(BROKEN)
 
 

@@ -1,6 +1,6 @@
 """The searches behind the numbers of shipped analytic policies: `search-string`, `search-feedback`, `search-switching`.
 
-Each file holds the result so far while the search goes on, so that an interrupted one is not lost.
+Each file holds the result so far while the search goes on, so an interrupted one is not lost.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import typer
 from cps_agents.commands.options import Changes, Jobs, deliver
 from cps_agents.console import assignments
 
-File = Annotated[Path | None, typer.Option("--out", help="File to write; stdout if left out.")]
-Seed = Annotated[int, typer.Option(min=0, help="Of the search.")]
-PROBE = "Search what `probe` plays instead, twenty minutes of CPU time; of the options --ratio, --seed, --jobs, --out."
-AGAINST = "A defender, or all for the mean over those of chapter 5; may be repeated. Everything if left out."
+File = Annotated[Path | None, typer.Option("--out", help="Write to this file; default: stdout.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the search.")]
+PROBE = "Search what `probe` plays instead (20 CPU minutes). Takes --ratio, --seed, --jobs and --out."
+AGAINST = "Defender, or all: the mean over those of chapter 5. May be repeated; default: everything."
 
 
 @contextmanager
@@ -38,18 +38,18 @@ def _keeping(what: str, count: int, to: Path | None) -> Iterator[Callable[[int, 
 
 
 def search_string(
-    form: Annotated[str, typer.Option(help="warned, local or informed.")] = "warned",
-    trials: Annotated[int, typer.Option(min=1, help="Candidate policies.")] = 1400,
-    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 14,
+    form: Annotated[str, typer.Option(help="Form of the controller: warned, local or informed.")] = "warned",
+    trials: Annotated[int, typer.Option(min=1, help="Try so many candidates.")] = 1400,
+    population: Annotated[int, typer.Option(min=4, help="Candidates in each generation.")] = 14,
     seed: Seed = 0,
-    spread: Annotated[float, typer.Option(help="First deviation, in units of the search.")] = 0.4,
-    start: Annotated[Path | None, typer.Option(help="Start from this result, not by hand.")] = None,
+    spread: Annotated[float, typer.Option(help="Begin with this deviation, in units of the search.")] = 0.4,
+    start: Annotated[Path | None, typer.Option(help="Start from the result in this file.")] = None,
     settings: Changes = None,
     to: File = None,
 ) -> None:
     """Find the numbers of the disbanding defender `string`; the result is JSON.
 
-    The file holds the result so far after every generation, so that an interrupted search is not lost.
+    The file holds the result so far after every generation, so an interrupted search is not lost.
     """
     from cps_baselines.disbanding.string_search import StringSearch, found_before, search_string
     from cps_envs.core.documents import read_entry
@@ -64,14 +64,14 @@ def search_string(
 
 
 def search_feedback(
-    trials: Annotated[int, typer.Option(min=1, help="Candidate policies.")] = 600,
-    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 20,
+    trials: Annotated[int, typer.Option(min=1, help="Try so many candidates.")] = 600,
+    population: Annotated[int, typer.Option(min=4, help="Candidates in each generation.")] = 20,
     seed: Seed = 0,
     to: File = None,
 ) -> None:
     """Find the coefficients of the disbanding defender `feedback`; the result is JSON.
 
-    The file holds the best coefficients so far after every generation, so that an interrupted search is not lost.
+    The file holds the best coefficients so far after every generation, so an interrupted search is not lost.
     """
     from cps_baselines.disbanding.feedback_search import FeedbackSearch, search_feedback
 
@@ -83,10 +83,10 @@ def search_feedback(
 
 def search_switching(
     against: Annotated[list[str] | None, typer.Option(help=AGAINST)] = None,
-    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. 1 and 1.3.")] = None,
-    generations: Annotated[int, typer.Option(min=1, help="Of each restart.")] = 30,
-    population: Annotated[int, typer.Option(min=4, help="Candidates per generation.")] = 24,
-    restarts: Annotated[int, typer.Option(min=1, help="Independent runs, of which the best counts.")] = 2,
+    ratio: Annotated[list[float] | None, typer.Option(help="Power ratio; may be repeated. Default: 1 and 1.3.")] = None,
+    generations: Annotated[int, typer.Option(min=1, help="Generations of each restart.")] = 30,
+    population: Annotated[int, typer.Option(min=4, help="Candidates in each generation.")] = 24,
+    restarts: Annotated[int, typer.Option(min=1, help="Run so often independently; the best counts.")] = 2,
     seed: Seed = 0,
     jobs: Jobs = None,
     to: File = None,
@@ -94,8 +94,8 @@ def search_switching(
 ) -> None:
     """Find the weights of the rogue attacker `switching` against each defender; the result is JSON.
 
-    What is found against all starts a run against each; where that is not asked for, the weights of the package do.
-    The file holds what has been found so far after every search, so that an interrupted run is not lost.
+    A run against one defender starts from what was found against all, or else from the weights of the package. After
+    every search the file holds what has been found so far, so an interrupted run is not lost.
     """
     if probe:
         _search_answers(ratio, seed, jobs, to)

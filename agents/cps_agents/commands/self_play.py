@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cps_agents.commands.league import NAMES
-from cps_agents.commands.options import MEETINGS, AsJson, BudgetS, Fresh, Jobs, Meetings, OfEnvironment, Oracles, Steps
+from cps_agents.commands.options import MEETINGS, AsJson, BudgetS, Changes, Fresh, Jobs, Meetings, Oracles, Steps
 from cps_agents.console import assignments, err, out, print_json
 
 if TYPE_CHECKING:
@@ -23,32 +23,33 @@ if TYPE_CHECKING:
 
 
 def self_play(
-    problem: Annotated[str, typer.Argument(help="The problem, such as rogue.")],
-    iterations: Annotated[int, typer.Option(min=1, help="In all; more of them go on with --resume.")] = 5,
+    problem: Annotated[str, typer.Argument(help="Problem, such as rogue.")],
+    iterations: Annotated[int, typer.Option(min=1, help="Iterations in all; ask for more with --resume.")] = 5,
     attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
     defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
     oracle: Oracles = None,
-    preset: Annotated[str | None, typer.Option(help="Of the environment; that of the recipes if left out.")] = None,
-    overrides: OfEnvironment = None,
+    preset: Annotated[str | None, typer.Option(help="Preset of the environment; default: that of the recipes.")] = None,
+    overrides: Changes = None,
     knobs: Annotated[
-        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Of all recipes; may be repeated.")
+        list[str] | None,
+        typer.Option("--knob", metavar="NAME=VALUE", help="Change a knob of all recipes; may be repeated."),
     ] = None,
     steps: Steps = None,
     budget: BudgetS = None,
     seeds: Annotated[int, typer.Option(min=1, help="Training seeds of each response.")] = 1,
-    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Of each pair.")] = 50,
-    folder: Annotated[Path, typer.Option("--out", help="Where runs and results go.")] = Path("self-play"),
+    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Episodes of each pair.")] = 50,
+    folder: Annotated[Path, typer.Option("--out", help="Write runs and results to this folder.")] = Path("self-play"),
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     fresh: Fresh = False,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with what is there.")] = False,
-    device: Annotated[str, typer.Option(help="cpu, cuda or auto.")] = "cpu",
+    resume: Annotated[bool, typer.Option("--resume", help="Continue from what is there.")] = False,
+    device: Annotated[str, typer.Option(help="Device: cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
-    """Let both roles find best responses to each other, in turn, from the equilibrium of all policies so far.
+    """Let both roles find best responses in turn, each against the equilibrium of all policies so far.
 
-    Starts from the analytic policies and the shipped ones. Every finished pair, run and iteration is kept at once:
-    --resume goes on after an interruption at any point.
+    It starts from the computed policies and the shipped trained ones. Press Ctrl-C at any time: every finished pair,
+    run and iteration is kept, and --resume continues.
     """
     from cps_agents.arena.store import Store
     from cps_agents.league.response import Budget
@@ -91,7 +92,7 @@ def _settings(
         needed = [{name: each for name, each in recipe.overrides.items() if name not in values} for recipe in recipes]
         venue = venue.changed(merged(needed, "a recipe"))
     venue = venue.changed(values)
-    return venue, {role: in_venue(oracles[role], venue, knobs) for role in ROLES}
+    return venue, {role: in_venue(oracles[role], venue, knobs, own_forms=False) for role in ROLES}
 
 
 def _game(
@@ -102,9 +103,10 @@ def _game(
     budget: Budget,
     store: Store,
 ) -> Game:
-    """With those of the policies asked for that can play."""
+    """With those of the policies asked for that can play, and see and act as the venue has it: they are mixed."""
     from cps_agents.league.league import Plan, check_anybody, line_up
     from cps_agents.league.self_play import Game
+    from cps_agents.zoo.references import form_of
     from cps_baselines.workers import Workers
     from cps_envs.core.types import ROLES
 
@@ -114,6 +116,10 @@ def _game(
         _note(f"Left out: {missing.role} {missing.reference}: {missing.reason}")
     for role in ROLES:
         check_anybody(role, players, left_out)
+        for player in players[role]:
+            if form := form_of(player.reference, venue.config):
+                _note(f"Left out: {role} {player.reference}: it was trained with other {', '.join(form)}; see --set")
+        players[role] = [player for player in players[role] if not form_of(player.reference, venue.config)]
     start = {role: [player.reference for player in players[role]] for role in ROLES}
     return Game(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def string_stability(
-    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Write a plot there.")] = None,
+    plot: Annotated[Path | None, typer.Option(metavar="FILE.png", help="Write a plot to this file.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Check whether a disturbance grows from platoon to platoon under the published controllers."""

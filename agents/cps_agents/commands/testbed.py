@@ -11,36 +11,34 @@ from cps_agents.commands.play import RENDER
 from cps_agents.console import assignments
 from cps_agents.errors import CommandError
 
-DEFENDER = (
-    "Any defender of the disbanding problem: a name from `cps-envs list`, name?option=value; also module:attribute."
-)
-PERIOD = "The paper's mitigation with this t_s in s, in place of --defender; the paper has 0.5 and 1."
-ATTACKER = "Any attacker of the disbanding problem; the leading platoon at 20 s if left out."
+DEFENDER = "Defender of the disbanding problem: a name from `cps-envs list disbanding`."
+PERIOD = "Use the paper's mitigation, with this t_s, as the defender. The paper has 0.5 and 1."
+ATTACKER = "Attacker of the disbanding problem. Default: the leading platoon at 20 s."
 
 
 def drive_robots(
-    defender: Annotated[str | None, typer.Option(help=f"{DEFENDER}; none if left out.")] = None,
+    defender: Annotated[str | None, typer.Option(help=f"{DEFENDER} Default: none.")] = None,
     period: Annotated[float | None, typer.Option(metavar="SECONDS", help=PERIOD)] = None,
     attacker: Annotated[str | None, typer.Option(help=ATTACKER)] = None,
     overrides: Changes = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the first episode; the others count up.")] = 0,
-    episodes: Annotated[int, typer.Option(min=1, help="How many, played as one batch.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others count up.")] = 0,
+    episodes: Annotated[int, typer.Option(min=1, help="Play so many episodes, as one batch.")] = 1,
     render: Annotated[str | None, typer.Option(help=RENDER)] = None,
-    fps: Annotated[float, typer.Option(help="Frames per second of a film.")] = 10.0,
-    speed: Annotated[float, typer.Option(help="Seconds of the experiment per second of film.")] = 4.0,
-    at: Annotated[float | None, typer.Option(help="Second of a picture; the end if left out.")] = None,
+    fps: Annotated[float, typer.Option(help="Show so many frames per second of film.")] = 10.0,
+    speed: Annotated[float, typer.Option(help="Show so many seconds of the experiment per second of film.")] = 4.0,
+    at: Annotated[float | None, typer.Option(help="Draw the picture at this second; default: the end.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Play nine simulated robots on a circle: three platoons, of which the leading one disbands.
+    """Drive nine simulated robots on a circle: three platoons, and the leading one disbands.
 
     A defender sees the robots as vehicles on a road ten times as large. Collision avoidance acts on all of them, as in
-    the disbanding problem; only the mitigation of the paper (--period) replaces it once a platoon has disbanded.
+    the disbanding problem. Only the paper's own mitigation (--period) replaces it, once a platoon has disbanded.
     """
     from cps_agents.arena.meeting import Meeting
     from cps_agents.episodes import show_meeting
     from cps_agents.film import Film
     from cps_baselines.arena import Venue
-    from cps_baselines.testbed.mitigation import mitigation
+    from cps_baselines.testbed.cases import mitigation
     from cps_envs.testbed.problem import TESTBED
 
     if period is not None and defender is not None:

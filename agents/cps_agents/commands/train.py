@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import AsJson, Jobs, Knobs, OfEnvironment
+from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.table import Table
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from cps_agents.learning.job import Job
     from cps_agents.learning.recipe import Recipe
 
-NAME = "An environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all recipes: all."
-SHIP = "Put the best networks of the seeds into this folder as one policy, as `cps-envs zoo add` does."
-ALGORITHM = "ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
-CONFIG = "The run.json of an earlier run, to repeat it exactly; other options still change what they name."
-TRACKER = "Where curves go: tensorboard, wandb, mlflow or none."
+NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
+SHIP = "Combine the seeds' best networks into one policy in this folder."
+ALGORITHM = "Algorithm: ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
+CONFIG = "Repeat the run of this run.json exactly, but for other options that you give."
+TRACKER = "Send curves to tensorboard, wandb, mlflow or none."
 EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed.
 Validation is what the attacker is paid, for a defender with a minus: the mean
 over the shipped seeds, on the episodes that chose among their networks.
 docs/results.md judges on others. `--json` shows opponents and every knob."""
-OPPONENT = "A policy's name, mixture?policies=[...], zoo:NAME; the recipe's own if left out."
+OPPONENT = "Opponent: a policy's name, mixture?policies=[...] or zoo:NAME. Default: the recipe's."
 
 
 def train(
@@ -33,28 +33,36 @@ def train(
     config: Annotated[Path | None, typer.Option(metavar="RUN.json", help=CONFIG)] = None,
     algorithm: Annotated[str | None, typer.Option("--algo", help=ALGORITHM)] = None,
     opponent: Annotated[str | None, typer.Option(help=OPPONENT)] = None,
-    preset: Annotated[str | None, typer.Option(help="Of the environment; the recipe's own if left out.")] = None,
-    overrides: OfEnvironment = None,
+    preset: Annotated[str | None, typer.Option(help="Preset of the environment; default: the recipe's.")] = None,
+    overrides: Changes = None,
     knobs: Knobs = None,
-    policy: Annotated[str | None, typer.Option("--name", help="Of the policy; the recipe's own if left out.")] = None,
-    seeds: Annotated[int | None, typer.Option(min=1, help="How many training seeds; 5 if left out.")] = None,
-    first_seed: Annotated[int | None, typer.Option(min=0, help="The first of them; 0 if left out.")] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per seed, episodes with cma-es.")] = None,
-    folder: Annotated[Path, typer.Option("--out", help="Where runs go, in a folder for each seed.")] = Path("runs"),
+    policy: Annotated[str | None, typer.Option("--name", help="Name the policy; default: the recipe's name.")] = None,
+    seeds: Annotated[int | None, typer.Option(min=1, help="Use so many training seeds; default: 5.")] = None,
+    first_seed: Annotated[int | None, typer.Option(min=0, help="First training seed; default: 0.")] = None,
+    steps: Annotated[
+        int | None, typer.Option(min=1, help="Train for so many decisions per seed; with cma-es: episodes.")
+    ] = None,
+    folder: Annotated[
+        Path, typer.Option("--out", help="Write runs to this folder, one subfolder for each seed.")
+    ] = Path("runs"),
     ship: Annotated[Path | None, typer.Option("--to", help=SHIP)] = None,
     jobs: Jobs = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on with unfinished runs.")] = False,
-    device: Annotated[str, typer.Option(help="cpu, cuda or auto. Networks this small are fastest on a CPU.")] = "cpu",
+    resume: Annotated[bool, typer.Option("--resume", help="Continue unfinished runs.")] = False,
+    device: Annotated[
+        str, typer.Option(help="Device: cpu, cuda or auto. The CPU is fastest for small networks.")
+    ] = "cpu",
     tracker: Annotated[str, typer.Option(help=TRACKER)] = "tensorboard",
     show: Annotated[bool, typer.Option("--list", help="Print the recipes and stop.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Train a policy by its recipe, one run for each seed.
 
-    Without ID: what there is to train, what it costs and what it reaches. Each run's folder holds its configuration,
-    versions and command, evaluations on validation seeds, curves, a checkpoint, and the best policy so far, which plays
-    everywhere as zoo:FOLDER. Ctrl-C leaves a usable policy; --resume goes on. With cma-es the numbers of a family of
-    policies are searched, and a step is an episode.
+    Without ID it lists what you can train, what that costs and what it reaches. Each run has a folder with its
+    configuration, versions, command, curves, evaluations on validation seeds, a checkpoint and the best policy so far.
+    That policy plays everywhere as zoo:FOLDER.
+
+    Press Ctrl-C at any time: the policy so far is usable, and --resume continues. cma-es searches the numbers of a
+    family of policies; there a step is an episode.
     """
     from cps_agents.learning.earlier import read_earlier
     from cps_agents.learning.recipe import changed

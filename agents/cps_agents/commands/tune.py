@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import AsJson, OfEnvironment
+from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.table import Table
@@ -17,32 +17,34 @@ from cps_agents.table import Table
 if TYPE_CHECKING:
     from cps_agents.learning.study import Tried
 
-RANGE = (
-    "A knob to search and where: learning_rate=1e-5:1e-3:log, epochs=2:10, activation=tanh|relu, "
-    "hidden=[64,64]|[128,128]; may be repeated. If left out: what usually matters for the algorithm."
-)
+RANGE = "Search this knob: LOW:HIGH, LOW:HIGH:log or A|B|C. May be repeated; default: what usually matters."
 
 
 def tune(
-    name: Annotated[str, typer.Argument(metavar="RECIPE", help="A recipe or an environment id, as for `train`.")],
-    trials: Annotated[int, typer.Option(min=1, help="In all; more of them go on with an earlier study.")] = 20,
+    name: Annotated[str, typer.Argument(metavar="RECIPE", help="Recipe or environment id, as for `train`.")],
+    trials: Annotated[int, typer.Option(min=1, help="Trials in all; ask for more to continue a study.")] = 20,
     ranges: Annotated[list[str] | None, typer.Option("--range", metavar="KNOB=RANGE", help=RANGE)] = None,
-    overrides: OfEnvironment = None,
+    overrides: Changes = None,
     knobs: Annotated[
-        list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Set for all trials; may be repeated.")
+        list[str] | None,
+        typer.Option("--knob", metavar="NAME=VALUE", help="Set a knob for all trials; may be repeated."),
     ] = None,
-    steps: Annotated[int | None, typer.Option(min=1, help="Decisions per run; the recipe's own if left out.")] = None,
+    steps: Annotated[
+        int | None, typer.Option(min=1, help="Train for so many decisions per run; default: the recipe's.")
+    ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="Training seeds of each trial; their mean counts.")] = 1,
-    sampler_seed: Annotated[int, typer.Option(min=0, help="Of Optuna's sampler (TPE).")] = 0,
-    folder: Annotated[Path, typer.Option("--out", help="Where the study and its runs go.")] = Path("tune"),
-    jobs: Annotated[int | None, typer.Option(min=1, help="Trials at a time; as many as cores if left out.")] = None,
+    sampler_seed: Annotated[int, typer.Option(min=0, help="Seed of Optuna's sampler (TPE).")] = 0,
+    folder: Annotated[Path, typer.Option("--out", help="Write the study and its runs to this folder.")] = Path("tune"),
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Run so many trials at a time; default: as many as cores.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Search better knobs for a recipe: each trial trains with other values.
+    """Search better knobs for a recipe; each trial trains with other values.
 
-    Validation seeds judge a trial. Finished trials are kept at once, and the same command goes on after an
-    interruption. The result is a choice, not a figure to publish: train the winner on five seeds and judge it with
-    `cps-envs evaluate`.
+    Validation seeds judge a trial. Press Ctrl-C at any time: finished trials are kept, and the same command continues.
+    The result is a choice and not a figure to publish. Train the winner on five seeds and judge it with `cps-envs
+    evaluate`.
     """
     from cps_agents.learning.recipe import changed
     from cps_agents.learning.study import Study, usual_ranges

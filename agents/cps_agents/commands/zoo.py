@@ -7,22 +7,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cps_agents.commands.options import MEETINGS, Fresh, Jobs, Meetings
 from cps_agents.console import err, out, print_json
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
 
+JUDGED = "Shipped defenders, or paths of cards; all shipped ones that have not been judged if left out."
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
-JSON = Annotated[bool, typer.Option("--json", help="Machine-readable output.")]
+JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
 
 @app.command("list")
 def list_policies(
-    folder: Annotated[Path | None, typer.Option(help="Of policies of your own; the shipped ones if left out.")] = None,
+    folder: Annotated[Path | None, typer.Option(help="Folder of your own policies; default: the shipped ones.")] = None,
     as_json: JSON = False,
 ) -> None:
-    """The policies in a folder, by default those that come with the package."""
+    """List the policies in a folder; default: those of the package."""
     from cps_agents.zoo.card import SHIPPED, read_card
     from cps_agents.zoo.files import shipped_names
 
@@ -38,10 +40,10 @@ def list_policies(
 
 @app.command()
 def show(
-    name: Annotated[str, typer.Argument(help="A shipped policy, a card's path, or the folder of a training run.")],
+    name: Annotated[str, typer.Argument(help="Shipped policy, path of a card, or folder of a training run.")],
     as_json: JSON = False,
 ) -> None:
-    """How a policy was trained, what it reached on validation seeds, and its numbers where it has names for them."""
+    """Show how a policy was trained, what it reached on validation seeds, and its named numbers."""
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
 
@@ -50,16 +52,18 @@ def show(
         print_json(card.to_json())
         return
     _print(card)
-    if card.family:
+    if card.numbers:
         _print_numbers(card, find(name))
 
 
 @app.command("card")
 def print_card(
-    name: Annotated[str, typer.Argument(help="A shipped policy, a card's path, or the folder of a training run.")],
-    to: Annotated[Path | None, typer.Option("--out", metavar="FILE.md", help="Standard output if left out.")] = None,
+    name: Annotated[str, typer.Argument(help="Shipped policy, path of a card, or folder of a training run.")],
+    to: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE.md", help="Write to this file; default: stdout.")
+    ] = None,
 ) -> None:
-    """A policy's card as Markdown, with the header that model hubs read."""
+    """Print a policy's card as Markdown, with the header that model hubs read."""
     from cps_agents.files import write_text
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
@@ -76,11 +80,13 @@ def print_card(
 @app.command()
 def add(
     runs: Annotated[list[Path], typer.Argument(help="Folders of training runs, or the folder of a recipe's runs.")],
-    folder: Annotated[Path, typer.Option("--to", help="Where NAME.safetensors and NAME.json go.")] = Path("zoo"),
-    name: Annotated[str | None, typer.Option(help="Of the policy; the recipe's if left out.")] = None,
+    folder: Annotated[Path, typer.Option("--to", help="Write NAME.safetensors and NAME.json to this folder.")] = Path(
+        "zoo"
+    ),
+    name: Annotated[str | None, typer.Option(help="Name of the policy; default: the recipe's.")] = None,
     as_json: JSON = False,
 ) -> None:
-    """Put the best networks of several training seeds into one policy, which plays as zoo:FOLDER/NAME.json."""
+    """Combine the best networks of several training seeds into one policy, zoo:FOLDER/NAME.json."""
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.merging import cards_below, merge
 
@@ -94,7 +100,83 @@ def add(
     err().print(f"Written: {target} and {target.with_suffix('.safetensors')}. It plays as zoo:{target}", soft_wrap=True)
 
 
+@app.command()
+def mix(
+    result: Annotated[Path, typer.Argument(metavar="SELF-PLAY.json", help="What `cps-envs self-play` wrote.")],
+    folder: Annotated[Path, typer.Option("--to", help="Where the two policies go.")] = Path("zoo"),
+    as_json: JSON = False,
+) -> None:
+    """Put the final mixed strategies of a self-play into policies, one of each role.
+
+    They are called PROBLEM-attack-mixture and PROBLEM-defense-mixture. Trained policies that they draw come along.
+    """
+    from cps_agents.league.shipping import ship_mixtures
+
+    cards = ship_mixtures(result, folder)
+    if as_json:
+        print_json([card.to_json() for card in cards])
+        return
+    for card in cards:
+        _print(card)
+        _print_numbers(card, folder / f"{card.name}.json")
+    err().print(f"Written: {', '.join(card.name for card in cards)} in {folder}", soft_wrap=True)
+
+
+@app.command()
+def judge(
+    names: Annotated[list[str] | None, typer.Argument(help=JUDGED)] = None,
+    budget: Annotated[float, typer.Option(metavar="SECONDS", min=0.1, help="CPU time of the searches.")] = 60.0,
+    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Of each attack.")] = 100,
+    meetings: Meetings = MEETINGS,
+    jobs: Jobs = None,
+    fresh: Fresh = False,
+    as_json: JSON = False,
+) -> None:
+    """Find the worst attack against trained defenders, and write what it costs into their cards.
+
+    The attacks of the contest, the registered and the shipped ones play in the defender's configuration, and others
+    are searched against it. Validation seeds choose the worst, evaluation seeds judge it.
+    """
+    from dataclasses import replace
+
+    from cps_agents.arena.store import Store
+    from cps_agents.files import write_json
+    from cps_agents.league.response import Budget
+    from cps_agents.league.worst_case import worst_case
+    from cps_agents.machine import available_cores
+    from cps_agents.zoo.card import read_card
+    from cps_agents.zoo.files import find
+    from cps_agents.zoo.markdown import worst_case_sentence
+    from cps_agents.zoo.references import PREFIX
+
+    store = Store(meetings, fresh=fresh)
+    cards = []
+    for name in names or _unjudged():
+        path = find(name)
+        command = f"cps-envs zoo judge {name} --budget {budget:g} --episodes {episodes}"
+        spent = Budget(1, jobs or available_cores(), command, cpu_s=budget)
+        found = worst_case(read_card(path), f"{PREFIX}{name}", spent, episodes, store)
+        card = replace(read_card(path), exploitability=found.to_json())
+        write_json(path, card.to_json())
+        cards.append(card)
+        if not as_json:
+            out().print(f"{card.name}: {worst_case_sentence(card)}", markup=False, soft_wrap=True)
+    if as_json:
+        print_json([card.to_json() for card in cards])
+
+
+def _unjudged() -> list[str]:
+    """The shipped defenders whose cards do not tell the worst case."""
+    from cps_agents.zoo.card import SHIPPED, read_card
+    from cps_agents.zoo.files import shipped_names
+
+    cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
+    return [card.name for card in cards if card.role == "defender" and not card.exploitability]
+
+
 def _print(card: Card) -> None:
+    from cps_agents.zoo.markdown import worst_case_sentence
+
     console = out()
     console.print(f"[bold]{card.name}[/]: {card.role} of {card.problem}-v{card.version} by {card.algorithm}")
     console.print(f"trained against {card.opponent}, preset {card.preset} with {dict(card.overrides)}", soft_wrap=True)
@@ -107,13 +189,14 @@ def _print(card: Card) -> None:
         for seed, facts in card.seeds.items()
     ]
     console.print(Table("", ("training seed", "steps", "CPU s", "validation"), rows))
+    console.print(worst_case_sentence(card), markup=False, soft_wrap=True)
 
 
 def _print_numbers(card: Card, path: Path) -> None:
-    """The numbers of a policy that is one of a family, by training seed."""
+    """The numbers of a policy that is one of a family, by training seed, or a mixture's probabilities."""
     from cps_agents.zoo.files import load
 
     columns = [load(path, int(seed))[1].tensors()["numbers"] for seed in card.seeds]
     rows = [(name, *(f"{column[k]:.4g}" for column in columns)) for k, name in enumerate(card.numbers)]
-    title = f"Numbers of the family {card.family}, by training seed"
+    title = f"Numbers of the family {card.family}, by training seed" if card.family else "Probabilities of policies"
     out().print(Table(title, ("number", *card.seeds), rows))

@@ -14,7 +14,7 @@ from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
-from cps_envs.core.errors import near
+from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.types import FloatArray, Role
 
 RETURN = "return"  # the attacker's payoff
@@ -71,7 +71,7 @@ def has_played(
     """Whether a contestant has finished a meeting before, so that it can play."""
     for rival in rivals:
         pair = (mine, rival) if role == "attacker" else (rival, mine)
-        with suppress(ValueError):  # their own forms make no configuration together
+        with suppress(ConfigurationError):  # one of them cannot play there
             if store.get(make_meeting(venue, *pair, len(seeds), seeds.start)) is not None:
                 return True
     return False

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cps_agents.arena.admission import Application, admit
 from cps_agents.arena.play import finish_all
 from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
@@ -23,6 +24,7 @@ from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
+from cps_baselines.contest import Search
 from cps_baselines.workers import Workers
 from cps_envs.core.errors import require
 from cps_envs.core.types import SIGN, FloatArray, Role, other
@@ -177,7 +179,8 @@ def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, ti
     require("cma", extra="baselines", purpose="searching responses")
     venue = question.venue.changed(forms_of(question.strategy, question.venue))
     opponent = question.strategy.reference
-    count, per_episode = len(oracle.searches), decisions(venue, question.role)
+    searches = _fitting(oracle, question.role, venue)
+    count, per_episode = len(searches), decisions(venue, question.role)
     jobs = [
         SearchJob(
             venue,
@@ -191,7 +194,7 @@ def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, ti
             sources=sources_of(venue.problem, opponent),
         )
         for seed in budget.training_seeds
-        for search in oracle.searches
+        for search in searches
     ]
     results = {}
     with Progress(title, len(jobs)) as progress, Workers(min(budget.workers, len(jobs))) as pool:
@@ -203,6 +206,20 @@ def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, ti
         best = max(mine, key=lambda each: each["score"])
         steps, cpu_s = (sum(each[name] for each in mine) for name in ("episodes", "cpu_s"))
         yield Response(oracle.name, seed, best["policy"], steps * per_episode, round(cpu_s, 1))
+
+
+def _fitting(oracle: Oracle, role: Role, venue: Venue) -> list[Search]:
+    """The searches of an oracle whose policy can play a venue.
+
+    Raises:
+        CommandError: none can.
+    """
+    refusals = {
+        search.name: admit(venue, Application(role, Contestant(search.policy))).refusal for search in oracle.searches
+    }
+    if all(refusals.values()):
+        raise CommandError("; ".join(f"{name}: {reason}" for name, reason in refusals.items()))
+    return [search for search in oracle.searches if not refusals[search.name]]
 
 
 def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) -> list[Response]:

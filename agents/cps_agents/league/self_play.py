@@ -82,7 +82,7 @@ def claim(folder: Path, game: Game, resume: bool) -> None:
             "delete it."
         )
     if not resume:
-        raise CommandError(f"{folder} holds self-play already: go on with --resume, or choose another --out")
+        raise CommandError(f"{folder} holds self-play already: continue with --resume, or choose another --out")
 
 
 def iterate(
@@ -197,10 +197,15 @@ def _load(home: Path, number: int) -> Iteration | None:
 
 
 def _profile(found: Entry) -> Profile:
-    return {role: _strategy(found[role]) for role in ROLES}
+    return {role: strategy_in(found[role]) for role in ROLES}
 
 
-def _strategy(found: Entry) -> Strategy:
+def strategy_in(found: Entry) -> Strategy:
+    """A strategy as a file of self-play has it.
+
+    Raises:
+        DamagedFileError: it is none.
+    """
     policies = [each.text() for each in found["policies"].rows()]
     probabilities = [each.number(0, 1) for each in found["probabilities"].rows()]
     try:

@@ -69,22 +69,23 @@ def merged(overrides: Sequence[Mapping[str, Any]], whose: str) -> dict[str, Any]
     return found
 
 
-def in_venue(oracles: Sequence[Oracle], venue: Venue, knobs: Mapping[str, Any]) -> list[Oracle]:
+def in_venue(
+    oracles: Sequence[Oracle], venue: Venue, knobs: Mapping[str, Any], *, own_forms: bool = True
+) -> list[Oracle]:
     """The oracles, whose recipes train in a venue, are paid the return, and have the knobs that were asked for.
+
+    Their role sees and acts as their recipes have it, or with `own_forms=False` as the venue has it.
 
     Raises:
         CommandError: no such knob.
     """
-    return [
-        oracle if oracle.recipe is None else replace(oracle, recipe=_moved(oracle.recipe, venue, knobs))
-        for oracle in oracles
-    ]
 
+    def moved(recipe: Recipe) -> Recipe:
+        form = form_of_recipe(recipe, venue) if own_forms else {}
+        overrides = {**form, **venue.overrides}
+        return changed(replace(recipe, preset=venue.preset, overrides=overrides, evaluation_metric=RETURN), knobs)
 
-def _moved(recipe: Recipe, venue: Venue, knobs: Mapping[str, Any]) -> Recipe:
-    overrides = {**form_of_recipe(recipe, venue), **venue.overrides}
-    there = replace(recipe, preset=venue.preset, overrides=overrides, evaluation_metric=RETURN)
-    return changed(there, knobs)
+    return [oracle if oracle.recipe is None else replace(oracle, recipe=moved(oracle.recipe)) for oracle in oracles]
 
 
 def other_presets(oracles: Sequence[Oracle], venue: Venue) -> list[str]:

@@ -27,7 +27,7 @@ def read_earlier(path: Path) -> Earlier:
         CommandError: no such file, or its recipe is not one that this version knows.
     """
     if not path.is_file():
-        raise CommandError(f"{path} is no file: name the run.json of a training run")
+        raise CommandError(f"{path} is not a file: name the run.json of a training run")
     found = read_entry(path, "record of a training run", "Name the run.json of a training run.")
     knobs, seed, base = found["recipe"].plain(), found["seed"].whole(0, MOST_STEPS), found["base"].text()
     if base and base not in RECIPES:

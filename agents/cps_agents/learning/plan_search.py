@@ -13,14 +13,16 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.best_episodes import BestEpisodes
+from cps_agents.learning.best_episodes import LEAST_GAIN, BestEpisodes
 from cps_agents.learning.demonstrations import Demonstrations
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
-PARENTS = 8  # best plans kept for each start
-FIRST = 200  # episodes of a start before plans descend from others
+PARENTS = 8  # best plans kept for each start and island
+ISLANDS = 8  # searches of the same start that do not know each other until they are merged
+MERGED = 0.3  # of the steps, the last ones, in which parents come from any island
+FIRST = 200  # episodes of a start on an island before plans descend from others
 STICKINESS = 0.8  # of the actions of first plans
 MUTATION_RATES = (0.02, 0.06, 0.15)  # of an entry of the plan, one drawn for each plan
 COPY_RATE = 0.04  # an entry takes the value of the step before
@@ -43,6 +45,7 @@ def search_plans(
     started_s, seen = time.process_time(), envs.reset()
     search.begin(np.ones(envs.num_envs, np.bool_), seen)
     for done in range(0, recipe.search_steps, envs.num_envs):
+        search.merged = done >= (1 - MERGED) * recipe.search_steps
         seen = search.step(seen)
         if done // envs.num_envs % 500 == 0:
             report(done, search.best.mean_return())
@@ -51,7 +54,7 @@ def search_plans(
 
 
 class _Search:
-    """The plans (K, PARENTS, T, S) of K starts with their returns, and the one that each environment plays now."""
+    """The plans (K, ISLANDS, PARENTS, T, S) of K starts with their returns, and what each environment plays now."""
 
     def __init__(self, envs: TrainingEnvs, recipe: Recipe, best: BestEpisodes, seed: int) -> None:
         self.best, self._envs = best, envs
@@ -60,9 +63,11 @@ class _Search:
         game, held = envs.env.game, recipe.hold * envs.env.game.decision_interval[recipe.role]
         length = -(-game.horizon // held)
         self._starts: dict[bytes, int] = {}
-        self._tried: list[int] = []
-        self._plans: IntArray = np.zeros((0, PARENTS, length, len(self._choices)), np.int64)
-        self._returns: FloatArray = np.zeros((0, PARENTS))
+        self._tried: IntArray = np.zeros((0, ISLANDS), np.int64)
+        self._plans: IntArray = np.zeros((0, ISLANDS, PARENTS, length, len(self._choices)), np.int64)
+        self._returns: FloatArray = np.zeros((0, ISLANDS, PARENTS))
+        self._island: IntArray = np.arange(envs.num_envs) % ISLANDS
+        self.merged = False
         shape = (envs.num_envs, length)
         self._plan: IntArray = np.zeros((*shape, len(self._choices)), np.int64)
         self._masks: BoolArray | None = None
@@ -76,11 +81,10 @@ class _Search:
         envs = np.flatnonzero(fresh)
         self._start[envs] = [self._index(seen[b].tobytes()) for b in envs]
         self._age[envs], self._total[envs] = 0, 0.0
-        starts = self._start[envs]
-        descend = np.array([self._tried[start] > FIRST for start in starts])
-        self._plan[envs] = np.where(descend[:, None, None], self._children(starts), self._random(len(envs)))
-        for start in starts:
-            self._tried[start] += 1
+        starts, islands = self._start[envs], self._island[envs]
+        descend = self._tried[starts, islands] > FIRST
+        self._plan[envs] = np.where(descend[:, None, None], self._children(starts, islands), self._random(len(envs)))
+        np.add.at(self._tried, (starts, islands), 1)
 
     def step(self, seen: Array) -> Array:
         """Play an action of each plan; returns what is seen next."""
@@ -107,20 +111,20 @@ class _Search:
             if len(self._starts) == MOST_STARTS:
                 raise CommandError("plans are searched for games that begin in a few situations: this one draws them")
             self._starts[key] = len(self._starts)
-            self._tried.append(0)
+            self._tried = np.concatenate([self._tried, np.zeros((1, ISLANDS), np.int64)])
             self._plans = np.concatenate([self._plans, np.zeros((1, *self._plans.shape[1:]), np.int64)])
-            self._returns = np.concatenate([self._returns, np.full((1, PARENTS), -np.inf)])
+            self._returns = np.concatenate([self._returns, np.full((1, ISLANDS, PARENTS), -np.inf)])
         return self._starts[key]
 
     def _end(self, b: int) -> None:
-        start, total, age = self._start[b], self._total[b], self._age[b]
-        worst = int(self._returns[start].argmin())
-        if total <= self._returns[start, worst]:
-            return
+        place, total, age = (self._start[b], self._island[b]), self._total[b], self._age[b]
+        worst = int(self._returns[place].argmin())
+        if total <= self._returns[place][worst] or np.any(np.abs(total - self._returns[place]) < LEAST_GAIN):
+            return  # worse than all, or a copy of one
         masks = None if self._masks is None else self._masks[b, :age].copy()
         episode = Demonstrations(self._seen[b, :age].copy(), self._plan[b, :age].copy(), masks)
         self.best.keep(float(total), episode)
-        self._plans[start, worst], self._returns[start, worst] = self._plan[b], total
+        self._plans[(*place, worst)], self._returns[(*place, worst)] = self._plan[b], total
 
     def _random(self, count: int) -> IntArray:
         plans = self._drawn(count)
@@ -129,10 +133,10 @@ class _Search:
             plans[:, step] = np.where(keeps[:, step], plans[:, step - 1], plans[:, step])
         return plans
 
-    def _children(self, starts: IntArray) -> IntArray:
+    def _children(self, starts: IntArray, islands: IntArray) -> IntArray:
         """Two parents' plans, cut at a random step, mutated."""
-        generator, length = self._generator, self._plans.shape[2]
-        mother, father = (self._plans[starts, generator.integers(PARENTS, size=len(starts))] for _ in range(2))
+        mother, father = self._parents(starts, islands), self._parents(starts, islands)
+        generator, length = self._generator, self._plans.shape[3]
         cut = generator.integers(length + 1, size=(len(starts), 1, 1))
         plans = np.where(np.arange(length)[:, np.newaxis] < cut, mother, father)
         rate = generator.choice(MUTATION_RATES, size=(len(starts), 1, 1))
@@ -144,8 +148,14 @@ class _Search:
             plans[:, step] = np.where(copied[:, step], plans[:, step - 1], plans[:, step])
         return plans
 
+    def _parents(self, starts: IntArray, islands: IntArray) -> IntArray:
+        """Plans (E, T, S) of the starts, from their islands or, once these are merged, from any."""
+        if self.merged:
+            islands = self._generator.integers(ISLANDS, size=len(islands))
+        return self._plans[starts, islands, self._generator.integers(PARENTS, size=len(starts))]
+
     def _drawn(self, count: int) -> IntArray:
-        return self._generator.integers(self._choices, size=(count, *self._plans.shape[2:]))
+        return self._generator.integers(self._choices, size=(count, *self._plans.shape[3:]))
 
     def _legal(self, actions: IntArray, masks: BoolArray | None) -> IntArray:
         """The nearest legal choice of each entry."""

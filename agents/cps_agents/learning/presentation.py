@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Run
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_agents.machine import versions
@@ -28,7 +29,7 @@ def make_card(run: Run, envs: TrainingEnvs, facts: Mapping[str, Any]) -> Card:
         problem=recipe.problem,
         version=problem.version,
         role=recipe.role,
-        algorithm="imitation" if recipe.taught and facts.get("steps") == 0 else recipe.algorithm,
+        algorithm=learned_by(recipe, facts.get("steps")),
         opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
         preset=recipe.preset,
         overrides=dict(recipe.overrides),
@@ -44,6 +45,13 @@ def make_card(run: Run, envs: TrainingEnvs, facts: Mapping[str, Any]) -> Card:
         command=run.command,
         versions=versions(),
     )
+
+
+def learned_by(recipe: Recipe, steps: int | None) -> str:
+    """What made a checkpoint after so many steps of learning; the recipe's algorithm has had no part in the first."""
+    if steps != 0:
+        return recipe.algorithm
+    return "plan-search" if recipe.search_steps else "imitation" if recipe.taught else "untrained"
 
 
 def policy_of(card: Card, network: Network) -> TrainedPolicy:

@@ -115,7 +115,7 @@ class Recipe:
         if self.activation not in ACTIVATIONS:
             raise CommandError(f"there is no activation {self.activation!r}. {near(self.activation, ACTIVATIONS)}")
         if self.teacher_loss not in LOSSES:
-            raise CommandError(f"teacher_loss = {self.teacher_loss!r} is none of {', '.join(LOSSES)}")
+            raise CommandError(f"teacher_loss = {self.teacher_loss!r} is not one of {', '.join(LOSSES)}")
         if self.algorithm == IMITATION and not self.taught:
             raise CommandError(f"{IMITATION} needs a teacher: add --knob teacher=NAME, a policy of the {self.role}")
         if self.swarm and self.role != "defender":

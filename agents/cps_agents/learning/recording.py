@@ -22,7 +22,7 @@ def check_resumable(job: Job) -> None:
     """
     job.run.check_same()
     if job.run.read().get("steps") and not job.resume:
-        raise CommandError(f"{job.folder} holds a run that is not finished: go on with --resume, or delete it")
+        raise CommandError(f"{job.folder} holds an unfinished run: continue with --resume, or delete it")
 
 
 def resumption_of(job: Job) -> int:

@@ -138,7 +138,7 @@ class Search:
             self._strategy.tell(self._strategy.ask(), (-row).tolist())
         if not np.array_equal(self._strategy.mean, mean):
             raise CommandError(
-                f"{path} cannot be gone on with: another version of cma made it. Install that version, or delete the "
+                f"{path} cannot be continued: another version of cma made it. Install that version, or delete the "
                 "folder and train again."
             )
         rows: list[list[float]] = reached.tolist()

@@ -51,7 +51,7 @@ def usual_ranges(recipe: Recipe) -> dict[str, str]:
         return dict(USUAL["on-policy"])
     if recipe.algorithm in ("sac", "dqn"):
         return dict(USUAL["off-policy"])
-    raise CommandError(f"say what to search for {recipe.algorithm} with --range KNOB=LOW:HIGH")
+    raise CommandError(f"name what to search for {recipe.algorithm}: add --range KNOB=LOW:HIGH")
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -70,17 +72,39 @@ class TensorBoard:
         require("tensorboard", extra="train", purpose="TensorBoard's files")
         from tensorboard.summary import Writer
 
-        self._writer: Any = Writer(str(subject.folder / "tensorboard"))
+        self._folder = subject.folder / "tensorboard"
+        self._hook = threading.excepthook
+        threading.excepthook = self._overhear
+        with self._named():
+            self._writer: Any = Writer(str(self._folder))
 
     def log(self, values: Mapping[str, float], steps: int) -> None:
         """One scalar for each name."""
-        for name, value in values.items():
-            self._writer.add_scalar(name, value, steps)
-        self._writer.flush()
+        with self._named():
+            for name, value in values.items():
+                self._writer.add_scalar(name, value, steps)
+            self._writer.flush()
 
     def close(self) -> None:
         """Close the file."""
-        self._writer.close()
+        try:
+            with self._named():
+                self._writer.close()
+        finally:
+            threading.excepthook = self._hook
+
+    def _overhear(self, caught: Any) -> None:
+        """Leave out what ends TensorBoard's thread, such as a full disk: the writer's next call raises it again."""
+        if type(caught.thread).__module__ != "tensorboard.summary.writer.event_file_writer":
+            self._hook(caught)
+
+    @contextmanager
+    def _named(self) -> Iterator[None]:
+        """While errors name the folder."""
+        try:
+            yield
+        except OSError as error:
+            raise OSError(error.errno, f"it cannot be written: {error.strerror}", str(self._folder)) from error
 
 
 class WeightsAndBiases:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -12,16 +11,16 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 
-from cps_agents.errors import CommandError
 from cps_agents.learning.aggregation import aggregate, begin_taught
 from cps_agents.learning.best_episodes import BestEpisodes, SelfImitation
 from cps_agents.learning.callback import TrainingCallback
+from cps_agents.learning.checkpoint import load_checkpoint
 from cps_agents.learning.demonstrations import Demonstrations, demonstrate, join
 from cps_agents.learning.export import network_of_model
 from cps_agents.learning.imitation import imitate
 from cps_agents.learning.job import Job
 from cps_agents.learning.learner import Report
-from cps_agents.learning.model import CLASSES, check_fit, make_model
+from cps_agents.learning.model import check_fit, make_model
 from cps_agents.learning.plan_search import search_plans
 from cps_agents.learning.presentation import make_card, policy_of
 from cps_agents.learning.recipe import IMITATION, RECURRENT
@@ -52,7 +51,7 @@ def train(job: Job, report: Report) -> None:
     with recording(job) as tracker:
         callback = TrainingCallback(run, envs, report)
         best = BestEpisodes()
-        model = _load(run, envs, job.device) if run.checkpoint.is_file() else None
+        model = load_checkpoint(run, envs, job.device) if run.checkpoint.is_file() else None
         if job.recipe.algorithm == IMITATION:
             with _interruptible(callback, in_step=False):
                 aggregate(model, run, job.device, envs, callback, tracker, report)
@@ -96,13 +95,6 @@ def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, envs: Traini
             shown = join(shown, demonstrate(recipe, range(first, first + recipe.teacher_episodes), student))
         loss = imitate(model.policy, shown, recipe, generator)
         report(0, f"imitation, round {number + 1}: loss {loss:.3g}")
-
-
-def _load(run: Run, envs: TrainingEnvs, device: str) -> BaseAlgorithm:
-    try:
-        return CLASSES[run.recipe.algorithm].load(run.checkpoint, env=envs, device=device)
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile, RuntimeError, KeyError) as error:
-        raise CommandError(f"{run.checkpoint} is damaged ({error}): delete the folder and train again") from error
 
 
 def _learn(model: BaseAlgorithm, run: Run, callback: TrainingCallback, best: BestEpisodes) -> None:

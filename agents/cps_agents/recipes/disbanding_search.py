@@ -1,4 +1,4 @@
-"""Recipes of `DisbandingDefense` by policy search: the numbers of the controller `string`, one set for all vehicles."""
+"""Recipes of disbanding by policy search: the numbers of the controller `string`, and of an attacker that replans."""
 
 from __future__ import annotations
 
@@ -77,3 +77,41 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
     evaluations: int = 3
     least_gap_m: float = 1.5
     gap_price_per_m: float = 1.0
+
+
+TWO: Mapping[str, Any] = {"attack_budget": 2}
+DEFENDERS = {  # episodes against each in a generation; `mpc_tuned` costs most and hardly minds when it is attacked
+    "none": 2,
+    "heuristic": 1,
+    "mpc": 1,
+    "copy": 1,
+    "feedback": 2,
+    "zoo:disbanding-defense-local-cma": 2,
+}
+
+
+@dataclass(frozen=True)
+class DisbandingAttackSearch(Recipe):
+    """One set of numbers for every defender, lag and gap, and for two to four platoons.
+
+    Two platoons against each defender; three and four where nobody defends, which has the most to gain from timing.
+    """
+
+    name: str = "disbanding-attack-cma"
+    problem: str = "disbanding"
+    role: Role = "attacker"
+    algorithm: str = SEARCH
+    family: str = "disbanding-replanning"
+    preset: str = "easy"
+    overrides: Mapping[str, Any] = field(default_factory=lambda: {"attack_budget": (1, 4)})
+    opponent: str = "none"
+    scenes: tuple[Scene, ...] = (
+        *(Scene(episodes, defender, overrides=TWO) for defender, episodes in DEFENDERS.items()),
+        Scene(1, overrides={"attack_budget": 3}),
+        Scene(4, overrides={"attack_budget": 4}),
+    )
+    population: int = 8
+    search_deviation: float = 0.4  # by hand and from grids of plans the start is good; a few generations improve it
+    total_steps: int = 8 * 14 * 6  # 6 generations
+    evaluations: int = 2
+    evaluation_episodes: int = 84

@@ -48,7 +48,7 @@ class FdiAttack(Recipe):
     discount: float = 1.0  # paid at the end alone
     hidden: tuple[int, ...] = (128, 128)
     entropy_bonus: float = 0.005
-    search_steps: int = 4_000_000
+    search_steps: int = 24_000_000  # at 4,000,000 the plans reach 94 and 86 % of the optimum, with one and two sensors
     self_imitation: int = 8
     teacher_epochs: int = 2000  # one batch each; a single wrong injection misses a far target
     evaluations: int = 6
@@ -57,6 +57,8 @@ class FdiAttack(Recipe):
 
     def masks(self, game: FdiGame) -> BoolArray | None:  # type: ignore[override]
         """Entries of sensors that nobody attacks mean nothing: they are fixed, lest they be noise."""
+        if game.config.attack_action != "share":
+            return super().masks(game)
         attacked = _table(game.tasks, game.config.num_vehicles)[0][game.state.task]
         masks = np.repeat(attacked[:, :, np.newaxis], game.config.share_levels + 1, axis=2)
         masks[:, :, 0] = ~attacked
@@ -71,7 +73,8 @@ class FdiAttack(Recipe):
         gaps = 1 + game.state.error[np.arange(game.num_envs), target] / game.config.desired_gap_m
         metrics = game.metrics()
         miss = self.miss_cost * (np.clip(gaps, 0, FURTHEST_GAPS) + metrics["illegal"])
-        return np.where(ended & (rewards <= 0), -miss, rewards / metrics["oracle_value_mps"])
+        known = metrics["oracle_value_mps"]  # not a number where instances are drawn
+        return np.where(ended & (rewards <= 0), -miss, rewards / np.where(known > 0, known, 1.0))
 
 
 @dataclass(frozen=True)

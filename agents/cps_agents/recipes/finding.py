@@ -8,7 +8,11 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import Recipe
 from cps_agents.recipes.disbanding_attack import DisbandingAttack
 from cps_agents.recipes.disbanding_defense import DisbandingDefense, DisbandingDefenseLocal
-from cps_agents.recipes.disbanding_search import DisbandingDefenseLocalSearch, DisbandingDefenseSearch
+from cps_agents.recipes.disbanding_search import (
+    DisbandingAttackSearch,
+    DisbandingDefenseLocalSearch,
+    DisbandingDefenseSearch,
+)
 from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from cps_agents.recipes.fdi_defense import FdiDefense
 from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
@@ -17,6 +21,7 @@ from cps_agents.recipes.hvac_defense import HvacDefense
 from cps_agents.recipes.hvac_search import HvacAttackMtd2Search, HvacAttackSearch, HvacDefenseSearch
 from cps_agents.recipes.rogue_attack import RogueAttack, RogueAttackRecurrent
 from cps_agents.recipes.rogue_defense import RogueDefense
+from cps_agents.recipes.rogue_search import RogueDefenseSearch, RogueMonitorSearch
 from cps_envs.core.errors import near
 from cps_envs.core.problem import Problem
 from cps_envs.core.trust import require_trust
@@ -27,6 +32,7 @@ RECIPES: dict[str, Recipe] = {
     recipe.name: recipe
     for recipe in (
         DisbandingAttack(),
+        DisbandingAttackSearch(),
         DisbandingDefense(),
         DisbandingDefenseLocal(),
         DisbandingDefenseSearch(),
@@ -45,6 +51,8 @@ RECIPES: dict[str, Recipe] = {
         RogueAttack(),
         RogueAttackRecurrent(),
         RogueDefense(),
+        RogueDefenseSearch(),
+        RogueMonitorSearch(),
     )
 }
 

@@ -68,7 +68,7 @@ class HvacAttackSearch(Recipe):
     name: str = "hvac-attack-cma"
     problem: str = "hvac"
     algorithm: str = SEARCH
-    family: str = "hvac-tracker"
+    family: str = "hvac-tracker-warm"  # colder lies came to 21 in these episodes, warmer ones to 24
     preset: str = "learning"
     overrides: Mapping[str, Any] = field(default_factory=dict)
     opponent: str = "zoo:hvac-defense-cma"

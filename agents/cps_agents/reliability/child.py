@@ -1,6 +1,6 @@
 """Doing a chunk in a process of its own, which may crash or hang: both are results, too.
 
-python -m cps_agents.reliability.child PART NAME FOLDER [SKIPPED ...]
+python -m cps_agents.reliability.child PART NAME FOLDER PARENT [SKIPPED ...]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
+from threading import Event, Thread
 
 from cps_agents.errors import CommandError
 from cps_agents.reliability.chunk import ROOT, Chunk, Result, find_part
@@ -26,18 +27,23 @@ FAILED = "failed"
 QUIET = {"CPS_ENVS_QUIET": "1", "CPS_ENVS_TRUST": "0", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"}
 
 
-def run_chunk(chunk: Chunk) -> Result:
+class StoppedError(Exception):
+    """Somebody has asked to stop; the chunk is not done."""
+
+
+def run_chunk(chunk: Chunk, stop: Event) -> Result:
     """What comes of a chunk. A trial that ends its process is counted as `crash` or `hang`, and the others go on.
 
     Raises:
         CommandError: the chunk could not be done, through no fault of what it tries.
+        StoppedError: `stop` was set before the chunk was done.
     """
     deaths: Result = {"counts": {}, "examples": {}}
     skipped: list[int] = []
     while True:
         with tempfile.TemporaryDirectory(prefix="reliability-") as name:
             folder = Path(name)
-            ended = _attempt(chunk, folder, skipped)
+            ended = _attempt(chunk, folder, skipped, stop)
             result = folder / "result.json"
             if ended == "done":
                 found: Result = json.loads(result.read_text(encoding="utf-8"))
@@ -54,14 +60,15 @@ def run_chunk(chunk: Chunk) -> Result:
             return deaths
 
 
-def _attempt(chunk: Chunk, folder: Path, skipped: list[int]) -> str:
+def _attempt(chunk: Chunk, folder: Path, skipped: list[int], stop: Event) -> str:
     """Run a process to its end: "done", "hang", or how it died."""
     paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, **QUIET, "PYTHONPATH": os.pathsep.join(paths), **chunk.environment}
     command = [sys.executable, "-m", "cps_agents.reliability.child", chunk.part, chunk.name, str(folder)]
+    command += map(str, (os.getpid(), *skipped))
     with (folder / "errors").open("wb") as errors:
         child = subprocess.Popen(
-            [*command, *map(str, skipped)],
+            command,
             cwd=folder,
             env=environment,
             stdout=errors,
@@ -70,17 +77,22 @@ def _attempt(chunk: Chunk, folder: Path, skipped: list[int]) -> str:
             start_new_session=True,
         )
         try:
-            return "hang" if not _wait(child, chunk, folder / "journal") else _ending(child, folder)
+            return "hang" if not _wait(child, chunk, folder / "journal", stop) else _ending(child, folder)
         finally:
             _end(child)
 
 
-def _wait(child: subprocess.Popen[bytes], chunk: Chunk, journal: Path) -> bool:
-    """Wait for the end of a process; False if it does nothing for too long."""
+def _wait(child: subprocess.Popen[bytes], chunk: Chunk, journal: Path, stop: Event) -> bool:
+    """Wait for the end of a process; False if it does nothing for too long.
+
+    Raises:
+        StoppedError: `stop` was set.
+    """
     started = changed = time.monotonic()
     seen = read_journal(journal)
     while child.poll() is None:
-        time.sleep(LOOK_EVERY_S)
+        if stop.wait(LOOK_EVERY_S):
+            raise StoppedError
         now = time.monotonic()
         if (line := read_journal(journal)) != seen:
             seen, changed = line, now
@@ -111,12 +123,21 @@ def _together(one: Result, other: Result) -> Result:
     return {**one, "counts": counts, "examples": {**other["examples"], **one.get("examples", {})}}
 
 
+def _end_with(parent: int) -> None:
+    """End this process, and those that it has started, when its parent is gone."""
+    while os.getppid() == parent:
+        time.sleep(LOOK_EVERY_S)
+    os.killpg(0, signal.SIGKILL)
+
+
 def main() -> None:
     """Do the chunk that the command line names, and write its result into the folder."""
     part_name, name, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3])
+    parent, *skipped = map(int, sys.argv[4:])
+    Thread(target=_end_with, args=(parent,), daemon=True).start()
     part = find_part(part_name)
     chunk = next(each for each in part.chunks() if each.name == name)
-    result = part.run(chunk, Journal(folder / "journal", {int(text) for text in sys.argv[4:]}))
+    result = part.run(chunk, Journal(folder / "journal", skipped))
     own, children = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
     result["cpu_s"] = own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
     (folder / "result.json").write_text(json.dumps(result), encoding="utf-8")

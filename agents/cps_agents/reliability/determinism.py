@@ -15,8 +15,9 @@ from typing import Any
 from cps_agents.reliability.chunk import ROOT, Chunk, Part, Result
 from cps_agents.reliability.journal import Journal
 
+PLACES = (ROOT, ROOT / "agents", ROOT / "baselines")
 ENVS, STEPS = 8, 60  # of a trajectory
-PYTHONS = ("python3.10", "python3.11", "python3.12", "python3.13")
+PYTHONS = tuple(f"python3.{minor}" for minor in range(10, 15) if minor != sys.version_info.minor)
 VARIANTS: Mapping[str, Mapping[str, str]] = {  # what is changed about the process
     "again": {},
     "other hash seeds": {"PYTHONHASHSEED": "1"},
@@ -26,47 +27,40 @@ VARIANTS: Mapping[str, Mapping[str, str]] = {  # what is changed about the proce
     "kernels compiled for any processor": {"NUMBA_CACHE_DIR": "fresh", "NUMBA_CPU_NAME": "generic"},
     "kernels as plain Python": {"NUMBA_DISABLE_JIT": "1"},
 }
-OTHERS = "other versions of Python"
 
 
 def chunks() -> list[Chunk]:
-    """One for each variant."""
+    """One for each variant, and for each version of Python that we support."""
     sources = (
         "cps_envs",
         "baselines/cps_baselines",
         "agents/cps_agents/zoo",
         "agents/cps_agents/reliability/determinism.py",
     )
-    return [Chunk("determinism", row, 0, sources, limit_s=7200, silence_s=7200) for row in (*VARIANTS, OTHERS)]
+    places = {name: shutil.which(name) or "" for name in PYTHONS} | dict.fromkeys(VARIANTS, "")
+    return [
+        Chunk("determinism", row, 0, sources, also=places[row], limit_s=7200, silence_s=7200)
+        for row in (*VARIANTS, *PYTHONS)
+    ]
 
 
 def run(chunk: Chunk, journal: Journal) -> Result:
     """Compare trajectories of another process with those of a plain one."""
-    if chunk.row == OTHERS:
-        return _other_pythons()
+    if chunk.row in PYTHONS:
+        return _other_python(chunk.row)
     with tempfile.TemporaryDirectory() as folder:
         change = {name: folder if value == "fresh" else value for name, value in VARIANTS[chunk.row].items()}
         return _compared(chunk.row, _hashes(sys.executable, {}), _hashes(sys.executable, change))
 
 
-def _other_pythons() -> Result:
-    total: Result = {"counts": dict.fromkeys(PART.columns, 0), "examples": {}, "lines": []}
-    own = _hashes(sys.executable, {})
-    for name in PYTHONS:
-        path = shutil.which(name)
-        if path is None or name == f"python3.{sys.version_info.minor}":
-            continue
-        try:
-            found = _compared(name, own, _hashes(path, {}))
-        except subprocess.CalledProcessError:
-            total["lines"].append(f"{name} is installed, but without the packages that we need: not compared.")
-            continue
-        total["examples"].update(found["examples"])
-        for column, count in found["counts"].items():
-            total["counts"][column] += count
-    if not total["counts"]["trajectories"]:
-        total["lines"].append("No other version of Python with the packages that we need was there to compare with.")
-    return total
+def _other_python(name: str) -> Result:
+    none: Result = {"counts": dict.fromkeys(PART.columns, 0), "examples": {}}
+    path = shutil.which(name)
+    if path is None:
+        return {**none, "lines": [f"{name} was not there to compare with."]}
+    if subprocess.run([path, "-c", "import cps_baselines, numba, gymnasium"], capture_output=True).returncode:
+        return {**none, "lines": [f"{name} was there, but without the packages that we need."]}
+    return _compared(name, _hashes(sys.executable, {}), _hashes(path, {}))
 
 
 def _compared(name: str, one: Mapping[str, str], other: Mapping[str, str]) -> Result:
@@ -81,7 +75,7 @@ def _hashes(python: str, change: Mapping[str, str]) -> dict[str, str]:
     Raises:
         subprocess.CalledProcessError: the process fails.
     """
-    surroundings = {**os.environ, "PYTHONPATH": str(ROOT), **change}
+    surroundings = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, PLACES)), **change}
     command = [python, "-m", "cps_agents.reliability.determinism"]
     done = subprocess.run(command, env=surroundings, check=True, capture_output=True, text=True)
     found: dict[str, str] = json.loads(done.stdout.splitlines()[-1])

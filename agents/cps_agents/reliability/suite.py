@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from threading import Event
 
+from cps_agents.errors import CommandError
 from cps_agents.reliability.child import run_chunk
-from cps_agents.reliability.chunk import Chunk, Part, Result
+from cps_agents.reliability.chunk import Chunk, Part, Result, stamp
 from cps_agents.reliability.store import Store
 
 Report = Callable[[int, int, str], None]  # chunks known, chunks in all, the last one
-Work = Callable[[Chunk], Result]
+Work = Callable[[Chunk, Event], Result]
 
 
 @dataclass
@@ -20,7 +25,8 @@ class Findings:
 
     part: Part
     chunks: int  # in all
-    results: list[Result] = field(default_factory=list)
+    results: Sequence[Result] = ()
+    failed: Sequence[str] = ()  # what could not be done, and why
 
     @property
     def rows(self) -> dict[str, dict[str, float]]:
@@ -49,39 +55,84 @@ class Findings:
         return list(dict.fromkeys(found))
 
 
+@dataclass
+class Plan:
+    """The chunks of a part: what they found, which are left, and how long the part has taken."""
+
+    part: Part
+    chunks: Sequence[Chunk]
+    known: dict[int, Result] = field(default_factory=dict)  # by place in `chunks`
+    left: deque[int] = field(default_factory=deque)
+    failed: list[str] = field(default_factory=list)
+    running: int = 0
+
+    @property
+    def turn(self) -> tuple[int, float]:
+        """The plan with the least of this is the next to get a process."""
+        return self.running, sum(result.get("cpu_s", 0.0) for result in self.known.values())
+
+    @property
+    def findings(self) -> Findings:
+        """What is known, in the order of the chunks."""
+        return Findings(self.part, len(self.chunks), [self.known[place] for place in sorted(self.known)], self.failed)
+
+
 def run_parts(
-    parts: Sequence[Part], store: Store, minutes: float, report: Report | None = None, work: Work = run_chunk
+    parts: Sequence[Part],
+    store: Store,
+    minutes: float,
+    report: Report | None = None,
+    work: Work = run_chunk,
+    jobs: int = 1,
 ) -> list[Findings]:
-    """Do what `store` does not know, each part in its share of the time, which what it leaves over is added to.
+    """Do what `store` does not know, `jobs` chunks at once, until the time is over.
 
-    The last chunk of a part is finished when its time is over, so that every part gets something done.
+    The part that has taken the least time so far is the next, so that all get about the same. What has begun is
+    finished. A chunk that could not be done is named, and the others go on.
     """
-    end = time.monotonic() + 60 * minutes
-    plans = [list(part.chunks()) for part in parts]
-    total, done, found = sum(map(len, plans)), 0, []
-    for place, (part, chunks) in enumerate(zip(parts, plans, strict=True)):
-        now = time.monotonic()
-        share = now + (end - now) / (len(parts) - place)
-        findings = Findings(part, len(chunks))
-        for chunk, result in _finish(chunks, store, share, work):
-            findings.results.append(result)
-            done += 1
-            if report is not None:
-                report(done, total, f"{part.name}: {chunk.row}")
-        found.append(findings)
-    return found
+    plans, end = [_plan(part, store) for part in parts], time.monotonic() + 60 * minutes
+    total, stop = sum(len(plan.chunks) for plan in plans), Event()
+    running: dict[Future[Result], tuple[Plan, int]] = {}
+    with ThreadPoolExecutor(jobs) as pool, _set_after(stop):
+        while True:
+            while len(running) < jobs and time.monotonic() < end and any(plan.left for plan in plans):
+                plan = min((plan for plan in plans if plan.left), key=lambda plan: plan.turn)
+                place = plan.left.popleft()
+                stamp(plan.chunks[place])  # of the sources as they are now, which is remembered
+                plan.running += 1
+                running[pool.submit(work, plan.chunks[place], stop)] = plan, place
+            if not running:
+                return [plan.findings for plan in plans]
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                plan, place = running.pop(future)
+                plan.running -= 1
+                _keep(plan, place, future, store)
+                if report is not None:
+                    note = f"{plan.part.name}: {plan.chunks[place].row}"
+                    report(sum(len(plan.known) for plan in plans), total, note)
 
 
-def _finish(chunks: Sequence[Chunk], store: Store, until: float, work: Work) -> Iterator[tuple[Chunk, Result]]:
-    """Known results first; then new ones, until the time is over."""
-    left = []
-    for chunk in chunks:
-        known = store.get(chunk)
-        if known is None:
-            left.append(chunk)
+def _plan(part: Part, store: Store) -> Plan:
+    plan = Plan(part, list(part.chunks()))
+    for place, chunk in enumerate(plan.chunks):
+        if (known := store.get(chunk)) is None:
+            plan.left.append(place)
         else:
-            yield chunk, known
-    for chunk in left:
-        if time.monotonic() >= until:
-            return
-        yield chunk, store.put(chunk, work(chunk))
+            plan.known[place] = known
+    return plan
+
+
+def _keep(plan: Plan, place: int, future: Future[Result], store: Store) -> None:
+    try:
+        plan.known[place] = store.put(plan.chunks[place], future.result())
+    except CommandError as error:
+        plan.failed.append(str(error))
+
+
+@contextmanager
+def _set_after(stop: Event) -> Iterator[None]:
+    """Tell the threads to stop, whatever happens."""
+    try:
+        yield
+    finally:
+        stop.set()

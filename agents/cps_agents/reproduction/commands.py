@@ -59,7 +59,7 @@ COMMANDS = (
         "ch2",
         "2",
         "disbanding",
-        """Platoon disbanding: Tables 2.2 and 2.3, Figs. 2.1 and 2.3, the optimal attacks and every claim of the text.
+        """Platoon disbanding: Tables 2.2 and 2.3, Figs. 2.1 and 2.3, optimal attacks and every claim.
 
         `platoons` and `text` play defenders in the environment: for N = 2 to 10, and under what the text only
         describes.
@@ -114,7 +114,7 @@ COMMANDS = (
         Claims and cells that differ from the paper are findings and do not fail. The exit code is 1 when our own
         numbers left the reference values of the specification, which means that the simulation has changed.
         """,
-        "Leave out Table 4.2 and eight sensors (Fig. 4.8), both with their claims, and attacks before step 200.",
+        "Leave out Table 4.2, eight sensors (Fig. 4.8), their claims, and attacks before step 200.",
         (Option("controller", str, "clip", "How (4.17) keeps its limits: clip, qp or levels."),),
         "Only this part: 4.1, 4.2, 4.2fig to 4.8fig, early or claims; may be repeated.",
         recheck="Judge the claims again over days of other seeds; takes twice as long.",
@@ -125,7 +125,7 @@ COMMANDS = (
         "ch5",
         "5",
         "rogue",
-        """A rogue vehicle in a platoon: Figs. 5.2 to 5.11, and every claim of the text, with both contacts.
+        """A rogue vehicle in a platoon: Figs. 5.2 to 5.11 and every claim, with both contacts.
 
         The paper prints no damage. Its orderings come out of a selected configuration only, and the last lines say how
         selected it is. The exit code is 1 when our own damages left the reference values of the specification, which

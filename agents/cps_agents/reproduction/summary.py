@@ -1,13 +1,21 @@
-"""What all readings of the dissertation come to: verdicts counted, and claims whose verdict depends on the reading."""
+"""What all readings of the dissertation come to: verdicts counted, and claims whose verdict depends on the reading.
+
+`publish` puts them into the repository: `docs/reproduction.json` and `docs/reproduction.md`.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, TypeAlias
 
+from cps_agents.errors import CommandError
+from cps_agents.files import write_json, write_text
+from cps_agents.table import Table
 from cps_baselines.reproduction.findings import CLAIMS
 from cps_baselines.reproduction.verdicts import VERDICTS
+from cps_envs.core.documents import read_text
 
 Finished: TypeAlias = Mapping[str, Any]  # `chapter`, `reading`, `tallies`, `passed`, `wall_s`, ...
 COUNTED = ("chapter", "reading", "statements", *VERDICTS)
@@ -54,3 +62,39 @@ def _claims(every: Sequence[Finished]) -> Iterator[tuple[str, str, dict[str, str
                     found.setdefault((each["chapter"], name), {})[tally["reading"]] = verdict
     for (chapter, name), verdicts in found.items():
         yield chapter, name, verdicts
+
+
+START = "<!-- the tables below are written by `cps-envs reproduce all --publish` -->"
+END = "<!-- the tables above are written by `cps-envs reproduce all --publish` -->"
+KEPT = ("chapter", "reading", "tallies", "passed", "wall_s", "recheck", "command")
+
+
+def publish(every: Sequence[Finished], root: Path) -> list[Path]:
+    """Renew both files below `root`; returns their paths.
+
+    Raises:
+        CommandError: no repository of this package.
+    """
+    page, data = root / "docs" / "reproduction.md", root / "docs" / "reproduction.json"
+    text = read_text(page) if page.is_file() else ""
+    if START not in text or END not in text:
+        raise CommandError(f"{page} has no lines {START} and {END}: publish from the repository's folder")
+    kept = [{name: each[name] for name in KEPT} for each in every]
+    before, after = text.partition(START)[0], text.partition(END)[2]
+    write_json(data, kept)
+    write_text(page, f"{before}{START}\n\n{tables(kept)}\n{END}{after}")
+    return [page, data]
+
+
+def tables(every: Sequence[Finished]) -> str:
+    """The summary as Markdown."""
+    return "\n".join(
+        [
+            *Table("", COUNTED, counted(every)).markdown(),
+            "",
+            "Claims whose verdict depends on the reading:",
+            "",
+            *Table("", DEPENDING, depending(every)).markdown(),
+            "",
+        ]
+    )

@@ -1,15 +1,19 @@
-"""What trained policies without a declared target have to reach: more than every other policy of their role."""
+"""Whom learned policies are compared with, and what those without a declared target have to reach."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from cps_agents.arena.admission import able, short_name, usual
 from cps_agents.arena.challenge import Challenge
+from cps_agents.catalogue import policies
+from cps_agents.recipes.finding import RECIPES
 from cps_agents.results.block import Bar, Block, Row
-from cps_agents.zoo.references import card_of
+from cps_agents.zoo.references import card_of, is_missing
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
+from cps_envs.core.lookup import NEED_OPTIONS
 from cps_envs.core.types import ROLES, Role, other
 
 EPISODES = 50
@@ -53,3 +57,35 @@ def _rows(name: str, role: Role) -> Iterator[Row]:
         venue = Venue(name, preset)
         for each in able(venue, rival, usual(venue, rival)):
             yield Row(f"{preset}, against {each.name}", (Challenge(venue, role, each.reference, EPISODES),))
+
+
+def completed(block: Block) -> Block:
+    """The block with every registered policy of its role and every teacher of its learned policies as a baseline.
+
+    Policies that know more than they observe play only where a block lists them.
+    """
+    return replace(block, baselines=(*block.baselines, *_registered(block), *_teachers(block)))
+
+
+def _registered(block: Block) -> Iterator[Contestant]:
+    listed = {each.reference.partition("?")[0] for each in block.baselines}
+    for entry in policies(find_problem(block.problem), block.role):
+        wanted = not entry.privileged and entry.name not in NEED_OPTIONS
+        if wanted and entry.name not in listed and entry.name not in block.left_out:
+            taken = entry.name in {each.name for each in block.contestants}
+            yield Contestant(f"analytic {entry.name}" if taken else entry.name, entry.name)
+
+
+def _teachers(block: Block) -> Iterator[Contestant]:
+    listed = {each.reference for each in block.baselines}
+    for each in block.learned:
+        teacher = teacher_of(each)
+        if teacher and teacher not in listed and teacher not in {found.reference for found in _registered(block)}:
+            yield Contestant(f"teacher of {each.name}", teacher, f"teacher: {teacher}")
+
+
+def teacher_of(learned: Contestant) -> str:
+    """The reference of the policy that a shipped policy was first shown; empty if there was none."""
+    card = None if is_missing(learned.reference) else card_of(learned.reference)
+    recipe = RECIPES.get(card.name) if card is not None else None
+    return recipe.teacher if recipe is not None else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.disbanding_attack_search import BLOCKS as SEARCHED_ATTACK
 from cps_agents.results.disbanding_search import BLOCKS as SEARCHED
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.testbed.problem import ATTACK
@@ -201,4 +202,4 @@ ROBOTS = Block(
     shown=("collided", "lowest_speed_mps"),
 )
 
-BLOCKS = (PLANS, AGAINST, PRINTED, TWELVE, EASY, *SEARCHED, ROBOTS)
+BLOCKS = (PLANS, AGAINST, *SEARCHED_ATTACK, PRINTED, TWELVE, EASY, *SEARCHED, ROBOTS)

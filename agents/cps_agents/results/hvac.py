@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.hvac_attack_search import BLOCKS as SEARCHED_ATTACKS
 from cps_agents.results.hvac_search import BLOCKS as SEARCHED
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.hvac.calibration import HARD
@@ -92,4 +93,4 @@ MIX = Block(
     ),
 )
 
-BLOCKS = (ATTACK, MIX, *SEARCHED)
+BLOCKS = (ATTACK, MIX, *SEARCHED_ATTACKS, *SEARCHED)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cps_baselines.testbed.mitigation import mitigation as name_of
+from cps_baselines.testbed.cases import mitigation as name_of
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.policy import Policy, RoleSpec

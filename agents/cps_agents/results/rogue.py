@@ -7,6 +7,7 @@ from typing import Any
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.rogue_search import BLOCKS as SEARCHED
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.rogue.switching_search import DEFENDERS, RATIOS, SETTING, SPREAD
 from cps_baselines.rogue.yardsticks import RATIOS as ALL_RATIOS
@@ -25,7 +26,17 @@ TEACHER = Contestant(
 ORACLE = Contestant("beam", "beam?width=96", episodes=2, title="beam search, told the episode", optimum=True)
 AIMS = {1.0: 70.0, 1.1: 80.0, 1.2: 80.0, 1.3: 96.0}  # m/s by power ratio, mean over the controllers
 TAUGHT = Bar(beat=(TEACHER.name,), factor=0.95, or_equal=True, of=(RECURRENT.name,))  # who is told what it finds out
-DEFENDER = Contestant("learned", "zoo:rogue-defense-ppo")
+DEFENDER = Contestant("learned", "zoo:rogue-defense-ppo", "learned, chooses laws")
+GIVES_WAY = Contestant("searched", "zoo:rogue-defense-cma", "searched, gives way")
+ASSIGNED = Contestant("shll", "assigned?laws=shll", "best fixed assignment, shll")
+WAVES = ("duty_square", "square")
+JUDGES = ("zoo:rogue-attack-ppo", "switching", *WAVES)
+FRESH = {  # what searches found against the shipped GIVES_WAY, see docs/rogue.md
+    1.0: "tuned?front_gap=4.164&front_rate=-3.232&rear_gap=-0.284&rear_rate=3.7&excess=3.433&bias=-3.982"
+    "&hysteresis=2.126",
+    1.3: "tuned?front_gap=2.068&front_rate=-1.166&rear_gap=1.395&rear_rate=-2.825&excess=-0.738&bias=-2.416"
+    "&hysteresis=-0.121",
+}
 WORLDS = 16
 KNOWN = shipped()
 TRACKING = "formation_cost_s"
@@ -97,24 +108,53 @@ ATTACK = Block(
 )
 
 
+def _challenge(attacker: str, ratio: float) -> Challenge:
+    return Challenge(Venue("rogue", "paper", world(ratio)), "defender", attacker, WORLDS)
+
+
 def _defended(attacker: str, ratio: float) -> Row:
-    challenge = Challenge(Venue("rogue", "paper", world(ratio)), "defender", attacker, WORLDS)
-    return Row(f"against {attacker}, ratio {ratio:g}", (challenge,))
+    return Row(f"against {attacker}, ratio {ratio:g}", (_challenge(attacker, ratio),))
 
 
+EIGHT = tuple(_challenge(attacker, ratio) for attacker in JUDGES for ratio in RATIOS)
 DEFENSE = Block(
     name="rogue-defense",
     title="rogue defender, damage",
-    target="below every analytic defender, at no worse tracking than sliding mode with detection.",
+    target="below every analytic defender, at no worse tracking than sliding mode with detection; in the mean of the "
+    "eight rows at most 20 m/s at a cost of at most 13 s, and at most 45 m/s against a fresh search.",
     problem="rogue",
     role="defender",
     metric="damage",
-    learned=(DEFENDER,),
-    baselines=tuple(map(Contestant, DEFENDERS)),
-    rows=tuple(
-        _defended(attacker, ratio)
-        for attacker in ("zoo:rogue-attack-ppo", "switching", "duty_square", "square")
-        for ratio in RATIOS
+    learned=(DEFENDER, GIVES_WAY),
+    baselines=(*map(Contestant, DEFENDERS), ASSIGNED),
+    rows=(
+        Row(
+            "mean of the eight rows below",
+            EIGHT,
+            (
+                Bar(every=True),
+                Bar(value=20.0, or_equal=True, by_mean=True),
+                Bar(value=13.0, metric=TRACKING, or_equal=True, by_mean=True),
+            ),
+            headline=True,
+        ),
+        *(_defended(attacker, ratio) for attacker in JUDGES for ratio in RATIOS),
+        *(
+            Row(
+                f"fresh search against the one that gives way, ratio {ratio:g}",
+                (_challenge(attacker, ratio),),
+                (Bar(value=45.0, or_equal=True, by_mean=True, of=(GIVES_WAY.name,)),),
+            )
+            for ratio, attacker in FRESH.items()
+        ),
+        *(
+            Row(
+                f"against zoo:rogue-attack-recurrent, ratio {ratio:g}",
+                (_challenge("zoo:rogue-attack-recurrent", ratio),),
+                (),
+            )
+            for ratio in RATIOS
+        ),
     ),
     bars=(
         Bar(every=True),
@@ -126,4 +166,4 @@ DEFENSE = Block(
     left_out={"monitor": "gives orders to the seized vehicle too, which this setting does not allow"},
 )
 
-BLOCKS = (ATTACK, DEFENSE)
+BLOCKS = (ATTACK, DEFENSE, *SEARCHED)

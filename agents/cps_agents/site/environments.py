@@ -46,10 +46,12 @@ def index() -> str:
             lines.append(f"| [`{problem.env_id(role)}`]({name}.md) | {role} | {problem.summary} |")
     discrete = [f"`{problem.discrete_id(role)}`" for problem in PROBLEMS.values() for role in problem.discrete]
     lines.append(
-        f"\n{', '.join(discrete)}: roles with MultiDiscrete actions for agents that know only Discrete ones. An action "
-        "changes one entry; the others are held."
+        f"\n{', '.join(discrete)} offer MultiDiscrete roles to learners that know only Discrete actions. Each action "
+        "changes one entry and holds the others."
     )
-    lines.append("\nBoth roles at once, one agent for each vehicle, presets and policies:\n")
+    lines.append(
+        "\nEach problem also has a page with both roles at once, one agent per vehicle, presets and policies:\n"
+    )
     lines += [f"- [{problem.name}]({problem.name}.md)" for problem in PROBLEMS.values()]
     names = [f"{problem.name}" for problem in PROBLEMS.values()]
     names += [class_name(problem, role) for problem in PROBLEMS.values() for role in ROLES]
@@ -67,7 +69,8 @@ def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterat
     yield f"# {name}\n\n{MARK}"
     yield f"![An episode of {problem.name}](../images/{problem.name}.gif)\n"
     yield before
-    yield f"![What each side has its hands on](../images/{problem.name}-loop.svg)\n"
+    yield f"![What each side touches](../images/{problem.name}-loop.svg)\n"
+    yield "The [glossary](../glossary.md) explains words and symbols.\n"
     yield f"## Threat Model\n\n{head}"
     yield f"## Presets\n\n{_presets(problem)}\n"
     yield f"## Baselines\n\n{_policies(policies(problem, role))}\n"
@@ -79,7 +82,8 @@ def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterat
 def shared(problem: Problem) -> Iterator[str]:
     """The parts of a problem's page: PettingZoo's interfaces, teams, presets, policies of both roles."""
     links = " and ".join(f"[{class_name(problem, role)}]({class_name(problem, role)}.md)" for role in ROLES)
-    yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}.\n"
+    yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}."
+    yield "The [glossary](../glossary.md) explains words and symbols.\n"
     for form, function in pettingzoo_ids(problem).items():
         if form != "id":
             module, _, attribute = function.rpartition(".")

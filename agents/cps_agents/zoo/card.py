@@ -12,7 +12,9 @@ from cps_envs.core.types import ROLES
 
 FORMAT = 1
 SHIPPED = Path(__file__).with_name("policies")  # what comes with the package
-HEADS = ("gaussian", "squashed", "discrete", "family")
+PARTS = "parts"  # folder of the policies that only mixtures play
+MIXTURE = "mixture"
+HEADS = ("gaussian", "squashed", "discrete", "family", MIXTURE)
 MOST_BYTES = 2**20  # of a card
 REMEDY = "Train or download it again."
 MOST_VALUES = 10**6  # of an observation, or choices of an action
@@ -22,7 +24,7 @@ KINDS: dict[str, type] = {
     **dict.fromkeys(
         ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command", "family"), str
     ),
-    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation"), dict),
+    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", "exploitability"), dict),
     **dict.fromkeys(("version", "hold", "observation_size", "best"), int),
     "decentralised": bool,
 }
@@ -43,7 +45,9 @@ class Card:
     overrides: Mapping[str, Any]  # of the preset, while training
     recipe: Mapping[str, Any]  # every knob
     activation: str
-    head: str  # gaussian: clipped means; squashed: their tanh; discrete: logits, one after the other; or family
+    head: (
+        str  # gaussian: clipped means; squashed: their tanh; discrete: logits, one after the other; family; or mixture
+    )
     decentralised: bool  # plays each agent of the role's team with the same network
     hold: int  # decisions that an action is kept for
     observation_size: int  # of the role, or of one agent of its team
@@ -53,8 +57,9 @@ class Card:
     command: str  # that trained it
     versions: Mapping[str, str]  # of the packages
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
+    exploitability: Mapping[str, Any] = field(default_factory=dict, repr=False)  # of a defender, see `zoo judge`
     family: str = ""  # of policies of which this is one, see `cps_baselines.family`; empty for networks
-    numbers: tuple[str, ...] = ()  # their names, where it is of a family
+    numbers: tuple[str, ...] = ()  # their names, where it is of a family; of a mixture, the references of its policies
     weights: str = ""  # SHA-256 of the file with the weights, which ties it to the card; `save` fills it in
     format: int = FORMAT
 
@@ -77,12 +82,15 @@ class Card:
         named = all(type(name) is str for name in self.numbers) and len(set(self.numbers)) == len(self.numbers)
         if not named or len(self.numbers) > MOST_NUMBERS:
             raise ValueError("the numbers have to have names, each its own")
-        if not (self.head == "family") == bool(self.family) == bool(self.numbers):
-            raise ValueError("a policy of a family, and no other, has numbers with names")
+        if (self.head == "family") != bool(self.family) or (self.head in ("family", MIXTURE)) != bool(self.numbers):
+            raise ValueError("a policy of a family, or a mixture, and no other, has numbers with names")
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data."""
-        return asdict(self)
+        """As plain data; of attackers without what only defenders have."""
+        plain = asdict(self)
+        return (
+            plain if self.exploitability else {name: each for name, each in plain.items() if name != "exploitability"}
+        )
 
 
 def read_card(path: Path) -> Card:

@@ -15,7 +15,7 @@ from safetensors.numpy import save as to_bytes
 
 from cps_agents.files import replacing, write_json
 from cps_agents.locking import alone_at
-from cps_agents.zoo.card import REMEDY, SHIPPED, Card, read_card
+from cps_agents.zoo.card import PARTS, REMEDY, SHIPPED, Card, read_card
 from cps_agents.zoo.network import Network, check_fit, network_of
 from cps_agents.zoo.numbers import Numbers, numbers_of
 from cps_envs.core.documents import read_bytes
@@ -39,7 +39,7 @@ def find(name: str) -> Path:
         UnknownNameError: there is none.
     """
     path = Path(name)
-    if name in shipped_names():
+    if name in shipped_names() or (path.parent == Path(PARTS) and path.name in shipped_names(SHIPPED / PARTS)):
         return SHIPPED / f"{name}.json"
     if path.suffix in (".json", ".safetensors") and path.with_suffix(".json").is_file():
         return path.with_suffix(".json")
@@ -91,7 +91,7 @@ def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network | Numb
         tensors = from_bytes(data)
         prefix = f"{chosen}/"
         mine = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
-        if card.family:
+        if card.numbers:
             return card, numbers_of(mine, len(card.numbers))
         network = network_of(mine, card.activation)
         check_fit(network, card.observation_size, sum(card.actions))

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.files import find, load
+from cps_agents.zoo.mixing import mixed
 from cps_agents.zoo.numbers import Numbers, member
 from cps_agents.zoo.policy import TrainedPolicy
 from cps_envs.core.errors import UnknownNameError, require
@@ -22,6 +24,8 @@ def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic
 
     card, network = load(find(name), seed)
     version = PROBLEMS[spec.problem].version if spec.problem in PROBLEMS else None
+    if isinstance(network, Numbers) and card.head == MIXTURE:
+        return mixed(spec, card, network, version)
     if isinstance(network, Numbers):
         return member(spec, card, network, version)
     return TrainedPolicy(spec, card, network, deterministic=deterministic, version=version)

@@ -13,7 +13,7 @@ CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabili
 
 def to_markdown(card: Card) -> str:
     """What it does, how to play it, how it was trained, what it reached and on which episodes, what it knows not."""
-    parts = (_header(card), _use(card), _training(card), _results(card), _limits(card), _knobs(card))
+    parts = (_header(card), _use(card), _training(card), _results(card), _exploited(card), _limits(card), _knobs(card))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -76,6 +76,26 @@ def _results(card: Card) -> str:
         return "## Results\n\nIt has not been examined yet: `cps-envs benchmark --suite learned` does that."
     text = "Over all training seeds, on episodes that neither training nor the choice among networks has seen."
     return "\n".join(["## Results", "", text, "", *_table(columns, rows)])
+
+
+def _exploited(card: Card) -> str:
+    sentence = worst_case_sentence(card)
+    return f"## Worst case found\n\n{sentence}" if sentence else ""
+
+
+def worst_case_sentence(card: Card) -> str:
+    """What the worst attack found costs a defender; empty for an attacker."""
+    if card.role != "defender":
+        return ""
+    found = card.exploitability
+    if not found:
+        return f"It has not been judged by the worst attack yet: `cps-envs zoo judge {card.name}` does that."
+    pay = found["pay"]
+    return (
+        f"The worst attack found, `{found['attack']}`, costs it {pay['mean']:.4g} ({_interval(pay)}) {found['unit']}, "
+        f"the mean over {pay['episodes']} evaluation episodes. {found['attacks']} known attacks played, and searches "
+        f"of {found['budget_s']:g} CPU s against this policy. A longer search may find a worse one."
+    )
 
 
 def _interval(found: Mapping[str, Any]) -> str:

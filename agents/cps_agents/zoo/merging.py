@@ -15,7 +15,7 @@ from cps_agents.zoo.network import Network
 from cps_agents.zoo.numbers import Numbers
 
 LIMIT_BYTES = 1_000_000  # of the weights
-PLACES = ("--out", "--to", "--jobs")
+PLACES = ("--out", "--to", "--jobs", "--meetings")
 
 
 def merge(cards: Sequence[Path], target: Path) -> Card:
@@ -25,15 +25,15 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
         CommandError: nothing to merge, different recipes, a seed twice, or weights beyond `LIMIT_BYTES`.
     """
     if not cards:
-        raise CommandError("there is nothing to add: name folders of training runs, or the folder above them")
+        raise CommandError("no training runs are named: name their folders, or the folder above them")
     loaded = [load(path) for path in cards]
     first = loaded[0][0]
     networks: dict[int, Network | Numbers] = {}
     for path, (card, network) in zip(cards, loaded, strict=True):
         if differing(card.recipe, first.recipe) or card.version != first.version:
-            raise CommandError(f"{path} is of another recipe than {cards[0]}: add each to a policy of its own")
+            raise CommandError(f"{path} has another recipe than {cards[0]}: put each into its own policy")
         if card.best in networks:
-            raise CommandError(f"{path}: training seed {card.best} is there already")
+            raise CommandError(f"{path}: training seed {card.best} is already in the policy")
         networks[card.best] = network
     size = sum(array.nbytes for network in networks.values() for array in network.tensors().values())
     if size > LIMIT_BYTES:

@@ -56,5 +56,5 @@ def member(spec: RoleSpec, card: Card, numbers: Numbers, version: int | None) ->
     check_role(card, spec, version)
     family = find_family(card.family)
     if (family.problem, family.role, family.names) != (card.problem, card.role, card.numbers):
-        raise ConfigurationError(f"{card.name} has other numbers than the family {card.family} has now: train anew")
+        raise ConfigurationError(f"{card.name} has other numbers than the family {card.family} has now: train it again")
     return family.build(spec, numbers.values[np.newaxis])

@@ -158,7 +158,7 @@ def check_role(card: Card, spec: RoleSpec, version: int | None) -> None:
         )
     if version is not None and version != card.version:
         raise ConfigurationError(
-            f"{card.name} was trained for version {card.version} of {card.problem}, now is {version}: train anew"
+            f"{card.name} was trained for version {card.version} of {card.problem}; this is {version}: train it again"
         )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from cps_agents.zoo.card import Card, read_card
+from cps_agents.zoo.card import MIXTURE, Card, read_card
 from cps_agents.zoo.files import find, read_pair
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
@@ -71,6 +71,8 @@ def weights_of(reference: str) -> dict[str, str]:
             digest = hashlib.sha256(data)
             digest.update(repr(replace(card, evaluation={}, command="", versions={})).encode())
             found[name] = digest.hexdigest()[:16]
+            for part in card.numbers if card.head == MIXTURE else ():
+                found |= weights_of(part)
     return found
 
 

@@ -17,7 +17,7 @@ HALF = 0.5  # of an entry that is 0 or 1
 
 
 class Adaptive(Timed):
-    """Attacks, looks `look_s` later at the mean speed of the rear half, and pauses by the kind of defender it sees.
+    """Attacks, watches the mean speed of the rear half, and times its next attack by the defender it recognises.
 
     Below `slow_mps` nobody holds the wave back, above `fast_mps` somebody does it well. `slow_s`, `middle_s` and
     `fast_s` are the pauses after a wave that is not held back, one in between, and one that is. Further attacks follow

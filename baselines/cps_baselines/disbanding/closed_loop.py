@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.disbanding.heuristic import FORESIGHT, travelled_distance_command
+from cps_baselines.disbanding.heuristic_policy import FORESIGHT, travelled_distance_command
 from cps_baselines.disbanding.mpc import Motion, Mpc, MpcScratch, Preceding, design_of, mpc_scratch, predictive_command
 from cps_envs.core.kernels import borrowed, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray

@@ -14,6 +14,7 @@ LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # shares of 6 m/s2, of either s
 ONE_PLAN = "needs a list of events; `timed` and `spread` play plans that fit every episode"
 MEASURED = "`python -m cps_baselines.disbanding.yardsticks learning` plays it"
 OTHER_SPACES = "trained in preset easy, whose observations and actions are others"
+NO_JAM = "found in preset easy, where no radio link can be jammed"
 OTHER_WARNING = "found in presets paper and easy, where the warning is perfect and corrections act behind attacks alone"
 
 ATTACKERS = (
@@ -79,6 +80,7 @@ CONTEST = Contest(
             "every_other": "needs a budget of five platoons",
             "ga": "plans on copies of each episode for half a minute, and knows what will be drawn in it",
             "zoo:disbanding-attack-ppo": OTHER_SPACES,
+            "zoo:disbanding-attack-cma": NO_JAM,
         },
     ),
     defenders=Side(

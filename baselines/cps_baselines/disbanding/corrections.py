@@ -257,7 +257,7 @@ def count_present(row: Observation, at: Record, scale: FloatArray) -> int:
 
 
 class CopyDisbanded(Corrections):
-    """Extension beyond the paper: every vehicle copies the command of the nearest disbanded vehicle ahead.
+    """Makes every vehicle copy the command of the nearest disbanded vehicle ahead. Not in the paper.
 
     Needs a broadcast of that command and of that vehicle's speed. Copying keeps the gaps of the steady state, and its
     error is that of the vehicle copied, whatever the number of platoons. A bounded correction cannot follow a driver

@@ -1,4 +1,4 @@
-"""The controller of `string` as families of policies whose numbers a search chooses."""
+"""Families of policies whose numbers a search chooses: the controller of `string`, and an attacker that replans."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cps_baselines.disbanding.replanning import Numbers, Replanning
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController
 from cps_baselines.disbanding.string_loop import StringLoop
 from cps_baselines.disbanding.string_search import START
@@ -72,3 +73,33 @@ def _local_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> 
 BROADCAST = Family("disbanding", "defender", _gains(WARNED, AGE), _broadcast, _broadcast_loop)
 # Needs no warning, as it acts at all times; each vehicle knows itself, and what its predecessor does and commands.
 LOCAL = Family("disbanding", "defender", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local, _local_loop)
+
+
+def _replanning(spec: RoleSpec, values: FloatArray) -> Replanning:
+    return Replanning(spec, Numbers(*values.T))
+
+
+# By hand, from plans that were played on a grid of times: one by one, against each kind of defender.
+REPLANNING = Family(
+    "disbanding",
+    "attacker",
+    (
+        Number("look_s", 46.0, 3.0),
+        Number("last_0", 105.0, 8.0),
+        Number("last_3", 130.0, 8.0),
+        Number("last_8", 130.0, 8.0),
+        Number("last_20", 90.0, 8.0),
+        Number("last_25", 92.0, 5.0),
+        Number("last_30", 75.0, 5.0),
+        Number("last_per_lag", 0.0, 20.0),
+        Number("last_per_attack", 7.0, 4.0),
+        Number("two_left", 0.3, 0.15),
+        Number("two_left_per_lag", 0.5, 0.5),
+        Number("three_left", 0.1, 0.1),
+        Number("three_left_per_lag", 0.4, 0.4),
+        Number("tight_gap", 0.62, 0.04),
+        Number("tight_below", 26.0, 0.5),
+        Number("tight_last", 40.0, 3.0),
+    ),
+    _replanning,
+)

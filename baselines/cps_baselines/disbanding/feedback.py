@@ -28,7 +28,7 @@ def shipped_weights() -> FloatArray:
 
 
 class LinearFeedback(Corrections):
-    """Extension beyond the paper: each vehicle's correction is linear in six of its signals.
+    """Corrects each vehicle by a linear form in six of its signals. Not in the paper.
 
     delta = 5 m/s2 times the weighted sum of the scaled signals: gap error, speed ahead minus own, desired speed minus
     own, predecessor's acceleration, speed of the nearest disbanded vehicle ahead (a broadcast) minus own, and the plain

@@ -23,7 +23,7 @@ OBJECTIVES = {"payoff": None, "all": "velocity_error_all", "intact": "velocity_e
 
 
 class GeneticAlgorithm(PlannedAttack):
-    """Solves (2.9) for each episode on copies of the episode's own start, then plays the plan by the clock.
+    """Searches the best plan (2.9) on copies of the episode's start, with a genetic algorithm, and plays it.
 
     An oracle: it knows the model with all drawn parameters and the defender it will meet (where that one is played
     inside the same match; else it plans against no defence). Equal episodes are solved once. `reports` holds the

@@ -16,7 +16,7 @@ TOLD = ("disbanding_s", "position", "speed", "acceleration", "command")
 
 
 class Informed(StringController):
-    """`string` told of every disbanding at once and without loss, with the numbers that were found for that."""
+    """Plays `string` with perfect warnings: it is told of every disbanding at once, and its gains suit that."""
 
     privileged = frozenset({"truth"})
 

@@ -91,12 +91,12 @@ class MpcMitigation(Corrections):
 
 
 def paper_matching(spec: RoleSpec, solver: SolverName = "hildreth", **detection: float) -> MpcMitigation:
-    """The MPC with weights tuned on the mpc column of Table 2.2."""
+    """Plays the paper's MPC, with weights tuned to match the mpc column of Table 2.2."""
     return MpcMitigation(spec, settings=PAPER_MATCHING, solver=solver, **detection)
 
 
 def best_tuned(spec: RoleSpec, solver: SolverName = "hildreth", **detection: float) -> MpcMitigation:
-    """The MPC with a horizon of 2 s and no release: what this controller can do, far below the paper's column."""
+    """Plays the MPC at its best, with a horizon of 2 s and no release. It does far better than in the paper."""
     return MpcMitigation(spec, settings=BEST_TUNED, solver=solver, **detection)
 
 

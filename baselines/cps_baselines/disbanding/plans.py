@@ -67,7 +67,7 @@ class PlannedAttack(AnalyticPolicy):
 
 
 class Plan(PlannedAttack):
-    """A given list of (platoon, second); `from_front` re-counts platoon N as the front one where fewer are present.
+    """Plays a given list of (platoon, second). With `from_front`, platoon N is the front one in shorter strings.
 
     Raises:
         ConfigurationError: an impossible plan, or one longer than the attacker's budget.
@@ -89,7 +89,7 @@ class Plan(PlannedAttack):
 
 
 class RandomPlan(PlannedAttack):
-    """K distinct platoons at K uniform whole seconds, drawn anew for each episode.
+    """Disbands K different platoons at K random whole seconds, drawn anew for each episode.
 
     A uniformly random *action* would spend the budget in the first seconds, which is nearly the best timing.
     `front_bias` weighs platoon i by exp(front_bias * i / N): 0 is uniform, larger prefers the front.
@@ -114,7 +114,7 @@ class RandomPlan(PlannedAttack):
 
 
 class Spread(PlannedAttack):
-    """The front platoons one after the other, spread over the episode; as many as the episode's budget allows."""
+    """Disbands the front platoons one after the other, spread over the episode, as many as the budget allows."""
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
@@ -140,17 +140,17 @@ def _spread(budget: int, platoons: int) -> list[Event]:
 
 
 def lead(spec: RoleSpec, time_s: float = 1.0) -> Plan:
-    """The optimal single attack of the paper: the lead platoon at the first instant (Table 2.2)."""
+    """Disbands the lead platoon at the first instant: the paper's optimal single attack (Table 2.2)."""
     return Plan(spec, [(spec.config.max_platoons, time_s)], from_front=True)
 
 
 def table_2_3(spec: RoleSpec) -> Plan:
-    """The two-platoon attack of Table 2.3: the lead platoon at 2 s, the next one at 100 s."""
+    """Disbands the lead platoon at 2 s and the next one at 100 s (Table 2.3)."""
     platoons = spec.config.max_platoons
     return Plan(spec, [(platoons, 2.0), (platoons - 1, 100.0)], from_front=True)
 
 
 def every_other(spec: RoleSpec) -> Plan:
-    """Every other platoon from the front at 30 s increments (Fig. 2.1e)."""
+    """Disbands every other platoon from the front, one every 30 s (Fig. 2.1e)."""
     platoons = spec.config.max_platoons
     return Plan(spec, [(platoons - 2 * i, 2.0 + 30.0 * i) for i in range(platoons // 2)], from_front=True)

@@ -59,7 +59,7 @@ def shipped_gains(form: str) -> tuple[FloatArray, float]:
 
 
 class StringController(Corrections):
-    """Each vehicle follows at a gap of its own choice; numbers of `Gains`, leaders apart from all others.
+    """Lets each vehicle choose its own gap, by searched gains: one set for leaders, one for all others.
 
     Form "warned" acts on the warning and on its own detection and uses the record; "local" uses no warning at all;
     "informed" has the numbers for a warning that is perfect.
@@ -145,5 +145,5 @@ def follow(sight: Sight, q: int, g: Gains, tau_s: float, desired_speed_mps: floa
 
 
 def local(spec: RoleSpec, detection_mps: float | None = None, hold_s: float = HOLD_S) -> StringController:
-    """`string` that believes no radio: a jam cannot harm it, and its own detection is all that it has."""
+    """Plays `string` without radio: jamming cannot harm it, but it relies on its own detection alone."""
     return StringController(spec, form="local", detection_mps=detection_mps, hold_s=hold_s)

@@ -18,7 +18,7 @@ NEVER_S = 1e9
 
 
 class Timed(AnalyticPolicy):
-    """Disbands platoons `first`, `second` and `third`, counted from the front (1), as far as the budget goes.
+    """Disbands platoons `first`, `second` and `third`, counted from the front (1), while the budget lasts.
 
     The first attack comes `delay_s` after attacks become legal, each further one `pause_s` after the last, or at
     `by_s` of the episode if that is earlier, but never before it is legal. `jam` is the platoon, counted from the
@@ -46,7 +46,7 @@ class Timed(AnalyticPolicy):
         super().__init__(spec)
         self.order = distinct([first, second, third], spec.config.max_platoons)
         if jam and round(jam) >= spec.config.max_platoons:
-            raise ConfigurationError(f"jam = {jam}: nobody drives behind the rear one of the platoons")
+            raise ConfigurationError(f"jam = {jam}: no vehicle drives behind the rear platoon")
         self.delay_s, self.pause_s, self.by_s = round(delay_s), float(round(pause_s)), float(by_s)
         self.jam, self.jam_at, self.jam_s = round(jam) if spec.config.can_jam else 0, round(jam_at), round(jam_s)
 

@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.disbanding.bounds import least_errors
-from cps_baselines.disbanding.bounds_of_two import least_error_of_two
+from cps_baselines.disbanding.bounds import least_error_of_two, least_errors
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.disbanding.problem import DISBANDING

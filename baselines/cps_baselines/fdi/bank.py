@@ -42,7 +42,7 @@ class Filters(NamedTuple):
 
 
 class Bank(AnalyticPolicy):
-    """Uses the largest set of sensors that agree: those of the first filter none of whose sums is at the threshold.
+    """Uses the largest set of sensors that agree: those of the first filter without an alarm.
 
     There is a filter of all sensors, and one without each group of sensors of one gap. Each has two-sided sums of its
     own innovations; where every filter has an alarm the one with the smallest sum decides. A filter leaves out what

@@ -15,7 +15,7 @@ from cps_envs.core.types import Array, BoolArray, IntArray
 
 
 class BranchAndBound(InjectionPolicy):
-    """Destabilises the attacked vehicle with the least injections that satisfy (3.39), or (3.40) and (3.41).
+    """Destabilises the attacked vehicle with the smallest injections that satisfy (3.39), or (3.40) and (3.41).
 
     `steps_ahead` is N_h: sequences of N_h + 1 injections are found and applied as a whole. `width` keeps only so many
     candidates per sensor and step, a heuristic; 0 is the exact search. Several attacked vehicles are each attacked as

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,9 +15,8 @@ from cps_baselines.fdi.enumeration import FASTER_MPS, exhaust
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import OPTIMAL, UNSOLVED, Limits, Program, solve
 from cps_baselines.fdi.lifted import NEGLIGIBLE, STRICT_GAP_M, end_rows, legal_rows, lift, stack, through
-from cps_baselines.fdi.polish import polish
 from cps_baselines.fdi.replay import NoReplayError, replay
-from cps_envs.core.types import FloatArray, IntArray
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.optima import GAP_REACHED, INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.task import Task
@@ -174,3 +173,33 @@ def _status(record: Record, solver_status: str) -> str:
     if record.value_mps is not None and record.bound_mps - record.value_mps <= PROVED_MPS:
         return PROVED
     return GAP_REACHED if solver_status == OPTIMAL else TIME_LIMIT
+
+
+WIDTHS = (8, 11)  # steps that are free at a time
+SEARCH_S = 4.0  # for one choice of steps
+GAP = 1e-4
+
+
+def polish(program: Program, steps: int, variables: FloatArray, time_limit_s: float, seed: int = 0) -> FloatArray:
+    """A point (columns,) of a program with step-major columns that is no worse than the feasible `variables`."""
+    best, best_objective, deadline = variables, float(program.cost @ variables), time.perf_counter() + time_limit_s
+    for free in _windows(steps, np.random.default_rng(seed)):
+        left_s = deadline - time.perf_counter()
+        if left_s <= 0:
+            break
+        kept = ~np.repeat(free, len(best) // steps)
+        lower, upper = np.where(kept, best, program.lower), np.where(kept, best, program.upper)
+        found = solve(replace(program, lower=lower, upper=upper), Limits(min(SEARCH_S, left_s), GAP), best)
+        if found.columns is not None and found.objective < best_objective:
+            best, best_objective = np.rint(found.columns), found.objective
+    return best
+
+
+def _windows(steps: int, generator: np.random.Generator) -> Iterator[BoolArray]:
+    """Marks (steps,) of free steps, without end: two runs of successive steps, then scattered ones."""
+    while True:
+        for width in WIDTHS:
+            for _ in range(2):
+                first = generator.integers(min(0, 2 - width), steps - 1)
+                yield (np.arange(steps) >= first) & (np.arange(steps) < first + width)
+            yield np.isin(np.arange(steps), generator.permutation(steps)[: width + 2])

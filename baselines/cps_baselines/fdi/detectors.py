@@ -18,7 +18,7 @@ HOLD_S = 2.0  # chosen
 
 
 class KinematicResidual(Detector):
-    """Doubts both readings of a vehicle whose range does not change as its range-rate says.
+    """Rejects both readings of a vehicle when its range does not change at the measured rate.
 
     It needs nothing but a vehicle's own two sensors, and cannot tell which of them is false. The range-rate is used
     again after `hold_s` without alarm; the range when, besides, the residuals since the alarm add up to nothing, since
@@ -46,7 +46,7 @@ class KinematicResidual(Detector):
 
 
 class FrontRearRedundancy(Detector):
-    """Doubts a range that differs from what the rear sensor of the vehicle ahead measures; it then takes that one.
+    """Replaces a range by the rear sensor of the vehicle ahead when the two differ.
 
     The difference is the injection itself, so half a resolution decides, and the range is used again after `hold_s`
     without difference. It needs communication between neighbours, which the paper's controller avoids. The lead's
@@ -73,7 +73,7 @@ class FrontRearRedundancy(Detector):
 
 
 class ModelOnly(AnalyticPolicy):
-    """Replaces every reading at every step: a reference, as blind to attacks as to disturbances."""
+    """Replaces every reading at every step. A reference: it sees neither attacks nor disturbances."""
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, R + n)."""

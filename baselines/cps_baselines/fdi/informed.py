@@ -14,7 +14,7 @@ from cps_envs.core.types import Array
 
 
 class Informed(AnalyticPolicy):
-    """Replaces the attacked readings from the first step on whose readings injections may change, and no others.
+    """Is told which sensors are attacked, and replaces exactly those readings from the attack's first step on.
 
     Raises:
         ConfigurationError: the configuration has no filter.

@@ -14,7 +14,7 @@ DRIFT, THRESHOLD, RATE_THRESHOLD, RELEASE_S = 0.3, 14.0, 10.0, 2.0
 
 
 class Chi2(Suspicion):
-    """Doubts a reading for one step that lies outside the gate of a chi-squared test with one degree of freedom.
+    """Rejects a reading for one step when it fails a chi-squared test with one degree of freedom.
 
     `gate` is the part of the honest readings that it doubts. It is blind to lies that stay within the gate; and once
     such lies have deceived the filter, it is the honest readings that lie outside.
@@ -37,7 +37,7 @@ class Chi2(Suspicion):
 
 
 class Cusum(Suspicion):
-    """Doubts a radar whose innovations add up, for `release_s` after each alarm; and outliers for a step.
+    """Rejects a radar for `release_s` when its innovations add up, and single outliers for one step.
 
     Two-sided sums of what each normalised innovation has above `drift`; an alarm at `threshold`, or `rate_threshold`
     for range-rates, clears them and excludes both readings of the radar: whoever owns one of them may own the other.

@@ -35,7 +35,7 @@ LOST = Prospect(NOTHING, 0.0)
 
 
 class LpGreedy(InjectionPolicy):
-    """Plays the first injection of the fastest continuous attack from the present state, rounded to legal levels.
+    """Plans the fastest continuous attack at every step, and injects its first value, rounded to a legal level.
 
     Each level is rounded down or up, whichever leaves the faster continuous attack; where none is left, nothing is
     injected. Linear programs instead of an integer one: a few milliseconds each, and no promise, since rounding wastes

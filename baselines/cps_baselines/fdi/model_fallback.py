@@ -19,7 +19,7 @@ DEVIATIONS = 5.0  # chosen: one reading in two million is beyond
 
 
 class ModelFallback(Detector):
-    """Doubts a reading that lies more than `deviations` standard deviations off the model's prediction.
+    """Rejects a reading that is more than `deviations` standard deviations off the model's prediction.
 
     How far a true reading may be off follows from the disturbance of the configuration, as in a Kalman filter without
     measurement noise: a double integrator whose covariance grows while readings are replaced and falls to zero where

@@ -21,7 +21,7 @@ from cps_envs.fdi.state import Constants
 
 
 class RandomInjection(InjectionPolicy):
-    """Draws every attacked sensor's level uniformly from what is legal now.
+    """Injects a random legal level into every attacked sensor.
 
     With probability `stickiness` a sensor keeps its level (or the nearest legal one) instead. `largest` bounds |level|.
     With `extremes` a sensor takes its lowest or its highest legal level, and what it keeps is the side; this is far
@@ -105,5 +105,5 @@ def _draw(
 
 
 def bang_bang(spec: RoleSpec, stickiness: float = 0.8) -> RandomInjection:
-    """Full braking and full acceleration in random turns: a strong attacker that knows no target."""
+    """Alternates full braking and full acceleration at random. It is strong, although it knows no target."""
     return RandomInjection(spec, stickiness=stickiness, extremes=True)

@@ -14,7 +14,7 @@ PAIR_THRESHOLD = 14.0
 
 
 class RedundantCusum(Cusum):
-    """`cusum`, and the same sums over the difference of the two sensors that measure the same gap.
+    """Plays `cusum`, and also sums the difference of the two sensors that measure the same gap.
 
     No disturbance hides in a difference, so that small lies stand out in it sooner. It does not tell which of the two
     lies: both are doubted. The lead's gap has one sensor; and liars that agree show no difference.

@@ -28,7 +28,7 @@ WHOLE = 1e-9  # levels
 
 
 class Replay(InjectionPolicy):
-    """Open loop: the shipped optimum of the episode's task, whatever happens meanwhile.
+    """Plays the shipped optimum of the episode's task, whatever happens meanwhile.
 
     In undisturbed, undefended episodes it attains the highest speed known, which is the optimum where the certificate
     is closed; otherwise it is a fixed, strong attack. It plays optima of a shorter horizon where there are none of

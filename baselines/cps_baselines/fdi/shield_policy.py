@@ -17,7 +17,7 @@ from cps_envs.core.types import Array
 
 
 class Shielded(AnalyticPolicy):
-    """Plays a policy's injections, or what a shield ("lp" or "sound", see `shields`) makes of them.
+    """Plays another policy's injections, corrected by a shield ("lp" or "sound", see `shields`).
 
     It follows the state by the model and corrects it by the observations, which are of single precision.
 

@@ -15,7 +15,7 @@ from cps_envs.core.types import Array
 
 
 class Swing(InjectionPolicy):
-    """For `swing_s` a constant part of the largest lies that brake, then one of those that accelerate.
+    """Lies so that the vehicle brakes for `swing_s`, then so that it accelerates.
 
     `open` and `close` are the parts, from 0 to 1, of the largest range-rate injection, and times `range_part` of the
     largest range injection. This is how optimal attacks on an undefended platoon look.

@@ -16,7 +16,7 @@ from cps_envs.core.types import Array, FloatArray
 
 
 class Tracker(InjectionPolicy):
-    """Tells a vehicle that the gap ahead opens, as slowly as the filter takes for a disturbance.
+    """Tells a vehicle that the gap ahead opens, so slowly that the filter takes it for a disturbance.
 
     Each lie is chosen so that the expected innovation of its sensor is a `margin` times the standard deviation that
     the filter expects. The margin goes evenly from `margin` to `late` at the end of the episode. For the first
@@ -102,5 +102,5 @@ def seen_off(seen: Seen, views: View) -> FloatArray:
 
 
 def blind_tracker(spec: RoleSpec, **options: Any) -> Tracker:
-    """`Tracker` that does not see the filter's prediction."""
+    """Plays `tracker` without seeing the filter's prediction."""
     return Tracker(spec, **{"sight": False, **options})

@@ -19,7 +19,7 @@ from cps_envs.hvac.sensors import sensor_sets
 
 
 class Brink(AnalyticPolicy):
-    """Every compromised sensor shows its zone colder, or `warmer`, by a bias that grows as fast as MTD2 lets it.
+    """Shows each zone colder, or `warmer`, by a bias that grows as fast as MTD2 tolerates.
 
     The set of the sensor alone is to keep passing: its residual at k + 1 may be what its mean residual (4.33) leaves,
     e^2 = (n + 1) (eps - margin) - n Jm, at most `most` eps. Its residual now is J = (y - xh)^2, so that

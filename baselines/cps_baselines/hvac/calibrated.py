@@ -55,7 +55,7 @@ def calibrated_threshold(config: HvacConfig) -> float:
 
 
 def mtd2_calibrated(spec: RoleSpec, *, fallback: str = "least_mean") -> Mtd2:
-    """MTD2 with eps calibrated for the configuration's own mismatch between plant and model.
+    """Plays MTD2 with eps calibrated for the configuration's own mismatch between plant and model.
 
     The paper's eps belongs to an exact model. Shipped are the presets `paper` and `easy` and the hard level of
     `easy` (5 %, 100 W), with one and with two sensors per zone.

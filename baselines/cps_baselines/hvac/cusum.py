@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.filters import FilterChoices
-from cps_baselines.hvac.smoothness import spread_after
+from cps_baselines.hvac.filters import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -16,7 +15,7 @@ from cps_envs.core.types import Array
 
 
 class Cusum(AnalyticPolicy):
-    """Distrusts a sensor when what it reads drifts away from what the trusted ones predict, or has too little noise.
+    """Rejects a sensor when it drifts away from what the trusted ones predict, or when it has too little noise.
 
     With r the innovation of a sensor, in standard deviations, under the filter of the trusted sensors, the sums are
     S+ = max(0, S+ + r - kappa) and S- = max(0, S- - r - kappa) (Page 1954). Where one exceeds `limit`, the sensor with

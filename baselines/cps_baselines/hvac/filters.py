@@ -1,4 +1,4 @@
-"""The Kalman filters that a configuration offers, by the sensors that they use."""
+"""The Kalman filters that a configuration offers, by the sensors that they use, and how noisy innovations are."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import BoolArray, IntArray
+from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets
 
@@ -44,3 +44,19 @@ class FilterChoices:
         last = seen["last_choice"].argmax(axis=1) - self._model - 1
         index: IntArray = np.where(last >= 0, last, otherwise)
         return index
+
+
+# Forged readings without noise are smoother than a sensor can be.
+MEMORY_STEPS = 30.0  # of the mean square: an hour
+MOST = 9.0  # of a square, so that one large innovation is forgotten within hours
+
+
+def spread_after(spread: FloatArray, innovation: FloatArray) -> FloatArray:
+    """The exponentially weighted mean square of innovations in standard deviations, any shape, with the newest one.
+
+    That of an honest sensor is 1 +- 0.18; below 0.35 it is seldom.
+    """
+    square = innovation * innovation
+    square[square > MOST] = MOST
+    renewed: FloatArray = spread + (square - spread) / MEMORY_STEPS
+    return renewed

@@ -39,7 +39,7 @@ class Informed(AnalyticPolicy):
 
 
 class Truth(AnalyticPolicy):
-    """Is told the true temperatures, and picks the estimate that is nearest to them: the floor of all defences.
+    """Is told the true temperatures, and picks the estimate nearest to them. A floor for all defences.
 
     Nearest is by the sum of squared differences over the zones. Before the window is full it takes the model's choice,
     the recursive least squares, as the others do.

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.filters import FilterChoices
-from cps_baselines.hvac.smoothness import spread_after
+from cps_baselines.hvac.filters import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -16,7 +15,7 @@ from cps_envs.core.types import Array
 
 
 class Largest(AnalyticPolicy):
-    """Watches every filter by itself, and takes the largest set of sensors whose filter has not raised an alarm.
+    """Watches every filter by itself, and uses the largest set of sensors whose filter raised no alarm.
 
     Each filter has a two-sided CUSUM of the innovations r of each of its own sensors, S = max(0, S +- r - kappa), and
     their mean square. It raises an alarm where a sum exceeds `limit` or a mean square is below `smooth`; the alarm ends

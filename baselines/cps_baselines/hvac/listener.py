@@ -22,7 +22,7 @@ FEW = 100  # steps that tell how much the heat changes anyway, before any eviden
 
 
 class Listener(AnalyticPolicy):
-    """Lies boldly, unless the temperatures told before the onset that the defender follows Kalman filters.
+    """Lies boldly, unless the temperatures before the onset show that the defender uses Kalman filters.
 
     The heat that a zone got follows from its temperatures by the model (4.5), u + d = (x(k + 1) - A x(k) - G w) / B.
     Its change has the unmeasured heat's in it, and the controller's answer du = -K_d dxh to what is new in the

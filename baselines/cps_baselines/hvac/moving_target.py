@@ -55,14 +55,14 @@ class MovingTarget(AnalyticPolicy):
 
 
 class Mtd1(MovingTarget):
-    """MTD1, Algorithm 3: ranks the sets by their newest residual J_a (4.32) and draws from the better half."""
+    """Ranks the sets by their newest residual J_a (4.32) and draws from the better half: MTD1, Algorithm 3."""
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec, "better_half")
 
 
 class Mtd2(MovingTarget):
-    """MTD2, Algorithm 4: draws among the sets whose mean residual Jm_a since k_0 (4.33) is at most eps.
+    """Draws among the sets whose mean residual Jm_a since k_0 (4.33) is at most eps: MTD2, Algorithm 4.
 
     The algorithm draws sets without replacement until two are found that pass, and takes either; that gives each set
     that passes the same probability. Where none passes, `fallback="least_mean"` takes the set with the smallest mean,

@@ -21,7 +21,7 @@ ROUNDING = 1.0 + 1e-4  # of what is observed
 
 
 class Opportunist(AnalyticPolicy):
-    """Suits its lie to the defender that it sees at work.
+    """Suits its lie to the defender that it recognises.
 
     To one who follows Kalman filters it is `tracker`, to all others `brink`, until they are caught believing what MTD2
     would not: from then on it shows `reading_c`. Caught is a defender who feeds raw readings to the controller, or

@@ -41,7 +41,7 @@ class Replacing(AnalyticPolicy):
 
 
 class Constant(Replacing):
-    """The negative bias of chapter 4: compromised sensors read 22 C, so that the controller heats."""
+    """Makes compromised sensors read 22 C, so that the controller overheats the rooms: chapter 4's constant attack."""
 
     def __init__(self, spec: RoleSpec, reading_c: float = 22.0) -> None:
         super().__init__(spec, reading_c, reading_c)
@@ -58,7 +58,7 @@ class Constant(Replacing):
 
 
 class Sine(Replacing):
-    """The sinusoidal attack of chapter 4: 22 + 3 sin(2 pi tau / 7200 s) C; its numbers are calibrated."""
+    """Shows 22 + 3 sin(2 pi tau / 7200 s) C: chapter 4's sinusoidal attack, with calibrated numbers."""
 
     def __init__(
         self, spec: RoleSpec, mean_c: float = 22.0, amplitude_c: float = 3.0, period_s: float = 7200.0
@@ -76,7 +76,7 @@ class Sine(Replacing):
 
 
 class RandomReadings(Replacing):
-    """The random attack of chapter 4: uniform on [18, 26] C, anew for each step and sensor; its numbers are calibrated.
+    """Shows random readings from 18 to 26 C at each step: chapter 4's random attack, with calibrated numbers.
 
     Raises:
         ConfigurationError: `low_c` above `high_c`, besides what all replacing attacks refuse.
@@ -85,7 +85,7 @@ class RandomReadings(Replacing):
     def __init__(self, spec: RoleSpec, low_c: float = 18.0, high_c: float = 26.0) -> None:
         super().__init__(spec, low_c, high_c)
         if low_c > high_c:
-            raise ConfigurationError(f"low_c = {low_c} lies above high_c = {high_c}; exchange them")
+            raise ConfigurationError(f"low_c = {low_c} is above high_c = {high_c}: swap them")
         self.low_c, self.high_c = low_c, high_c
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:

@@ -15,7 +15,7 @@ from cps_envs.hvac.sensors import zones_of_sensors
 
 
 class Shaped(Stealthy):
-    """b_s = min(cap, 10 r (max(tau - delay, 0) / 10 h)^p) w_zone(s): a ramp of any exponent with a cap and a delay.
+    """Lies by a ramp with delay and cap: b_s = min(cap, 10 r (max(tau - delay, 0) / 10 h)^p) w_zone(s).
 
     `w1` to `w4` are the weights of zones 1 to 4, within [-1, 1]; a negative one turns the sign, and further zones have
     the weights again from the first. Forged sensors show the bias without noise, or with `keep_noise`.

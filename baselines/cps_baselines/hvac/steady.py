@@ -27,7 +27,7 @@ class Steady(AnalyticPolicy):
 
 
 class FixedSet(Steady):
-    """The observer always uses the same sensors, as in Fig. 4.5: `fixed?sensors=[2]`.
+    """Always uses the same sensors, as in Fig. 4.5: `fixed?sensors=[2]`.
 
     Without `sensors`, the last of the largest sets: 1, 2 and 3 of four.
 
@@ -48,7 +48,7 @@ class FixedSet(Steady):
 
 
 class ModelOnly(Steady):
-    """Ignores all sensors once the window is full: the controller gets the model's prediction.
+    """Ignores all sensors once the window is full. The controller gets the model's prediction.
 
     With an exact model no attack can reach it, and none matters; a defender counts only if it beats this one too.
     """

@@ -56,7 +56,7 @@ class Stealthy(AnalyticPolicy):
 
 
 class Ramp(Stealthy):
-    """b = 10 r (tau / 10 h)^p with the rate r in C/h: a straight ramp r tau where p = 1.
+    """Lies by a bias that grows with time: b = 10 r (tau / 10 h)^p, r in C/h. A straight ramp where p = 1.
 
     Without a rate it is the strongest that MTD2 follows: 0.7 C/h, with `keep_noise` 0.5 C/h, and 2 C/h where all
     sensors are compromised. A rate given as a pair (low, high) is drawn uniformly for each episode.
@@ -109,12 +109,12 @@ def _ends(rate: float | Sequence[float] | None) -> tuple[float, float]:
 def root_ramp(
     spec: RoleSpec, rate_c_per_h: float = ROOT_C_PER_H, *, keep_noise: bool = False, warmer: bool = False
 ) -> Ramp:
-    """The ramp for MTD1, b = 20 C (tau / 10 h)^0.5: MTD1 compares sets by their newest reading only."""
+    """Lies by b = 20 C (tau / 10 h)^0.5, the ramp for MTD1: MTD1 compares sets by their newest reading only."""
     return Ramp(spec, rate_c_per_h, exponent=0.5, keep_noise=keep_noise, warmer=warmer)
 
 
 class HeatLossMimic(Stealthy):
-    """Readings as if every zone lost `loss_w` from the onset on, by the nominal model: b(k + 1) = A b(k) + B loss.
+    """Shows readings as if every zone lost `loss_w` from the onset on: b(k + 1) = A b(k) + B loss.
 
     With `warmer`, as if every zone gained it.
 

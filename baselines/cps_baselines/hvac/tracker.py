@@ -20,7 +20,7 @@ from cps_envs.hvac.model import build_model
 
 
 class Tracker(AnalyticPolicy):
-    """Every compromised sensor holds what its innovation is beside noise at `level` standard deviations.
+    """Lies so that each forged sensor's innovation, without its noise, stays at `level` standard deviations.
 
     A forged reading is the truth, minus a bias, plus noise that the attacker draws itself: `noise` times that of a
     sensor. So it looks honest, and the attacker still knows the innovation without noise, r. It watches the filter that

@@ -32,7 +32,7 @@ def laws_of(letters: str, option: str) -> IntArray:
 
 
 class Assigned(AnalyticPolicy):
-    """Each vehicle keeps the law of its letter, from the rear: `assigned?laws=shll` is sliding, human, linear, linear.
+    """Gives each vehicle one law for good, from the rear: `assigned?laws=shll` is sliding, human, linear, linear.
 
     Platoons with more or fewer vehicles get the same pattern stretched, with its ends at the ends: of k letters, the
     vehicle i of n (from 0) has the one at i (k - 1) / (n - 1), rounded.

@@ -93,7 +93,7 @@ def _trace(history: Sequence[IntArray]) -> FloatArray:
 
 
 class BeamPlanner(AnalyticPolicy):
-    """Plans each episode to its end at its start, with every beam of `BEAMS`, and plays the best plan by the clock.
+    """Plans the whole episode at its start, by beam search, and plays the best plan.
 
     An oracle: it knows what the episode draws, the noise and the defender it will meet; a defender that draws is
     planned against with other draws. It takes some seconds for an episode. `width` is that of the beams; without,

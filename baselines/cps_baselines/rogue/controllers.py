@@ -42,15 +42,15 @@ def require_modes(spec: RoleSpec, policy: AnalyticPolicy) -> None:
 
 
 def pd(spec: RoleSpec) -> HeldController:
-    """The linear bidirectional controller (5.15) of Fig. 5.6."""
+    """Plays the linear bidirectional controller (5.15), as in Fig. 5.6."""
     return HeldController(spec, "linear")
 
 
 def sliding(spec: RoleSpec) -> HeldController:
-    """The sliding mode (5.9) to (5.11) without detection of Fig. 5.7."""
+    """Plays the sliding mode (5.9) to (5.11) without detection, as in Fig. 5.7."""
     return HeldController(spec, "sliding")
 
 
 def sliding_detection(spec: RoleSpec) -> HeldController:
-    """The sliding mode with detection of Fig. 5.8: whoever detects the attacker follows it."""
+    """Plays the sliding mode with detection, as in Fig. 5.8: a vehicle that detects the attacker follows it."""
     return HeldController(spec, "detecting")

@@ -12,7 +12,7 @@ from cps_envs.rogue.controllers import FRONT, LINEAR, REAR
 
 
 class LinearDetection(AnalyticPolicy):
-    """Every vehicle drives by the linear law (5.15) until its own alarm, then follows the side of the alarm.
+    """Drives each vehicle by the linear law (5.15) until its own alarm, then follows the side of the alarm.
 
     Following is the sliding mode (5.9) on one side. The switch comes with the next decision, up to 0.1 s after the
     alarm. The detectors expect neighbours that drive by the sliding mode, as everywhere in the problem.

@@ -86,15 +86,15 @@ def followed_error(observation: Observation, at: Record, scale: FloatArray, b: i
 
 
 def disband_2(spec: RoleSpec) -> Disband:
-    """The modified sliding mode that disbands the platoon at +2 m, Figs. 5.5 and 5.9."""
+    """Plays the modified sliding mode, which disbands the platoon at +2 m (Figs. 5.5 and 5.9)."""
     return Disband(spec, 2.0)
 
 
 def disband_4(spec: RoleSpec) -> Disband:
-    """The modified sliding mode that disbands the platoon at +4 m, Fig. 5.10."""
+    """Plays the modified sliding mode, which disbands the platoon at +4 m (Fig. 5.10)."""
     return Disband(spec, 4.0)
 
 
 def disband_7(spec: RoleSpec) -> Disband:
-    """The modified sliding mode that disbands the platoon at +7 m, Fig. 5.11."""
+    """Plays the modified sliding mode, which disbands the platoon at +7 m (Fig. 5.11)."""
     return Disband(spec, 7.0)

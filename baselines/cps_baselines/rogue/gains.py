@@ -24,7 +24,7 @@ class Law(NamedTuple):
 
 
 class ChangedGains(AnalyticPolicy):
-    """Drives by (5.15) with gains of its own on what it sees ahead and behind, held from decision to decision.
+    """Drives by the linear law (5.15), but with its own gains. By default they feed every oscillation.
 
     Without options only the sign of k_d is reversed: every oscillation is fed and not damped. An attack begins in the
     steady state, where any gains ask for nothing, so the attacker first drives at full effort for `kick_s`. The

@@ -40,7 +40,7 @@ def known() -> Known:
 
 
 class Identify(AnalyticPolicy):
-    """Switches by a probe, compares what it sees after `probe_s` with known defenders, and responds to the nearest.
+    """Probes for `probe_s`, compares what it sees with known defenders, and answers the nearest one.
 
     The known defenders, their mean traces and the responses to them are in `contested.json`; `knowledge` are others.
     With `answers` (B,) it takes these rows instead of comparing, as searches do.
@@ -81,7 +81,7 @@ def nearest_traces(traces: FloatArray, centres: FloatArray) -> Array:
 
 
 def contested(spec: RoleSpec, against: str = "monitor") -> Switching:
-    """Switching with the weights that were searched against one defender in preset `learning`.
+    """Plays `switching` with weights searched against one defender in preset `learning`.
 
     Raises:
         ConfigurationError: nothing was searched against that defender.

@@ -31,7 +31,7 @@ def responses() -> dict[str, dict[str, Any]]:
 
 
 class Informed(AnalyticPolicy):
-    """Drives by `before`, and from `delay_s` after the onset on by the laws searched against the attacker it meets.
+    """Is told the attack: `delay_s` after the onset it switches to the laws that were searched against it.
 
     It is told the seat, the onset and the attacker; its laws are in `responses.json`. Against an attacker that is not
     in there, and where `apart` is given, it takes those of `Monitor` or the given ones.

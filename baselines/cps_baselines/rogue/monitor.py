@@ -11,7 +11,7 @@ from cps_baselines.rogue.controllers import require_modes
 from cps_baselines.rogue.division import NOBODY, Division, divide, division_of
 from cps_baselines.rogue.reading import read, vehicles
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, unpack
+from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, records, unpack
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
@@ -23,7 +23,7 @@ MEMORY_S = 3.0  # chosen: of the mean strength
 
 
 class Knobs(NamedTuple):
-    """When the monitor suspects somebody."""
+    """When the monitor suspects somebody, and when the neighbors of a suspect are in danger."""
 
     period_s: float  # between two looks
     margin_mps: float
@@ -31,10 +31,13 @@ class Knobs(NamedTuple):
     threshold_mps: float
     ceiling_mps: float  # of the sums; from there a suspect is released after `release_s`
     strong_mps2: float
+    near_m: float
+    near_strong_m: float
+    horizon_s: float
 
 
 class Monitor(AnalyticPolicy):
-    """All drive by the law `before`; while somebody is suspected, by `apart`, or in danger `evade`: see `Division`.
+    """Uses the law `before`. While a vehicle is suspected the others use `apart`, and in danger `evade`.
 
     A suspect whose acceleration was once, in the mean of some seconds, more than `strong_mps2` beyond that of an intact
     engine is strong: then `evade_strong` and `near_strong_m` hold.
@@ -42,7 +45,8 @@ class Monitor(AnalyticPolicy):
     Each vehicle has a one-sided CUSUM: its acceleration beyond what its law could ask for, were its gap rates
     wrong by up to `margin_mps`, less `slack_mps2`, added up over time. Whoever has the largest sum above
     `threshold_mps` is the suspect, until its sum, which falls by the slack, has come down to zero: at the latest
-    `release_s` after it last disobeyed. The rate of false alarms is set by the threshold.
+    `release_s` after it last disobeyed. The rate of false alarms is set by the threshold. Each number may be an array
+    (B,), one for each episode.
 
     Raises:
         ConfigurationError: unknown letters, knobs that are not above zero, or an environment that marks the seized
@@ -56,31 +60,31 @@ class Monitor(AnalyticPolicy):
         apart: str = "fffff",
         evade: str = "sslll",
         evade_strong: str = "ssssl",
-        near_m: float = 20.0,
-        near_strong_m: float = 40.0,
-        strong_mps2: float = 0.75,
-        horizon_s: float = 1.0,
-        margin_mps: float = 1.0,
-        slack_mps2: float = 3.0,
-        threshold_mps: float = 4.0,
-        release_s: float = 10.0,
+        near_m: float | FloatArray = 20.0,
+        near_strong_m: float | FloatArray = 40.0,
+        strong_mps2: float | FloatArray = 0.75,
+        horizon_s: float | FloatArray = 1.0,
+        margin_mps: float | FloatArray = 1.0,
+        slack_mps2: float | FloatArray = 3.0,
+        threshold_mps: float | FloatArray = 4.0,
+        release_s: float | FloatArray = 10.0,
     ) -> None:
         super().__init__(spec)
         require_modes(spec, self)
         if not spec.config.hidden:
             raise ConfigurationError('the monitor gives orders to the seized vehicle too; it needs orders="all"')
-        if min(margin_mps, slack_mps2, threshold_mps, release_s) <= 0:
+        if min(np.min(each) for each in (margin_mps, slack_mps2, threshold_mps, release_s)) <= 0:
             raise ConfigurationError(
                 f"margin_mps = {margin_mps}, slack_mps2 = {slack_mps2}, threshold_mps = {threshold_mps} and release_s "
                 f"= {release_s} have to be above 0"
             )
-        ceiling_mps = max(threshold_mps, slack_mps2 * release_s)
-        self.divisions = (
-            division_of(before, apart, evade, near_m, horizon_s),
-            division_of(before, apart, evade_strong, near_strong_m, horizon_s),
+        ceiling_mps = np.maximum(threshold_mps, np.multiply(slack_mps2, release_s))
+        self.divisions = (  # with numbers from the knobs
+            division_of(before, apart, evade, 0.0, 0.0),
+            division_of(before, apart, evade_strong, 0.0, 0.0),
         )
-        suspicion = (margin_mps, slack_mps2, threshold_mps, ceiling_mps)
-        self._knobs = pack(Knobs(spec.decision_interval_s, *suspicion, strong_mps2))
+        suspicion = (margin_mps, slack_mps2, threshold_mps, ceiling_mps, strong_mps2)
+        self._knobs = _knobs(spec.decision_interval_s, *suspicion, near_m, near_strong_m, horizon_s)
         self._rules, self._engine = rules_of(spec.config), pack(engine_of(spec.config))
 
     def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
@@ -103,6 +107,15 @@ class Monitor(AnalyticPolicy):
         return {"Disobedience (m/s)": state[0], "Suspect (0: nobody)": state[1] - NOBODY}
 
 
+def _knobs(*numbers: float | FloatArray) -> Array:
+    """`Knobs` of numbers, each one or (B,), as records (1,) or (B,)."""
+    columns = np.broadcast_arrays(*map(np.atleast_1d, numbers))
+    table = records(Knobs, len(columns[0]))
+    for name, column in zip(Knobs._fields, columns, strict=True):
+        table[name] = column
+    return table
+
+
 @kernel
 def _watch(
     observation: Observation,
@@ -119,12 +132,11 @@ def _watch(
 ) -> None:
     """Bring the sums (B, n), the suspects (B,) and their strengths (B,) up to date; fill the actions (B, 2 n)."""
     weak, strong = divisions
-    at, k = offsets[0], unpack(Knobs, knobs, 0)
-    r, e, values = unpack(Rules, rules, 0), unpack(Engine, engine, 0), np.empty(observation.shape[1])
+    at, r, e, values = offsets[0], unpack(Rules, rules, 0), unpack(Engine, engine, 0), np.empty(observation.shape[1])
     for b in range(suspects.size):
         for entry in range(values.size):
             values[entry] = read(observation, scale, b, entry)
-        count, loudest = vehicles(values, at, sums.shape[1]), 0
+        count, loudest, k = vehicles(values, at, sums.shape[1]), 0, unpack(Knobs, knobs, b % knobs.size)
         for i in range(count):
             excess = disobedience(values, at, i, count, k.margin_mps, r, e) - k.slack_mps2
             sums[b, i] = clip(sums[b, i] + k.period_s * excess, 0.0, k.ceiling_mps)
@@ -140,9 +152,10 @@ def _watch(
             beyond = strength(values[at.speed + before], values[at.acceleration + before], e)
             strengths[b] += k.period_s / MEMORY_S * (beyond - strengths[b])
         if strengths[b] > k.strong_mps2:
-            divide(strong, suspects[b], values, at, count, actions[b])
+            laws = Division(strong.before, strong.apart, strong.evade, k.near_strong_m, k.horizon_s)
         else:
-            divide(weak, suspects[b], values, at, count, actions[b])
+            laws = Division(weak.before, weak.apart, weak.evade, k.near_m, k.horizon_s)
+        divide(laws, suspects[b], values, at, count, actions[b])
 
 
 @inlined

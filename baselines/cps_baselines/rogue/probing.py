@@ -62,7 +62,7 @@ def answers_of(document: Mapping[str, Any]) -> Answers:
 
 
 class Probe(AnalyticPolicy):
-    """Switches by a probe, and by the answer to a controller from the moment on that it is recognised.
+    """Probes until it recognises the defender's controller, then plays the answer to that controller.
 
     It compares what it sees at each of `LOOKS_S` with the mean traces of the controllers, and answers the nearest one
     once that one is known to be recognisable. With `against` it is told the controller, and answers at the same time.

@@ -14,7 +14,7 @@ from cps_envs.core.types import Array, FloatArray
 
 
 class RandomSwitching(AnalyticPolicy):
-    """F+ for `driving_s` in the mean, then F- for `braking_s` in the mean, with geometrically distributed times.
+    """Drives fully for `driving_s` and brakes fully for `braking_s`, in the mean: times are geometric.
 
     Raises:
         ConfigurationError: a mean time below the attacker's decision interval.

@@ -26,7 +26,7 @@ class Times(NamedTuple):
 
 
 class SquareWave(AnalyticPolicy):
-    """F+ in the first `duty` share of each period and F- in the rest, from the onset of the attack on.
+    """Drives a square wave: full driving in the first `duty` share of each period, full braking in the rest.
 
     A hold in which the wave switches gets its mean effort. `frequency_hz` and `duty`: numbers, or (B,) one per episode.
 
@@ -89,5 +89,5 @@ def driving(time_s: float, frequency_hz: float, duty: float) -> float:
 
 
 def duty_square(spec: RoleSpec, frequency_hz: float = 0.1, duty: float = LONG_DUTY) -> SquareWave:
-    """A square wave that drives longer than it brakes, so that drag does not bring the attacker to rest."""
+    """Drives a square wave that accelerates longer than it brakes, so that drag does not stop the attacker."""
     return SquareWave(spec, frequency_hz, duty)

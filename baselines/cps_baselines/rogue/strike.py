@@ -28,7 +28,7 @@ class Pattern(NamedTuple):
 
 
 class Strike(AnalyticPolicy):
-    """Full effort for `strike_s` in every `period_s`; between strikes it keeps its place as an intact vehicle does.
+    """Strikes with full effort for `strike_s` in every `period_s`, and behaves like an intact vehicle in between.
 
     `effort` 1 rams the vehicle ahead, -1 brakes in front of the vehicle behind. In between it follows the linear law
     (5.15) of its own sensors, held from decision to decision, so that a defender that looks for disobedience

@@ -28,7 +28,7 @@ def shipped_weights() -> dict[tuple[str, float], FloatArray]:
 
 
 class Switching(AnalyticPolicy):
-    """Full effort with the sign of a linear form in five signals, kept while the form is within a hysteresis.
+    """Drives or brakes fully, by the sign of a linear form in five signals, with a hysteresis.
 
     The form is w . [(gap_f - sigma)/sigma, rate_f/(5 m/s), (gap_r - sigma)/sigma, rate_r/(5 m/s), (v - v_ref)/(10 m/s),
     1]; the sign changes where it exceeds |w_7|, and is + at the start. `weights` is (7,), or (B, 7) with one set per

@@ -18,5 +18,5 @@ def tuned(
     bias: float = 0.0,
     hysteresis: float = 0.0,
 ) -> Switching:
-    """Full effort with the sign of the form that these seven weights give, see `Switching`."""
+    """Plays `switching` with these seven weights."""
     return Switching(spec, np.array([front_gap, front_rate, rear_gap, rear_rate, excess, bias, hysteresis]))

@@ -1,4 +1,4 @@
-"""The three experiments of section 2.5, each over the same seeds."""
+"""The three experiments of section 2.5, each over the same seeds, and the mitigation as the robots run it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from cps_baselines.testbed.mitigation import PERIODS_S, mitigation
 from cps_envs.core.game import Game
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.game import RobotGame
 from cps_envs.testbed.problem import ATTACK, TESTBED
+
+DECREMENT_MPS2 = 0.02  # in the robots' metres; chosen
+
+PERIODS_S = (0.5, 1.0)  # t_s of Figs. 2.5b and c
+
+
+def mitigation(period_s: float, config: RobotConfig) -> str:
+    """The name of the heuristic with t_s = `period_s`, samples of a control period, and bodies that have a length."""
+    options = {
+        "horizon_s": period_s,
+        "sample_s": config.control_period_s,
+        "decrement_mps2": config.scale * DECREMENT_MPS2,
+        "clearance_m": config.scale * config.body_length_m,
+        "avoidance": str(config.avoidance == "always").lower(),
+    }
+    return "heuristic?" + "&".join(f"{name}={value}" for name, value in options.items())
+
 
 LONG_S = 140.0  # an episode that shows how long recovery takes
 SEEDS, QUICK_SEEDS = 20, 3

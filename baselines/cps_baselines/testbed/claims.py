@@ -6,16 +6,17 @@ import numpy as np
 
 from cps_baselines.reproduction.claims import Claim, Claims, Finding, joined
 from cps_baselines.reproduction.evidence import NotRunError
-from cps_baselines.reproduction.recovery import RECOVERY_RULE, of_recovery
 from cps_baselines.reproduction.verdicts import (
     NEAR,
     NEAR_SHARE,
     NOT,
     PARTLY,
+    RECOVERY_RULE,
     REPRODUCED,
     SAME_SHARE,
     of_cases,
     of_number,
+    of_recovery,
 )
 from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT
 from cps_baselines.testbed.results import MITIGATED_CASES, Results

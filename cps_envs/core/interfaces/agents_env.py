@@ -24,7 +24,7 @@ Result = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[s
 
 
 class AgentsEnv(ParallelEnv[str, Observation, Any]):
-    """Base of the parallel environments; a subclass says who the agents are and what they see, do and are paid."""
+    """Base of the parallel environments. A subclass says who the agents are, and what they see, do and are paid."""
 
     possible_agents: list[str]
 
@@ -57,7 +57,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Observation], Infos]:
-        """Start an episode; without a seed the generator goes on."""
+        """Start an episode. Without a seed the generator continues."""
         if seed is not None or self._generator is None:
             self._generator = seeding.np_random(seed)[0]
         check_options(options)

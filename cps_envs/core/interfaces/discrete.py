@@ -1,4 +1,4 @@
-"""Several choices at once as one: for agents that know only Discrete actions."""
+"""MultiDiscrete actions as Discrete ones, for learners that know only Discrete actions."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from cps_envs.core.types import Array, BoolArray, IntArray, Observation
 class DiscreteActions(gymnasium.ActionWrapper[Observation, Any, Any], RecordConstructorArgs):
     """Change one of several choices in a step and keep the others.
 
-    An environment with MultiDiscrete actions of n_1, ..., n_k values becomes one with 1 + n_1 + ... + n_k actions:
-    action 0 changes nothing, and the others set one entry to one of its values, entry after entry. An episode begins
-    with the neutral action. An entry whose value is no longer legal goes back to its neutral value, or to the first
-    legal one.
+    An environment with MultiDiscrete actions of n_1, ..., n_k values becomes one with 1 + n_1 + ... + n_k actions.
+    Action 0 changes nothing. Each other action sets one entry to one of its values, entry after entry. An episode
+    begins with the neutral action. An entry whose value is no longer legal returns to its neutral value, or to the
+    first legal one.
     """
 
     def __init__(self, env: gymnasium.Env[Any, Any]) -> None:

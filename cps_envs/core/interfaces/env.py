@@ -22,10 +22,10 @@ from cps_envs.core.types import SIGN, Array, BoolArray, Observation, Role, other
 
 
 class RoleEnv(gymnasium.Env[Observation, Any]):
-    """Base of the single environments; a subclass names its problem and role, and its docstring documents them.
+    """Base of the single environments. A subclass names its problem and role, and its docstring documents them.
 
-    With `frame_skip=k` an action is held for k decisions, or until the episode ends: nothing is observed in between,
-    and the reward is the sum of theirs.
+    With `frame_skip=k` an action is held for k decisions, or until the episode ends. Nothing is observed in between.
+    The reward is the sum over these decisions.
     """
 
     problem: ClassVar[Problem]
@@ -64,7 +64,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start an episode; without a seed the environment's generator goes on."""
+        """Start an episode. Without a seed the environment's generator continues."""
         check_options(options)
         super().reset(seed=seed)
         self._match.reset(self._envs, [self.np_random])

@@ -17,8 +17,8 @@ from cps_envs.core.types import AGENTS, ROLES, SIGN, Array, FloatArray, Observat
 class RolesParallelEnv(AgentsEnv):
     """Attacker and defender, both played from outside.
 
-    A step is one game step. A role whose decisions are due less often has its action ignored in between: the last one
-    holds, and its action mask allows only the neutral action.
+    A step is one game step. Some roles decide less often. Between their decisions the last action holds, new ones are
+    ignored, and the action mask allows only the neutral action.
     """
 
     def __init__(

@@ -28,10 +28,11 @@ Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 
 
 class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
-    """Base of the vector environments; environment i of a batch seeded s equals the single environment seeded s + i.
+    """Base of the vector environments. Environment i of a batch seeded s equals the single environment seeded s + i.
 
     With `frame_skip=k` an action is held for k decisions, or until the episode ends, as in `RoleEnv`. `num_threads`
-    threads step the environments side by side, with the same results; it pays for hundreds of environments.
+    threads step the environments side by side, with the same results. More threads pay off with hundreds of
+    environments.
     """
 
     problem: ClassVar[Problem]
@@ -87,7 +88,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start episodes in all environments, or in those of `options["reset_mask"]`, a boolean array (B,).
 
-        Environments without a seed go on with the generator they have.
+        Environments without a seed continue with their own generator.
         """
         envs = self._reset_mask(options)
         self._seed(seed, envs)
@@ -97,7 +98,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         return self.game.observe(self.role), batch_info(self.game, self.role, envs)
 
     def step(self, actions: Any) -> Step:
-        """Advance every environment by `frame_skip` decisions of this role; reset ended ones as `autoreset_mode` says.
+        """Advance every environment by `frame_skip` decisions of this role. Reset ended ones by `autoreset_mode`.
 
         Raises:
             ResetNeeded: before the first reset, or for an ended environment when automatic resetting is disabled.

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from cps_agents.arena.store import Store
     from cps_agents.reproduction.readings import Reading
 
-ONLY = "Only this one, such as ch2-S0 or ch5; may be repeated."
-QUICK = "Every chapter with --quick: less of it, about a tenth of the time. No result."
+ONLY = "Compute only this reading, such as ch2-S0 or ch5; may be repeated."
+QUICK = "Run every chapter with --quick: a tenth of the time, no result."
 RECHECK = "Judge the claims of chapters 2, 4 and 5 again under other conditions."
 PUBLISH = "Renew the tables of docs/reproduction.md here."
 
@@ -27,13 +27,15 @@ def everything(
     only: Annotated[list[str] | None, typer.Option("--reading", metavar="NAME", help=ONLY)] = None,
     quick: Annotated[bool, typer.Option("--quick", help=QUICK)] = False,
     recheck: Annotated[bool, typer.Option("--recheck", help=RECHECK)] = False,
-    folder: Annotated[Path, typer.Option("--out", help="Where files go; finished work in done/.")] = Path("reproduced"),
+    folder: Annotated[
+        Path, typer.Option("--out", help="Write files to this folder; done/ keeps finished work.")
+    ] = Path("reproduced"),
     jobs: Jobs = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work and begin anew.")] = False,
     publish: Annotated[bool, typer.Option("--publish", help=PUBLISH)] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Every chapter under every reading of the text that we offer, and one table of all verdicts.
+    """Compute every chapter under every reading of the text, and one table of all verdicts.
 
     Each reading leaves a file with its tables (such as ch2-S0.txt) and one
     with its numbers (ch2-S0.json). A chapter's own command has more options,
@@ -41,16 +43,16 @@ def everything(
 
     Press Ctrl-C at any time: finished readings are kept, and the same command
     continues. The exit code is 1 when our own numbers left their reference
-    values, which means that a simulation has changed.
+    values: then a simulation has changed.
     """
     from cps_agents.arena.store import Store
     from cps_agents.errors import CommandError
     from cps_agents.files import write_json
     from cps_agents.locking import alone_in
     from cps_agents.machine import describe
-    from cps_agents.reproduction.publication import publish as put
     from cps_agents.reproduction.readings import chosen, readings
     from cps_agents.reproduction.summary import COUNTED, DEPENDING, counted, depending, failed
+    from cps_agents.reproduction.summary import publish as put
 
     if publish and (quick or only):
         raise CommandError("only the whole, without --quick or --reading, is published")

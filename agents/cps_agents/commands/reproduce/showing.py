@@ -15,10 +15,12 @@ if TYPE_CHECKING:
     from cps_baselines.reproduction.chapter import Reproduction
     from cps_baselines.reproduction.evidence import Report
 
-Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; as many as cores if left out.")]
-Folder = Annotated[Path | None, typer.Option(metavar="DIR", help="Write the figures there as PNG files.")]
-Sheets = Annotated[Path | None, typer.Option("--csv", metavar="DIR", help="Write the tables there as CSV files.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Machine-readable output, nothing else on stdout.")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
+Folder = Annotated[Path | None, typer.Option(metavar="DIR", help="Write the figures to this folder, as PNG files.")]
+Sheets = Annotated[
+    Path | None, typer.Option("--csv", metavar="DIR", help="Write the tables to this folder, as CSV files.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON, and nothing else on stdout.")]
 
 REGRESSION = 1  # exit code
 PERCENT = 100

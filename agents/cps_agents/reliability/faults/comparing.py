@@ -67,8 +67,18 @@ def lost(before: dict[str, tuple[int, bytes]], folder: Path) -> list[str]:
 
 
 def differing(one: Path, other: Path, *, names_only: bool) -> list[str]:
-    """Files that only one folder has, or whose content differs, times aside; logs of TensorBoard do not count."""
-    left, right = ({n: p for n, p in files_of(each).items() if "events.out" not in n} for each in (one, other))
+    """Files that only one folder has, or whose content differs, times aside; logs of TensorBoard do not count.
+
+    With `names_only` finished meetings do not count either: they are named by what a policy has learned.
+    """
+    left, right = (
+        {
+            name: path
+            for name, path in files_of(each).items()
+            if "events.out" not in name and not (names_only and set(PLACES) & set(path.parts))
+        }
+        for each in (one, other)
+    )
     names = sorted(set(left) ^ set(right))
     if not names_only:
         names += [name for name in sorted(set(left) & set(right)) if not _same(left[name], right[name])]

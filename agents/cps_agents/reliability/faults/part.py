@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from cps_agents.reliability.chunk import CODE, Chunk, Part, Result
@@ -14,13 +15,18 @@ from cps_agents.reliability.journal import Journal
 
 MOST_KILLS = {False: 60, True: 18}  # of a command that does not learn, and of one that does
 SMALL_DISKS = (0, 500, 2000)  # bytes that a file may have
+SLICES = 3  # of the trials of a command, each a chunk
 WRONG_INPUT = 2  # the exit code of an error that is explained
 
 
 def chunks() -> list[Chunk]:
-    """One for each command."""
+    """Some of the faults of each command, then some more of each."""
     sources = (*CODE, "agents/cps_agents/reliability/faults")
-    return [Chunk("faults", job.name, 0, sources, limit_s=3600, silence_s=900) for job in JOBS]
+    return [
+        Chunk("faults", job.name, number, sources, limit_s=3600, silence_s=900)
+        for number in range(SLICES)
+        for job in JOBS
+    ]
 
 
 class Trials:
@@ -41,17 +47,20 @@ class Trials:
         self._folder.rename(self._whole)
         return int(counter.read_text(encoding="utf-8"))
 
-    def kills(self) -> None:
-        """`kill -9` at every write, or at some of them, each in a folder of its own."""
+    def all(self) -> list[Callable[[], None]]:
+        """Everything that is tried with the command."""
         places = [(number, moment) for number in range(self.writes) for moment in MOMENTS]
         step = max(1, -(-len(places) // MOST_KILLS[self._job.learns]))
-        for number, moment in places[::step]:
-            self._go(f"killed {moment} write {number}", "kills", killing(self._folder, number, moment), self._killed)
+        kills = [partial(self.kill, number, moment) for number, moment in places[::step]]
+        return [*kills, *(partial(self.small_disk, size) for size in SMALL_DISKS), self.no_folder, self.two_writers]
 
-    def full_disks(self) -> None:
-        """Files that cannot grow."""
-        for size in SMALL_DISKS:
-            self._go(f"files of at most {size} bytes", "full", with_small_disk(size), self._explained)
+    def kill(self, number: int, moment: str) -> None:
+        """`kill -9` at a write."""
+        self._go(f"killed {moment} write {number}", "kills", killing(self._folder, number, moment), self._killed)
+
+    def small_disk(self, size: int) -> None:
+        """Files that cannot grow beyond so many bytes."""
+        self._go(f"files of at most {size} bytes", "full", with_small_disk(size), self._explained)
 
     def no_folder(self) -> None:
         """A folder that cannot be made, because a file has its name."""
@@ -111,16 +120,14 @@ class Trials:
 
 
 def run_faults(chunk: Chunk, journal: Journal) -> Result:
-    """Try the faults of one command."""
+    """Try some of the faults of one command."""
     job = next(each for each in JOBS if each.name == chunk.row)
     warm_up(job)
     home = Path.cwd() / "trial"
     home.mkdir()
     trials = Trials(job, home, journal)
-    trials.kills()
-    trials.full_disks()
-    trials.no_folder()
-    trials.two_writers()
+    for trial in trials.all()[chunk.number :: SLICES]:
+        trial()
     return {"counts": trials.counts, "examples": trials.examples}
 
 
@@ -132,7 +139,8 @@ PART = Part(
         "and before and after the file takes its name. Training and self-play are killed at some of their writes. "
         "Then the same command runs again to its end. Finished work must still be there, and must not be done again. "
         "The outcome must equal that of a run without a fault, times aside; training depends on where it was "
-        "interrupted, so there we compare which files are written. The same is tried with files that cannot grow, with "
+        "interrupted, so there we compare which files are written beside the meetings. The same is tried with files "
+        "that cannot grow, with "
         "a file in place of the folder, and with two equal commands at once."
     ),
     columns={

@@ -21,12 +21,23 @@ CHUNKS: Mapping[str, tuple[str, int]] = {  # row: what does it, and how many chu
     "cards and weights": ("files:cards", 8),
     "results of finished pairs": ("files:cells", 2),
 }
+FUZZ = "agents/cps_agents/reliability/fuzz"
+USED = (  # by everything but command lines: the environments, and where policies and results are read
+    "cps_envs",
+    "baselines/cps_baselines",
+    "agents/cps_agents/zoo",
+    "agents/cps_agents/arena",
+    "agents/cps_agents/results/robots.py",
+)
 
 
 def chunks() -> list[Chunk]:
     """Every row's first chunk, then every row's second one, and so on. A chunk's number is its seed."""
-    sources = (*CODE, "agents/cps_agents/reliability/fuzz")
-    found = [Chunk("fuzz", row, number, sources) for row, (_, count) in CHUNKS.items() for number in range(count)]
+    found = [
+        Chunk("fuzz", row, number, (*(CODE if place.startswith("commands:") else USED), FUZZ))
+        for row, (place, count) in CHUNKS.items()
+        for number in range(count)
+    ]
     return sorted(found, key=lambda chunk: chunk.number)
 
 

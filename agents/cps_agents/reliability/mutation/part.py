@@ -8,6 +8,7 @@ import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 from cps_agents.reliability.chunk import ROOT, Chunk, Part, Result
@@ -19,6 +20,8 @@ from cps_agents.reliability.mutation.trial import Replacing, run_tests, warm_up
 EQUIVALENT = Path(__file__).with_name("equivalent.json")
 PER_CHUNK = 10
 FIRST_LIMIT_S, SPARE_S, FACTOR = 600, 20, 5  # CPU seconds of the tests without and with a mutant
+NO_TESTS = 5  # pytest's exit code
+BROKEN = compile("raise RuntimeError", "broken.py", "exec")
 OURS = tuple(f"agents/cps_agents/reliability/mutation/{name}" for name in ("mutants.py", "trial.py"))
 
 
@@ -26,10 +29,11 @@ def chunks() -> list[Chunk]:
     """Some mutants of one module each; the first ones of every module come first."""
     found = []
     for target in TARGETS:
-        sources = (target.path, *target.tests, *OURS)
+        tests = dict.fromkeys(test.partition("::")[0] for test in target.tests)
+        sources, known = (target.path, *tests, *OURS), [each for each in equivalents() if each["path"] == target.path]
         for number in range(-(-target.mutants // PER_CHUNK)):
             environment = {"NUMBA_DISABLE_JIT": "1", "CPS_ENVS_TRUST": "1"}
-            chunk = Chunk("mutation", target.path, number, sources, environment, limit_s=7200, silence_s=1800)
+            chunk = Chunk("mutation", target.path, number, sources, json.dumps(known), environment, 7200, 1800)
             found.append(chunk)
     return sorted(found, key=lambda chunk: chunk.number)
 
@@ -38,7 +42,7 @@ def run(chunk: Chunk, journal: Journal) -> Result:
     """Try the mutants of a chunk.
 
     Raises:
-        RuntimeError: the tests fail without a mutant.
+        RuntimeError: the tests fail without a mutant, or pass with a module that cannot be imported.
     """
     target = next(each for each in TARGETS if each.path == chunk.row)
     mutants = _mutants(target, chunk.number)
@@ -50,6 +54,8 @@ def run(chunk: Chunk, journal: Journal) -> Result:
         code, used = run_tests(ROOT, target.tests, FIRST_LIMIT_S)
         if code:
             raise RuntimeError(f"the tests of {target.path} end with {code} before anything is changed")
+        if run_tests(ROOT, target.tests, FIRST_LIMIT_S, _replacing(target, BROKEN))[0] in (0, NO_TESTS):
+            raise RuntimeError(f"the tests of {target.path} do not use it")
         for place, mutant in enumerate(mutants):
             if journal.begin(place, f"line {mutant.line}: {mutant.change}"):
                 outcome = _try(target, mutant, int(FACTOR * used) + SPARE_S)
@@ -67,11 +73,14 @@ def _mutants(target: Target, number: int) -> list[Mutant]:
 
 
 def _try(target: Target, mutant: Mutant, limit_s: int) -> str:
-    module = target.path.removesuffix(".py").replace("/", ".")
-    code, _ = run_tests(ROOT, target.tests, limit_s, Replacing(module, ROOT / target.path, mutant.code))
+    code, _ = run_tests(ROOT, target.tests, limit_s, _replacing(target, mutant.code))
     if code == 0:
         return "equivalent" if _is_equivalent(target.path, mutant) else "survived"
     return "late" if code < 0 else "killed"
+
+
+def _replacing(target: Target, code: CodeType) -> Replacing:
+    return Replacing(target.module, ROOT / target.path, code)
 
 
 def _is_equivalent(path: str, mutant: Mutant) -> bool:

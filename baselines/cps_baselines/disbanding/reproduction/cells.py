@@ -13,8 +13,7 @@ import numpy as np
 from cps_baselines.disbanding.reproduction.experiments import Evidence
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Outcome
-from cps_baselines.paper.agreement import POINTS
-from cps_baselines.paper.tables import VelocityErrorCell, velocity_errors
+from cps_baselines.paper.tables import POINTS, VelocityErrorCell, velocity_errors
 from cps_baselines.reproduction.exhibit import Column, Table, places
 from cps_baselines.reproduction.findings import findings_document
 from cps_baselines.reproduction.regression import Check, Reference, shipped_rows

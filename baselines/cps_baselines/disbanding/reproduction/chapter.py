@@ -23,8 +23,7 @@ from cps_baselines.disbanding.reproduction.played_tables import (
     readings_data,
     readings_tables,
 )
-from cps_baselines.disbanding.reproduction.recheck import CONDITIONS
-from cps_baselines.disbanding.reproduction.rules import CLAIMS, RULES
+from cps_baselines.disbanding.reproduction.rules import CLAIMS, CONDITIONS, RULES
 from cps_baselines.disbanding.reproduction.scenario import Outcome
 from cps_baselines.disbanding.reproduction.strings import courses_tables
 from cps_baselines.disbanding.reproduction.summary import cells_of, closing

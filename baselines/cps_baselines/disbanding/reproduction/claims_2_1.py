@@ -10,8 +10,7 @@ from cps_baselines.disbanding.reproduction.experiments import ATTACK_S, STRINGS,
 from cps_baselines.disbanding.reproduction.recording import Record
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.reproduction.claims import Claim, Finding, joined
-from cps_baselines.reproduction.recovery import of_recovery_time
-from cps_baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE, of_cases, of_number
+from cps_baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE, of_cases, of_number, of_recovery_time
 from cps_envs.core.config import bounds
 from cps_envs.disbanding.dynamics import STOP_MPS
 

@@ -15,7 +15,7 @@ from cps_baselines.disbanding.reproduction.experiments import (
     Evidence,
 )
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
-from cps_baselines.paper.agreement import POINTS
+from cps_baselines.paper.tables import POINTS
 from cps_baselines.reproduction.claims import Claim, Finding, applying, joined
 from cps_baselines.reproduction.verdicts import of_cases, of_number
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_baselines.disbanding.reproduction.scenario import Outcome, Scenario, begin, driver, outcome
-from cps_baselines.reproduction.recovery import deviation, recovery_s
-from cps_baselines.reproduction.verdicts import SAME_SHARE
+from cps_baselines.reproduction.verdicts import SAME_SHARE, deviation, recovery_s
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
 

@@ -1,10 +1,23 @@
-"""The claims of the chapter, which the functions in `claims_*` check, and the rules of its verdicts."""
+"""The claims of the chapter, which the functions in `claims_*` check, the rules of verdicts, and of judging again.
+
+Nothing in the claims is drawn, so there are no other seeds to look at: what changes is the integration step, and the
+rules that the chapter only mentions.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
 from cps_baselines.disbanding.reproduction.experiments import Evidence
+from cps_baselines.disbanding.reproduction.recording import Recorded
+from cps_baselines.disbanding.reproduction.scenario import Overrides, Scenario
 from cps_baselines.reproduction.claims import Claims
-from cps_baselines.reproduction.recovery import RECOVERY_RULE
+from cps_baselines.reproduction.evidence import Experiment
+from cps_baselines.reproduction.recheck import Condition
+from cps_baselines.reproduction.verdicts import RECOVERY_RULE
+from cps_envs.disbanding.config import PAPER
 
 CLAIMS: Claims[Evidence] = Claims("claims_ch2")
 RULES = (
@@ -12,3 +25,28 @@ RULES = (
     "points, near within 4.0. A statement about several cases: reproduced if it holds in all, near in all but one, "
     "partly in some. Otherwise not reproduced. "
 ) + RECOVERY_RULE
+
+
+def varied(experiment: Experiment[Any], overrides: Overrides) -> Experiment[Any]:
+    """The same simulation with other fields of the configuration."""
+    if isinstance(experiment, Scenario):
+        return replace(experiment, overrides=(*experiment.overrides, *overrides))
+    if isinstance(experiment, Recorded):
+        scenario = varied(experiment.scenario, overrides)
+        assert isinstance(scenario, Scenario)
+        return replace(experiment, scenario=scenario)
+    raise TypeError(f"no claim needs {experiment.label}")
+
+
+def halved(experiment: Experiment[Any]) -> Experiment[Any]:
+    """The same simulation at half the step of its interpretation."""
+    scenario = experiment.scenario if isinstance(experiment, Recorded) else experiment
+    step_s = scenario.config.dynamics.dt_s if isinstance(scenario, Scenario) else PAPER.dynamics.dt_s
+    return varied(experiment, (("dt_s", step_s / 2),))
+
+
+CONDITIONS = (
+    Condition("at half the step", (halved,)),
+    Condition("with the standstill rule", (partial(varied, overrides=(("standstill_rule", True),)),)),
+    Condition("with transitional controllers", (partial(varied, overrides=(("transitional_controller", True),)),)),
+)

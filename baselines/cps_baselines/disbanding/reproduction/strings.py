@@ -11,7 +11,7 @@ from cps_baselines.disbanding.reproduction.recording import Record
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.exhibit import Column, Table
-from cps_baselines.reproduction.recovery import RECOVERY_RULE
+from cps_baselines.reproduction.verdicts import RECOVERY_RULE
 from cps_envs.disbanding.dynamics import STOP_MPS
 
 SHOWN = (20, 19, 15, 10, 1)  # platoons in the legends of Figs. 2.1a-c

@@ -6,9 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cps_baselines.fdi.reproduction.experiments import Evidence, RelaxedSpeeds, four_vehicle_cells
-from cps_baselines.fdi.reproduction.settings import FOUR_VEHICLES, ONE_HORIZON
-from cps_baselines.paper.collisions import CollisionCell, collision_cells
+from cps_baselines.fdi.reproduction.experiments import (
+    FOUR_VEHICLES,
+    ONE_HORIZON,
+    Evidence,
+    RelaxedSpeeds,
+    four_vehicle_cells,
+)
+from cps_baselines.paper.tables import CollisionCell, collision_cells
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task

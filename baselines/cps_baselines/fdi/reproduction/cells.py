@@ -10,9 +10,8 @@ from typing import Any
 from cps_baselines.fdi.grid import GridCell
 from cps_baselines.fdi.highs import TIME_LIMIT
 from cps_baselines.fdi.reproduction.course import pair_name
-from cps_baselines.fdi.reproduction.experiments import Evidence, GridRun
-from cps_baselines.fdi.reproduction.settings import TABLES, Settings
-from cps_baselines.paper.collisions import CollisionCell, collision_cells
+from cps_baselines.fdi.reproduction.experiments import TABLES, Evidence, GridRun, Settings
+from cps_baselines.paper.tables import CollisionCell, collision_cells
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, Tolerance

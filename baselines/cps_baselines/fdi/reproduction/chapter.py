@@ -11,11 +11,19 @@ from cps_baselines.fdi.reproduction.cells import cells_table, grid_runs, solved
 from cps_baselines.fdi.reproduction.continuous import compared, continuous_data, continuous_table, verdict
 from cps_baselines.fdi.reproduction.controls import controls_table
 from cps_baselines.fdi.reproduction.counts import counted, counts_table
-from cps_baselines.fdi.reproduction.experiments import Evidence, OneHorizonRun, RelaxedSpeeds
+from cps_baselines.fdi.reproduction.experiments import (
+    FOUR_VEHICLES,
+    ONE_HORIZON,
+    RELAXED,
+    TABLES,
+    Evidence,
+    OneHorizonRun,
+    RelaxedSpeeds,
+    Settings,
+)
 from cps_baselines.fdi.reproduction.figure_3_2 import draw_figure, figure_rows, figure_runs, figure_table, main_rows
-from cps_baselines.fdi.reproduction.settings import FOUR_VEHICLES, ONE_HORIZON, RELAXED, TABLES, Settings
 from cps_baselines.fdi.reproduction.summary import AUDIT, FIGURE, closing
-from cps_baselines.paper.collisions import collision_cells
+from cps_baselines.paper.tables import collision_cells
 from cps_baselines.reproduction.chapter import Chapter, Reproduction
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit

@@ -7,9 +7,16 @@ from dataclasses import asdict, dataclass
 
 from cps_baselines.fdi.reproduction.cells import solved
 from cps_baselines.fdi.reproduction.counts import counted
-from cps_baselines.fdi.reproduction.experiments import ONE_HORIZON_LIMIT_S, Evidence, OneHorizonRun, RelaxedSpeeds
-from cps_baselines.fdi.reproduction.settings import ALL_FOUR, FOUR_VEHICLES, RELAXED
-from cps_baselines.paper.collisions import CollisionCell, collision_cells
+from cps_baselines.fdi.reproduction.experiments import (
+    ALL_FOUR,
+    FOUR_VEHICLES,
+    ONE_HORIZON_LIMIT_S,
+    RELAXED,
+    Evidence,
+    OneHorizonRun,
+    RelaxedSpeeds,
+)
+from cps_baselines.paper.tables import CollisionCell, collision_cells
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.exhibit import Column, Table
 

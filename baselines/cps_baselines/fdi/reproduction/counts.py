@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from cps_baselines.fdi.reproduction.cells import Cell, solved
-from cps_baselines.fdi.reproduction.experiments import Evidence
-from cps_baselines.fdi.reproduction.settings import ALL_FOUR, FOUR_VEHICLES
+from cps_baselines.fdi.reproduction.experiments import ALL_FOUR, FOUR_VEHICLES, Evidence
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.reproduction.regression import Check, Reference
 from cps_baselines.reproduction.verdicts import BELOW, Tolerance

@@ -9,7 +9,7 @@ from typing import Any
 from cps_baselines.fdi.branch_and_bound import CORRECTED, PRINTED
 from cps_baselines.fdi.reproduction.course import Collision, Course, attack_course, pair_name
 from cps_baselines.fdi.reproduction.experiments import Evidence
-from cps_baselines.paper.collisions import CollisionRun, collision_runs
+from cps_baselines.paper.tables import CollisionRun, collision_runs
 from cps_baselines.reproduction.exhibit import DASH, Column, Table
 from cps_baselines.reproduction.figures import dress, new_figure, shades
 from cps_envs.core.types import FloatArray

@@ -9,10 +9,9 @@ from cps_baselines.fdi.reproduction.cells import solved
 from cps_baselines.fdi.reproduction.continuous import Continuous, compared, verdict
 from cps_baselines.fdi.reproduction.controls import TableControls, control_tables
 from cps_baselines.fdi.reproduction.counts import ALLOWANCE, TableCounts, counted
-from cps_baselines.fdi.reproduction.experiments import Evidence
+from cps_baselines.fdi.reproduction.experiments import ALL_FOUR, Evidence, Settings
 from cps_baselines.fdi.reproduction.figure_3_2 import FigureRow, figure_rows, main_rows
-from cps_baselines.fdi.reproduction.settings import ALL_FOUR, Settings
-from cps_baselines.paper.collisions import TABLE_VEHICLES
+from cps_baselines.paper.tables import TABLE_VEHICLES
 from cps_baselines.reproduction.chapter import Reproduction
 
 FIGURE, AUDIT = "fig", "audit"

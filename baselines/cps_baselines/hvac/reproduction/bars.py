@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.reproduction.claims_4_4 import mean_rise_c
 from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import (
     ATTACKS,
@@ -21,7 +20,7 @@ from cps_baselines.hvac.reproduction.experiments import (
     early,
     undefended,
 )
-from cps_baselines.hvac.reproduction.impacts import failing_line, outcomes
+from cps_baselines.hvac.reproduction.impacts import failing_line, mean_rise_c, outcomes
 from cps_baselines.hvac.reproduction.rules import CLAIMS
 from cps_baselines.hvac.reproduction.scenario import Outcome
 from cps_baselines.reproduction.exhibit import Column, Table, places

@@ -11,7 +11,7 @@ import numpy as np
 from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import PERCENTS, TABLE_DAYS, TABLE_SENSORS, table_cell
 from cps_baselines.hvac.reproduction.rules import CLAIMS, CLOSE, falling, of_printed, rising
-from cps_baselines.paper.temperatures import TrackingErrorCell, tracking_errors
+from cps_baselines.paper.tables import TrackingErrorCell, tracking_errors
 from cps_baselines.reproduction.claims import Claim, Finding, joined
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.reproduction.verdicts import ABSOLUTE, NEAR, NOT, PARTLY, REPRODUCED, Tolerance, of_cases, of_cell

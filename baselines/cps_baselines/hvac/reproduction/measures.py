@@ -9,7 +9,6 @@ from functools import lru_cache
 import numpy as np
 
 from cps_baselines.hvac.reproduction.cells import table_rows
-from cps_baselines.hvac.reproduction.claims_4_4 import mean_rise_c
 from cps_baselines.hvac.reproduction.clear_day import zone_days
 from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import (
@@ -21,7 +20,7 @@ from cps_baselines.hvac.reproduction.experiments import (
     early,
     undefended,
 )
-from cps_baselines.hvac.reproduction.impacts import outcomes
+from cps_baselines.hvac.reproduction.impacts import mean_rise_c, outcomes
 from cps_baselines.hvac.reproduction.scenario import Outcome
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.regression import Check, Reference, shipped_rows

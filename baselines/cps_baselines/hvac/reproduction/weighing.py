@@ -13,7 +13,7 @@ import numpy as np
 
 from cps_baselines.hvac.reproduction.experiments import PERCENTS
 from cps_baselines.hvac.reproduction.scenario import Scenario
-from cps_baselines.paper.temperatures import tracking_errors
+from cps_baselines.paper.tables import tracking_errors
 from cps_envs.core.types import FloatArray
 
 PRINTED_C2 = 149.253

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit
+from cps_baselines.reproduction.recheck import Condition
 from cps_baselines.reproduction.regression import Check
-from cps_baselines.rogue.reproduction import claims_courses, claims_maps, plot_maps, plot_rides, reference
+from cps_baselines.rogue.reproduction import claims_courses, claims_maps, plots, reference
 from cps_baselines.rogue.reproduction.claims import CLAIMS, RULES
 from cps_baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS
 from cps_baselines.rogue.reproduction.experiments import (
     Evidence,
+    Overrides,
+    Ride,
+    Waves,
     calm_ride,
     map_rows,
     searched_ride,
@@ -24,7 +30,6 @@ from cps_baselines.rogue.reproduction.experiments import (
 from cps_baselines.rogue.reproduction.fit import FURTHER, fits_data, fits_table
 from cps_baselines.rogue.reproduction.headroom import head_room_experiments, head_rooms_table
 from cps_baselines.rogue.reproduction.maps import every_seat, maps_data, maps_tables, seats_data, seats_table
-from cps_baselines.rogue.reproduction.recheck import CONDITIONS
 from cps_baselines.rogue.reproduction.rides import circles_table, courses_table, sways_table
 from cps_baselines.rogue.reproduction.settings import (
     CIRCLED,
@@ -39,6 +44,35 @@ from cps_baselines.rogue.reproduction.settings import (
     SWAYS,
 )
 from cps_baselines.rogue.reproduction.summary import closing, has_maps
+from cps_baselines.rogue.switching_search import SPREAD
+from cps_envs.rogue.config import PAPER
+
+# Judged again at half the integration step, and in worlds that differ slightly.
+WORLDS = 20
+
+HALF_STEP: Overrides = (("dt_s", PAPER.dt_s / 2),)
+
+OTHER_WORLDS: Overrides = tuple(
+    (name, (value * (1 - SPREAD), value * (1 + SPREAD)))
+    for name, value in (("drive_mps2", float(PAPER.drive_mps2)), ("drag_per_s", float(PAPER.drag_per_s)))  # type: ignore[arg-type]
+)
+
+
+def _varied(experiment: Experiment[Any], overrides: Overrides, seed: int = 0) -> Experiment[Any]:
+    """The same course or the same damages under other settings."""
+    if not isinstance(experiment, Ride | Waves):
+        raise TypeError(f"no claim needs {experiment.label}")
+    return replace(experiment, overrides=(*experiment.overrides, *overrides), seed=seed)
+
+
+CONDITIONS = (
+    Condition(f"at half the step ({1e3 * PAPER.dt_s / 2:g} ms)", (partial(_varied, overrides=HALF_STEP),)),
+    Condition(
+        f"in {WORLDS} worlds (drive and drag within {100 * SPREAD:g} %)",
+        tuple(partial(_varied, overrides=OTHER_WORLDS, seed=seed) for seed in range(1, WORLDS + 1)),
+    ),
+)
+
 
 SOURCES = (claims_courses, claims_maps)  # importing them registers the functions that check the claims
 
@@ -80,7 +114,7 @@ def _courses(number: str, about: str) -> Exhibit[Evidence]:
         f"Fig. {number}: {about}, at equal power",
         lambda seen: [square_ride(name, each, PASS) for name in defenders for each in COURSE_FREQUENCIES_HZ],
         lambda seen: [courses_table(seen, number, defenders)],
-        figures={f"figure_{number.replace('.', '_')}": lambda seen: plot_rides.draw(seen, number, defenders)},
+        figures={f"figure_{number.replace('.', '_')}": lambda seen: plots.draw(seen, number, defenders)},
     )
 
 
@@ -97,7 +131,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         "Fig. 5.2: an attacker at the rear of ten vehicles that changes the gains of its controller",
         lambda seen: [swaying_ride(attacker) for attacker in SWAYS],
         lambda seen: [sways_table(seen)],
-        figures={"figure_5_2": plot_rides.draw_sways},
+        figures={"figure_5_2": plots.draw_sways},
     ),
     _courses("5.3", "the sliding mode without and with detection"),
     Exhibit(
@@ -105,7 +139,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         "Fig. 5.4: the circles of the modified sliding mode, and where the errors are",
         lambda seen: [square_ride(CIRCLED, each, PASS) for each in COURSE_FREQUENCIES_HZ],
         lambda seen: [circles_table(seen)],
-        figures={"figure_5_4": plot_rides.draw_circles},
+        figures={"figure_5_4": plots.draw_circles},
     ),
     _courses("5.5", "disbanding at +2 m"),
     Exhibit(
@@ -115,7 +149,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         maps_tables,
         maps_data,
         {
-            f"figures_5_6_to_5_11_{contact}": lambda seen, contact=contact: plot_maps.draw(seen.under(contact))  # type: ignore[misc]
+            f"figures_5_6_to_5_11_{contact}": lambda seen, contact=contact: plots.draw_maps(seen.under(contact))  # type: ignore[misc]
             for contact in CONTACTS
         },
     ),

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from cps_baselines.reproduction.claims import Claims, Finding
-from cps_baselines.reproduction.recovery import RECOVERY_RULE
-from cps_baselines.reproduction.verdicts import NOT, REPRODUCED
+from cps_baselines.reproduction.verdicts import NOT, RECOVERY_RULE, REPRODUCED
 from cps_baselines.rogue.reproduction.experiments import Evidence
 
 CLAIMS: Claims[Evidence] = Claims("claims_ch5")

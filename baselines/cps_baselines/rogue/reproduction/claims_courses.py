@@ -7,8 +7,15 @@ from itertools import product
 import numpy as np
 
 from cps_baselines.reproduction.claims import Claim, Finding, applying, joined
-from cps_baselines.reproduction.recovery import deviation, of_recovery, recovery_s
-from cps_baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE, UNKNOWN, of_cases
+from cps_baselines.reproduction.verdicts import (
+    NEAR_SHARE,
+    SAME_SHARE,
+    UNKNOWN,
+    deviation,
+    of_cases,
+    of_recovery,
+    recovery_s,
+)
 from cps_baselines.rogue.reproduction.claims import CLAIMS, FAR_LESS
 from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import Evidence, searched_ride

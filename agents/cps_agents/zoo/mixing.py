@@ -1,0 +1,101 @@
+"""Mixed strategies as files: a card that names policies, with their probabilities in place of weights."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cps_agents.errors import CommandError
+from cps_agents.machine import versions
+from cps_agents.zoo.card import MIXTURE, PARTS, SHIPPED, Card
+from cps_agents.zoo.files import find, load, save
+from cps_agents.zoo.numbers import Numbers
+from cps_agents.zoo.policy import check_role, count_actions
+from cps_agents.zoo.references import PREFIX, card_of
+from cps_baselines.arena import Venue
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.mixture import Mixture
+from cps_envs.core.policy import Policy, RoleSpec
+from cps_envs.core.types import Role, other
+from cps_envs.registration import find_problem
+
+
+def mixed(spec: RoleSpec, card: Card, probabilities: Numbers, version: int | None) -> Policy:
+    """The policy of a card that is a mixed strategy; `version` is that of the problem.
+
+    Raises:
+        ConfigurationError: it is of another role or version, or mixes mixtures.
+    """
+    check_role(card, spec, version)
+    for reference in card.numbers:
+        part = card_of(reference)
+        if part is not None and part.head == MIXTURE:
+            raise ConfigurationError(f"{card.name} mixes {reference}, which is a mixture itself")
+    return Mixture(spec, list(card.numbers), probabilities.values.tolist())
+
+
+def save_mixture(
+    target: Path,
+    venue: Venue,
+    role: Role,
+    strategy: Mapping[str, float],
+    facts: Mapping[str, Any],
+    evaluation: Mapping[str, Any],
+    command: str,
+) -> Card:
+    """Write a mixed strategy, the probabilities of references, as a trained policy; runs that it names come along.
+
+    Raises:
+        CommandError: one of its policies is a mixture itself.
+    """
+    problem = find_problem(venue.problem)
+    spec = problem.game(venue.config, 1).spec(role)
+    references = [_kept(reference, target, place) for place, reference in enumerate(strategy, start=1)]
+    card = Card(
+        name=target.stem,
+        problem=venue.problem,
+        version=problem.version,
+        role=role,
+        algorithm="double-oracle",
+        opponent=f"the {other(role)}s of the same self-play",
+        preset=venue.preset,
+        overrides=dict(venue.overrides),
+        recipe={},
+        activation="",
+        head=MIXTURE,
+        decentralised=False,
+        hold=1,
+        observation_size=spec.fields.size,
+        actions=count_actions(spec.action_space),
+        best=0,
+        seeds={"0": dict(facts)},
+        command=command,
+        versions=versions(),
+        evaluation=dict(evaluation),
+        numbers=tuple(references),
+    )
+    return save(target, card, {0: Numbers(np.array(list(strategy.values())))})
+
+
+def _kept(reference: str, target: Path, place: int) -> str:
+    """The reference of a policy that will be there: a run's own policy is copied beside the mixture."""
+    name, _, options = reference.removeprefix(PREFIX).partition("?")
+    if not reference.startswith(PREFIX) or find(name).parent in (SHIPPED, SHIPPED / PARTS):
+        return reference
+    card, network = load(find(name))
+    if card.head == MIXTURE:
+        raise CommandError(f"{reference} is a mixture itself: name its policies")
+    own = target.parent / PARTS / f"{target.stem}-{place}.json"
+    own.parent.mkdir(parents=True, exist_ok=True)
+    kept = {**card.recipe, "opponent": ""}  # the strategy that it answered names folders of this run
+    save(
+        own,
+        replace(card, name=own.stem, opponent="a strategy of self-play", recipe=kept, command=""),
+        {card.best: network},
+    )
+    shown = f"{PARTS}/{own.stem}" if own.parent.resolve() == (SHIPPED / PARTS).resolve() else str(own)
+    return f"{PREFIX}{shown}{'?' if options else ''}{options}"

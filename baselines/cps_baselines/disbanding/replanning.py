@@ -1,0 +1,119 @@
+"""An attacker that plans its next attack and, after each, plans anew from what it saw."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cps_baselines.disbanding.timed import HALF, TOLERANCE_S, count_platoons
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+
+SPEEDS_MPS = np.array([0.0, 3.0, 8.0, 20.0, 25.0, 30.0])  # of the rear half, between which plans are interpolated
+MIDDLE_LAG_S = 0.3  # for which the numbers of an undefended road are given
+PASSED_S = 38.0  # after the first attack: by then the wave has reached the rear
+TIGHT_MPS = 15.0  # of the rear half, from which on small gaps are no jam
+
+
+class Numbers(NamedTuple):
+    """What decides the plans; each an array (B,), one entry per episode.
+
+    The last attack comes at `last_*`, by what the rear half drives when the attacker looks. Of the time that is left
+    till then, a part passes before the next attack: on a road that nobody defends `two_left` and `three_left`, by how
+    many attacks are left, else equal parts.
+    """
+
+    look_s: FloatArray  # after the first attack
+    last_0: FloatArray  # s; the rear half stands: nobody defends
+    last_3: FloatArray  # s; it drives at 3 m/s, and so on
+    last_8: FloatArray
+    last_20: FloatArray
+    last_25: FloatArray
+    last_30: FloatArray
+    last_per_lag: FloatArray  # s for each s of lag above 0.3 s, undefended
+    last_per_attack: FloatArray  # s for each attack of the budget beyond two, undefended
+    two_left: FloatArray  # part of the time left, undefended, at a lag of 0.3 s
+    two_left_per_lag: FloatArray  # for each s of lag above that
+    three_left: FloatArray
+    three_left_per_lag: FloatArray
+    tight_gap: FloatArray  # in desired gaps; a defender whose smallest inner gap is below when the wave has passed,
+    tight_below: FloatArray  # m/s; and whose rear half is still slower than this,
+    tight_last: FloatArray  # s; follows closely: this is when the last attack comes, whether it has looked or not
+
+
+class Replanning(AnalyticPolicy):
+    """Disbands the front platoon at once, then the ones behind it, by plans that `numbers` describes.
+
+    Until it has looked it plans as if nobody defended. Its
+    last attack waits until it has looked, but for a defender that follows closely. Plans that were searched on grids
+    take the platoons in this order: to pass one over loses.
+    """
+
+    def __init__(self, spec: RoleSpec, numbers: Numbers) -> None:
+        super().__init__(spec)
+        self.numbers = numbers
+
+    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+        """Whether it has looked, the rear half's speed then (m/s), whether gaps were tight by then, (B,) each."""
+        episodes = len(generators)
+        return np.zeros(episodes, np.bool_), np.zeros(episodes), np.zeros(episodes, np.bool_)
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """Platoon to disband, or 0, for each episode (B,)."""
+        assert state is not None  # begun
+        disbanded = seen["disbanded"] > HALF
+        present = count_platoons(seen, disbanded)
+        looked, speed, tight = self._look(seen, state, disbanded, present)
+        attacks, left = disbanded.sum(axis=1), np.rint(seen["budget_left"])
+        due_s = self._due_s(seen, speed, tight, disbanded)
+        later = (seen["time_s"] >= due_s - TOLERANCE_S) & (looked | tight | (left > 1))
+        wanted = (left > 0) & np.where(attacks == 0, True, later)
+        return np.where(wanted, _target(disbanded, present), 0), (looked, speed, tight)
+
+    def _look(
+        self, seen: Seen, state: tuple[Array, ...], disbanded: BoolArray, present: IntArray
+    ) -> tuple[BoolArray, FloatArray, BoolArray]:
+        """The state after this decision."""
+        looked, speed, tight = state
+        places = np.arange(disbanded.shape[1])
+        rear = places < (present // 2)[:, np.newaxis]
+        rear_mps = np.where(rear, seen["mean_speed"], 0.0).sum(axis=1) / np.maximum(rear.sum(axis=1), 1)
+        intact = ~disbanded & (places < present[:, np.newaxis])
+        gap = np.where(intact, seen["min_gap"], np.inf).min(axis=1) / seen["desired_gap_m"]
+        since_s = np.where(disbanded, seen["since_disbanding_s"], -np.inf).max(axis=1)
+        looks = ~looked & (since_s >= np.rint(self.numbers.look_s) - TOLERANCE_S)
+        passed = ~looked & (since_s >= PASSED_S - TOLERANCE_S)
+        recovers = (rear_mps > TIGHT_MPS) & (rear_mps < self.numbers.tight_below)
+        close = passed & recovers & (gap < self.numbers.tight_gap)
+        return looked | looks, np.where(looks, rear_mps, speed), tight | close
+
+    def _due_s(self, seen: Seen, speed: FloatArray, tight: BoolArray, disbanded: BoolArray) -> FloatArray:
+        """When the next attack comes (B,), s."""
+        it, lag_s = self.numbers, seen["tau_s"] - MIDDLE_LAG_S
+        attacks, left = disbanded.sum(axis=1), np.maximum(np.rint(seen["budget_left"]), 1)
+        undefended = np.clip(1.0 - speed / SPEEDS_MPS[1], 0.0, 1.0)
+        lasts = np.stack([it.last_0, it.last_3, it.last_8, it.last_20, it.last_25, it.last_30], axis=1)
+        last_s = (lasts * _weights(speed)).sum(axis=1)
+        last_s = last_s + undefended * (it.last_per_lag * lag_s + it.last_per_attack * (attacks + left - 2))
+        last_s = np.where(tight, it.tight_last, last_s)
+        two, three = (it.two_left + it.two_left_per_lag * lag_s, it.three_left + it.three_left_per_lag * lag_s)
+        part = np.where(left == 2, two, np.where(left == 3, three, 1 / left))
+        part = np.clip(1 / left + undefended * (part - 1 / left), 0.0, 1.0)
+        since_s = np.where(disbanded, seen["since_disbanding_s"], np.inf).min(axis=1)
+        before_s = np.maximum(seen["time_s"] - since_s, 0.0)  # before the first attack nobody asks
+        due_s: FloatArray = before_s + np.maximum(last_s - before_s, 0.0) * part
+        return due_s
+
+
+def _weights(speed: FloatArray) -> FloatArray:
+    """Of the speeds `SPEEDS_MPS`, (B, 6), in a linear interpolation at `speed` (B,)."""
+    corners = np.eye(len(SPEEDS_MPS))
+    return np.stack([np.interp(speed, SPEEDS_MPS, corner) for corner in corners], axis=1)
+
+
+def _target(disbanded: BoolArray, present: IntArray) -> IntArray:
+    """The platoon behind the rearmost one attacked, at first the front one, (B,)."""
+    return np.where(disbanded.any(axis=1), disbanded.argmax(axis=1), present)

@@ -1,0 +1,129 @@
+"""Extension beyond the paper: vehicles that drive to their places and give way to the attacker."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cps_baselines.rogue.reading import read
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import Record, clip, inlined, kernel, records, unpack
+from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, FloatArray, Observation
+from cps_envs.rogue.actions import command_limits
+
+LEAST_GAP_M = 0.2  # that the acceleration which avoids a contact is reckoned with
+
+
+class Manners(NamedTuple):
+    """How the vehicles on one side of the attacker drive; accelerations count away from it."""
+
+    wanted_m: float  # m, the wanted gap to the attacker at rest, bumper to bumper
+    headway_s: float  # s, what it grows by with the own speed
+    gap: float  # 1/s2, acceleration per metre of it that is missing
+    closing: float  # 1/s, acceleration per m/s of closing speed
+    pushed: float  # acceleration per acceleration of the attacker
+    stopping: float  # acceleration per that which just avoids a contact
+    pair_gap: float  # 1/s2, as `gap`, to an intact neighbor on the attacker's side
+    pair_closing: float  # 1/s
+    pair_pushed: float  # acceleration per acceleration of that neighbor
+    place: float  # 1/s, speed towards the own place behind the reference, per metre that is missing
+    speed: float  # 1/s, acceleration per m/s that is missing to the reference's speed and that one
+    limit_mps: float  # m/s, the largest speed towards the own place
+
+
+SIZE = len(Manners._fields)
+
+
+class GivingWay(AnalyticPolicy):
+    """All drive to their places; those behind the attacker drive no faster, those ahead no slower than is safe.
+
+    What is safe to do near the attacker is a linear law for the gap, and beside it the acceleration that just avoids a
+    contact. Intact vehicles keep the separation to the neighbor on the attacker's side. `numbers` is (24,), or (B, 24)
+    with one set per episode: `Manners` behind the attacker, then `Manners` ahead of it.
+
+    Raises:
+        ConfigurationError: an environment that takes modes or does not tell who is seized, or another count of numbers.
+    """
+
+    def __init__(self, spec: RoleSpec, numbers: FloatArray) -> None:
+        super().__init__(spec)
+        config, sets = spec.config, np.atleast_2d(np.asarray(numbers, np.float64))
+        if config.defense_action != "command" or config.hidden:
+            raise ConfigurationError('giving way needs defense_action="command" and orders="intact"')
+        if sets.shape[1] != 2 * SIZE:
+            raise ConfigurationError(f"{2 * SIZE} numbers were expected, got {sets.shape[1]}")
+        self._behind, self._ahead = _table(sets[:, :SIZE]), _table(sets[:, SIZE:])
+        self._sizes, self._limits = (config.separation_m, config.vehicle_length_m), command_limits(config)
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The actions (B, n - 1)."""
+        orders_mps2 = np.zeros((len(seen), self.spec.config.num_intact))
+        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
+        _give_way(*shown, self._behind, self._ahead, self._sizes, orders_mps2)
+        braking, driving = self._limits
+        actions = orders_mps2 / np.where(orders_mps2 < 0.0, braking, driving)
+        return actions.clip(-1.0, 1.0), state
+
+
+def _table(rows: FloatArray) -> Array:
+    """Rows (B, 12) of numbers as records (B,)."""
+    kind: Any = Manners
+    table = records(kind, len(rows))
+    for name, column in zip(Manners._fields, rows.T, strict=True):
+        table[name] = column
+    return table
+
+
+@kernel
+def _give_way(
+    observation: Observation,
+    offsets: Array,
+    scale: FloatArray,
+    behind: Array,
+    ahead: Array,
+    sizes: tuple[float, float],
+    orders_mps2: FloatArray,
+) -> None:
+    """Fill the orders (B, n - 1)."""
+    at, values, leader = offsets[0], np.empty(observation.shape[1]), orders_mps2.shape[1]
+    for b in range(orders_mps2.shape[0]):
+        for entry in range(values.size):
+            values[entry] = read(observation, scale, b, entry)
+        mine, theirs = unpack(Manners, behind, b % behind.size), unpack(Manners, ahead, b % ahead.size)
+        seat, missing_m = round(values[at.attacker_index]) - 1, values[at.reference_error]
+        for i in range(leader, -1, -1):
+            if i < leader:
+                missing_m += values[at.gap_error + i]  # to the own place
+            if i > seat:
+                orders_mps2[b, i - 1] = drive(values, at, i, i - 1, seat, missing_m, theirs, sizes)
+            elif i < seat:
+                orders_mps2[b, i] = -drive(values, at, i, i + 1, seat, -missing_m, mine, sizes)
+
+
+@inlined
+def drive(
+    values: FloatArray,
+    at: Record,
+    i: int,
+    other: int,
+    seat: int,
+    missing_m: float,
+    m: Manners,
+    sizes: tuple[float, float],
+) -> float:
+    """The acceleration (m/s2), away from the attacker, of vehicle `i`, whose neighbor on that side is `other`."""
+    away = 1.0 if i > seat else -1.0
+    speed, pair = values[at.speed + i], min(i, other)
+    towards = clip(m.place * missing_m, -m.limit_mps, m.limit_mps)
+    home = m.speed * (towards + away * (values[at.reference_speed] - speed))
+    separation_m, length_m = sizes
+    opening, pushed = values[at.gap_rate + pair], away * values[at.acceleration + other]
+    short_m = -values[at.gap_error + pair]  # of the separation
+    if other != seat:
+        return float(max(home, m.pair_gap * short_m - m.pair_closing * opening + m.pair_pushed * pushed))
+    gap, closing = separation_m - length_m - short_m, min(opening, 0.0)
+    safe = m.gap * (m.wanted_m + m.headway_s * speed - gap) - m.closing * opening + m.pushed * pushed
+    return float(max(home, safe + m.stopping * closing * closing / (2.0 * max(gap, LEAST_GAP_M))))

@@ -1,0 +1,132 @@
+"""The worst attack against a defender, and mixed strategies as policies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+pytest.importorskip("scipy")
+pytest.importorskip("cma")
+
+from cps_agents.arena.store import Store
+from cps_agents.cli import app
+from cps_agents.errors import CommandError
+from cps_agents.league import worst_case as judging
+from cps_agents.league.response import Budget
+from cps_agents.league.shipping import ship_mixtures
+from cps_agents.league.worst_case import worst_case
+from cps_agents.site import exploitability
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.markdown import to_markdown
+from cps_agents.zoo.mixing import save_mixture
+from cps_agents.zoo.references import weights_of
+from cps_baselines.arena import Venue
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
+from cps_envs.registration import find_problem
+from tests.agents.trained import save_tiny
+
+SHORT = {"duration_s": 3.0}
+VENUE = Venue("rogue", "easy", SHORT)
+
+
+def returns(attacker: str, defender: str, seeds: range) -> Any:
+    players: Any = {"attacker": attacker, "defender": defender}
+    return play_episodes(find_problem("rogue"), VENUE.config, players, seeds)["return"]
+
+
+def test_the_worst_case_is_chosen_on_validation_and_judged_on_evaluation_seeds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(judging, "ALL", "square")
+    monkeypatch.setattr(judging, "_suite", lambda problem: ["none", "strike"])
+    card = save_tiny(tmp_path / "mine.json", "rogue", "defender", preset="easy", overrides=SHORT)
+    mine = f"zoo:{tmp_path}/mine.json"
+    found = worst_case(card, mine, Budget(1, 1, "cps-envs zoo judge", steps=60), 3, Store(tmp_path / "meetings"))
+    assert found.attacks == 3
+    paid = {name: returns(name, mine, range(1_000_000, 1_000_003)).mean() for name in ("none", "strike", "square")}
+    paid[found.searched] = returns(found.searched, mine, range(1_000_000, 1_000_003)).mean()
+    assert found.attack == max(paid, key=lambda name: paid[name])
+    assert found.pay.mean == pytest.approx(returns(found.attack, mine, range(3)).mean())
+    assert found.searched_pay.mean == pytest.approx(returns(found.searched, mine, range(3)).mean())
+    other = save_tiny(tmp_path / "other.json", "rogue", "attacker")
+    with pytest.raises(CommandError, match="is an attacker"):
+        worst_case(other, "zoo:other", Budget(1, 1, ""), 1, Store(tmp_path))
+
+
+def test_a_card_tells_its_worst_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(judging, "ALL", "square")
+    monkeypatch.setattr(judging, "_suite", lambda problem: ["none"])
+    path = tmp_path / "mine.json"
+    card = save_tiny(path, "rogue", "defender", preset="easy", overrides=SHORT)
+    assert "cps-envs zoo judge mine" in to_markdown(card)
+    before = weights_of(f"zoo:{path}")
+    arguments = ["zoo", "judge", str(path), "--budget", "0.1", "--episodes", "2", "--jobs", "1"]
+    result = CliRunner().invoke(app, [*arguments, "--meetings", str(tmp_path / "meetings")])
+    assert result.exit_code == 0, result.output
+    assert "The worst attack found" in result.output
+    judged = read_card(path)
+    assert judged.exploitability["command"] == f"cps-envs zoo judge {path} --budget 0.1 --episodes 2"
+    assert "## Worst case found" in to_markdown(judged)
+    assert weights_of(f"zoo:{path}") == before  # what was played stays valid
+
+
+def test_the_page_lists_every_shipped_defender() -> None:
+    page = exploitability.page()
+    assert "`zoo:rogue-defense-ppo`" in page
+    assert "attack-ppo` | `easy`" not in page
+
+
+def test_a_mixed_strategy_is_a_policy_with_its_parts(tmp_path: Path) -> None:
+    (tmp_path / "run").mkdir()
+    save_tiny(tmp_path / "run" / "policy.json", "rogue", "defender", preset="easy", overrides=SHORT, seeds=1)
+    strategy = {"pd": 0.25, f"zoo:{tmp_path}/run": 0.75}
+    target = tmp_path / "zoo" / "mixed.json"
+    target.parent.mkdir()
+    card = save_mixture(target, VENUE, "defender", strategy, {"steps": 1}, {}, "cps-envs self-play rogue")
+    part = f"zoo:{target.parent}/parts/mixed-2.json"
+    assert card.numbers == ("pd", part)
+    text = f'mixture?policies=["pd","{part}"]&weights=[0.25,0.75]'
+    np.testing.assert_array_equal(returns("square", f"zoo:{target}", range(6)), returns("square", text, range(6)))
+    assert {str(target), f"{target.parent}/parts/mixed-2.json"} == set(weights_of(f"zoo:{target}"))
+    again = tmp_path / "zoo" / "again.json"
+    nested = {f"zoo:{target}": 1.0}
+    with pytest.raises(CommandError, match="is a mixture itself"):
+        save_mixture(again, VENUE, "defender", nested, {}, {}, "")
+
+
+def test_a_card_that_mixes_mixtures_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "mixed.json"
+    save_mixture(path, VENUE, "defender", {"pd": 1.0}, {}, {}, "")
+    content = json.loads(path.read_text())
+    path.write_text(json.dumps({**content, "numbers": [f"zoo:{path}"]}))
+    with pytest.raises(ConfigurationError, match="a mixture itself"):
+        returns("square", f"zoo:{path}", range(1))
+
+
+def test_final_strategies_of_self_play_are_shipped(tmp_path: Path) -> None:
+    bound = {"mean": 1.0, "low": 0.5, "high": 1.5, "seeds": 1, "episodes": 4}
+    profile = {
+        "attacker": {"policies": ["square", "none"], "probabilities": [0.5, 0.5]},
+        "defender": {"policies": ["pd"], "probabilities": [1.0]},
+    }
+    document = {
+        "command": "cps-envs self-play rogue --iterations 2 --out somewhere --meetings there",
+        "game": {"venue": {"problem": "rogue", "preset": "easy", "overrides": SHORT}},
+        "budget": {"iterations": 2, "steps": 10, "cpu_s": 3.5},
+        "final": {"profile": profile, "bounds": dict.fromkeys(("secured", "conceded", "exploitability"), bound)},
+    }
+    (tmp_path / "self-play.json").write_text(json.dumps(document))
+    cards = ship_mixtures(tmp_path / "self-play.json", tmp_path / "zoo")
+    assert [card.name for card in cards] == ["rogue-attack-mixture", "rogue-defense-mixture"]
+    assert cards[0].command == "cps-envs self-play rogue --iterations 2"
+    assert cards[1].evaluation["self-play"]["conceded, against all policies found"]["mean"] == 1.0
+    places = [f"zoo:{tmp_path}/zoo/{card.name}.json" for card in cards]
+    assert np.isfinite(returns(*places, range(2))).all()
+    result = CliRunner().invoke(app, ["zoo", "show", f"{tmp_path}/zoo/rogue-attack-mixture.json"])
+    assert "square" in result.output

@@ -1,0 +1,101 @@
+"""What users read is plain: short sentences, words that are explained, none of the phrases that send readers back."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests import prose
+
+ROOT = Path(__file__).parents[1]
+GENERATED = {
+    "results.md",
+    "contest.md",
+    "reliability.md",
+    "coverage.md",
+    "changelog.md",
+    "contributing.md",
+    "security.md",
+}
+DOCUMENTS = [page for page in sorted((ROOT / "docs").rglob("*.md")) if page.name not in GENERATED]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *DOCUMENTS]
+MEDIAN, NINTH = 17, 27  # words in a sentence: half are below 18, and nine of ten are not longer than this
+OPTION = 100  # characters in the help of an option
+OURS = re.compile(r"\b(E_v|A_impact|MTD[12]|venue|contestant|onset|seat|privileged|swarm|informed)\b")
+RIDDLES = re.compile(
+    r"nothing runs along|whose merit|\blest\b|reads beside|as the bar|\blives? on\b|would be too near|goes? upon|"
+    r"comes? upon|beat the bar|hands? on its|aught|whereupon|\bthither\b|\bnought\b",
+    re.IGNORECASE,
+)
+
+
+def name(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_sentences_of_a_page_are_short(page: Path) -> None:
+    found = prose.sentences(page.read_text(encoding="utf-8"))
+    measured = prose.measure(found)
+    longest = max(found, key=lambda sentence: len(prose.words(sentence)), default="")
+    assert measured.median <= MEDIAN, f"{measured}, the longest: {longest}"
+    assert measured.ninth <= NINTH, f"{measured}, the longest: {longest}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_a_page_with_words_of_ours_links_to_the_glossary(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    ours = OURS.findall(" ".join(prose.paragraphs(text)))
+    assert not ours or page.name == "glossary.md" or "glossary.md" in text, sorted(set(ours))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_no_page_speaks_in_riddles(page: Path) -> None:
+    found = RIDDLES.findall(" ".join(prose.paragraphs(page.read_text(encoding="utf-8"))))
+    assert not found
+
+
+def commands() -> list[tuple[str, Any]]:
+    """Every command of the command line with its name."""
+    typer_main = pytest.importorskip("typer.main", reason="needs the command line")
+    from cps_agents.cli import app
+
+    found: list[tuple[str, Any]] = []
+
+    def walk(path: str, command: Any) -> None:
+        for part, each in getattr(command, "commands", {}).items():
+            walk(f"{path} {part}".strip(), each)
+        found.append((path, command))
+
+    walk("", typer_main.get_command(app))
+    return found
+
+
+def test_help_is_short_and_begins_with_a_summary() -> None:
+    texts = []
+    for path, command in commands():
+        text = inspect.cleandoc(command.help or "")
+        first = text.partition("\n\n")[0]
+        assert re.match(r"[A-Z].*[.?]$", first), path
+        assert len(first) <= OPTION, f"{path}: {first}"
+        texts += prose.sentences(text)
+    measured = prose.measure(texts)
+    assert measured.median <= MEDIAN, measured
+    assert measured.ninth <= NINTH, measured
+
+
+def test_help_of_an_option_is_a_line() -> None:
+    for path, command in commands():
+        for parameter in command.params:
+            text = getattr(parameter, "help", None) or ""
+            assert len(text) <= OPTION, f"{path} {parameter.name}: {text}"
+
+
+def test_sentences_are_found() -> None:
+    page = "# Title\n\nOne [link](a.md) here. Two: `a b c` and k\n+ 1 more.\n\n- An item\n  goes on.\n\n| a |\n|---|\n"
+    assert prose.sentences(page) == ["One link here.", "Two: `code` and k + 1 more.", "An item goes on."]
+    assert prose.measure(["a b c", "a b c d"]) == prose.Measure(2, 3, 3)
