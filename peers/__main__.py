@@ -28,9 +28,9 @@ NOTES_AT_MOST = 300  # characters of an error
 WORKS, ADAPTED, FAILS = "works", "works with an adapter", "does not work"
 HEAD = """# Works with
 
-We try software that others wrote on our environments. `make peers` installs our wheel beside each of them, in a virtual
-environment of its own, and runs what the table says. *Works with an adapter* means that a few lines of ours or of yours
-stand between, and the table says which.
+We try software that others wrote on our environments. `make peers` makes a virtual environment for each of them, with
+our wheel in it. There it runs what the table says. *Works with an adapter* means that a few lines stand between. The
+table names them.
 """
 
 

@@ -169,7 +169,7 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
         ("constant?reading_c=50", {}, "sensor_high_c"),
         ("sine?amplitude_c=20", {}, "sensor_low_c"),
         ("sine?period_s=0", {}, "positive period"),
-        ("random?low_c=30&high_c=20", {}, "exchange"),
+        ("random?low_c=30&high_c=20", {}, "swap"),
         ("ramp?rate_c_per_h=0", {}, "positive"),
         ("ramp?rate_c_per_h=[0.5]", {}, "pair"),
         ("ramp?rate_c_per_h=[1.0,0.5]", {}, "pair"),

@@ -50,7 +50,7 @@ def _play(
             total = len(film.stops(match.game))
             with Progress("frames", total) as progress:
                 payoff = play_shown(match, film, problem, lambda done, _: progress.update(done))
-            err().print(f"showed seed {seeds[0]} of {len(seeds)} episodes: {film.target}", soft_wrap=True)
+            err().print(f"Shown: seed {seeds[0]} ({film.target}).", soft_wrap=True)
     metrics = {name: np.array(values) for name, values in match.game.metrics().items()}
     return {"return": payoff, **metrics}, match.game.payoff_parts
 

@@ -251,7 +251,7 @@ def test_mistakes_are_told_before_training(tmp_path: Path, run: Run, monkeypatch
         assert code == 2
         assert message in told.replace("\n", " ")
     code, _, told = run("best-response", "rogue", "atacker", "--against", "pd")
-    assert (code, "no role" in told) == (2, True)
+    assert (code, "not a role" in told) == (2, True)
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
     code, _, told = run(*base, "--oracle", "ppo")
     assert code == 2

@@ -16,7 +16,7 @@ FRESH = "Play everything again, also what is kept."
 Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
 Fresh = Annotated[bool, typer.Option("--fresh", help=FRESH)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-Html = Annotated[Path | None, typer.Option(metavar="DIR", help="Write a page for the browser there, too.")]
+Html = Annotated[Path | None, typer.Option(metavar="DIR", help="Also write a page for the browser to this folder.")]
 Changes = Annotated[
     list[str] | None, typer.Option("--set", metavar="FIELD=VALUE", help="Change a field; may be repeated.")
 ]

@@ -10,7 +10,7 @@ from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments
 
 POLICY = "A name from `cps-envs list`, or name?option=value. Default: the preset's own."
-RENDER = "Show a window (human), or write FILE.mp4, .gif, .png or .svg."
+RENDER = "Show a window (human), or write FILE.mp4, FILE.gif, FILE.png or FILE.svg."
 
 
 def play(
