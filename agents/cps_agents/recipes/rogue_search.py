@@ -9,7 +9,6 @@ from typing import Any
 from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.learning.scene import Scene
 from cps_agents.recipes.rogue_defense import RogueDefense
-from cps_baselines.rogue.players import ATTACKERS
 from cps_envs.core.types import Role
 
 
@@ -21,7 +20,19 @@ def _any_of(*references: str) -> str:
 LEARNED = _any_of(*(f"zoo:rogue-attack-{kind}?seed={seed}" for kind in ("ppo", "recurrent") for seed in range(3)))
 SEARCHED = _any_of("switching", *(f"switching?against={name}" for name in ("sliding_detection", "pd", "disband_2")))
 WAVES = _any_of("duty_square", "square", "square?frequency_hz=0.05", "random")
-CONTESTED = _any_of(*(each.reference for each in ATTACKERS))
+RESPONDED_TO = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
+CONTESTED = _any_of(  # the attackers of the contest
+    "none",
+    "square",
+    "square?frequency_hz=0.05",
+    "duty_square",
+    "random",
+    "switching",
+    *(f"contested?against={name}" for name in RESPONDED_TO),
+    "identify",
+    "strike",
+    "strike?effort=-1",
+)
 # What a search found at the ratio 1.3 against a defender that had not met it.
 EXPLOITER = (
     "tuned?front_gap=0.344&front_rate=-0.668&rear_gap=0.821&rear_rate=-1.359&excess=-0.682&bias=-0.036&hysteresis=0.26"
