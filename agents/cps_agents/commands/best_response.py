@@ -124,7 +124,7 @@ def _question(
 
     mine = next((each for each in ROLES if each == role), None)
     if mine is None:
-        raise CommandError(f"{role!r} is no role: write attacker or defender")
+        raise CommandError(f"{role!r} is not a role: write attacker or defender")
     oracles = choose_oracles(problem, mine, names or [])
     venue = venue_against(strategy, usual_of(oracles, problem, mine), preset, assignments(overrides or []))
     for name in other_presets(oracles, venue):

@@ -23,10 +23,7 @@ Changes = Annotated[
 Knobs = Annotated[
     list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Change a knob; may be repeated.")
 ]
-ORACLE = (
-    "Look by this method: search, cma-es, plans, ppo, recurrent, or a recipe. May be repeated. Default: all that the "
-    "role has, but for recurrent."
-)
+ORACLE = "By search, cma-es, plans, ppo, recurrent, or a recipe; may be repeated. Default: what the role has."
 STEPS = "Decisions for each method and training seed, searches included."
 BUDGET = "CPU time for each method and training seed."
 Oracles = Annotated[list[str] | None, typer.Option("--oracle", metavar="NAME", help=ORACLE)]

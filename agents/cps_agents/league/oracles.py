@@ -11,7 +11,7 @@ from cps_agents.learning.recipe import RECURRENT, SEARCH, Recipe
 from cps_agents.recipes.finding import RECIPES, find_recipe, usual_recipe
 from cps_baselines.contest import Search
 from cps_baselines.family import FAMILIES, find_family
-from cps_envs.core.errors import near
+from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
 
 USUAL = ("search", SEARCH, "plans", "ppo")  # what runs where nobody chooses
@@ -36,6 +36,7 @@ def choose_oracles(problem: str, role: Role, names: Sequence[str] = ()) -> list[
     Raises:
         CommandError: a name that neither a kind nor a recipe has, a recipe of another problem, or a kind that the role
             has not.
+        MissingExtraError: what a named oracle needs is not installed.
     """
     present = oracles_of(problem, role)
     if not names:
@@ -44,7 +45,22 @@ def choose_oracles(problem: str, role: Role, names: Sequence[str] = ()) -> list[
     if not found:
         kinds = ", ".join(dict.fromkeys(oracle.kind for oracle in present))
         raise CommandError(f"the {role} of {problem} has no oracle {', '.join(names)}. It has: {kinds}.")
+    for oracle in found:
+        check_installed(oracle)
     return found
+
+
+def check_installed(oracle: Oracle) -> None:
+    """That the packages of an oracle are there.
+
+    Raises:
+        MissingExtraError: one is not; the message gives the command that installs it.
+    """
+    if oracle.recipe is None or oracle.recipe.algorithm == SEARCH:
+        require("cma", extra="baselines", purpose="searching responses")
+        return
+    for package in ("stable_baselines3", "sb3_contrib"):
+        require(package, extra="train", purpose="training a best response")
 
 
 def oracles_of(problem: str, role: Role) -> list[Oracle]:

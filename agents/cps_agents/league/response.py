@@ -14,7 +14,7 @@ from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.meetings import play_meetings
-from cps_agents.league.oracles import Oracle
+from cps_agents.league.oracles import Oracle, check_installed
 from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of, venue_of
@@ -26,7 +26,6 @@ from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.contest import Search
 from cps_baselines.workers import Workers
-from cps_envs.core.errors import require
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 SEARCH_START = TRAINING_START + 90_000_000  # seeds that no training run plays
@@ -141,6 +140,7 @@ def respond(
 
 
 def _ask(oracle: Oracle, question: Question, folder: Path, budget: Budget, store: Store, title: str) -> list[Response]:
+    check_installed(oracle)
     if oracle.recipe is None:
         return list(_search(oracle, question, budget, store, title))
     recipe = against(oracle.recipe, question, f"{oracle.recipe.name}-response")
@@ -176,7 +176,6 @@ def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None) -> Re
 
 def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, title: str) -> Iterator[Response]:
     """The best of the searches with each training seed; they share its budget."""
-    require("cma", extra="baselines", purpose="searching responses")
     venue = question.venue.changed(forms_of(question.strategy, question.venue))
     opponent = question.strategy.reference
     searches = _fitting(oracle, question.role, venue)
@@ -226,12 +225,8 @@ def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) 
     """Train a recipe with each training seed, or go on with that.
 
     Raises:
-        MissingExtraError: what training needs is not installed.
         CommandError: see `cps_agents.learning.learner.learn`.
     """
-    if recipe.algorithm != SEARCH:
-        for package in ("stable_baselines3", "sb3_contrib"):
-            require(package, extra="train", purpose="training a best response")
     from cps_agents.learning.job import Job
     from cps_agents.learning.runs import train_all
 
