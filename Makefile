@@ -52,6 +52,8 @@ demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
 
 train: $(ALL) ## train every shipped policy anew, five seeds each, and put it into the zoo (hours; goes on where it stopped)
 	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/cps_agents/zoo/policies --resume $(ARGS)
+	$(BIN)/cps-envs zoo judge
+	$(BIN)/python -m cps_agents.docs
 
 results: $(LIGHT) ## judge the shipped policies on evaluation seeds, into docs/results.md (no torch)
 	$(BIN)/cps-envs benchmark --suite learned --publish $(ARGS)
