@@ -96,6 +96,13 @@ def test_the_matrix_holds_the_meetings(folder: Path) -> None:
     assert len(cell["takes"]) == 2
 
 
+def test_trained_policies_tell_how_they_came_about() -> None:
+    assert board._training("zoo:hvac-attack-mtd2-cma") == "Trained by cma-es against `mtd2`, from preset `paper`."
+    assert board._training("zoo:rogue-attack-mixture").startswith("Plays 2 policies, found by double-oracle")
+    assert "against a mixture of opponents" in board._training("zoo:rogue-attack-ppo")
+    assert board._training("square") == board._training("zoo:missing") == ""
+
+
 def test_an_episode_is_the_one_that_was_played(folder: Path) -> None:
     (board,) = content_of(folder / "index.html")["boards"]
     for row in board["cells"]:

@@ -143,6 +143,8 @@ def test_time_lines_move_with_the_picture_and_lead_to_moments(page: Any) -> None
     page.locator(".cell[aria-label^='square against monitor']").click()
     page.wait_for_selector(".track")
     assert page.get_by_text("What the defender believed").count() == 1
+    assert page.locator(".about code", has_text="apart").count() == 1
+    assert "`" not in page.locator(".pair").inner_text()
     page.get_by_text("What the attacker saw").click()
     plot = page.locator(".track .plot").first
     box = plot.bounding_box()
