@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -206,3 +208,15 @@ def test_a_missing_episode_is_told(browser: Any, page_file: Path, tmp_path: Path
     page.locator("button.cell").first.click()
     page.get_by_text("This episode cannot be shown").wait_for()
     page.close()
+
+
+def test_pictures_for_the_site_show_the_pair_that_is_asked_for(browser: Any, page_file: Path, tmp_path: Path) -> None:
+    arguments = (str(page_file), "rogue/square/monitor", str(tmp_path))
+    script = [sys.executable, "-m", "cps_agents.site.screenshots"]  # Playwright runs once in a process
+    assert subprocess.run([*script, *arguments], check=False).returncode == 0
+    for name in ("report.png", "report-phone.png"):
+        assert 20_000 < (tmp_path / name).stat().st_size < 400_000
+    bare = page_file.with_name("none.html")
+    bare.write_text("nothing")
+    refused = subprocess.run([*script, str(bare), *arguments[1:]], capture_output=True, text=True, check=False)
+    assert (refused.returncode, "has no episode of" in refused.stderr) == (2, True)

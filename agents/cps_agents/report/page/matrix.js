@@ -77,12 +77,14 @@ function makeMatrix(board, open) {
       type: "button", class: "cell", "--share": share.toFixed(3), "aria-pressed": chosen ? "true" : "false",
       tabindex: state.at[0] === r && state.at[1] === c ? 0 : -1, "data-at": `${r} ${c}`,
       "aria-label": `${board.attackers[i].name} against ${board.defenders[j].name}: ${number(found.mean)}`,
-      onclick: () => { state.at = [r, c]; choose(i, j); },
+      onclick: () => choose(i, j),
     }, make("b", {}, number(found.mean), make("i", {}, marks)), make("small", {}, interval(found))));
   }
 
   function choose(i, j) {
     state.chosen = [i, j];
+    draw();
+    state.at = table.querySelector(".cell[aria-pressed=true]").dataset.at.split(" ").map(Number);
     draw();
     focusCell();
     open(i, j, state.metric);
