@@ -45,10 +45,10 @@ test-browser: $(BROWSER) ## drive Chromium through a report; needs chromium on t
 	$(BIN)/python -m pytest -m browser $(ARGS)
 
 screenshots: $(BROWSER) demo ## pictures of the report for the site, into docs/images
-	$(BIN)/python -m cps_agents.site.screenshots build/extra/demo/index.html rogue docs/images
+	$(BIN)/python -m cps_agents.site.screenshots build/extra/demo/index.html rogue/contested/zoo:rogue-defense-monitor-cma docs/images
 
 demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
-	$(BIN)/cps-envs report --quick --out build/extra/demo
+	$(BIN)/cps-envs report --quick --episodes 20 --out build/extra/demo
 
 train: $(ALL) ## train every shipped policy anew, five seeds each, and put it into the zoo (hours; goes on where it stopped)
 	$(BIN)/cps-envs train all --seeds 5 --out runs --to agents/cps_agents/zoo/policies --resume $(ARGS)

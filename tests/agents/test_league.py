@@ -21,6 +21,7 @@ from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
+from cps_agents.league.clashes import Pair, left_out_for
 from cps_agents.league.league import League, Plan, play_league
 from cps_agents.league.meetings import has_played
 from cps_agents.league.standing import standings, strategies
@@ -214,3 +215,26 @@ def test_a_trained_policy_whose_form_the_preset_refuses_is_left_out(tmp_path: Pa
     found = play_league(plan, Store(tmp_path), 1)
     assert [each.reference for each in found.left_out] == ["zoo:fdi-attack-ppo"]
     assert "gain_spread above 0 needs" in found.left_out[0].reason
+
+
+def test_who_cannot_meet_the_others_is_left_out(tmp_path: Path) -> None:
+    tiny = tmp_path / "tiny.json"
+    save_tiny(tiny, "hvac", "defender", preset="learning", overrides={"kalman_filters": False})
+    named = {"attacker": ["listener", "none"], "defender": ["none", f"zoo:{tiny}"]}
+    venue = Venue("hvac", "learning", {"num_steps": 300, "onset_step": 210})
+    found = play(tmp_path / "cells", Plan(venue, named, 1))
+    (left,) = found.left_out
+    assert (left.role, left.reference) == ("attacker", "listener")
+    assert left.reason.startswith(f"it cannot meet zoo:{tiny}: no Kalman filters")
+    assert found.payoffs.values.shape == (1, 2, 1)
+
+
+def test_who_clashes_most_is_left_out_first_and_named_ones_last() -> None:
+    def pair(attacker: str, defender: str) -> Pair:
+        return ("attacker", attacker), ("defender", defender)
+
+    many = {pair("a", "x"): "1", pair("a", "y"): "2", pair("b", "y"): "3", pair("c", "y"): "4"}
+    assert list(left_out_for(many, {})) == [("defender", "y"), ("attacker", "a")]
+    one = {pair("a", "zoo:x"): "why"}
+    assert left_out_for(one, {}) == {("attacker", "a"): "it cannot meet zoo:x: why"}
+    assert list(left_out_for(one, {"attacker": ["a"]})) == [("defender", "zoo:x")]

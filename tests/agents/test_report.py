@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from cps_agents.arena.meeting import Meeting
 from cps_agents.cli import app
 from cps_agents.report import pairs
-from cps_agents.report.board import telling
+from cps_agents.report.board import _training, telling
 from cps_agents.report.reel import reel_of
 from cps_agents.report.replay import MOST_FRAMES, Take, record
 from cps_agents.report.server import serve
@@ -94,6 +94,13 @@ def test_the_matrix_holds_the_meetings(folder: Path) -> None:
     for name, values in expected.items():
         assert cell["metrics"][name]["values"] == pytest.approx(values.tolist(), rel=1e-5)
     assert len(cell["takes"]) == 2
+
+
+def test_trained_policies_tell_how_they_came_about() -> None:
+    assert _training("zoo:hvac-attack-mtd2-cma") == "Trained by cma-es against `mtd2`, from preset `paper`."
+    assert _training("zoo:rogue-attack-mixture").startswith("Plays 2 policies, found by double-oracle")
+    assert "against a mixture of opponents" in _training("zoo:rogue-attack-ppo")
+    assert _training("square") == _training("zoo:missing") == ""
 
 
 def test_an_episode_is_the_one_that_was_played(folder: Path) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -143,6 +145,8 @@ def test_time_lines_move_with_the_picture_and_lead_to_moments(page: Any) -> None
     page.locator(".cell[aria-label^='square against monitor']").click()
     page.wait_for_selector(".track")
     assert page.get_by_text("What the defender believed").count() == 1
+    assert page.locator(".about code", has_text="apart").count() == 1
+    assert "`" not in page.locator(".pair").inner_text()
     page.get_by_text("What the attacker saw").click()
     plot = page.locator(".track .plot").first
     box = plot.bounding_box()
@@ -204,3 +208,15 @@ def test_a_missing_episode_is_told(browser: Any, page_file: Path, tmp_path: Path
     page.locator("button.cell").first.click()
     page.get_by_text("This episode cannot be shown").wait_for()
     page.close()
+
+
+def test_pictures_for_the_site_show_the_pair_that_is_asked_for(browser: Any, page_file: Path, tmp_path: Path) -> None:
+    arguments = (str(page_file), "rogue/square/monitor", str(tmp_path))
+    script = [sys.executable, "-m", "cps_agents.site.screenshots"]  # Playwright runs once in a process
+    assert subprocess.run([*script, *arguments], check=False).returncode == 0
+    for name in ("report.png", "report-phone.png"):
+        assert 20_000 < (tmp_path / name).stat().st_size < 400_000
+    bare = page_file.with_name("none.html")
+    bare.write_text("nothing")
+    refused = subprocess.run([*script, str(bare), *arguments[1:]], capture_output=True, text=True, check=False)
+    assert (refused.returncode, "has no episode of" in refused.stderr) == (2, True)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cps_agents.report.board import Board
     from cps_envs.core.types import Role
 
-QUICK_EPISODES, QUICK_PLAYERS = 2, 3
+EPISODES, QUICK_EPISODES, QUICK_PLAYERS = 10, 2, 3
 
 
 def report(
@@ -26,7 +26,9 @@ def report(
     defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
     overrides: Changes = None,
-    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...")] = 10,
+    episodes: Annotated[
+        int | None, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...; default: 10, with --quick 2.")
+    ] = None,
     replays: Annotated[int, typer.Option(min=0, help="Episodes of each pair that can be watched.")] = 1,
     runs: Annotated[
         list[Path] | None, typer.Option(metavar="DIR", help="Learning curves of training runs; may be repeated.")
@@ -36,7 +38,7 @@ def report(
     ] = None,
     folder: Annotated[Path, typer.Option("--out", help="Where the page and its episodes go.")] = Path("report"),
     quick: Annotated[
-        bool, typer.Option("--quick", help="Three players of each role, two episodes: a first look.")
+        bool, typer.Option("--quick", help="Three players of each role who can all meet: a first look.")
     ] = False,
     kept: Annotated[bool, typer.Option("--kept", help="Show finished meetings only; play none.")] = False,
     serve: Annotated[bool, typer.Option("--serve", help="Serve the page and open it in a browser.")] = False,
@@ -65,12 +67,12 @@ def report(
     require("scipy", extra="baselines", purpose="a report")
     curves, sheets = read_curves(runs or []), read_sheets(paper or [])
     asked: dict[Role, list[str]] = {"attacker": attackers or [], "defender": defenders or []}
-    names = problems or list(PROBLEMS)
+    names, count = problems or list(PROBLEMS), episodes or (QUICK_EPISODES if quick else EPISODES)
     values = assignments(overrides or [])
     plans = []
     for name in names:
         find_problem(name).config(preset, values)
-        plans.append(Plan(Venue(name, preset, values), asked, QUICK_EPISODES if quick else episodes))
+        plans.append(Plan(Venue(name, preset, values), asked, count))
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
         boards = [_board(plan, store, cores, kept, QUICK_PLAYERS if quick else None) for plan in plans]

@@ -12,6 +12,7 @@ from cps_agents.arena.play import Report, silent
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
+from cps_agents.league.clashes import find_clashes, left_out_for
 from cps_agents.league.equilibrium import Equilibrium, dominating, solve
 from cps_agents.league.meetings import RETURN, Payoffs, has_played, play_meetings
 from cps_agents.league.value import game_value
@@ -109,6 +110,18 @@ def play_league(plan: Plan, store: Store, workers: int, report: Report = silent)
 
 
 def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
+    """Who of those asked can play and meet all others who are left, by role, and who is left out.
+
+    Raises:
+        CommandError: a name that nothing has.
+    """
+    present, left_out = entrants(plan, store, pool)
+    gone = left_out_for(find_clashes(plan.venue, present, pool), plan.references)
+    left_out += [LeftOut(role, reference, reason) for (role, reference), reason in gone.items()]
+    return {role: [each for each in present[role] if (role, each.reference) not in gone] for role in ROLES}, left_out
+
+
+def entrants(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
     """Who of those asked can play, by role, and who is left out.
 
     Raises:

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from cps_agents.arena.admission import contestants
+from cps_agents.arena.admission import LONGEST_NAME, contestants
 from cps_agents.arena.meeting import Meeting, Result, make_meeting
 from cps_agents.arena.statistics import estimate
 from cps_agents.arena.store import Store
@@ -19,7 +19,8 @@ from cps_agents.league.league import League, LeftOut, Plan
 from cps_agents.league.meetings import RETURN
 from cps_agents.league.standing import standings
 from cps_agents.report.replay import Take
-from cps_agents.zoo.references import PREFIX
+from cps_agents.zoo.card import MIXTURE
+from cps_agents.zoo.references import PREFIX, card_of, is_missing
 from cps_baselines.arena import Contestant
 from cps_envs import find_problem
 from cps_envs.core.problem import Problem
@@ -157,17 +158,29 @@ def _value(league: League | None) -> dict[str, float | None] | None:
 
 
 def _players(board: Board, role: Role, shares: Mapping[str, float]) -> list[dict[str, Any]]:
-    about = {entry.name: entry.summary.replace("`", "") for entry in policies(board.problem, role)}
+    about = {entry.name: entry.summary for entry in policies(board.problem, role)}
     return [
         {
             "name": each.name,
             "reference": each.reference,
             "trained": each.reference.startswith(PREFIX),
-            "about": about.get(each.reference.partition("?")[0], ""),
+            "about": about.get(each.reference.partition("?")[0], "") or _training(each.reference),
             "share": round(shares[f"{role} {each.name}"], 4) if shares else None,
         }
         for each in (board.attackers if role == "attacker" else board.defenders)
     ]
+
+
+def _training(reference: str) -> str:
+    """How a trained policy came about, in a sentence; empty for others, and for one that is not there."""
+    card = None if is_missing(reference) else card_of(reference)
+    if card is None:
+        return ""
+    opponent = f"`{card.opponent}`" if len(card.opponent) <= LONGEST_NAME else "a mixture of opponents"
+    if card.head == MIXTURE:
+        several = "policies" if len(card.numbers) > 1 else "policy"
+        return f"Plays {len(card.numbers)} {several}, found by {card.algorithm} from preset `{card.preset}`."
+    return f"Trained by {card.algorithm} against {opponent}, from preset `{card.preset}`."
 
 
 def _cell(board: Board, pair: Pair, takes: Sequence[Take]) -> dict[str, Any] | str:

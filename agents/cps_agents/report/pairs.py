@@ -4,33 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from cps_agents.arena.admission import Application, admit, contestants
 from cps_agents.arena.meeting import Meeting, Result, attempt
 from cps_agents.arena.play import Report, silent
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError, explain
-from cps_agents.league.league import League, LeftOut, Plan, check_anybody, reason_against
+from cps_agents.league.league import League, Plan, check_anybody, entrants, line_up
 from cps_agents.league.meetings import RETURN, Payoffs
 from cps_agents.report.board import Board, Pair
 from cps_baselines.arena import Contestant
 from cps_baselines.workers import Workers
-from cps_envs.core.types import ROLES, Role
+from cps_envs.core.types import ROLES
 
 
 def play_board(plan: Plan, store: Store, workers: int, told: Report = silent, most: int | None = None) -> Board:
     """Everybody against everybody, or `most` of each role that stand for the others.
 
-    A pair that cannot play, as with forms that exclude each other, has no result.
+    A pair that cannot play, as with forms that exclude each other, has no result; those who stand for the others can
+    all meet.
 
     Raises:
         CommandError: a name that nothing has, or nobody left of a role.
     """
     with Workers(workers) as pool:
-        players, left_out = admitted(plan, pool)
+        players, left_out = (entrants if most is None else line_up)(plan, store, pool)
+        for role in ROLES:
+            check_anybody(role, players, left_out)
         board = Board(plan, some(players["attacker"], most), some(players["defender"], most), left_out, {})
         results, refused = _play(board, store, pool, told)
     board = replace(board, results=results, refused=refused)
@@ -42,26 +43,6 @@ def some(players: Sequence[Contestant], most: int | None) -> Sequence[Contestant
     if most is None or len(players) <= most:
         return players
     return [players[place] for place in np.linspace(0, len(players) - 1, most).round().astype(int)]
-
-
-def admitted(plan: Plan, pool: Workers) -> tuple[dict[Role, Sequence[Contestant]], list[LeftOut]]:
-    """Who can play, by role, and who is left out.
-
-    Raises:
-        CommandError: a name that nothing has, or nobody left of a role.
-    """
-    asked = [Application(role, each) for role in ROLES for each in contestants(plan.venue, plan.wanted(role))]
-    reasons = {
-        id(application): reason_against(plan, application, admission)
-        for application, admission in pool.run(partial(admit, plan.venue), asked)
-    }
-    players = {
-        role: [each.contestant for each in asked if each.role == role and not reasons[id(each)]] for role in ROLES
-    }
-    left_out = [LeftOut(each.role, each.contestant.reference, reasons[id(each)]) for each in asked if reasons[id(each)]]
-    for role in ROLES:
-        check_anybody(role, players, left_out)
-    return dict(players), left_out
 
 
 def _play(board: Board, store: Store, pool: Workers, told: Report) -> tuple[dict[Pair, Result], dict[Pair, str]]:

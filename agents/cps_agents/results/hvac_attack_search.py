@@ -12,7 +12,7 @@ from cps_baselines.hvac.contest import ATTACKERS
 
 TRACKER = Contestant("searched", "zoo:hvac-attack-cma", "searched, hides in the drift")
 BRINK = Contestant("searched", "zoo:hvac-attack-mtd2-cma", "searched, at the threshold")
-DAYS, MTD2_DAYS = 20, 20
+DAYS, MTD2_DAYS = 200, 20
 FILTERS: Mapping[str, Any] = {"kalman_filters": True}  # shows more to those that need it and changes nothing else
 AIMS = {2: 42.0, 3: 140.0}  # C2 against MTD2; with one sensor nothing better than `brink` is known
 HIDDEN_CHOICE = {"opportunist": "judges a defender by its choices, which `learning` hides from the attacker"}

@@ -17,7 +17,7 @@ function makeBoard(board) {
   const changed = Object.entries(board.overrides).map(([name, value]) => `${name} = ${value}`).join(", ");
   const section = make("section", { id: board.name, "aria-labelledby": `${board.name}-title` },
     make("h2", { id: `${board.name}-title` }, board.title),
-    make("p", { class: "lead" }, board.summary),
+    make("p", { class: "lead" }, rich(board.summary)),
     make("p", { class: "facts" }, [`Preset ${board.preset}`, changed, `${board.attackers.length} attackers`, `${board.defenders.length} defenders`,
       `${board.episodes} episodes each`].filter(Boolean).map((fact) => make("span", {}, fact))),
     makeRefused(board),
@@ -40,13 +40,13 @@ function makeRefused(board) {
   if (!refused.length) return null;
   return make("details", { class: "left-out" },
     make("summary", {}, `${refused.length} pairs cannot play each other, so the game has no value here`),
-    make("ul", {}, refused.map(([i, j, reason]) => make("li", {}, make("b", {}, `${board.attackers[i].name} against ${board.defenders[j].name}`), `: ${reason}`))));
+    make("ul", {}, refused.map(([i, j, reason]) => make("li", {}, make("b", {}, `${board.attackers[i].name} against ${board.defenders[j].name}`), ": ", rich(reason)))));
 }
 
 function makeLeftOut(board) {
   if (!board.left_out.length) return null;
   return make("details", { class: "left-out" }, make("summary", {}, `${board.left_out.length} policies did not take part`),
-    make("ul", {}, board.left_out.map((each) => make("li", {}, make("b", {}, `${each.role} ${each.name}`), `: ${each.reason}`))));
+    make("ul", {}, board.left_out.map((each) => make("li", {}, make("b", {}, `${each.role} ${each.name}`), ": ", rich(each.reason)))));
 }
 
 function makeLearning(curves) {

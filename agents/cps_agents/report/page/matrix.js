@@ -36,7 +36,7 @@ function makeMatrix(board, open) {
     const sorted = sorting.by === by ? (sorting.up ? "ascending" : "descending") : null;
     const what = axis === "rows" ? "rows" : "columns";
     return make("th", { scope: extra.scope, class: extra.class, "aria-sort": sorted },
-      make("button", { type: "button", "data-sort": `${axis} ${by}`, title: `${player.about || player.name}. Click: sort the ${what}.`,
+      make("button", { type: "button", "data-sort": `${axis} ${by}`, title: `${(player.about || `${player.name}.`).replaceAll("`", "")} Click: sort the ${what}.`,
         onclick: () => sort(axis, by) }, make("span", {}, player.name, mark), note(player)));
   }
 
@@ -51,12 +51,12 @@ function makeMatrix(board, open) {
     const columns = order(board.defenders, state.columns, (j) => (state.columns.by === "sum" ? most(j) : value(state.columns.by, j)));
     const all = defined(rows.flatMap((i) => columns.map((j) => value(i, j))));
     const [low, high] = [Math.min(...all), Math.max(...all)];
-    const head = make("tr", {}, header("rows", "name", { name: "attacker", about: "Sort the attackers by name" }, { class: "corner" }),
+    const head = make("tr", {}, header("rows", "name", { name: "attacker", about: "Sort the attackers by name." }, { class: "corner" }),
       columns.map((j) => header("rows", j, board.defenders[j], { scope: "col" })),
-      header("rows", "sum", { name: "least", about: "What the attacker is sure of: the least over all defenders" }, { scope: "col", class: "sum" }));
+      header("rows", "sum", { name: "least", about: "What the attacker is sure of: the least over all defenders." }, { scope: "col", class: "sum" }));
     const body = rows.map((i, r) => make("tr", {}, header("columns", i, board.attackers[i], { scope: "row" }),
       columns.map((j, c) => cell(i, j, r, c, low, high)), make("td", { class: "sum" }, number(least(i)))));
-    const foot = make("tr", {}, header("columns", "sum", { name: "most", about: "What the defender concedes at most, over all attackers" }, { scope: "row", class: "sum" }),
+    const foot = make("tr", {}, header("columns", "sum", { name: "most", about: "What the defender concedes at most, over all attackers." }, { scope: "row", class: "sum" }),
       columns.map((j) => make("td", { class: "sum" }, number(most(j)))), make("td", { class: "sum" }));
     table.replaceChildren(make("thead", {}, head), make("tbody", {}, body, foot));
     caption.textContent = `Mean of ${board.episodes} episodes and its 95 % interval${state.metric === "return" && board.unit ? `, in ${board.unit}` : ""}. ` +
@@ -77,12 +77,14 @@ function makeMatrix(board, open) {
       type: "button", class: "cell", "--share": share.toFixed(3), "aria-pressed": chosen ? "true" : "false",
       tabindex: state.at[0] === r && state.at[1] === c ? 0 : -1, "data-at": `${r} ${c}`,
       "aria-label": `${board.attackers[i].name} against ${board.defenders[j].name}: ${number(found.mean)}`,
-      onclick: () => { state.at = [r, c]; choose(i, j); },
+      onclick: () => choose(i, j),
     }, make("b", {}, number(found.mean), make("i", {}, marks)), make("small", {}, interval(found))));
   }
 
   function choose(i, j) {
     state.chosen = [i, j];
+    draw();
+    state.at = table.querySelector(".cell[aria-pressed=true]").dataset.at.split(" ").map(Number);
     draw();
     focusCell();
     open(i, j, state.metric);

@@ -29,7 +29,7 @@ function makePair(board, i, j, metric) {
 
   const root = make("section", { class: "pair card", "aria-label": "The chosen pair" },
     make("h3", {}, make("span", { class: "attacker" }, attacker.name), " against ", make("span", { class: "defender" }, defender.name)),
-    [attacker, defender].map((player_) => player_.about && make("p", { class: "about" }, make("b", {}, player_.name), `: ${player_.about}`)),
+    [attacker, defender].map((player_) => player_.about && make("p", { class: "about" }, make("b", {}, player_.name), ": ", rich(player_.about))),
     make("h4", {}, `${words(metric)} over ${found.values.length} episodes`),
     makeDots(found, metric === "return" ? board.unit : "", seeds, watch),
     make("p", { class: "hint" }, "A dot is an episode. Rings can be watched. The diamond is the mean, the bar its 95 % interval."),

@@ -16,6 +16,11 @@ function make(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** Text in which `names` between backticks are set as code. */
+function rich(text) {
+  return text.split("`").map((part, place) => (place % 2 ? make("code", {}, part) : part));
+}
+
 /** A number with so many significant digits, a true minus sign, and no needless zeros. */
 function number(value, digits = 3) {
   if (value === null || value === undefined || Number.isNaN(value)) return "–";
