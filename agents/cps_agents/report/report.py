@@ -49,7 +49,7 @@ def write_report(report: Report, folder: Path, workers: int = 1, told: Told = si
         "curves": list(report.curves),
         "sheets": list(report.sheets),
         "about_sheets": report.about_sheets,
-        "foot": "Written by cps-envs report. This page loads nothing from the network.",
+        "foot": "Written by cps-envs. This page loads nothing from the network.",
     }
     page = write_page(folder, content)
     every = [take for chosen in takes for group in chosen.values() for take in group]
