@@ -170,6 +170,11 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatc
     second = CliRunner().invoke(app, [*arguments, "--json"])
     assert "Played before: 2 meetings" in second.stderr
     assert json.loads(second.stdout)["problems"][0]["problem"] == "disbanding"
+    third = CliRunner().invoke(app, [*arguments, "--html", str(tmp_path / "page")])
+    assert third.exit_code == 0, third.output
+    page = (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
+    assert '"The paper beside ours"' in page
+    assert "0.00 (0)\\npaper 3.00\\nwith crash\\n-3.00 near" in page
 
 
 def test_the_disbanding_benchmark_covers_the_printed_cells() -> None:

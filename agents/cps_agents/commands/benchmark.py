@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
+from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Html, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.table import Table
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cps_agents.results.block import Block
 
 Names = list[str] | None
+LEARNED = ("Learned policies", "Trained policies, beside what they should reach on seeds that no training has used.")
 
 
 class Suite(str, Enum):
@@ -45,6 +46,7 @@ def benchmark(
     publish: Annotated[bool, typer.Option("--publish", help="Renew docs/results.md and more (suite learned).")] = False,
     show: Annotated[bool, typer.Option("--list", help="Print the tables and stop.")] = False,
     folder: Annotated[Path, typer.Option("--out", help="Write files to this folder.")] = Path("results"),
+    html: Html = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     fresh: Fresh = False,
@@ -79,7 +81,7 @@ def benchmark(
             _list_blocks(blocks)
             return
         with alone_in(folder):
-            _examine(blocks, store, folder, workers, quick, publish, as_json)
+            _examine(blocks, store, folder, html, workers, quick, publish, as_json)
     else:
         choice = Choice(table or [], attacker or [], defender or [], quick, full)
         if show:
@@ -87,7 +89,7 @@ def benchmark(
             return
         chosen = select([find_benchmark(name) for name in names], choice)
         with alone_in(folder):
-            _play(chosen, choice, store, folder, workers, as_json)
+            _play(chosen, choice, store, folder, html, workers, as_json)
     if quick:
         err().print("--quick: few episodes and short searches; these are no results.")
 
@@ -114,13 +116,22 @@ def _list_blocks(blocks: Sequence[Block]) -> None:
     out().print(table)
 
 
-def _play(benchmarks: Sequence[Any], choice: Choice, store: Store, folder: Path, workers: int, as_json: bool) -> None:
+def _play(
+    benchmarks: Sequence[Any],
+    choice: Choice,
+    store: Store,
+    folder: Path,
+    html: Path | None,
+    workers: int,
+    as_json: bool,
+) -> None:
     """Suite `paper`, with each problem's tables as soon as they are there."""
     import time
 
-    from cps_agents.benchmark.report import document
+    from cps_agents.benchmark.report import document, tables
     from cps_agents.benchmark.suite import find_benchmark
     from cps_agents.machine import describe
+    from cps_agents.report.report import PAPER
 
     started = time.monotonic()
     outcomes = []
@@ -131,6 +142,7 @@ def _play(benchmarks: Sequence[Any], choice: Choice, store: Store, folder: Path,
     wall_s = time.monotonic() - started
     found = document(outcomes, describe(), wall_s)
     files = _write(outcomes, found, folder)
+    files += [] if html is None else [_page([table for each in outcomes for table in tables(each)], PAPER, html)]
     if as_json:
         print_json(found)
     reused = sum(outcome.played.reused for outcome in outcomes)
@@ -177,7 +189,14 @@ def _show(outcome: Outcome) -> None:
 
 
 def _examine(
-    blocks: Sequence[Block], store: Store, folder: Path, workers: int, quick: bool, publish: bool, as_json: bool
+    blocks: Sequence[Block],
+    store: Store,
+    folder: Path,
+    html: Path | None,
+    workers: int,
+    quick: bool,
+    publish: bool,
+    as_json: bool,
 ) -> None:
     """Suite `learned`, with each problem's tables as soon as they are there."""
     from cps_agents.machine import describe
@@ -188,17 +207,25 @@ def _examine(
     from cps_agents.results.publication import write
     from cps_agents.results.report import tables
 
-    found, console = [], out()
+    found, printed, console = [], list[Table](), out()
     for name in dict.fromkeys(block.problem for block in blocks):
         mine = [block for block in blocks if block.problem == name]
         with Progress(name, 1) as progress:
             found.append(examine(mine, store, workers=workers, quick=quick, report=progress.report))
-        if not as_json:
-            for table in tables(document(mine, found[-1], describe(), quick)):
-                console.print(table)
+        printed += (new := list(tables(document(mine, found[-1], describe(), quick))))
+        for table in () if as_json else new:
+            console.print(table)
     findings = together(found)
     result = document(blocks, findings, describe(), quick)
     files = [*write(result, folder), *(put(result, Path()) if publish else [])]
+    files += [] if html is None else [_page(printed, LEARNED, html)]
     if as_json:
         print_json(result)
     conclude(files, findings.reused)
+
+
+def _page(tables: Sequence[Table], about: tuple[str, str], folder: Path) -> Path:
+    from cps_agents.report.report import Report, write_report
+    from cps_agents.report.sheets import sheets_of_printed
+
+    return write_report(Report(sheets=sheets_of_printed(tables), about_sheets=about), folder)

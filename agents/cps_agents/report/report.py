@@ -16,6 +16,7 @@ from cps_agents.report.replay import Take, record
 from cps_baselines.workers import Workers
 
 MOST_BYTES, LEAST_BYTES = 9_000_000, 60_000  # of all episodes, and of one that is long
+PAPER = ("The paper beside ours", "What the dissertation prints, beside what this code computes.")
 TITLE = "Attack and defence of cyber-physical systems"
 
 
@@ -27,6 +28,7 @@ class Report:
     replays: int = 1  # episodes of each pair that can be watched
     curves: Sequence[dict[str, Any]] = ()
     sheets: Sequence[dict[str, Any]] = ()
+    about_sheets: tuple[str, str] = PAPER  # heading and first sentence
     title: str = TITLE
     facts: Sequence[str] = field(default_factory=tuple)
 
@@ -46,7 +48,8 @@ def write_report(report: Report, folder: Path, workers: int = 1, told: Told = si
         "boards": [document(board, chosen) for board, chosen in zip(report.boards, takes, strict=True)],
         "curves": list(report.curves),
         "sheets": list(report.sheets),
-        "foot": "Written by cps-envs report. This page loads nothing from the network.",
+        "about_sheets": report.about_sheets,
+        "foot": "Written by cps-envs. This page loads nothing from the network.",
     }
     page = write_page(folder, content)
     every = [take for chosen in takes for group in chosen.values() for take in group]

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from cps_agents.errors import CommandError
+from cps_agents.table import Table as Printed
+from cps_agents.table import plain
 from cps_baselines.reproduction.exhibit import Table
 
 
@@ -29,6 +31,20 @@ def sheets_of(tables: Iterable[Table]) -> list[dict[str, Any]]:
             "rows": [list(row) for row in table.rows],
             "left": table.left,
             "notes": list(table.notes),
+        }
+        for table in tables
+    ]
+
+
+def sheets_of_printed(tables: Iterable[Printed]) -> list[dict[str, Any]]:
+    """Tables that a terminal shows."""
+    return [
+        {
+            "title": table.title,
+            "headings": list(table.columns),
+            "rows": [[plain(cell) for cell in row] for row in table.rows],
+            "left": table.left,
+            "notes": list(table.caption),
         }
         for table in tables
     ]

@@ -56,29 +56,30 @@ function makeLearning(curves) {
     [...groups].map(([name, members]) => make("div", { class: "card" }, make("h3", {}, name), makeCurves(members))));
 }
 
-function makePaper(sheets) {
-  return make("section", { id: "paper" }, make("h2", {}, "The paper beside ours"),
-    make("p", { class: "lead" }, "What the dissertation prints, beside what this code computes."),
+function makePaper(sheets, [heading, lead]) {
+  return make("section", { id: "paper" }, make("h2", {}, heading), make("p", { class: "lead" }, lead),
     sheets.map((sheet, k) => make("details", { class: "card sheet", open: k === 0 }, make("summary", {}, sheet.title),
       make("div", { class: "scroll", tabindex: 0 }, make("table", { class: "plain" },
         make("thead", {}, make("tr", {}, sheet.headings.map((text) => make("th", { scope: "col" }, text)))),
         make("tbody", {}, sheet.rows.map((row) => make("tr", {}, row.map((text, place) =>
           make(place < sheet.left ? "th" : "td", { scope: place < sheet.left ? "row" : null, class: verdict(text) }, text))))))),
-      sheet.notes.map((text) => make("p", { class: "hint" }, text)))));
+      sheet.notes.map((text) => make("p", { class: "hint" }, rich(text))))));
 }
 
+/** How a cell agrees with the paper: it says nothing else, or says so at the end of its last line. */
 function verdict(text) {
-  return { reproduced: "good", match: "good", near: "fair", partly: "fair", "not reproduced": "poor", miss: "poor" }[text] ?? null;
+  const said = text.includes("\n") ? text.split(" ").at(-1) : text;
+  return { reproduced: "good", match: "good", near: "fair", partly: "fair", "not reproduced": "poor", miss: "poor" }[said] ?? null;
 }
 
 const boards = content.boards.map(makeBoard);
 const parts = [...boards.map(({ board }) => [board.name, board.title]),
-  ...(content.curves.length ? [["learning", "Learning"]] : []), ...(content.sheets.length ? [["paper", "Paper"]] : [])];
+  ...(content.curves.length ? [["learning", "Learning"]] : []), ...(content.sheets.length ? [["paper", "Tables"]] : [])];
 document.getElementById("top").append(make("h1", {}, content.title), make("p", { class: "facts" }, content.facts.map((fact) => make("span", {}, fact))),
   parts.length > 1 ? make("nav", { "aria-label": "Parts" }, parts.map(([id, title]) => make("a", { href: `#${id}` }, title))) : "");
 main.append(...boards.map(({ section }) => section));
 if (content.curves.length) main.append(makeLearning(content.curves));
-if (content.sheets.length) main.append(makePaper(content.sheets));
+if (content.sheets.length) main.append(makePaper(content.sheets, content.about_sheets));
 document.getElementById("foot").append(make("p", {}, content.foot));
 const asked = decodeURIComponent(location.hash.slice(1));
 for (const { matrix, board } of boards) {
