@@ -252,7 +252,7 @@ def test_what_is_measured_is_what_the_state_says() -> None:
 @pytest.mark.parametrize("stops", [True, False])
 def test_charges_follow_their_formula(stops: bool) -> None:
     game = started(collision_penalty=0.3)
-    episode, metrics = view(game.state, 0), records(Metrics, 1)
+    episode, metrics = view(game.state, 0), records(Metrics, 1).view(np.recarray)
     constants: Any = SimpleNamespace(num_vehicles=40, stop_at_collision=stops)
     rules: Any = SimpleNamespace(collision_penalty=0.3, horizon_steps=200, pays_intact_now=False)
     metrics["velocity_error_all"], metrics["velocity_error_intact_now"] = 3.0, 2.0

@@ -299,7 +299,7 @@ def test_a_new_episode_trusts_every_reading_again() -> None:
 @pytest.mark.parametrize(("speed", "paid"), [(-0.05, 0.05), (0.05, 0.0)])
 def test_an_impact_is_paid_by_its_speed(speed: float, paid: float) -> None:
     constants: Any = SimpleNamespace(desired_gap_m=4.0, pays_any=False)
-    table = records(Metrics, 1)
+    table = records(Metrics, 1).view(np.recarray)  # as plain Python needs them
     assert collide(np.array([-4.0, 0.0, speed, 0.0]), constants, 0, table)
     assert table[0]["impact_speed_mps"] == paid
     assert table[0]["worst_impact_mps"] == max(speed * -1, 0.0)

@@ -86,7 +86,7 @@ def test_the_document_s_table_is_what_the_command_prints(full: Reproduction[Resu
         assert printed[3:5] == [reference.mean, reference.deviation]
         means = [metrics[name].mean() for name in ("stopped", "smallest_gap_m", "rms_acceleration_mps2")]
         assert printed[5:] == pytest.approx(means, abs=0.003)
-    assert "(here 9 and 10 %)" in text
+    assert "9 and 10 % here" in text
     ends = [full.evidence.recovery(case) for case in (BASE, SHORT, LONG)]
     without, *mitigated = (int(end.recovered(NEAR_SHARE).sum()) for end in ends)
     assert f"{sum(mitigated)} of 40 have them within 10 %" in text
