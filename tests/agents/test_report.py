@@ -291,3 +291,9 @@ def test_a_reel_gives_back_every_picture() -> None:
         drawn.append(recorder.shapes)
         expected.append([list(shape) for shape in recorder.shapes])
     assert pictures(json.loads(json.dumps(reel_of(recorder, drawn)))) == expected
+
+
+def test_a_choice_that_lasts_shorter_than_a_moment_is_seen() -> None:
+    packed = record(Take(Meeting(Venue("disbanding"), "adaptive", "copy", 1), 11, "key"))
+    (track,) = json.loads(gzip.decompress(base64.b64decode(packed)))["tracks"]["attacker"]["actions"]
+    assert sum(level > 0 for level in track["rows"][0]) == 2

@@ -27,7 +27,7 @@ def report(
     preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
     overrides: Changes = None,
     episodes: Annotated[
-        int | None, typer.Option(min=1, max=MOST, help="Of each pair, on seeds 0, 1, ...; default: 10, with --quick 2.")
+        int | None, typer.Option(min=1, max=MOST, help="Of each pair; default: 10, with --quick 2.")
     ] = None,
     replays: Annotated[int, typer.Option(min=0, help="Episodes of each pair that can be watched.")] = 1,
     runs: Annotated[

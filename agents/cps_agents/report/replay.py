@@ -78,6 +78,8 @@ class Camera:
         self._times: list[float] = []
         self._pictures: list[list[Shape]] = []
         self._diaries: dict[Role, Diary] = {role: Diary() for role in ROLES}
+        self._intervals = [match.game.decision_interval[role] for role in ROLES]
+        self._noted: dict[Role, Any] = {}  # choices since the last moment
 
     def run(self) -> float:
         """Play; returns what the attacker is paid."""
@@ -86,9 +88,10 @@ class Camera:
         watch = getattr(self._viewer, "watch", None)
         for stop in stops:
             while now < stop and not game.terminated[0]:
-                stride = stop - now if watch is None else 1
+                stride = 1 if watch else min(stop - now, *(every - now % every for every in self._intervals))
                 paid += float(self._match.step({}, ~game.terminated, stride)[0])
                 now += stride
+                self._note()
                 if watch is not None and now < stop:
                     watch(game.scene(0))
             self._shoot(now)
@@ -113,6 +116,14 @@ class Camera:
             "reel": None if self._recorder is None else reel_of(self._recorder, pictures),
         }
 
+    def _note(self) -> None:
+        """Keep a choice that differs from the last moment's, so that one that lasts shorter than a moment is seen."""
+        for role, diary in self._diaries.items():
+            chosen = self._match.action(role)[0]
+            whole = np.issubdtype(np.asarray(chosen).dtype, np.integer)
+            if whole and diary.actions and role not in self._noted and not np.array_equal(chosen, diary.actions[-1]):
+                self._noted[role] = np.copy(chosen)
+
     def _shoot(self, step: int) -> None:
         game = self._match.game
         if self._viewer is not None and self._recorder is not None:
@@ -121,5 +132,5 @@ class Camera:
         self._times.append(round(step * game.step_s, 6))
         for role, diary in self._diaries.items():
             diary.observations.append(game.observe(role)[0])
-            diary.actions.append(self._match.action(role)[0])
+            diary.actions.append(self._noted.pop(role, self._match.action(role)[0]))
             diary.beliefs.append({name: values[0] for name, values in self._match.beliefs(role).items()})
