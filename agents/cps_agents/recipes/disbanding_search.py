@@ -111,7 +111,7 @@ class DisbandingAttackSearch(Recipe):
         Scene(4, overrides={"attack_budget": 4}),
     )
     population: int = 8
-    search_deviation: float = 0.4  # by hand and from grids of plans the start is good; a few generations improve it
+    search_deviation: float = 0.4  # set by hand from grids of plans, the start is good; the search hardly improves it
     total_steps: int = 8 * 14 * 6  # 6 generations
     evaluations: int = 2
     evaluation_episodes: int = 84
