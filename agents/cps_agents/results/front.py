@@ -62,9 +62,9 @@ FRONTS = (
     Front(
         "HVAC, attacker",
         "error of 3 sensors, °C² ↑",
-        "hvac-attack",
+        "hvac-attack-mtd2-searched",
         "mtd2, 3 of 4 sensors",
-        "learned",
+        "searched",
         "constant",
     ),
     Front(
