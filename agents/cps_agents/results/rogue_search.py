@@ -43,8 +43,8 @@ DEFENSE = Block(
     shown=("damage", "formation_cost_s"),
     notes=(
         "Pay is the damage and 0.2 m/s for each second of formation cost.",
-        "How far fresh attacks exploit it: `cps-envs best-response rogue attacker --against zoo:rogue-defense-monitor-cma "
-        "--oracle search`.",
+        "How far fresh attacks exploit it: `cps-envs best-response rogue attacker "
+        "--against zoo:rogue-defense-monitor-cma --oracle search`.",
     ),
 )
 BLOCKS = (DEFENSE,)
