@@ -24,7 +24,9 @@ def _liars(count: int) -> Mapping[str, Any]:
 
 def _drifting(title: str, count: int, *, headline: bool = False) -> Row:
     venue = Venue("hvac", "learning", _liars(count))
-    return Row(title, (Challenge(venue, "attacker", "zoo:hvac-defense-cma", DAYS if count else ALL_DAYS),), headline=headline)
+    return Row(
+        title, (Challenge(venue, "attacker", "zoo:hvac-defense-cma", DAYS if count else ALL_DAYS),), headline=headline
+    )
 
 
 def _checked(count: int) -> Row:
