@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cps_envs.core.kernels import view
+from cps_envs.core.kernels import records, view
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
@@ -16,6 +17,7 @@ from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.noise import noise
+from cps_envs.rogue.payoff import Metrics, measure
 from cps_envs.rogue.problem import ROGUE
 from tests import episodes
 
@@ -205,3 +207,20 @@ def test_noise_in_plain_python_takes_seeds_below_zero() -> None:
     drawn = [noise(0.05, seed, 3, 0) for seed in (-1609375537816396722, -1, 0, 1)]
     assert len(set(drawn)) == 4
     assert max(map(abs, drawn)) < 0.5
+
+
+@pytest.mark.parametrize(("step", "attacked"), [(5, 0), (6, 1)])
+def test_what_is_measured_is_what_the_state_says(step: int, attacked: int) -> None:
+    episode = view(started().state, 0)
+    pairs, vehicles = episode.damage.size, episode.alarm.size
+    episode.damage[:], episode.collisions[:] = np.arange(1.0, pairs + 1), 2
+    episode.alarm[:], episode.step[0] = np.where(np.arange(vehicles) % 2, 1, -1), step
+    drawn: Any = SimpleNamespace(attacker=2, onset_step=5, reference_start_m=100.0, reference_speed_mps=10.0)
+    rules: Any = SimpleNamespace(formation_weight_mps2=0.5, dt_s=0.1)
+    score = records(Metrics, 1).view(np.recarray)[0]  # as plain Python needs it
+    score.formation_cost_s = 8.0
+    measure(episode, score, drawn, rules)
+    assert (score.damage, score.damage_ahead) == (episode.damage.sum(), episode.damage[2:].sum())
+    assert (score.collisions, score.alarms, score.attacked) == (2 * pairs, vehicles, attacked)
+    assert score.formation_charge == 4.0
+    assert score.reference_error_m == pytest.approx(100.0 + step - episode.position[-1])
