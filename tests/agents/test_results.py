@@ -241,6 +241,9 @@ def test_the_document_tells_everything(block: Block, tmp_path: Path) -> None:
     front = Front("rogue, attacker", "damage", "tiny", row["title"], "learned", "square")
     *_, cells = front_table(made, (front, replace(front, block="unknown")))
     assert cells.startswith("| rogue, attacker | damage | square ")
+    assert "*" not in cells  # everybody has played the same episodes
+    row["scores"]["square"]["episodes"] -= 1
+    assert "* |" in front_table(made, (front,))[-1]
     assert "best " in cells  # what is possible
     assert "duty_square" not in cells
     assert [line.startswith("| role |") for line in readme_table(made).splitlines()] == [False, True, False, False]

@@ -112,20 +112,24 @@ def _cells(front: Front, blocks: Mapping[str, Block], row: Mapping[str, Any]) ->
     return [
         front.role,
         front.counts,
-        _number(block, row, front.paper) if front.paper else "none",
-        _best(block, row),
+        _number(front, block, row, front.paper) if front.paper else "none",
+        _best(front, block, row),
         score_text(block, row, front.learned, beside=False),
         possible or "not known",
     ]
 
 
-def _number(block: Block, row: Mapping[str, Any], name: str) -> str:
+def _number(front: Front, block: Block, row: Mapping[str, Any], name: str) -> str:
+    """A baseline and its mean; a star says that it played fewer episodes than the learned policy."""
     titles = {each["name"]: each["title"] for each in block["baselines"]}
     score = row["scores"].get(name)
-    return f"{titles[name]} {number(block, row, score['mean'])}" if score else "not played"
+    if not score:
+        return "not played"
+    fewer = score["episodes"] < row["scores"][front.learned]["episodes"]
+    return f"{titles[name]} {number(block, row, score['mean'])}{'*' if fewer else ''}"
 
 
-def _best(block: Block, row: Mapping[str, Any]) -> str:
+def _best(front: Front, block: Block, row: Mapping[str, Any]) -> str:
     """The best baseline that is not told more than its role may know."""
     sign = 1.0 if block["role"] == "attacker" else -1.0
     known = {
@@ -133,4 +137,4 @@ def _best(block: Block, row: Mapping[str, Any]) -> str:
         for each in block["baselines"]
         if not each["optimum"] and each["name"] in row["scores"]
     }
-    return _number(block, row, max(known, key=lambda name: known[name])) if known else "none"
+    return _number(front, block, row, max(known, key=lambda name: known[name])) if known else "none"

@@ -12,7 +12,7 @@ from cps_baselines.hvac.contest import ATTACKERS
 
 TRACKER = Contestant("searched", "zoo:hvac-attack-cma", "searched, hides in the drift")
 BRINK = Contestant("searched", "zoo:hvac-attack-mtd2-cma", "searched, at the threshold")
-ALL_DAYS, DAYS, MTD2_DAYS = 200, 20, 20
+DAYS, MTD2_DAYS = 200, 20
 FILTERS: Mapping[str, Any] = {"kalman_filters": True}  # shows more to those that need it and changes nothing else
 AIMS = {2: 42.0, 3: 140.0}  # C2 against MTD2; with one sensor nothing better than `brink` is known
 HIDDEN_CHOICE = {"opportunist": "judges a defender by its choices, which `learning` hides from the attacker"}
@@ -24,9 +24,7 @@ def _liars(count: int) -> Mapping[str, Any]:
 
 def _drifting(title: str, count: int, *, headline: bool = False) -> Row:
     venue = Venue("hvac", "learning", _liars(count))
-    return Row(
-        title, (Challenge(venue, "attacker", "zoo:hvac-defense-cma", DAYS if count else ALL_DAYS),), headline=headline
-    )
+    return Row(title, (Challenge(venue, "attacker", "zoo:hvac-defense-cma", DAYS),), headline=headline)
 
 
 def _checked(count: int) -> Row:
