@@ -25,9 +25,9 @@ import ray
 from cps_agents.arena.meeting import make_meeting, run_job
 from cps_agents.arena.store import Store
 from cps_agents.league.league import Plan, line_up
-from cps_agents.learning.job import Job
 from cps_agents.learning.learner import learn
 from cps_agents.learning.recipe import Recipe, changed
+from cps_agents.learning.run import Job
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
 from cps_baselines.workers import Workers

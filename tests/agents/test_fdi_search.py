@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cps_agents.learning.candidates import play_scenes
-from cps_agents.learning.scene import count_episodes
+from cps_agents.learning.recipe import count_episodes
 from cps_agents.learning.search import family_of
-from cps_agents.recipes.fdi_search import FALSE_ALARM_MPS, HONEST_ALARM_MPS, FdiAttackSearch, FdiDefenseSearch
+from cps_agents.recipes.fdi import FALSE_ALARM_MPS, HONEST_ALARM_MPS, FdiAttackSearch, FdiDefenseSearch
 
 
 @pytest.mark.parametrize("recipe", [FdiDefenseSearch(), FdiAttackSearch()])

@@ -18,9 +18,8 @@ pytest.importorskip("stable_baselines3")
 
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
-from cps_agents.learning.earlier import read_earlier
-from cps_agents.learning.job import Job
 from cps_agents.learning.learner import learn
+from cps_agents.learning.run import Job, read_earlier
 from cps_agents.learning.tracking import Subject, make_tracker
 from cps_agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError

@@ -52,8 +52,7 @@ SHORT: dict[str, Any] = {
 
 def test_a_policy_search_is_spread_over_two_workers(tmp_path: Path) -> None:
     pytest.importorskip("cma")
-    from cps_agents.learning.recipe import Recipe
-    from cps_agents.learning.scene import Scene
+    from cps_agents.learning.recipe import Recipe, Scene
 
     knobs: dict[str, Any] = {
         "algorithm": "cma-es",
@@ -90,8 +89,8 @@ def check_same_anywhere(recipe: Any, folder: Path) -> None:
     """That two seeds end, and that a worker's policy is the one that this process would have learned."""
     from ray_cluster import train_everywhere
 
-    from cps_agents.learning.job import Job
     from cps_agents.learning.learner import learn
+    from cps_agents.learning.run import Job
 
     train_everywhere(recipe, 2, folder)
     for seed in (0, 1):

@@ -13,8 +13,8 @@ from cps_agents.errors import CommandError
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
-    from cps_agents.learning.job import Job
     from cps_agents.learning.recipe import Recipe
+    from cps_agents.learning.run import Job
 
 NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
 SHIP = "Combine the seeds' best networks into one policy in this folder."
@@ -64,8 +64,8 @@ def train(
     Press Ctrl-C at any time: the policy so far is usable, and --resume continues. cma-es searches the numbers of a
     family of policies; there a step is an episode.
     """
-    from cps_agents.learning.earlier import read_earlier
     from cps_agents.learning.recipe import changed
+    from cps_agents.learning.run import read_earlier
     from cps_agents.learning.tracking import check_tracker
     from cps_agents.machine import available_cores
     from cps_agents.recipes.finding import RECIPES, find_recipe
@@ -96,8 +96,8 @@ def train(
 
 
 def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
-    from cps_agents.learning.job import Job
     from cps_agents.learning.recipe import SEARCH
+    from cps_agents.learning.run import Job
     from cps_agents.machine import describe
     from cps_envs.core.errors import require
 

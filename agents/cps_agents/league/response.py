@@ -18,8 +18,7 @@ from cps_agents.league.oracles import Oracle, check_installed
 from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of, venue_of
-from cps_agents.learning.recipe import SEARCH, Recipe, changed
-from cps_agents.learning.scene import Scene
+from cps_agents.learning.recipe import SEARCH, Recipe, Scene, changed
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
@@ -227,7 +226,7 @@ def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) 
     Raises:
         CommandError: see `cps_agents.learning.learner.learn`.
     """
-    from cps_agents.learning.job import Job
+    from cps_agents.learning.run import Job
     from cps_agents.learning.runs import train_all
 
     jobs = [

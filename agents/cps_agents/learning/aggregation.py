@@ -15,7 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.callback import TrainingCallback
+from cps_agents.learning.callback import TrackerWriter, TrainingCallback
 from cps_agents.learning.export import network_of_model
 from cps_agents.learning.learner import Report
 from cps_agents.learning.model import make_model
@@ -27,7 +27,6 @@ from cps_agents.learning.sequence_imitation import imitate_sequences
 from cps_agents.learning.sequences import Sequences, collect, joined, read_sequences, write_sequences
 from cps_agents.learning.tracking import Tracker
 from cps_agents.learning.training_envs import TrainingEnvs
-from cps_agents.learning.writer import TrackerWriter
 
 
 def begin_taught(run: Run, device: str, envs: TrainingEnvs, report: Report) -> BaseAlgorithm:

@@ -1,20 +1,72 @@
-"""What happens between the updates of a run: progress, evaluation on validation seeds, checkpoints."""
+"""What happens between the updates of a run: progress, evaluation on validation seeds, checkpoints, trackers.
+
+At first the value function may learn alone, lest it spoil an imitated policy while it knows nothing.
+"""
 
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import KVWriter
 
 from cps_agents.files import replacing
 from cps_agents.learning.export import network_of_model
 from cps_agents.learning.learner import Report
 from cps_agents.learning.presentation import make_card, policy_of
 from cps_agents.learning.run import Run
+from cps_agents.learning.tracking import Tracker
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_agents.learning.validation import validate
 from cps_agents.zoo.files import save
+
+
+class TrackerWriter(KVWriter):
+    """Hands on the numbers; text, figures and films stay behind."""
+
+    def __init__(self, tracker: Tracker) -> None:
+        self._tracker = tracker
+
+    def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
+        """What one `dump` of the logger holds."""
+        numbers = {
+            name: float(value) for name, value in key_values.items() if isinstance(value, (int, float, np.number))
+        }
+        self._tracker.log(numbers, step)
+
+    def close(self) -> None:
+        """The tracker is closed where it was made."""
+
+
+VALUE_PARTS = ("mlp_extractor.value_net", "value_net", "lstm_critic")
+
+
+class ValueWarmUp(BaseCallback):
+    """Freezes everything but the value function for the first updates of a run."""
+
+    def __init__(self, updates: int) -> None:
+        super().__init__()
+        self._left = updates
+
+    def _on_training_start(self) -> None:
+        self._left = self._left if self.num_timesteps == 0 else 0
+        self._let_learn(self._left == 0)
+
+    def _on_step(self) -> bool:
+        return True
+
+    def _on_rollout_start(self) -> None:
+        if self._left == 0:
+            self._let_learn(True)
+        self._left -= 1
+
+    def _let_learn(self, free: bool) -> None:
+        for name, weight in self.model.policy.named_parameters():
+            if not name.startswith(VALUE_PARTS):
+                weight.requires_grad_(free)
+
 
 CHECKPOINT_EVERY_S = 60.0
 

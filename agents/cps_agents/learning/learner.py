@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cps_agents.learning.job import Job
 from cps_agents.learning.recipe import SEARCH
-from cps_agents.learning.recording import check_resumable
-from cps_agents.learning.run import FINISHED
+from cps_agents.learning.run import FINISHED, Job, check_resumable
 from cps_agents.locking import alone_in
 from cps_baselines.interruption import ending
 

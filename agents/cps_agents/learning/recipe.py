@@ -1,18 +1,38 @@
-"""Everything that decides how a policy is trained."""
+"""Everything that decides how a policy is trained, and recipes as files keep them.
+
+A file may have been written before a knob was added.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
+from cps_agents.console import to_json
 from cps_agents.errors import CommandError
-from cps_agents.learning.scene import Scene
 from cps_envs.core.errors import near
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Role
 
 if TYPE_CHECKING:
     from cps_envs.core.game import Game
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A part of the episodes that judge a candidate; what is empty here is the recipe's."""
+
+    episodes: int
+    opponent: str = ""
+    preset: str = ""
+    overrides: Mapping[str, Any] = field(default_factory=dict)  # on top of the recipe's
+
+
+def count_episodes(scenes: Sequence[Scene]) -> int:
+    """How many episodes judge a candidate."""
+    return sum(scene.episodes for scene in scenes)
+
 
 SEARCH = "cma-es"
 LEAST_POPULATION = 4
@@ -195,3 +215,16 @@ def _scenes(value: Any) -> tuple[Scene, ...]:
     if not all(type(scene.episodes) is int and scene.episodes > 0 for scene in found):
         raise CommandError("every scene needs a whole number of episodes, at least 1")
     return found
+
+
+def knobs_of(recipe: Recipe) -> dict[str, Any]:
+    """Every knob as a JSON file has it."""
+    found: dict[str, Any] = json.loads(to_json(asdict(recipe)))
+    return found
+
+
+def differing(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[str]:
+    """Knobs in which two kept recipes differ; one that a file does not have yet stands at its default."""
+    usual = knobs_of(Recipe())
+    ours, theirs = {**usual, **first}, {**usual, **second}
+    return sorted(name for name in ours.keys() | theirs.keys() if ours.get(name) != theirs.get(name))

@@ -1,18 +1,25 @@
-"""The folder of one training run: one recipe, one seed."""
+"""The folder of one training run, one recipe and one seed: what has to be done, and what the folder says of it.
+
+It says so while the policy is being trained, however that ends, and what `run.json` tells can be trained again.
+"""
 
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
-from cps_agents.learning.knobs import differing, knobs_of
-from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.recipe import Recipe, changed, differing, knobs_of
+from cps_agents.learning.tracking import Subject, Tracker, make_tracker
+from cps_agents.machine import versions
+from cps_agents.recipes.finding import RECIPES
 from cps_envs.core.documents import Entry, Source, entry_of, read_entry, read_text
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
@@ -109,3 +116,84 @@ def _check(found: Entry) -> None:
     for name in ("cpu_s", "best_score"):
         if (number := found.get(name)) is not None and number.value is not None:
             number.number()
+
+
+@dataclass(frozen=True)
+class Job:
+    """A recipe, a seed, and where its run goes; plain data that any process can do."""
+
+    recipe: Recipe
+    seed: int
+    folder: Path
+    command: str
+    resume: bool = False
+    device: str = "cpu"
+    tracker: str = "tensorboard"
+
+    @property
+    def run(self) -> Run:
+        """The run's folder."""
+        return Run(self.folder, self.recipe, self.seed, self.command)
+
+    @property
+    def subject(self) -> Subject:
+        """What a tracker is told of it."""
+        return Subject(f"{self.recipe.name}-seed-{self.seed}", self.recipe.name, self.folder, knobs_of(self.recipe))
+
+
+def check_resumable(job: Job) -> None:
+    """Whether a job may begin, or go on.
+
+    Raises:
+        CommandError: there is another run in the folder, or an unfinished one that nobody asked to go on with.
+        DamagedFileError: `run.json` is damaged.
+    """
+    job.run.check_same()
+    if job.run.read().get("steps") and not job.resume:
+        raise CommandError(f"{job.folder} holds an unfinished run: continue with --resume, or delete it")
+
+
+def resumption_of(job: Job) -> int:
+    """How often the run has been gone on with, this time included; 0 for the first."""
+    return int(job.run.read().get("resumptions", -1)) + 1
+
+
+@contextmanager
+def recording(job: Job) -> Iterator[Tracker]:
+    """Says that the run is running, and at the end that it is finished, or interrupted; gives its tracker."""
+    run, before = job.run, job.run.read()
+    tracker = make_tracker(job.tracker, job.subject)
+    try:
+        started = before.get("started", time.time())
+        run.write(status=RUNNING, resumptions=resumption_of(job), versions=versions(), started=started)
+        yield tracker
+        run.write(status=FINISHED)
+    except BaseException:
+        with suppress(OSError):  # of a full disk, which is what has to be told
+            run.write(status=INTERRUPTED)
+        raise
+    finally:
+        tracker.close()
+
+
+class Earlier(NamedTuple):
+    """What an earlier run was."""
+
+    recipe: Recipe
+    seed: int
+
+
+def read_earlier(path: Path) -> Earlier:
+    """Recipe and seed of a run's `run.json`.
+
+    Raises:
+        DamagedFileError: it is no record of a training run.
+        CommandError: no such file, or its recipe is not one that this version knows.
+    """
+    if not path.is_file():
+        raise CommandError(f"{path} is not a file: name the run.json of a training run")
+    found = read_entry(path, "record of a training run", "Name the run.json of a training run.")
+    knobs, seed, base = found["recipe"].plain(), found["seed"].whole(0, MOST_STEPS), found["base"].text()
+    if base and base not in RECIPES:
+        raise CommandError(f"{path} is of the recipe {base!r}, which this version does not have")
+    return Earlier(changed(RECIPES.get(base, Recipe()), knobs), seed)

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from cps_agents.learning.job import Job
 from cps_agents.learning.learner import Report, learn
+from cps_agents.learning.run import Job
 from cps_agents.progress import Progress
 from cps_baselines.workers import Workers
 

@@ -15,13 +15,9 @@ from gymnasium import spaces
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.learning.candidates import play_scenes
-from cps_agents.learning.job import Job
-from cps_agents.learning.knobs import knobs_of
 from cps_agents.learning.learner import Report
-from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.recording import recording
-from cps_agents.learning.run import Run
-from cps_agents.learning.scene import count_episodes
+from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
+from cps_agents.learning.run import Job, Run, recording
 from cps_agents.learning.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_agents.learning.tracking import Tracker
 from cps_agents.machine import versions

@@ -127,7 +127,7 @@ class Study:
         return study
 
     def _check_same(self, study: optuna.Study) -> None:
-        from cps_agents.learning.knobs import knobs_of
+        from cps_agents.learning.recipe import knobs_of
 
         mine = {"recipe": knobs_of(self.recipe), "ranges": dict(self.ranges), "seeds": self.seeds}
         kept = study.user_attrs.get("subject")
@@ -151,8 +151,8 @@ class Trial(NamedTuple):
 
 def _train(trial: Trial) -> float | str:
     """The mean score of a trial's runs, or why there is none."""
-    from cps_agents.learning.job import Job
     from cps_agents.learning.learner import learn
+    from cps_agents.learning.run import Job
 
     study = trial.study
     home, command = study.folder / f"trial-{trial.number}", f"cps-envs tune {study.recipe.name}"

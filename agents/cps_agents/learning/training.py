@@ -13,24 +13,20 @@ from stable_baselines3.common.logger import Logger
 
 from cps_agents.learning.aggregation import aggregate, begin_taught
 from cps_agents.learning.best_episodes import BestEpisodes, SelfImitation
-from cps_agents.learning.callback import TrainingCallback
+from cps_agents.learning.callback import TrackerWriter, TrainingCallback, ValueWarmUp
 from cps_agents.learning.checkpoint import load_checkpoint
 from cps_agents.learning.demonstrations import Demonstrations, demonstrate, join
 from cps_agents.learning.export import network_of_model
 from cps_agents.learning.imitation import imitate
-from cps_agents.learning.job import Job
 from cps_agents.learning.learner import Report
 from cps_agents.learning.model import check_fit, make_model
 from cps_agents.learning.plan_search import search_plans
 from cps_agents.learning.presentation import make_card, policy_of
 from cps_agents.learning.recipe import IMITATION, RECURRENT
-from cps_agents.learning.recording import recording, resumption_of
-from cps_agents.learning.run import Run
+from cps_agents.learning.run import Job, Run, recording, resumption_of
 from cps_agents.learning.scaling import scaling_of, wander
 from cps_agents.learning.seeds import training_seed
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
-from cps_agents.learning.values import ValueWarmUp
-from cps_agents.learning.writer import TrackerWriter
 
 
 def train(job: Job, report: Report) -> None:

@@ -6,22 +6,30 @@ from importlib import import_module
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import Recipe
-from cps_agents.recipes.disbanding_attack import DisbandingAttack
-from cps_agents.recipes.disbanding_defense import DisbandingDefense, DisbandingDefenseLocal
-from cps_agents.recipes.disbanding_search import (
+from cps_agents.recipes.disbanding import (
+    DisbandingAttack,
     DisbandingAttackSearch,
+    DisbandingDefense,
+    DisbandingDefenseLocal,
     DisbandingDefenseLocalSearch,
     DisbandingDefenseSearch,
 )
-from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
-from cps_agents.recipes.fdi_defense import FdiDefense
-from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
-from cps_agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
-from cps_agents.recipes.hvac_defense import HvacDefense
-from cps_agents.recipes.hvac_search import HvacAttackMtd2Search, HvacAttackSearch, HvacDefenseSearch
-from cps_agents.recipes.rogue_attack import RogueAttack, RogueAttackRecurrent
-from cps_agents.recipes.rogue_defense import RogueDefense
-from cps_agents.recipes.rogue_search import RogueDefenseSearch, RogueMonitorSearch
+from cps_agents.recipes.fdi import FdiAttack, FdiAttackDisturbed, FdiAttackSearch, FdiDefense, FdiDefenseSearch
+from cps_agents.recipes.hvac import (
+    HvacAttack,
+    HvacAttackMtd1,
+    HvacAttackMtd2Search,
+    HvacAttackSearch,
+    HvacDefense,
+    HvacDefenseSearch,
+)
+from cps_agents.recipes.rogue import (
+    RogueAttack,
+    RogueAttackRecurrent,
+    RogueDefense,
+    RogueDefenseSearch,
+    RogueMonitorSearch,
+)
 from cps_envs.core.errors import near
 from cps_envs.core.problem import Problem
 from cps_envs.core.trust import require_trust

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.knobs import differing
+from cps_agents.learning.recipe import differing
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import load, save
 from cps_agents.zoo.network import Network

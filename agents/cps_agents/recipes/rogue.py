@@ -1,0 +1,203 @@
+"""Recipes of the rogue-vehicle problem: networks, and policy search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from cps_agents.learning.recipe import IMITATION, SEARCH, Recipe, Scene
+from cps_envs.core.types import Role
+
+CONTROLLERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
+ANY_CONTROLLER = "mixture?policies=[" + ",".join(f'"{name}"' for name in CONTROLLERS) + "]"
+
+
+@dataclass(frozen=True)
+class RogueAttack(Recipe):
+    """One network against every controller of the chapter, which it has to tell apart by how they answer."""
+
+    name: str = "rogue-attack-ppo"
+    problem: str = "rogue"
+    opponent: str = ANY_CONTROLLER
+    preset: str = "paper"  # its steady start, as in the table of head-room
+    overrides: Mapping[str, Any] = field(
+        default_factory=lambda: {
+            "contact": "solid",
+            "duration_s": 60.0,
+            "power_ratio": [1.0, 1.3],
+            "drive_mps2": [4.95, 5.05],  # drawn, so that the chatter of one world is not learned by heart
+            "drag_per_s": [0.099, 0.101],
+        }
+    )
+    unseen: tuple[str, ...] = ("reference_speed", "attacker_index", "until_onset_s")  # constant here
+    hold: int = 2  # 0.2 s; one run with 0.3 s came to 48 m/s instead of 55
+    reward_scale: float = 0.1  # an episode is worth 40 to 100 m/s
+    total_steps: int = 800_000
+    num_envs: int = 256  # several environments for each controller in every update
+    steps_per_update: int = 50
+    learning_rate: float = 1.5e-3  # one run each for a million steps: 54.6 m/s, with 3e-4 52.3
+    gae_lambda: float = 0.97  # the way to a crash is long
+    teacher: str = "switching"  # from scratch it drives away once and stays at one crash
+    teacher_episodes: int = 32
+    teacher_rounds: int = 5  # the teacher's own episodes alone do not show how to recover: 6 m/s, after three rounds 45
+    value_warm_up: int = 6
+    evaluations: int = 5
+    evaluation_episodes: int = 96
+    evaluation_metric: str = "damage"
+
+
+@dataclass(frozen=True)
+class RogueAttackRecurrent(RogueAttack):
+    """One network with a memory, taught by an attacker that is told the controller: `probe` with the answer to it."""
+
+    name: str = "rogue-attack-recurrent"
+    algorithm: str = IMITATION
+    teacher: str = ""
+    teachers: Mapping[str, str] = field(
+        default_factory=lambda: {controller: f"probe?against={controller}" for controller in CONTROLLERS}
+    )
+    variations: tuple[Mapping[str, Any], ...] = (  # the ends are played exactly, in between every ratio
+        {"power_ratio": 1.0},
+        {"power_ratio": [1.02, 1.15]},
+        {"power_ratio": [1.1, 1.2]},
+        {"power_ratio": [1.2, 1.3]},
+        {"power_ratio": 1.3},
+    )
+    teacher_loss: str = "logistic"  # full driving or full braking
+    teacher_episodes: int = 120  # four of each controller in each variation
+    teacher_epochs: int = 5
+    total_steps: int = 16 * 120 * 600  # rounds, episodes, decisions
+    hold: int = 1  # a controller shows itself within 0.3 s
+    num_envs: int = 1  # a teacher's episodes are played elsewhere
+    batch_size: int = 6 * 600  # whole episodes, few: many updates
+    memory_units: int = 48
+    hidden: tuple[int, ...] = (64,)  # the answers differ by controller and ratio: more than the memory alone holds
+    activation: str = "relu"
+    evaluations: int = 11  # the last rounds
+    evaluation_episodes: int = 60
+
+
+TRAINED = tuple(f"zoo:rogue-attack-ppo?seed={seed}" for seed in range(3))  # the others are left for judging
+ANALYTIC = ("switching", "switching?against=sliding_detection", "switching?against=pd", "duty_square", "random")
+NAMES = ",".join(f'"{name}"' for name in TRAINED + ANALYTIC)
+WEIGHTS = ",".join(["2"] * len(TRAINED) + ["1"] * len(ANALYTIC))
+ANY_ATTACKER = f"mixture?policies=[{NAMES}]&weights=[{WEIGHTS}]"
+
+
+@dataclass(frozen=True)
+class RogueDefense(Recipe):
+    """The laws of all intact vehicles, chosen by one network that sees the platoon.
+
+    It needs the trained attackers of `RogueAttack`, shipped under their name.
+    """
+
+    name: str = "rogue-defense-ppo"
+    problem: str = "rogue"
+    role: Role = "defender"
+    opponent: str = ANY_ATTACKER  # one run against analytic ones alone let trained ones do 47 m/s, detection 23
+    preset: str = "paper"  # the setting of the attackers
+    overrides: Mapping[str, Any] = field(
+        default_factory=lambda: {
+            "contact": "solid",
+            "duration_s": 60.0,
+            "power_ratio": [1.0, 1.3],
+            "drive_mps2": [4.95, 5.05],
+            "drag_per_s": [0.099, 0.101],
+            "formation_weight_mps2": 0.15,  # at 0.5 tracking improved and damage grew; still so at 0.15, but less
+        }
+    )
+    unseen: tuple[str, ...] = ("reference_speed", "attacker_index")  # constant here
+    hold: int = 2
+    reward_scale: float = 0.1  # an episode costs 20 to 80
+    total_steps: int = 180_000
+    num_envs: int = 256
+    steps_per_update: int = 50
+    epochs: int = 10  # simulating costs more than learning
+    target_kl: float = 0.03
+    learning_rate: float = 4e-4
+    gae_lambda: float = 0.97  # the way to a crash is long
+    entropy_bonus: float = 0.001
+    teacher: str = "sliding_detection"  # the paper's law of least damage; from scratch one run came to 29, not its 23
+    teacher_episodes: int = 64
+    teacher_epochs: int = 15  # not more, lest nothing be tried any more
+    value_warm_up: int = 3
+    evaluations: int = 4
+    evaluation_episodes: int = 48
+
+
+def _any_of(*references: str) -> str:
+    names = ",".join(f'"{reference.replace("&", "%26")}"' for reference in references)
+    return f"mixture?policies=[{names}]"
+
+
+LEARNED = _any_of(*(f"zoo:rogue-attack-{kind}?seed={seed}" for kind in ("ppo", "recurrent") for seed in range(3)))
+SEARCHED = _any_of("switching", *(f"switching?against={name}" for name in ("sliding_detection", "pd", "disband_2")))
+WAVES = _any_of("duty_square", "square", "square?frequency_hz=0.05", "random")
+RESPONDED_TO = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
+CONTESTED = _any_of(  # the attackers of the contest
+    "none",
+    "square",
+    "square?frequency_hz=0.05",
+    "duty_square",
+    "random",
+    "switching",
+    *(f"contested?against={name}" for name in RESPONDED_TO),
+    "identify",
+    "strike",
+    "strike?effort=-1",
+)
+# What a search found at the ratio 1.3 against a defender that had not met it.
+EXPLOITER = (
+    "tuned?front_gap=0.344&front_rate=-0.668&rear_gap=0.821&rear_rate=-1.359&excess=-0.682&bias=-0.036&hysteresis=0.26"
+)
+
+
+@dataclass(frozen=True)
+class RogueDefenseSearch(Recipe):
+    """How vehicles give way to an attacker that they know, in the setting of `RogueDefense`."""
+
+    name: str = "rogue-defense-cma"
+    problem: str = "rogue"
+    role: Role = "defender"
+    algorithm: str = SEARCH
+    family: str = "rogue-giving-way"
+    preset: str = "paper"
+    opponent: str = LEARNED  # training seeds 0 to 2; the others are left for judging
+    overrides: Mapping[str, Any] = field(
+        default_factory=lambda: {
+            **RogueDefense().overrides,
+            "defense_action": "command",
+            "formation_weight_mps2": 2.0,  # at 0.5 the vehicles scatter: damage 8 m/s, cost 18 s
+        }
+    )
+    scenes: tuple[Scene, ...] = (
+        Scene(10),
+        Scene(6, SEARCHED),
+        Scene(6, WAVES),
+        Scene(6, EXPLOITER, overrides={"power_ratio": [1.2, 1.3]}),
+    )
+    population: int = 14
+    search_deviation: float = 0.4
+    total_steps: int = 14 * 28 * 9  # 9 generations
+    evaluations: int = 3
+    evaluation_episodes: int = 84
+
+
+@dataclass(frozen=True)
+class RogueMonitorSearch(Recipe):
+    """When the coordinator `monitor` suspects somebody, and from which gap on the neighbors of a suspect evade."""
+
+    name: str = "rogue-defense-monitor-cma"
+    problem: str = "rogue"
+    role: Role = "defender"
+    algorithm: str = SEARCH
+    family: str = "rogue-monitor"
+    preset: str = "learning"
+    opponent: str = CONTESTED
+    scenes: tuple[Scene, ...] = (Scene(48),)
+    population: int = 10
+    search_deviation: float = 0.7
+    total_steps: int = 10 * 48 * 5  # 5 generations
+    evaluations: int = 2
+    evaluation_episodes: int = 240
