@@ -16,11 +16,10 @@ from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.contest.contest import choose_variants, find_contests, play_contest
 from cps_agents.contest.document import document
-from cps_agents.contest.played import Effort, Played
-from cps_agents.contest.publication import END, publish
+from cps_agents.contest.jobs import Effort, Played
 from cps_agents.contest.rules import judge
 from cps_agents.contest.search import run_search, with_options
-from cps_agents.contest.tables import markdown, summary, tables
+from cps_agents.contest.tables import END, markdown, publish, summary, tables
 from cps_agents.errors import CommandError
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.machine import available_cores

@@ -12,8 +12,7 @@ from typer.testing import CliRunner
 from cps_agents.arena.statistics import Estimate
 from cps_agents.cli import app
 from cps_agents.coverage import cases as declared
-from cps_agents.coverage.case import Case, Outcome
-from cps_agents.coverage.cases import all_cases
+from cps_agents.coverage.cases import Case, Outcome, all_cases
 from cps_agents.coverage.simulation import Effort, simulate
 
 ROOT = Path(__file__).parents[2]

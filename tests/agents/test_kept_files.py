@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_agents.contest.publication import END
-from cps_agents.contest.publication import publish as publish_contests
+from cps_agents.contest.document import END
+from cps_agents.contest.tables import publish as publish_contests
 from cps_agents.evaluation.certified import certified_metrics, plain_values
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load

@@ -21,10 +21,8 @@ from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
-from cps_agents.league.clashes import Pair, left_out_for
-from cps_agents.league.league import League, Plan, play_league
-from cps_agents.league.meetings import has_played
-from cps_agents.league.standing import standings, strategies
+from cps_agents.league.league import League, Plan, play_league, standings, strategies
+from cps_agents.league.meetings import Pair, has_played, left_out_for
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes

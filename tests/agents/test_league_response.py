@@ -21,12 +21,20 @@ from cps_agents.cli import main
 from cps_agents.errors import CommandError
 from cps_agents.league.exploitability import LeagueValue, gain_over, judge, league_value
 from cps_agents.league.league import Plan, play_league
-from cps_agents.league.oracles import Oracle, choose_oracles, oracles_of, usual_of
+from cps_agents.league.oracles import (
+    Oracle,
+    choose_oracles,
+    in_venue,
+    merged,
+    oracles_of,
+    other_presets,
+    usual_of,
+    venue_against,
+)
 from cps_agents.league.report import document
 from cps_agents.league.response import Budget, Question, Response, Responses, against, limited, respond
 from cps_agents.league.strategy import mix, strategy_of
-from cps_agents.league.venues import in_venue, merged, other_presets, venue_against
-from cps_agents.learning import runs
+from cps_agents.learning import learner
 from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
@@ -229,7 +237,7 @@ def test_a_terminated_response_says_so_and_leaks_no_warning(
     def terminating(progress: Any, job: Any, before: Any) -> Any:
         return lambda steps, note: signal.raise_signal(signal.SIGTERM) if steps else None
 
-    monkeypatch.setattr(runs, "_counting", terminating)
+    monkeypatch.setattr(learner, "_counting", terminating)
     base = ("best-response", "rogue", "defender", "--against", "square", "--oracle", "ppo", "--preset", "easy")
     code, _, told = run(
         *base, *TINY, "--steps", "128", "--knob", "batch_size=24", "--seeds", "1", "--out", str(tmp_path)

@@ -10,8 +10,7 @@ import pytest
 
 pytest.importorskip("scipy")
 
-from cps_agents.league.equilibrium import solve
-from cps_agents.league.value import game_value, guaranteed
+from cps_agents.league.equilibrium import game_value, guaranteed, solve
 
 Games = Callable[[np.random.Generator], np.ndarray[Any, Any]]
 PENNIES = np.array([[1.0, -1.0], [-1.0, 1.0]])

@@ -13,12 +13,10 @@ pytest.importorskip("sb3_contrib")
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.demonstrations import demonstrate, join
-from cps_agents.learning.export import network_of_model
+from cps_agents.learning.export import learned_by, network_of_model
 from cps_agents.learning.imitation import imitate
-from cps_agents.learning.model import CLASSES, check_fit, make_model
-from cps_agents.learning.presentation import learned_by
+from cps_agents.learning.model import CLASSES, check_fit, make_model, seen_columns, spread, wander
 from cps_agents.learning.recipe import ALGORITHMS, SEARCH, Recipe, changed
-from cps_agents.learning.scaling import seen_columns, spread, wander
 from cps_agents.learning.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_envs.core.play import play_episodes

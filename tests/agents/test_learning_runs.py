@@ -16,9 +16,8 @@ pytest.importorskip("sb3_contrib")
 
 from cps_agents.cli import main
 from cps_agents.errors import CommandError
-from cps_agents.learning.learner import learn
+from cps_agents.learning.learner import learn, train_all
 from cps_agents.learning.run import Job
-from cps_agents.learning.runs import train_all
 from cps_agents.zoo.files import load
 from cps_baselines.interruption import Ended
 from cps_envs.core.documents import DamagedFileError

@@ -15,10 +15,10 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.best_episodes import BestEpisodes
 from cps_agents.learning.demonstrations import Demonstrations
 from cps_agents.learning.learner import learn
+from cps_agents.learning.model import focus, seen_columns
 from cps_agents.learning.plan_search import search_plans
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Job
-from cps_agents.learning.scaling import focus, seen_columns
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_agents.recipes.fdi import FdiAttack, FdiDefense
 from cps_envs.fdi.game import FdiGame

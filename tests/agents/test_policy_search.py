@@ -16,10 +16,9 @@ pytest.importorskip("cma")
 
 from cps_agents.cli import main
 from cps_agents.errors import CommandError
-from cps_agents.learning.learner import learn
+from cps_agents.learning.learner import learn, train_all
 from cps_agents.learning.recipe import Recipe, Scene, changed
 from cps_agents.learning.run import Job
-from cps_agents.learning.runs import train_all
 from cps_agents.learning.search import CHECKPOINT
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import read_card

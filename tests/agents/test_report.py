@@ -21,7 +21,7 @@ from cps_agents.report import pairs
 from cps_agents.report.board import _training, telling
 from cps_agents.report.reel import reel_of
 from cps_agents.report.replay import MOST_FRAMES, Take, record
-from cps_agents.report.server import serve
+from cps_agents.report.report import serve
 from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.picture.recording import Recorder
@@ -224,7 +224,7 @@ def test_serving_tells_the_address_even_without_a_browser(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("webbrowser.open", look)
-    monkeypatch.setattr("cps_agents.report.server.ThreadingHTTPServer.serve_forever", answer_one)
+    monkeypatch.setattr("cps_agents.report.report.ThreadingHTTPServer.serve_forever", answer_one)
     serve(folder)
     readers[0].join(10.0)
     said = capsys.readouterr().err

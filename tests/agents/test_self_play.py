@@ -207,9 +207,9 @@ def test_the_command_trains_is_interrupted_and_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("sb3_contrib")
-    from cps_agents.learning import runs
+    from cps_agents.learning import learner
 
-    counting, jobs = runs._counting, []
+    counting, jobs = learner._counting, []
 
     def interrupting(progress: Any, job: Any, before: Any) -> Any:
         jobs.append(job)
@@ -217,7 +217,7 @@ def test_the_command_trains_is_interrupted_and_goes_on(
             return lambda steps, note: signal.raise_signal(signal.SIGINT) if steps else None
         return counting(progress, job, before)
 
-    monkeypatch.setattr(runs, "_counting", interrupting)
+    monkeypatch.setattr(learner, "_counting", interrupting)
     base = ("rogue", "--preset", "easy", "--oracle", "ppo", *FEW, *TINY, "--out", str(tmp_path))
     code, _, told = command(monkeypatch, capsys, *base, "--iterations", "2")
     assert (code, "Interrupted" in told) == (130, True)

@@ -18,7 +18,7 @@ from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.league import worst_case as judging
 from cps_agents.league.response import Budget
-from cps_agents.league.shipping import ship_mixtures
+from cps_agents.league.self_play_report import ship_mixtures
 from cps_agents.league.worst_case import worst_case
 from cps_agents.site import exploitability
 from cps_agents.zoo.card import read_card

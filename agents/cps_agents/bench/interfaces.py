@@ -10,8 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.clock import Call, calls_per_s, microseconds
-from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.bench.row import Call, Item, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import AGENTS, ROLES

@@ -9,8 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.clock import Call, calls_per_s
-from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.bench.row import Call, Item, Values, Yardsticks, calls_per_s
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError

@@ -1,7 +1,8 @@
-"""What the bench measures and what comes out."""
+"""What the bench measures and what comes out, by the CPU time of this process: so others count as little as can be."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -35,3 +36,36 @@ class Item:
     name: str
     measure: Callable[[float, Yardsticks], Values]
     note: str = ""
+
+
+ROUNDS = 3  # the best one counts: the others were disturbed
+Call = Callable[[], object]
+Clock = Callable[[], float]  # seconds
+
+
+def calls_per_s(call: Call, seconds: float, clock: Clock = time.process_time) -> float:
+    """Calls per second: the best of a few rounds that together take about `seconds`. The first call warms up."""
+    call()
+    return max(_one_round(call, seconds / ROUNDS, clock) for _ in range(ROUNDS))
+
+
+def _one_round(call: Call, seconds: float, clock: Clock) -> float:
+    calls, batch = 0, 1
+    start = clock()
+    while True:
+        for _ in range(batch):
+            call()
+        calls += batch
+        spent = clock() - start
+        if spent >= seconds:
+            return calls / spent
+        batch = max(1, min(2 * batch, int(calls / max(spent, 1e-9) * (seconds - spent)) + 1))
+
+
+def microseconds(start: Call, call: Call, count: int) -> float:
+    """CPU time of a call, the mean of the `count` that follow `start`, which is not counted."""
+    start()
+    begin = time.process_time_ns()
+    for _ in range(count):
+        call()
+    return (time.process_time_ns() - begin) / count / 1e3

@@ -13,9 +13,8 @@ import gymnasium
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_agents.bench.clock import ROUNDS, calls_per_s
 from cps_agents.bench.interfaces import vector
-from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.bench.row import ROUNDS, Item, Values, Yardsticks, calls_per_s
 from cps_envs.core.problem import Problem
 from cps_envs.hvac.houses import house
 

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from functools import partial
 from time import perf_counter
 
-from cps_agents.bench.clock import calls_per_s
 from cps_agents.bench.interfaces import vector
-from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.bench.row import Item, Values, Yardsticks, calls_per_s
 from cps_agents.machine import available_cores
 from cps_envs.core.problem import Problem
 

@@ -39,8 +39,7 @@ def _measure(recipe: Recipe, problem: Problem, seconds: float, yardsticks: Yards
 
 def _own_rate(recipe: Recipe) -> float:
     """Decisions per CPU second by the recipe; of a team every agent's counts."""
-    from cps_agents.learning.model import make_model
-    from cps_agents.learning.scaling import seen_columns
+    from cps_agents.learning.model import make_model, seen_columns
     from cps_agents.learning.training_envs import make_envs
 
     envs: Any = make_envs(recipe, 0)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_agents.bench.clock import calls_per_s
 from cps_agents.bench.interfaces import CARTPOLE, single
-from cps_agents.bench.row import Yardsticks
+from cps_agents.bench.row import Yardsticks, calls_per_s
 from cps_envs.core.kernels import kernel
 from cps_envs.core.types import FloatArray
 

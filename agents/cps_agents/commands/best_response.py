@@ -74,9 +74,9 @@ def best_response(
     from cps_agents.arena.store import Store
     from cps_agents.files import write_json
     from cps_agents.league.exploitability import gain_over, judge, league_value
+    from cps_agents.league.oracles import in_venue
     from cps_agents.league.response import Budget, respond
     from cps_agents.league.strategy import mix
-    from cps_agents.league.venues import in_venue
     from cps_agents.locking import alone_in
     from cps_agents.machine import available_cores, describe
     from cps_agents.progress import Progress
@@ -117,9 +117,8 @@ def _question(
     episodes: int,
 ) -> tuple[Question, list[Oracle]]:
     """What is asked, and who is to respond; says where a recipe was made for another preset."""
-    from cps_agents.league.oracles import choose_oracles, usual_of
+    from cps_agents.league.oracles import choose_oracles, other_presets, usual_of, venue_against
     from cps_agents.league.response import Question
-    from cps_agents.league.venues import other_presets, venue_against
     from cps_envs.core.types import ROLES
 
     mine = next((each for each in ROLES if each == role), None)

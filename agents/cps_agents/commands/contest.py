@@ -13,7 +13,7 @@ from cps_agents.console import err, out, print_json
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
     from cps_agents.contest.document import Document
-    from cps_agents.contest.played import Effort
+    from cps_agents.contest.jobs import Effort
     from cps_baselines.contest import Contest, Variant
 
 FAILED = 1  # exit code where a rule does not hold
@@ -47,8 +47,8 @@ def contest(
     """
     from cps_agents.arena.store import Store
     from cps_agents.contest.contest import choose_variants, find_contests
-    from cps_agents.contest.played import Effort
-    from cps_agents.contest.publication import publish as put
+    from cps_agents.contest.jobs import Effort
+    from cps_agents.contest.tables import publish as put
     from cps_agents.errors import CommandError
     from cps_agents.locking import alone_in
     from cps_envs import find_problem

@@ -11,7 +11,7 @@ from cps_agents.commands.options import AsJson, Jobs
 from cps_agents.console import err, out, print_json
 
 if TYPE_CHECKING:
-    from cps_agents.coverage.case import Coverage
+    from cps_agents.coverage.cases import Coverage
     from cps_agents.coverage.simulation import Effort
 
 QUICK = (100, 200)  # repetitions, resamples
@@ -32,8 +32,7 @@ def coverage(
     table uses: means, interquartile means, several settings, paired
     differences, and values of games.
     """
-    from cps_agents.coverage.report import document, markdown, tables
-    from cps_agents.coverage.simulation import Effort
+    from cps_agents.coverage.simulation import Effort, document, markdown, tables
     from cps_agents.errors import CommandError
     from cps_agents.files import write_json, write_text
     from cps_agents.machine import available_cores

@@ -56,10 +56,9 @@ def report(
     from cps_agents.locking import alone_in
     from cps_agents.machine import available_cores
     from cps_agents.progress import Progress
-    from cps_agents.report.curves import read_curves
     from cps_agents.report.report import Report, write_report
-    from cps_agents.report.server import serve as serve_folder
-    from cps_agents.report.sheets import read_sheets
+    from cps_agents.report.report import serve as serve_folder
+    from cps_agents.report.sheets import read_curves, read_sheets
     from cps_baselines.arena import Venue
     from cps_envs import PROBLEMS, find_problem
     from cps_envs.core.errors import require

@@ -80,8 +80,7 @@ def _settings(
     problem: str, names: list[str], preset: str | None, values: Mapping[str, Any], knobs: Mapping[str, Any]
 ) -> tuple[Venue, dict[Role, list[Oracle]]]:
     """One configuration for all oracles: as asked, or what the recipes need together."""
-    from cps_agents.league.oracles import choose_oracles, usual_of
-    from cps_agents.league.venues import in_venue, merged
+    from cps_agents.league.oracles import choose_oracles, in_venue, merged, usual_of
     from cps_baselines.arena import Venue
     from cps_envs.core.types import ROLES
 

@@ -111,7 +111,7 @@ def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
 
 def _train(runs: list[Job], workers: int, ship: Path | None) -> dict[str, Any]:
     """What came out; the policies are shipped if asked for."""
-    from cps_agents.learning.runs import train_all
+    from cps_agents.learning.learner import train_all
     from cps_agents.zoo.merging import merge
 
     name = runs[0].recipe.name

@@ -110,7 +110,7 @@ def mix(
 
     They are called PROBLEM-attack-mixture and PROBLEM-defense-mixture. Trained policies that they draw come along.
     """
-    from cps_agents.league.shipping import ship_mixtures
+    from cps_agents.league.self_play_report import ship_mixtures
 
     cards = ship_mixtures(result, folder)
     if as_json:

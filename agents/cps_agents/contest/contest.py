@@ -14,8 +14,7 @@ from cps_agents.arena.meeting import Job, Result
 from cps_agents.arena.play import Pairing, Report, finish_all, play, silent
 from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
-from cps_agents.contest.jobs import Response, Screening
-from cps_agents.contest.played import Effort, Pair, Played
+from cps_agents.contest.jobs import Effort, Pair, Played, Response, Screening
 from cps_agents.errors import CommandError
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_baselines.arena import Contestant, Venue

@@ -9,10 +9,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate, estimate
-from cps_agents.contest.played import Effort, Played
+from cps_agents.contest.jobs import Effort, Played
 from cps_agents.contest.rules import BEST_CONSTANT, NEUTRAL, TOLD, Finding, judge, shortfall
-from cps_agents.league.equilibrium import solve
-from cps_agents.league.value import game_value
+from cps_agents.league.equilibrium import game_value, solve
 from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Contest
 from cps_envs import find_problem

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from cps_agents.arena.statistics import Estimate, estimate
-from cps_agents.contest.played import Played
+from cps_agents.contest.jobs import Played
 from cps_baselines.arena import Contestant
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 

@@ -1,19 +1,67 @@
-"""What `cps-envs coverage` simulates: data of the shapes of evaluations and leagues, from known distributions."""
+"""What `cps-envs coverage` simulates: data of the shapes of evaluations and leagues, from known distributions.
+
+So the truth of each simulated measurement is known.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from cps_agents.arena.statistics import ONE_SEED, Statistic, difference, estimate, interquartile_mean, mean
-from cps_agents.coverage.case import Case, Outcome
-from cps_agents.league.equilibrium import solve
-from cps_agents.league.value import game_value
+from cps_agents.arena.statistics import ONE_SEED, Estimate, Statistic, difference, estimate, interquartile_mean, mean
+from cps_agents.league.equilibrium import game_value, solve
 from cps_envs.core.types import FloatArray
+
+
+class Outcome(NamedTuple):
+    """One repetition."""
+
+    found: Estimate
+    truth: float
+
+
+Draw: TypeAlias = Callable[[np.random.Generator, int], Outcome]  # called with the number of resamples
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is drawn again and again; `draw` is a partial of a module's function, so that processes can call it."""
+
+    group: str
+    title: str
+    draw: Draw
+    note: str = ""  # beside the figures
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How the intervals of a case did."""
+
+    group: str
+    title: str
+    note: str
+    repetitions: int
+    held: int  # intervals that hold the truth
+    above: int  # intervals that lie above it
+    below: int
+    bias: float  # mean of the estimates minus the truth
+    length: float  # mean of the intervals
+    cpu_s: float
+
+    @property
+    def share(self) -> float:
+        """Of the intervals that hold the truth."""
+        return self.held / self.repetitions
+
+    @property
+    def standard_error(self) -> float:
+        """Of the share."""
+        return float(np.sqrt(self.share * (1 - self.share) / self.repetitions))
+
 
 Noise: TypeAlias = Callable[[np.random.Generator, tuple[int, ...]], FloatArray]  # mean 0, deviation 1
 CRASHES = 0.05  # share of episodes

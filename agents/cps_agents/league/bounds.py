@@ -9,6 +9,7 @@ import numpy as np
 
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
+from cps_agents.league.equilibrium import guaranteed
 from cps_agents.league.meetings import Payoffs
 from cps_agents.league.self_play import (
     Game,
@@ -20,7 +21,6 @@ from cps_agents.league.self_play import (
     play_validation,
 )
 from cps_agents.league.strategy import Strategy
-from cps_agents.league.value import guaranteed
 from cps_baselines.arena import Contestant
 from cps_envs.core.types import FloatArray
 

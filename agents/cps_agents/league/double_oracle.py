@@ -14,8 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.league.equilibrium import solve
-from cps_agents.league.value import guaranteed
+from cps_agents.league.equilibrium import guaranteed, solve
 from cps_envs.core.types import FloatArray, IntArray
 
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from cps_agents.arena.statistics import Estimate
 from cps_agents.heatmap import draw_matrix
-from cps_agents.league.league import League
-from cps_agents.league.standing import Standing, standings, strategies
+from cps_agents.league.league import League, Standing, standings, strategies
 from cps_agents.league.strategy import mix
 from cps_agents.table import Cell, Table, csv_text, styled
 from cps_envs import find_problem

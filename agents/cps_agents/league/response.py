@@ -14,10 +14,9 @@ from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.meetings import play_meetings
-from cps_agents.league.oracles import Oracle, check_installed
+from cps_agents.league.oracles import Oracle, check_installed, decisions, forms_of, venue_of
 from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
-from cps_agents.league.venues import decisions, forms_of, venue_of
 from cps_agents.learning.recipe import SEARCH, Recipe, Scene, changed
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.progress import Progress
@@ -226,8 +225,8 @@ def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) 
     Raises:
         CommandError: see `cps_agents.learning.learner.learn`.
     """
+    from cps_agents.learning.learner import train_all
     from cps_agents.learning.run import Job
-    from cps_agents.learning.runs import train_all
 
     jobs = [
         Job(recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume, device=budget.device)

@@ -1,4 +1,7 @@
-"""What a teacher does: observations and actions of episodes that an analytic policy plays or comments on."""
+"""What a teacher does: observations and actions of episodes that an analytic policy plays or comments on.
+
+Opponents and their teachers stand side by side, and so do the episodes that choose the best network of a run.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +13,43 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.dealing import opponent_of, teacher_of
 from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.seeds import VALIDATION
+from cps_envs.core.game import Game
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.mixture import Mixture
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation, Role, other
 from cps_envs.registration import find_problem
+
+
+class Dealt(Mixture):
+    """Plays by its policies in turn, the k-th episode of those that begin together by the k-th one.
+
+    Two of them as both roles of a match pair off: who meets the k-th opponent has the k-th teacher.
+    """
+
+    def draw(self, generators: Sequence[np.random.Generator]) -> Array:
+        """Which policy (B,) plays each episode."""
+        return np.arange(len(generators)) % len(self.policies)
+
+
+def teacher_of(recipe: Recipe, game: Game) -> Policy:
+    """The recipe's teacher, or its teachers in the order of their opponents."""
+    if recipe.teachers:
+        return Dealt(game.spec(recipe.role), list(recipe.teachers.values()))
+    return find_problem(recipe.problem).policy(recipe.teacher, game, recipe.role)
+
+
+def opponent_of(recipe: Recipe, game: Game) -> PolicyReference:
+    """Whom the recipe plays: its opponents in turn where each has a teacher, else its opponent or the preset's."""
+    rival = other(recipe.role)
+    if recipe.teachers:
+        return Dealt(game.spec(rival), list(recipe.teachers))
+    return recipe.opponent or find_problem(recipe.problem).opponents[recipe.preset][rival]
+
 
 RENEWED = 0.1  # of the noise, at a decision
 
@@ -164,3 +197,13 @@ def _spread(states: Array, column: int, state: State) -> None:
 def _joined(states: Array, column: int) -> State:
     rows = states[:, column]
     return None if rows[0] is None else tuple(np.concatenate(parts) for parts in zip(*rows, strict=True))
+
+
+def validate(recipe: Recipe, policy: Policy) -> dict[str, Array]:
+    """What the validation episodes of all variations of a recipe end with, (B,) each."""
+    problem = find_problem(recipe.problem)
+    found = []
+    for config, seeds in divided(recipe, VALIDATION[: recipe.evaluation_episodes]):
+        opponent = opponent_of(recipe, problem.game(config, 1))
+        found.append(play_episodes(problem, config, {recipe.role: policy, other(recipe.role): opponent}, seeds))
+    return {name: np.concatenate([each[name] for each in found]) for name in found[0]}

@@ -1,4 +1,7 @@
-"""A first policy by imitation: the likelihood of a teacher's actions is maximised before learning by reward."""
+"""A first policy by imitation: the likelihood of a teacher's actions is maximised before learning by reward.
+
+For networks that remember, imitation goes over whole episodes: the loss goes through the recurrent network's memory.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,13 @@ from typing import Any
 
 import numpy as np
 import torch
+from gymnasium import spaces
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 
 from cps_agents.learning.demonstrations import Demonstrations
 from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.sequences import Sequences
+from cps_envs.core.types import IntArray
 
 LEARNING_RATE = 1e-3
 
@@ -52,3 +58,78 @@ def _batches(count: int, size: int, generator: np.random.Generator) -> Iterator[
     order = generator.permutation(count)
     for start in range(0, count, size):
         yield order[start : start + size]
+
+
+WHOLE_EPISODES_RATE = 4e-3
+MAX_GRAD_NORM = 1.0
+ACTOR = ("lstm_actor", "mlp_extractor.policy_net", "action_net")
+SHARPNESS = 32.0  # of actions at their bounds: what is played is nearly the sign of the output that was learned
+ILLEGAL = -1e8  # logit
+
+
+def imitate_sequences(policy: Any, shown: Sequences, recipe: Recipe, generator: np.random.Generator) -> float:
+    """Fit memory and layers of a RecurrentPPO's policy; returns the last epoch's mean loss.
+
+    With the logistic loss of continuous actions the fitted policy plays `SHARPNESS` times its output: half an effort,
+    where it is in doubt between two full ones, is not what the teacher does.
+    """
+    sharpness = SHARPNESS if isinstance(policy.action_space, spaces.Box) and recipe.teacher_loss == "logistic" else 1.0
+    _scale_outputs(policy, 1 / sharpness)
+    weights = [weight for name, weight in policy.named_parameters() if name.startswith(ACTOR)]
+    episodes, length = shown.valid.shape
+    size = max(recipe.batch_size // length, 1)
+    optimizer = torch.optim.Adam(weights, lr=WHOLE_EPISODES_RATE)
+    steps = recipe.teacher_epochs * -(-episodes // size)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, max(steps, 1))
+    losses: list[float] = []
+    for _ in range(recipe.teacher_epochs):
+        losses = []
+        order = generator.permutation(episodes)
+        for start in range(0, episodes, size):
+            loss = sequence_loss(policy, shown, order[start : start + size], recipe.teacher_loss)
+            optimizer.zero_grad()
+            torch.autograd.backward(loss)
+            torch.nn.utils.clip_grad_norm_(weights, MAX_GRAD_NORM)
+            optimizer.step()
+            schedule.step()
+            losses.append(float(loss.detach()))
+    _scale_outputs(policy, sharpness)
+    return float(np.mean(losses))
+
+
+def _scale_outputs(policy: Any, factor: float) -> None:
+    """By a power of two, so that scaling there and back changes no bit."""
+    with torch.no_grad():
+        policy.action_net.weight.mul_(factor)
+        policy.action_net.bias.mul_(factor)
+
+
+def sequence_loss(policy: Any, shown: Sequences, rows: IntArray, kind: str) -> torch.Tensor:
+    """The mean over all decisions of some episodes: cross-entropy of discrete actions, for continuous ones by `kind`.
+
+    "squared": how far off the mean action is. "logistic": the action as a coin that falls on the upper bound, whose
+    log-odds are twice the network's output. For actions at their bounds that is sharper, and what it plays is clipped.
+    """
+    valid = torch.as_tensor(shown.valid[rows])
+    outputs = outputs_of(policy, torch.as_tensor(shown.observations[rows]))[valid]
+    actions = torch.as_tensor(shown.actions[rows])[valid]
+    if isinstance(policy.action_space, spaces.Box):
+        if kind == "squared":
+            return torch.nn.functional.mse_loss(outputs, actions.float())
+        return torch.nn.functional.binary_cross_entropy_with_logits(2 * outputs, (actions.float() + 1) / 2)
+    if shown.masks is not None:
+        outputs = outputs.masked_fill(~torch.as_tensor(shown.masks[rows])[valid], ILLEGAL)
+    counts = np.ravel(getattr(policy.action_space, "nvec", getattr(policy.action_space, "n", 0))).tolist()
+    parts = torch.split(outputs, counts, dim=1)
+    losses = [torch.nn.functional.cross_entropy(part, actions[:, k].long()) for k, part in enumerate(parts)]
+    return torch.stack(losses).mean()
+
+
+def outputs_of(policy: Any, observations: torch.Tensor) -> torch.Tensor:
+    """Means or logits (E, T, outputs) of a RecurrentPPO's policy in whole episodes (E, T, n)."""
+    episodes, length, _ = observations.shape
+    extractor = getattr(policy, "pi_features_extractor", policy.features_extractor)
+    features = extractor(observations.flatten(0, 1)).unflatten(0, (episodes, length))
+    remembered, _ = policy.lstm_actor(features.transpose(0, 1))
+    outputs: torch.Tensor = policy.action_net(policy.mlp_extractor.forward_actor(remembered)).transpose(0, 1)
+    return outputs

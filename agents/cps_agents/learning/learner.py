@@ -1,14 +1,21 @@
-"""Which learner does a job: policy search, or stable-baselines3, whose import takes seconds."""
+"""Which learner does a job: policy search, or stable-baselines3, whose import takes seconds.
+
+Several training runs go one after the other or side by side, with one bar for all.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from cps_agents.learning.recipe import SEARCH
 from cps_agents.learning.run import FINISHED, Job, check_resumable
 from cps_agents.locking import alone_in
+from cps_agents.progress import Progress
 from cps_baselines.interruption import ending
+from cps_baselines.workers import Workers
 
 Report = Callable[[int, str], None]  # steps done, a note
 
@@ -33,3 +40,58 @@ def learn(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
             from cps_agents.learning.training import train
         train(job, report)
         return job.run.read()
+
+
+POLL_EVERY_S = 1.0
+
+
+def train_all(jobs: Sequence[Job], workers: int, title: str) -> list[dict[str, Any]]:
+    """What each job's `run.json` holds at the end; at most one process per job."""
+    total = sum(job.recipe.total_steps for job in jobs)
+    with Progress(title, total) as progress, Workers(min(workers, len(jobs))) as pool:
+        if workers == 1 or len(jobs) == 1:
+            return [learn(job, _counting(progress, job, jobs[:place])) for place, job in enumerate(jobs)]
+        with _watching(jobs, progress):
+            done = {job.folder: found for job, found in pool.run(learn, jobs)}
+    return [done[job.folder] for job in jobs]
+
+
+def _counting(progress: Progress, job: Job, before: Sequence[Job]) -> Report:
+    """Adds the steps of the jobs before; `before` are finished."""
+    first = sum(done.recipe.total_steps for done in before)
+
+    def report(steps: int, note: str) -> None:
+        progress.update(first + min(steps, job.recipe.total_steps), f"seed {job.seed}: {note}")
+
+    return report
+
+
+@contextmanager
+def _watching(jobs: Sequence[Job], progress: Progress) -> Iterator[None]:
+    """Moves the bar by what other processes write into their folders."""
+    over = threading.Event()
+
+    def poll() -> None:
+        while not over.wait(POLL_EVERY_S):
+            steps, notes = _state(jobs)
+            progress.update(steps, "; ".join(notes))
+
+    thread = threading.Thread(target=poll, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def _state(jobs: Sequence[Job]) -> tuple[int, list[str]]:
+    steps, notes = 0, []
+    for job in jobs:
+        found = job.run.read()
+        steps += min(int(found.get("steps", 0)), job.recipe.total_steps)
+        if found.get("best_score") is not None:
+            notes.append(f"seed {job.seed}: best {found['best_score']:.3g}")
+        elif found.get("phase"):
+            notes.append(f"seed {job.seed}: {found['phase']}")
+    return steps, notes

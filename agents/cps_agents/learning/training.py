@@ -16,15 +16,13 @@ from cps_agents.learning.best_episodes import BestEpisodes, SelfImitation
 from cps_agents.learning.callback import TrackerWriter, TrainingCallback, ValueWarmUp
 from cps_agents.learning.checkpoint import load_checkpoint
 from cps_agents.learning.demonstrations import Demonstrations, demonstrate, join
-from cps_agents.learning.export import network_of_model
+from cps_agents.learning.export import make_card, network_of_model, policy_of
 from cps_agents.learning.imitation import imitate
 from cps_agents.learning.learner import Report
-from cps_agents.learning.model import check_fit, make_model
+from cps_agents.learning.model import check_fit, make_model, scaling_of, wander
 from cps_agents.learning.plan_search import search_plans
-from cps_agents.learning.presentation import make_card, policy_of
 from cps_agents.learning.recipe import IMITATION, RECURRENT
 from cps_agents.learning.run import Job, Run, recording, resumption_of
-from cps_agents.learning.scaling import scaling_of, wander
 from cps_agents.learning.seeds import training_seed
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 

@@ -15,9 +15,8 @@ from cps_agents.arena.statistics import estimate
 from cps_agents.arena.store import Store
 from cps_agents.catalogue import policies
 from cps_agents.errors import CommandError
-from cps_agents.league.league import League, LeftOut, Plan
+from cps_agents.league.league import League, LeftOut, Plan, standings
 from cps_agents.league.meetings import RETURN
-from cps_agents.league.standing import standings
 from cps_agents.report.replay import Take
 from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.references import PREFIX, card_of, is_missing

@@ -1,19 +1,97 @@
-"""A report: leagues with episodes to watch, learning curves and the paper beside ours, in one folder."""
+"""A report: leagues with episodes to watch, learning curves and the paper beside ours, in one folder.
+
+It is one page with everything that draws, and a file for each episode. A server for this machine only shows it in the
+browser.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+import re
+import webbrowser
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
+from html import escape
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from cps_agents.arena.play import Report as Told
 from cps_agents.arena.play import silent
+from cps_agents.console import err
+from cps_agents.errors import CommandError
+from cps_agents.files import write_text
 from cps_agents.machine import describe
 from cps_agents.report.board import Board, document
-from cps_agents.report.page import write_episode, write_page
 from cps_agents.report.replay import Take, record
 from cps_baselines.workers import Workers
+
+SCRIPTS = ("tools.js", "episode.js", "tracks.js", "player.js", "charts.js", "matrix.js", "pair.js", "main.js")
+EPISODES = "episodes"
+
+
+def write_page(folder: Path, content: Mapping[str, Any]) -> Path:
+    """Write `index.html`, which shows the content and loads nothing from anywhere else.
+
+    Raises:
+        CommandError: the folder cannot be written.
+    """
+    parts = {
+        "title": escape(str(content["title"])),
+        "style": _part("style.css"),
+        "script": "\n".join(map(_part, SCRIPTS)),
+        "content": _embedded(content),
+    }
+    page = re.sub("@(title|style|script|content)@", lambda found: parts[found[1]], _part("page.html"))
+    return _written(folder / "index.html", page)
+
+
+def write_episode(folder: Path, key: str, packed: str) -> Path:
+    """Write an episode as a script that hands itself to the page, which reads no other file without a server."""
+    return _written(folder / EPISODES / f"{key}.js", f'receiveEpisode("{key}","{packed}");\n')
+
+
+def _written(path: Path, text: str) -> Path:
+    try:
+        write_text(path, text)
+    except OSError as error:
+        raise CommandError(f"the report cannot be written: {error}. Choose another folder with --out") from error
+    return path
+
+
+def _part(name: str) -> str:
+    return files("cps_agents.report").joinpath("page", name).read_text(encoding="utf-8")
+
+
+def _embedded(content: Mapping[str, Any]) -> str:
+    """JSON that no text in it can end."""
+    return json.dumps(content, separators=(",", ":"), allow_nan=False).replace("</", "<\\/").replace("<!--", "<\\!--")
+
+
+HOST = "127.0.0.1"
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Serves files without a line for each."""
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing."""
+
+
+def serve(folder: Path, port: int = 0) -> None:
+    """Serve a folder until Ctrl-C, on a free port unless one is given, and open it in a browser if there is one."""
+    with ThreadingHTTPServer((HOST, port), partial(Quiet, directory=str(folder))) as server:
+        address = f"http://{HOST}:{server.server_address[1]}/"
+        if not webbrowser.open(address):
+            err().print("No browser was found on this machine: open the address below in one.")
+        err().print(f"Serving {folder} at {address}. Press Ctrl-C to stop.", soft_wrap=True)
+        try:
+            server.serve_forever()
+        except KeyboardInterrupt:
+            err().print("Stopped.")
+
 
 MOST_BYTES, LEAST_BYTES = 9_000_000, 60_000  # of all episodes, and of one that is long
 PAPER = ("The paper beside ours", "What the dissertation prints, beside what this code computes.")

@@ -20,7 +20,7 @@ MODULES = (
     "scipy.stats",
     "matplotlib.pyplot",
 )
-LEARNING = ("cps_agents.learning.training", "cps_agents.learning.runs", "cps_agents.league.self_play")
+LEARNING = ("cps_agents.learning.training", "cps_agents.learning.learner", "cps_agents.league.self_play")
 SHORT = "--set duration_s=4"
 TINY = (
     f"{SHORT} --jobs 1 --resume --knob num_envs=4 --knob steps_per_update=32 --knob batch_size=64 "
