@@ -1,13 +1,15 @@
-"""What the trained policies of the disbanding problem have to reach: targets 1 and 2."""
+"""What the trained policies of the disbanding problem have to reach: targets 1 and 2.
+
+The attacker found by policy search meets every defender, and plays with four platoons.
+"""
 
 from __future__ import annotations
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
-from cps_agents.results.disbanding_attack_search import BLOCKS as SEARCHED_ATTACK
-from cps_agents.results.disbanding_search import BLOCKS as SEARCHED
+from cps_agents.results.disbanding_search import BLOCKS as SEARCHED_DEFENSE
 from cps_baselines.arena import Contestant, Venue
-from cps_envs.testbed.problem import ATTACK
+from cps_envs.testbed.problem import ATTACK as ROBOTS_ATTACK
 
 TAUS_S = (0.1, 0.3, 0.5)
 GAPS_M = (5.0, 4.0)
@@ -70,10 +72,13 @@ PLANS = Block(
 )
 
 
-def _against(defender: str) -> Row:
+def _meets(defender: str) -> Challenge:
     overrides = {"attack_budget": PAPER_BUDGET}
-    challenge = Challenge(Venue("disbanding", "easy", overrides), "attacker", defender, INSTANCES)
-    return Row(f"against {defender}", (challenge,))
+    return Challenge(Venue("disbanding", "easy", overrides), "attacker", defender, INSTANCES)
+
+
+def _against(defender: str) -> Row:
+    return Row(f"against {defender}", (_meets(defender),))
 
 
 AGAINST_ROWS = tuple(map(_against, DEFENDERS))
@@ -196,10 +201,65 @@ ROBOTS = Block(
         Contestant("copy"),
         Contestant("feedback"),
     ),
-    rows=(Row("the leading platoon at 20 s", (Challenge(Venue(TESTBED, "paper"), "defender", ATTACK, 10),)),),
+    rows=(Row("the leading platoon at 20 s", (Challenge(Venue(TESTBED, "paper"), "defender", ROBOTS_ATTACK, 10),)),),
     bars=(Bar(beat=("none",)), Bar(value=0.0, metric="collided", or_equal=True, by_mean=True)),
     unit="percent",
     shown=("collided", "lowest_speed_mps"),
 )
 
-BLOCKS = (PLANS, AGAINST, *SEARCHED_ATTACK, PRINTED, TWELVE, EASY, *SEARCHED, ROBOTS)
+
+SEARCHED = ("zoo:disbanding-defense-cma", "zoo:disbanding-defense-local-cma")
+MEAN = 38.3  # points over those six; spread has 37.6
+AT_LEAST_SPREAD = Bar(beat=("spread",), or_equal=True, by_mean=True)
+ABOVE_SPREAD = Bar(beat=("spread",))
+
+
+def _four(tau_s: float) -> Row:
+    venue = Venue("disbanding", "easy", {"attack_budget": 4, "tau_s": tau_s})
+    challenge = Challenge(venue, "attacker", "none", INSTANCES)
+    return Row(f"four platoons, undefended, tau = {tau_s} s", (challenge,), (ABOVE_SPREAD,))
+
+
+SEARCHED_ATTACK = Block(
+    name="disbanding-attack-searched",
+    title="disbanding attacker by policy search",
+    target="two platoons: not below spread against any defender, above it where timing pays, 38.3 points on average "
+    "over the six analytic defenders; four platoons, undefended: above spread.",
+    problem="disbanding",
+    role="attacker",
+    metric="return",
+    learned=(Contestant("searched", "zoo:disbanding-attack-cma"),),
+    baselines=(Contestant("spread"),),
+    rows=(
+        *(
+            Row(
+                f"against {defender}",
+                (_meets(defender),),
+                (ABOVE_SPREAD,) if defender in ("mpc", "feedback") else (AT_LEAST_SPREAD,),
+            )
+            for defender in (*DEFENDERS, *SEARCHED)
+        ),
+        Row(
+            "the six analytic defenders",
+            tuple(map(_meets, DEFENDERS)),
+            (Bar(value=MEAN, or_equal=True, by_mean=True), ABOVE_SPREAD),
+            headline=True,
+        ),
+        *map(_four, TAUS_S),
+    ),
+    unit="points of E_v and of the penalty for collisions",
+    shown=("velocity_error_all", "collided_intact"),
+    notes=(
+        "Two platoons where nothing else is said; tau and x_d drawn as in the preset.",
+        "The numbers of the policy were set by hand, from plans played on grids. The search that starts at them gained "
+        "at most 0.06 points on validation seeds, although the card names it: read this table as that of a policy made "
+        "by hand.",
+    ),
+    left_out={
+        "plan": PLANS_LEFT_OUT["plan"],
+        "every_other": PLANS_LEFT_OUT["every_other"],
+        "ga": "simulates hundreds of episodes for each one that it plays; see `disbanding-attack-plans`",
+        "table_2_3": PLANS_LEFT_OUT["table_2_3"],
+    },
+)
+BLOCKS = (PLANS, AGAINST, SEARCHED_ATTACK, PRINTED, TWELVE, EASY, *SEARCHED_DEFENSE, ROBOTS)

@@ -1,4 +1,4 @@
-"""What the trained policies of the rogue-vehicle problem have to reach: target 5."""
+"""What the trained policies of the rogue-vehicle problem have to reach: target 5, and preset `learning`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Any
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
-from cps_agents.results.rogue_search import BLOCKS as SEARCHED
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.rogue.switching_search import DEFENDERS, RATIOS, SETTING, SPREAD
+from cps_baselines.rogue.players import ATTACKERS, DEFENDERS
+from cps_baselines.rogue.switching_search import DEFENDERS as CONTROLLERS
+from cps_baselines.rogue.switching_search import RATIOS, SETTING, SPREAD
 from cps_baselines.rogue.yardsticks import RATIOS as ALL_RATIOS
 from cps_baselines.rogue.yardsticks import best_known, shipped
 from cps_envs.rogue.config import PAPER
@@ -63,14 +64,14 @@ def _attacked(defender: str, ratio: float) -> Row:
 def _coarse(ratio: float) -> Row:
     overrides = {**world(ratio), "dt_s": PAPER.dt_s}
     challenges = tuple(
-        Challenge(Venue("rogue", "paper", overrides), "attacker", defender, WORLDS) for defender in DEFENDERS
+        Challenge(Venue("rogue", "paper", overrides), "attacker", defender, WORLDS) for defender in CONTROLLERS
     )
     return Row(f"all six at the full step, ratio {ratio:g}", challenges, bars=())
 
 
 def _fine(ratio: float) -> Row:
-    challenges = tuple(row.challenges[0] for row in (_attacked(defender, ratio) for defender in DEFENDERS))
-    best = sum(best_known(KNOWN, ratio, defender) for defender in DEFENDERS) / len(DEFENDERS)
+    challenges = tuple(row.challenges[0] for row in (_attacked(defender, ratio) for defender in CONTROLLERS))
+    best = sum(best_known(KNOWN, ratio, defender) for defender in CONTROLLERS) / len(CONTROLLERS)
     bars = (Bar(every=True), TAUGHT, Bar(value=AIMS[ratio], or_equal=True))
     return Row(f"all six, ratio {ratio:g}", challenges, bars, best_known=best, headline=True)
 
@@ -87,12 +88,12 @@ ATTACK = Block(
         Contestant("square", title="square, 0.1 Hz"),
         Contestant("wave", title="best wave", prepare="cps_agents.results.searches:best_wave", for_each=True),
         Contestant("switching", title="switching, general"),
-        *(Contestant(f"switching {name}", f"switching?against={name}", f"switching, {name}") for name in DEFENDERS),
+        *(Contestant(f"switching {name}", f"switching?against={name}", f"switching, {name}") for name in CONTROLLERS),
         TEACHER,
         ORACLE,
     ),
     rows=(
-        *(_attacked(defender, ratio) for ratio in ALL_RATIOS for defender in DEFENDERS),
+        *(_attacked(defender, ratio) for ratio in ALL_RATIOS for defender in CONTROLLERS),
         *map(_fine, ALL_RATIOS),
         *map(_coarse, RATIOS),
     ),
@@ -126,7 +127,7 @@ DEFENSE = Block(
     role="defender",
     metric="damage",
     learned=(DEFENDER, GIVES_WAY),
-    baselines=(*map(Contestant, DEFENDERS), ASSIGNED),
+    baselines=(*map(Contestant, CONTROLLERS), ASSIGNED),
     rows=(
         Row(
             "mean of the eight rows below",
@@ -171,4 +172,45 @@ DEFENSE = Block(
     left_out={"monitor": "gives orders to the seized vehicle too, which this setting does not allow"},
 )
 
-BLOCKS = (ATTACK, DEFENSE, *SEARCHED)
+
+MONITOR = Contestant("searched", "zoo:rogue-defense-monitor-cma", "searched, monitor")
+EPISODES = 40
+HARDEST = ("contested?against=assigned", "contested?against=monitor", "contested?against=sliding", "switching")
+VENUE = Venue("rogue", "learning")
+
+
+def _against(*attackers: str) -> tuple[Challenge, ...]:
+    return tuple(Challenge(VENUE, "defender", attacker, EPISODES) for attacker in attackers)
+
+
+HIDDEN = Block(
+    name="rogue-defense-hidden",
+    title="rogue defender by policy search where the attacker is hidden, pay",
+    target="below every analytic defender in the mean over all attackers of the contest.",
+    problem="rogue",
+    role="defender",
+    metric="return",
+    learned=(MONITOR,),
+    baselines=(
+        *(each for each in DEFENDERS if each.policy),
+        Contestant("informed", title="informed, told seat, onset and attacker", optimum=True),
+    ),
+    rows=(
+        Row(
+            "mean over all attackers of the contest",
+            _against(*(each.reference for each in ATTACKERS)),
+            (Bar(every=True),),
+            headline=True,
+        ),
+        *(Row(attacker, _against(attacker), ()) for attacker in HARDEST),
+        Row("nobody attacks", _against("none"), ()),
+    ),
+    unit="m/s",
+    shown=("damage", "formation_cost_s"),
+    notes=(
+        "Pay is the damage and 0.2 m/s for each second of formation cost.",
+        "How far fresh attacks exploit it: `cps-envs best-response rogue attacker "
+        "--against zoo:rogue-defense-monitor-cma --oracle search`.",
+    ),
+)
+BLOCKS = (ATTACK, DEFENSE, HIDDEN)
