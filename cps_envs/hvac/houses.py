@@ -25,7 +25,7 @@ def house(num_zones: int, *, columns: int | None = None, sensors_per_zone: int =
     resistances are drawn within what the paper's zones have, so that no two zones are alike: else sensors could not
     tell them apart. Sets leave a quarter of the sensors out (`set_size`), so that their number is that of the sensors.
 
-    The threshold of MTD2 is not part of it: `cps_baselines.hvac.calibration.calibrate` finds `thresholds_c2`.
+    The threshold of MTD2 is not part of it: `cps_baselines.hvac.calibrated.calibrate` finds `thresholds_c2`.
 
     Raises:
         ConfigurationError: fewer than 2 or more than 64 zones, fewer than one column, or not one or two sensors each.

@@ -15,9 +15,9 @@ from cps_agents.reproduction.commands import COMMANDS
 from cps_agents.reproduction.summary import END, START, tables
 from cps_baselines.fdi.reproduction.experiments import SETS
 from cps_baselines.hvac.reproduction.controllers import CONTROLLERS
+from cps_baselines.reproduction.claims import CELLS, CLAIMS, Tally, tally
 from cps_baselines.reproduction.evidence import Report
 from cps_baselines.reproduction.exhibit import Table, places
-from cps_baselines.reproduction.findings import CELLS, CLAIMS, Tally, tally
 from cps_envs.disbanding.config import INTERPRETATIONS
 
 ROOT = Path(__file__).parents[2]

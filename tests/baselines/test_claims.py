@@ -2,9 +2,16 @@ from __future__ import annotations
 
 import pytest
 
-from cps_baselines.reproduction.claims import Claim, Claims, Finding, joined
+from cps_baselines.reproduction.claims import (
+    Claim,
+    Claims,
+    Finding,
+    findings_document,
+    findings_summary,
+    findings_table,
+    joined,
+)
 from cps_baselines.reproduction.evidence import NotRunError
-from cps_baselines.reproduction.findings import findings_document, findings_summary, findings_table
 from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, of_cases, of_number
 
 

@@ -8,7 +8,6 @@ import pytest
 from cps_baselines.reproduction.chapter import Chapter, Reproduction
 from cps_baselines.reproduction.evidence import Evidence
 from cps_baselines.reproduction.exhibit import Column, Exhibit, Table, places, with_properties
-from cps_baselines.reproduction.regression import Check, Reference
 from cps_baselines.reproduction.verdicts import (
     ABSOLUTE,
     MATCH,
@@ -16,6 +15,8 @@ from cps_baselines.reproduction.verdicts import (
     NEAR,
     NOT,
     REPRODUCED,
+    Check,
+    Reference,
     Tolerance,
     of_cell,
     of_number,

@@ -11,15 +11,14 @@ import pytest
 from cps_baselines.disbanding.reproduction.chapter import CHAPTER as CHAPTER_2
 from cps_baselines.disbanding.reproduction.experiments import Evidence as Evidence2
 from cps_baselines.disbanding.reproduction.experiments import Search
-from cps_baselines.disbanding.reproduction.recording import Recorded as Course
 from cps_baselines.disbanding.reproduction.rules import CONDITIONS as OTHER_RULES
+from cps_baselines.disbanding.reproduction.scenario import Recorded as Course
 from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
 from cps_baselines.hvac.reproduction.chapter import CHAPTER as CHAPTER_4
 from cps_baselines.hvac.reproduction.chapter import CONDITIONS as OTHER_DAYS
 from cps_baselines.hvac.reproduction.controllers import Evidence as Evidence4
 from cps_baselines.hvac.reproduction.experiments import noise_free, undefended
-from cps_baselines.hvac.reproduction.recording import Recorded
-from cps_baselines.hvac.reproduction.scenario import Scenario
+from cps_baselines.hvac.reproduction.scenario import Recorded, Scenario
 from cps_baselines.reproduction.claims import Claim, Finding
 from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
 from cps_baselines.reproduction.recheck import (

@@ -15,9 +15,8 @@ from cps_baselines.disbanding.reproduction.cells import mean_distance, reference
 from cps_baselines.disbanding.reproduction.chapter import CHAPTER
 from cps_baselines.disbanding.reproduction.experiments import Evidence, Experiments, evaluator
 from cps_baselines.disbanding.reproduction.played import READINGS
-from cps_baselines.disbanding.reproduction.recording import Recorded
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
-from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Scenario
+from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Recorded, Scenario
 from cps_baselines.disbanding.reproduction.summary import cells_of
 from cps_baselines.paper.tables import POINTS, read_table, velocity_errors
 from cps_baselines.reproduction.chapter import Reproduction

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.string_controller import SHAPE, StringController, shipped_gains
-from cps_baselines.disbanding.string_loop import StringLoop
+from cps_baselines.disbanding.string_controller import SHAPE, StringController, StringLoop, shipped_gains
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from cps_baselines.disbanding.reproduction.stability import Stability, analyse
+from cps_baselines.disbanding.reproduction.strings import Stability, analyse
 from cps_baselines.disbanding.string_stability import Gains, peak_gain, platoon_matrices, rear_to_rear_gain
 
 K_P, K_D, HEADWAY_S = 1.0, 5.0, 1.5

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from cps_baselines.fdi.contest import CONTEST
-from cps_baselines.fdi.detector import ROUNDING
-from cps_baselines.fdi.detectors import FrontRearRedundancy, KinematicResidual, quiet_residual_m
+from cps_baselines.fdi.detectors import ROUNDING, FrontRearRedundancy, KinematicResidual, quiet_residual_m
 from cps_baselines.fdi.model_fallback import ModelFallback
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from cps_baselines.fdi.cross import cross
-from cps_baselines.fdi.instances import certify, certify_all, instance_of, own_config
+from cps_baselines.fdi.sweep import certify, certify_all, instance_of, own_config
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_baselines.fdi.columns import columns_of, joint_ratio
-from cps_baselines.fdi.lifted import end_rows, legal_rows, lift, violation
+from cps_baselines.fdi.lifted import columns_of, end_rows, joint_ratio, legal_rows, lift, violation
 from cps_envs.fdi.config import A, B, FdiConfig
 from cps_envs.fdi.sensors import parse_sensors
 from cps_envs.fdi.task import Task

@@ -10,8 +10,7 @@ import pytest
 
 from cps_baselines.fdi.continuation import legal_continuation
 from cps_baselines.fdi.shield_policy import Shielded
-from cps_baselines.fdi.shield_wrapper import ShieldedInjection
-from cps_baselines.fdi.shields import LpShield, SoundShield, make_shield
+from cps_baselines.fdi.shields import LpShield, ShieldedInjection, SoundShield, make_shield
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
 from cps_envs.fdi.config import FdiConfig

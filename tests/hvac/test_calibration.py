@@ -11,8 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from cps_agents.cli import app
-from cps_baselines.hvac.calibrated import calibrated_threshold, shipped_thresholds
-from cps_baselines.hvac.calibration import SEEDS, SHIPPED, calibrate
+from cps_baselines.hvac.calibrated import SEEDS, SHIPPED, calibrate, calibrated_threshold, shipped_thresholds
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes

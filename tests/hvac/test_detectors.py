@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_baselines.hvac.filters import FilterChoices, spread_after
+from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen

@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 
 from cps_baselines.hvac.optimum.played import OpenLoop, impact_played
-from cps_baselines.hvac.optimum.program import Quadratic, certified, quadratic, solve
-from cps_baselines.hvac.optimum.response import Response, closed_loop, hats, respond
+from cps_baselines.hvac.optimum.program import (
+    Quadratic,
+    Response,
+    certified,
+    closed_loop,
+    hats,
+    quadratic,
+    respond,
+    solve,
+)
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
 from cps_envs.hvac.config import HvacConfig

@@ -16,15 +16,23 @@ from cps_baselines.hvac.reproduction.cells import CELL
 from cps_baselines.hvac.reproduction.chapter import CHAPTER, EXHIBITS
 from cps_baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, Evidence, controller_named
 from cps_baselines.hvac.reproduction.measures import measures, references
-from cps_baselines.hvac.reproduction.recording import Recorded
 from cps_baselines.hvac.reproduction.rules import CLAIMS
-from cps_baselines.hvac.reproduction.scenario import Outcome, Scenario
+from cps_baselines.hvac.reproduction.scenario import Outcome, Recorded, Scenario
 from cps_baselines.paper.tables import read_table
 from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.claims import Claim
 from cps_baselines.reproduction.evidence import NotRunError
-from cps_baselines.reproduction.regression import Check, Reference
-from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, Tolerance, of_cell
+from cps_baselines.reproduction.verdicts import (
+    NEAR,
+    NOT,
+    PARTLY,
+    REPRODUCED,
+    UNKNOWN,
+    Check,
+    Reference,
+    Tolerance,
+    of_cell,
+)
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.building import discretise, weather
 from cps_envs.hvac.sensors import sensor_sets

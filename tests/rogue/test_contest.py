@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.rogue.contest import CONTEST, constant
+from cps_baselines.rogue.contest import ATTACKERS, CONTEST, constant
 from cps_baselines.rogue.informed import responses
-from cps_baselines.rogue.players import ATTACKERS
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.rogue.problem import ROGUE

@@ -9,12 +9,21 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.assignment import Assigned, laws_of
+from cps_baselines.rogue.contest import ATTACKERS
 from cps_baselines.rogue.contested_search import DEFENDERS, ContestedSearch, mean_trace, search_response
-from cps_baselines.rogue.division import AHEAD, BEHIND, FAR_AHEAD, FAR_BEHIND, LEADER, NOBODY, divide, division_of
 from cps_baselines.rogue.identify import Identify, contested, known, nearest_traces
 from cps_baselines.rogue.informed import Informed, responses
-from cps_baselines.rogue.monitor import Monitor
-from cps_baselines.rogue.players import ATTACKERS
+from cps_baselines.rogue.monitor import (
+    AHEAD,
+    BEHIND,
+    FAR_AHEAD,
+    FAR_BEHIND,
+    LEADER,
+    NOBODY,
+    Monitor,
+    divide,
+    division_of,
+)
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy

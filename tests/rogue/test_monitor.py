@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.rogue.division import NOBODY
-from cps_baselines.rogue.monitor import Monitor, strength
+from cps_baselines.rogue.monitor import NOBODY, Monitor, strength
 from cps_envs.core.policy import State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array

@@ -11,8 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.regression import Check
-from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, Check
 from cps_baselines.rogue.reproduction import reference
 from cps_baselines.rogue.reproduction.chapter import CHAPTER
 from cps_baselines.rogue.reproduction.claims import CLAIMS

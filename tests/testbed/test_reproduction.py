@@ -13,11 +13,10 @@ from cps_agents.console import to_json
 from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.verdicts import NEAR_SHARE, VERDICTS
 from cps_baselines.testbed import chapter
-from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Runs, mitigation
+from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Results, Runs, mitigation, needed
 from cps_baselines.testbed.chapter import CHAPTER
 from cps_baselines.testbed.claims import CLAIMS
 from cps_baselines.testbed.exhibits import Spread, spreads
-from cps_baselines.testbed.results import Results, needed
 from cps_envs.testbed.config import BASELINE, MITIGATED
 
 PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"

@@ -12,7 +12,7 @@ from cps_agents.console import assignments, err, out, print_json
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
-    from cps_baselines.hvac.calibration import Calibration, Level
+    from cps_baselines.hvac.calibrated import Calibration, Level
 
 DIGITS = 6
 
@@ -32,7 +32,7 @@ def calibrate_mtd2(
     computes it for the configurations whose eps comes with the package.
     """
     from cps_agents.files import write_json
-    from cps_baselines.hvac.calibration import SEEDS, SHIPPED, Level
+    from cps_baselines.hvac.calibrated import SEEDS, SHIPPED, Level
 
     seeds = range(SEEDS[0], SEEDS[0] + num_seeds)
     own = preset != "paper" or overrides
@@ -51,7 +51,7 @@ def calibrate_mtd2(
 
 def _calibrate(levels: tuple[Level, ...], seeds: range) -> list[tuple[Level, Calibration]]:
     from cps_agents.progress import Progress
-    from cps_baselines.hvac.calibration import calibrate
+    from cps_baselines.hvac.calibrated import calibrate
 
     total, done = sum(level.config.num_steps for level in levels), 0
     found = []
@@ -67,7 +67,7 @@ def _calibrate(levels: tuple[Level, ...], seeds: range) -> list[tuple[Level, Cal
 
 
 def _document(found: list[tuple[Level, Calibration]], seeds: range) -> dict[str, Any]:
-    from cps_baselines.hvac.calibration import DEFENDER, MARGIN, SETTLING_STEPS
+    from cps_baselines.hvac.calibrated import DEFENDER, MARGIN, SETTLING_STEPS
 
     return {
         "margin": MARGIN,

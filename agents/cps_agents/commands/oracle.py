@@ -17,7 +17,7 @@ from cps_agents.console import assignments, err, out, print_json
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
-    from cps_baselines.fdi.instances import Certificate
+    from cps_baselines.fdi.sweep import Certificate
     from cps_envs.fdi.config import FdiConfig
 
 if TYPE_CHECKING:
@@ -197,7 +197,7 @@ def certify_episodes(
     from cps_agents.files import write_text
     from cps_agents.locking import alone_at
     from cps_agents.progress import Progress
-    from cps_baselines.fdi.instances import certify_all
+    from cps_baselines.fdi.sweep import certify_all
 
     with alone_at(path), Progress("episodes", episodes) as progress:
         rows = stored_episodes(path, config)

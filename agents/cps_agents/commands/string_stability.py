@@ -12,7 +12,7 @@ from cps_agents.console import err, out, print_json
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
-    from cps_baselines.disbanding.reproduction.stability import Stability
+    from cps_baselines.disbanding.reproduction.strings import Stability
     from cps_baselines.disbanding.string_stability import Peak
 
 
@@ -22,7 +22,7 @@ def string_stability(
 ) -> None:
     """Check whether a disturbance grows from platoon to platoon under the published controllers."""
     from cps_agents.files import write_figure
-    from cps_baselines.disbanding.reproduction.stability import SIZES, TAUS_S, analyse, draw
+    from cps_baselines.disbanding.reproduction.strings import SIZES, TAUS_S, analyse, draw
     from cps_baselines.reproduction.figures import require_matplotlib
 
     if plot is not None:
@@ -42,7 +42,7 @@ def string_stability(
 
 
 def _cell(peak: Peak) -> str:
-    from cps_baselines.disbanding.reproduction.stability import STABLE_GAIN
+    from cps_baselines.disbanding.reproduction.strings import STABLE_GAIN
 
     if peak.gain <= STABLE_GAIN:
         return f"{peak.gain:.3f}{'':15}"

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.table import Table
-from cps_baselines.reproduction.findings import CLAIMS
+from cps_baselines.reproduction.claims import CLAIMS
 from cps_baselines.reproduction.verdicts import VERDICTS
 from cps_envs.core.documents import read_text
 

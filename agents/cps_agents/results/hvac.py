@@ -11,7 +11,7 @@ from typing import Any
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.hvac.calibration import HARD
+from cps_baselines.hvac.calibrated import HARD
 from cps_baselines.hvac.contest import ATTACKERS
 from cps_envs.hvac.problem import EASY_ATTACKERS
 

@@ -8,7 +8,7 @@ from typing import Any
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.rogue.players import ATTACKERS, DEFENDERS
+from cps_baselines.rogue.contest import ATTACKERS, DEFENDERS
 from cps_baselines.rogue.switching_search import DEFENDERS as CONTROLLERS
 from cps_baselines.rogue.switching_search import RATIOS, SETTING, SPREAD
 from cps_baselines.rogue.yardsticks import RATIOS as ALL_RATIOS

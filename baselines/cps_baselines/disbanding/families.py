@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_baselines.disbanding.replanning import Numbers, Replanning
-from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController
-from cps_baselines.disbanding.string_loop import StringLoop
+from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, StringLoop
 from cps_baselines.disbanding.string_search import START
 from cps_baselines.disbanding.string_search import STEP as SEARCHED_STEP
 from cps_baselines.family import Family, Number

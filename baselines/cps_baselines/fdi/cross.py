@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.fdi.annealing import anneal
-from cps_baselines.fdi.columns import columns_of
 from cps_baselines.fdi.enumeration import FASTER_MPS, exhaust
 from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
 from cps_baselines.fdi.highs import OPTIMAL, UNSOLVED, Limits, Program, solve
-from cps_baselines.fdi.lifted import NEGLIGIBLE, STRICT_GAP_M, end_rows, legal_rows, lift, stack, through
+from cps_baselines.fdi.lifted import NEGLIGIBLE, STRICT_GAP_M, columns_of, end_rows, legal_rows, lift, stack, through
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cps_baselines.fdi.detector import ROUNDING, Detector
+from cps_baselines.fdi.detectors import ROUNDING, Detector
 from cps_baselines.fdi.injection import decoded
 from cps_envs.core.config import bounds
 from cps_envs.core.errors import ConfigurationError

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.fdi.calming import screen
+from cps_baselines.fdi.continuation import screen
 from cps_baselines.fdi.injection import new_views, task_of
 from cps_baselines.fdi.shields import make_shield
 from cps_envs.core.lookup import PolicyReference, resolve_policy

@@ -1,7 +1,8 @@
 """Shields: they let an attacker's injection pass only if the episode can go on legally afterwards.
 
 What is legal now says nothing about the next steps: commands of vehicles that nobody attacks follow from the state
-alone. Both shields look to the end of the episode, on the undisturbed model with hard limits.
+alone. Both shields look to the end of the episode, on the undisturbed model with hard limits. For learners a shield
+goes around the attacker's environment.
 """
 
 from __future__ import annotations
@@ -9,14 +10,17 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from itertools import product
+from typing import Any
 
+import gymnasium
 import numpy as np
 
 from cps_baselines.fdi.action_form import ActionForm
 from cps_baselines.fdi.continuation import integer_continuation, legal_continuation
 from cps_envs.core.errors import ConfigurationError, near
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.types import BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.task import Task
 
@@ -159,3 +163,47 @@ def make_shield(kind: str, config: FdiConfig, time_limit_s: float = 1.0) -> Shie
 
 def _length(offset: tuple[int, ...]) -> int:
     return sum(map(abs, offset))
+
+
+class ShieldedInjection(gymnasium.Wrapper[Observation, Any, Observation, Any]):
+    """`FdiAttackEnv` whose actions pass a shield, "lp" or "sound", that knows the true state.
+
+    `info["shielded"]` is 1.0 where something else was injected than asked for.
+
+    Raises:
+        ConfigurationError: not an attacker's environment of this problem, no such shield, or clipped limits.
+    """
+
+    def __init__(self, env: gymnasium.Env[Observation, Any], kind: str = "lp", time_limit_s: float = 1.0) -> None:
+        super().__init__(env)
+        unwrapped: Any = env.unwrapped
+        game = getattr(unwrapped, "game", None)
+        if not isinstance(game, FdiGame) or unwrapped.role != "attacker":
+            raise ConfigurationError("ShieldedInjection wraps the environment FdiAttack")
+        self.game: FdiGame = game
+        self.shield = make_shield(kind, game.config, time_limit_s)
+        self._kept = self._nothing()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start an episode."""
+        self._kept = self._nothing()
+        observation, info = self.env.reset(seed=seed, options=options)
+        return observation, {**info, "shielded": 0.0}
+
+    def step(self, action: Any) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
+        """Advance by one decision."""
+        game, form = self.game, self.shield.form
+        task = game.tasks[game.state.task[0]]
+        attacked = task.sensors.flags(game.config.num_vehicles)[form.sensors][np.newaxis]
+        error = game.state.error[0].copy()
+        wish = form.to_levels(error[np.newaxis], attacked, np.asarray(action)[np.newaxis])
+        levels, self._kept = self.shield.allow(task, error, int(game.state.step[0]), wish[0], self._kept)
+        actions, injected = form.to_actions(error[np.newaxis], attacked, levels[np.newaxis])
+        observation, reward, terminated, truncated, info = self.env.step(actions[0])
+        shielded = float(not np.array_equal(injected, wish))
+        return observation, reward, terminated, truncated, {**info, "shielded": shielded}
+
+    def _nothing(self) -> IntArray:
+        return np.zeros((0, len(self.shield.form.sensors)), np.int64)

@@ -1,21 +1,33 @@
-"""The oracle over many tasks, several at a time."""
+"""The oracle over many tasks, several at a time, and over single episodes whose start and gains were drawn.
+
+Both give certified impact speeds, for episodes without a defender.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from itertools import islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import joblib
 import numpy as np
+from gymnasium.utils import seeding
 from joblib.parallel import get_active_backend
 
-from cps_baselines.fdi.cross import Extra, cross, merged
+from cps_baselines.fdi.cross import PROVED_MPS, Extra, cross, merged
+from cps_baselines.fdi.highs import INFEASIBLE as SOLVER_INFEASIBLE
+from cps_baselines.fdi.highs import Limits, Program, solve
+from cps_baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack
+from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_baselines.optional import optional
-from cps_envs.core.types import IntArray
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.optima import Record
+from cps_envs.fdi.game import FdiGame
+from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task, all_tasks
 
@@ -118,3 +130,125 @@ def _places(part: Sensors, whole: Sensors) -> list[int]:
     """Columns of the sensors of a part among those of the whole."""
     ranges = [whole.range.index(vehicle) for vehicle in part.range]
     return ranges + [len(whole.range) + whole.range_rate.index(vehicle) for vehicle in part.range_rate]
+
+
+SHARE = 0.25  # of the time limit, for the programs of one number of steps
+
+
+class Instance(NamedTuple):
+    """What a seed draws."""
+
+    seed: int
+    task: Task
+    start: tuple[float, ...]  # e(0), (2n,) m and m/s
+    gains: tuple[float, float]  # k_p in 1/s2 and k_d in 1/s
+
+
+class Certificate(NamedTuple):
+    """An instance, and what is known about it."""
+
+    instance: Instance
+    record: Record
+
+
+def instance_of(config: FdiConfig, seed: int) -> Instance:
+    """What the episode of a seed draws.
+
+    Raises:
+        ConfigurationError: nothing can be certified in this configuration.
+    """
+    if config.limits != "hard" or config.discretisation != "zohu" or config.disturbed or config.paid_pair != "target":
+        raise ConfigurationError(
+            'an episode can be certified with limits = "hard", discretisation = "zohu", paid_pair = "target" and no '
+            'disturbance, as in preset "drawn"'
+        )
+    game = FdiGame(config, 1)
+    game.reset(np.ones(1, np.bool_), [seeding.np_random(seed)[0]])
+    task = game.tasks[game.state.task[0]]
+    return Instance(seed, task, tuple(game.state.error[0].tolist()), game.gains(0))
+
+
+def own_config(config: FdiConfig, instance: Instance) -> FdiConfig:
+    """The configuration in which nothing is drawn and the gains are those of the instance."""
+    gain_p, gain_d = instance.gains
+    still = replace(config, tasks="", gap_spread_m=0.0, speed_spread_mps=0.0, gain_spread=0.0)
+    return replace(still, proportional_gain=gain_p, derivative_gain=gain_d)
+
+
+def crossing_from(config: FdiConfig, instance: Instance, steps: int, *, integer: bool) -> tuple[Program, float]:
+    """Minimise e_v,t(steps) over legal injections that let the target collide then and nobody before.
+
+    As `cross.crossing_program`, from the start of the instance. The second value is what e_v,t(steps) has besides the
+    program's objective.
+    """
+    sensors, n, target = instance.task.sensors, config.num_vehicles, instance.task.target - 1
+    lifted, start, columns = lift(config, sensors), np.array(instance.start), steps * sensors.count
+    legal = legal_rows(config, sensors, steps)
+    rows = stack([legal, end_rows(config, sensors, steps, target, -np.inf, STRICT_GAP_M - config.desired_gap_m)])
+    drifted = rows.drift @ start
+    rows = rows._replace(lower=rows.lower - drifted, upper=rows.upper - drifted)
+    bound = np.tile(lifted.levels, steps).astype(np.float64)
+    whole = np.ones(columns, np.bool_) if integer else None
+    program = Program(lifted.errors[steps, n + target, :columns], rows, -bound, bound, whole)
+    return program, float(lifted.drift[steps, n + target] @ start)
+
+
+def certify(config: FdiConfig, instance: Instance, time_limit_s: float = 20.0) -> Certificate:
+    """The highest impact speed of an instance: over every number of steps to the collision, the fastest LPs first.
+
+    Waiting is not free from a drawn start, so each number of steps has a program of its own. A number of steps whose
+    LP is not above the best attack found needs no integer program.
+    """
+    began, own = time.perf_counter(), own_config(config, instance)
+    tops: dict[int, float] = {}
+    for steps in range(1, config.horizon + 1):
+        program, drift = crossing_from(own, instance, steps, integer=False)
+        found = solve(program)
+        if found.status != SOLVER_INFEASIBLE:
+            tops[steps] = max(0.0, -found.objective - drift)
+    if not tops:
+        record = Record(instance.task, None, None, 0.0, INFEASIBLE, time.perf_counter() - began)
+        return Certificate(instance, record)
+    lp_mps, best_mps, best = max(tops.values()), -1.0, None
+    for steps in sorted(tops, key=lambda steps: -tops[steps]):
+        left_s = time_limit_s - (time.perf_counter() - began)
+        if tops[steps] <= best_mps + PROVED_MPS or left_s <= 0:
+            break
+        program, drift = crossing_from(own, instance, steps, integer=True)
+        found = solve(program, Limits(min(left_s, SHARE * time_limit_s)))
+        impossible = found.status == SOLVER_INFEASIBLE
+        tops[steps] = 0.0 if impossible else min(tops[steps], max(0.0, -found.bound - drift))
+        speed_mps, levels = _replayed(own, instance, found.columns)
+        if speed_mps > best_mps:
+            best_mps, best = speed_mps, levels
+    bound_mps = max(best_mps, *tops.values())
+    closed = bound_mps - best_mps <= PROVED_MPS
+    status = INFEASIBLE if best is None and bound_mps == 0 else PROVED if closed else TIME_LIMIT
+    value_mps = None if best is None else best_mps
+    wall_s = time.perf_counter() - began
+    return Certificate(instance, Record(instance.task, lp_mps, value_mps, bound_mps, status, wall_s, best))
+
+
+def certify_all(
+    config: FdiConfig,
+    seeds: Sequence[int],
+    *,
+    time_limit_s: float = 20.0,
+    jobs: int = 1,
+    backend: str = BACKEND,
+) -> Iterator[Certificate]:
+    """The certificates of the episodes of several seeds as they get done, so many at a time; see `sweep.sweep`."""
+    work = (joblib.delayed(certify)(config, instance_of(config, seed), time_limit_s) for seed in seeds)
+    with ready(backend), joblib.parallel_config(backend=backend, n_jobs=jobs):
+        yield from as_done(work, jobs)
+
+
+def _replayed(config: FdiConfig, instance: Instance, point: FloatArray | None) -> tuple[float, IntArray | None]:
+    """Speed and levels (k, q) of a solution that replays; -1 and None of any other."""
+    if point is None:
+        return -1.0, None
+    levels: IntArray = np.rint(point).astype(np.int64).reshape(-1, instance.task.sensors.count)
+    try:
+        return replay(config, instance.task, levels, np.array(instance.start)), levels
+    except NoReplayError:
+        return -1.0, None

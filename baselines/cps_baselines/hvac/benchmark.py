@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.hvac.calibration import HARD
+from cps_baselines.hvac.calibrated import HARD
 from cps_baselines.schedule import Benchmark, PaperCell, Setting
 from cps_envs.hvac.problem import EASY_ATTACKERS
 

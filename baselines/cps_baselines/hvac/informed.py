@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.filters import FilterChoices
+from cps_baselines.hvac.hypotheses import FilterChoices
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.filters import FilterChoices, spread_after
+from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.hvac.clock import attack_age, elapsed_steps
-from cps_baselines.hvac.filters import FilterChoices
+from cps_baselines.hvac.hypotheses import FilterChoices
 from cps_baselines.hvac.stealthy import MAX_BIAS_C
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State

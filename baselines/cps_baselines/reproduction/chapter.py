@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Generic
 
-from cps_baselines.reproduction.claims import Claims
-from cps_baselines.reproduction.evidence import Experiment, Report, compute
-from cps_baselines.reproduction.exhibit import E, Exhibit, Table
-from cps_baselines.reproduction.findings import (
+from cps_baselines.reproduction.claims import (
+    Claims,
     Findings,
     Tally,
     findings_document,
@@ -18,8 +16,10 @@ from cps_baselines.reproduction.findings import (
     findings_table,
     tally_claims,
 )
+from cps_baselines.reproduction.evidence import Experiment, Report, compute
+from cps_baselines.reproduction.exhibit import E, Exhibit, Table
 from cps_baselines.reproduction.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
-from cps_baselines.reproduction.regression import Check
+from cps_baselines.reproduction.verdicts import Check
 from cps_envs.core.errors import ConfigurationError, near
 
 CLAIMS = "claims"  # the exhibit with everything that the text claims

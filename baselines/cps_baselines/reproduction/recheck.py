@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+from cps_baselines.reproduction.claims import Findings
 from cps_baselines.reproduction.evidence import Evidence, Experiment, Vary
-from cps_baselines.reproduction.findings import Findings
 from cps_baselines.reproduction.verdicts import UNKNOWN, VERDICTS
 
 E = TypeVar("E", bound=Evidence)

@@ -1,9 +1,15 @@
-"""The rules by which numbers agree and claims count as reproduced; no verdict is typed in."""
+"""The rules by which numbers agree and claims count as reproduced; no verdict is typed in.
+
+The regression check compares our numbers with those of our second implementation of the same specification.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
 
 import numpy as np
 
@@ -100,3 +106,58 @@ def of_recovery_time(same: float | None, near: float | None, paper: float) -> st
     """The time to recovery within SAME_SHARE, and within NEAR_SHARE, against the paper's; None: never."""
     verdict = of_number(same, paper)
     return PARTLY if verdict == NOT and of_number(near, paper) != NOT else verdict
+
+
+NO_SUPPORT = (
+    "Both programs are ours and share a specification and its parameters: agreement shows that the simulation is the "
+    "same, and supports nothing that the paper says."
+)
+NO_FINDING = "The simulation has changed; this is no finding about the paper."
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What the second implementation has, and how near our number has to come."""
+
+    value: float
+    tolerance: Tolerance
+    recorded: float | None = None  # ours, where it was outside when the file was made
+    reason: str = ""  # why
+
+
+@dataclass(frozen=True)
+class Check:
+    """A number of ours beside its reference."""
+
+    label: str
+    ours: float
+    reference: Reference
+    subject: Any = None  # whose number it is
+
+    @property
+    def difference(self) -> float:
+        """Ours minus the reference's."""
+        return self.ours - self.reference.value
+
+    @property
+    def inside(self) -> bool:
+        """Whether ours lies within the tolerance of the reference."""
+        return self.reference.tolerance.admits(self.ours, self.reference.value)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it is inside, or where it was recorded as being outside, still what it was."""
+        recorded = self.reference.recorded
+        return self.inside or (recorded is not None and self.reference.tolerance.admits(self.ours, recorded))
+
+
+def failures(lines: Iterable[str]) -> str:
+    """A sentence on the checks that failed; empty without any."""
+    named = "; ".join(lines)
+    return f" FAILED: {named}. {NO_FINDING}" if named else ""
+
+
+def shipped_rows(package: str, name: str = "reference") -> list[dict[str, str]]:
+    """The rows of `<name>.csv` in a package; lines that start with # explain them."""
+    text = files(package).joinpath(f"{name}.csv").read_text(encoding="utf-8")
+    return list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))

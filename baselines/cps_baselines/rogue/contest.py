@@ -1,4 +1,7 @@
-"""What `cps-envs contest` plays of the rogue-vehicle problem."""
+"""What `cps-envs contest` plays of the rogue-vehicle problem, and who plays in preset `learning`.
+
+The searches of responses know those, too.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,34 @@ from itertools import product
 
 from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
-from cps_baselines.rogue.players import ATTACKERS, DEFENDERS
+from cps_baselines.rogue.contested_search import DEFENDERS as RESPONDED_TO
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
+
+RESPONSES = tuple(Contestant(f"contested {against}", f"contested?against={against}") for against in RESPONDED_TO)
+ATTACKERS = (
+    Contestant("none"),
+    Contestant("square"),
+    Contestant("slow_square", "square?frequency_hz=0.05"),
+    Contestant("duty_square"),
+    Contestant("random"),
+    Contestant("switching"),
+    *RESPONSES,
+    Contestant("identify"),
+    Contestant("strike"),
+    Contestant("brake_strike", "strike?effort=-1"),
+)
+DEFENDERS = (
+    *(
+        Contestant(name)
+        for name in ("none", "pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
+    ),
+    Contestant("assigned"),
+    Contestant("ssl", "assigned?laws=ssl"),
+    Contestant("front", "assigned?laws=f"),
+    Contestant("monitor"),
+)
+
 
 FRONT_CLASSES = ((0, 2), (2, 4), (4, LEARNING.max_vehicles))  # places from the rear that have the same law
 RATIOS = (1.0, 1.1, 1.2, 1.3)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.rogue.controllers import require_modes
-from cps_baselines.rogue.division import NOBODY, Division, divide, division_of
+from cps_baselines.rogue.monitor import NOBODY, Division, divide, division_of
 from cps_baselines.rogue.reading import read, vehicles
 from cps_envs.core.kernels import kernel
 from cps_envs.core.lookup import resolve_policy

@@ -12,8 +12,8 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+from cps_baselines.rogue.contest import ATTACKERS
 from cps_baselines.rogue.informed import Informed
-from cps_baselines.rogue.players import ATTACKERS
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.problem import ROGUE
 

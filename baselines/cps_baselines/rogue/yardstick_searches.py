@@ -10,8 +10,8 @@ from gymnasium.utils import seeding
 
 from cps_baselines.evolution import evolve
 from cps_baselines.rogue.beam import BEAMS, BeamPlanner, plan_by_beam
+from cps_baselines.rogue.contest import ATTACKERS
 from cps_baselines.rogue.identify import Identify, Known, known, trace_of
-from cps_baselines.rogue.players import ATTACKERS
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_baselines.rogue.switching_search import (
     REPORTED,

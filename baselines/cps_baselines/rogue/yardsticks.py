@@ -25,7 +25,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from cps_baselines.rogue.players import DEFENDERS
+from cps_baselines.rogue.contest import DEFENDERS
 from cps_baselines.rogue.switching_search import DEFENDERS as CONTROLLERS
 from cps_baselines.rogue.yardstick_searches import contest_attacks, identified, plan_attack, search_answer, search_law
 

@@ -9,12 +9,28 @@ import numpy as np
 
 from cps_baselines.reproduction.chapter import CLAIMS as ALL_CLAIMS
 from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
-from cps_baselines.reproduction.regression import NO_SUPPORT, Check, Reference
-from cps_baselines.reproduction.verdicts import ABSOLUTE, NEAR_SHARE, SAME_SHARE, Tolerance
-from cps_baselines.testbed.cases import BASE, CASES, LONG_S, QUICK_SEEDS, SEEDS
+from cps_baselines.reproduction.verdicts import (
+    ABSOLUTE,
+    NEAR_SHARE,
+    NO_SUPPORT,
+    SAME_SHARE,
+    Check,
+    Reference,
+    Tolerance,
+)
+from cps_baselines.testbed.cases import (
+    BASE,
+    CASES,
+    LONG_S,
+    MITIGATED_CASES,
+    ORDERED_SHARE,
+    QUICK_SEEDS,
+    SEEDS,
+    Results,
+    needed,
+)
 from cps_baselines.testbed.claims import CLAIMS, RULES
 from cps_baselines.testbed.exhibits import FIGURE_2_5, spreads
-from cps_baselines.testbed.results import MITIGATED_CASES, ORDERED_SHARE, Results, needed
 
 STAND_IN = (
     "This is a simulated stand-in for the robots: of the experiment the paper prints t_s and three values of E_v, and "

@@ -18,8 +18,7 @@ from cps_baselines.reproduction.verdicts import (
     of_number,
     of_recovery,
 )
-from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT
-from cps_baselines.testbed.results import MITIGATED_CASES, Results
+from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, MITIGATED_CASES, SHORT, Results
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.testbed.config import BASELINE
 

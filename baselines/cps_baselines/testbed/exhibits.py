@@ -12,10 +12,9 @@ import numpy as np
 
 from cps_baselines.reproduction.exhibit import Column, Exhibit, Table
 from cps_baselines.reproduction.figures import dress, new_figure, shades
-from cps_baselines.reproduction.regression import shipped_rows
-from cps_baselines.testbed.cases import CASES, Case
+from cps_baselines.reproduction.verdicts import shipped_rows
+from cps_baselines.testbed.cases import CASES, ORDERED_SHARE, Case, Results, needed
 from cps_baselines.testbed.claims import CLAIMS, deviation
-from cps_baselines.testbed.results import ORDERED_SHARE, Results, needed
 from cps_envs.testbed.config import BASELINE
 
 DISBANDED_COLOR = "0.55"

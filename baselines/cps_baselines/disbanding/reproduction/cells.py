@@ -14,9 +14,8 @@ from cps_baselines.disbanding.reproduction.experiments import Evidence
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Outcome
 from cps_baselines.paper.tables import POINTS, VelocityErrorCell, velocity_errors
+from cps_baselines.reproduction.claims import findings_document
 from cps_baselines.reproduction.exhibit import Column, Table, places
-from cps_baselines.reproduction.findings import findings_document
-from cps_baselines.reproduction.regression import Check, Reference, shipped_rows
 from cps_baselines.reproduction.verdicts import (
     ABSOLUTE,
     MATCH,
@@ -24,9 +23,12 @@ from cps_baselines.reproduction.verdicts import (
     NEAR,
     NOT,
     REPRODUCED,
+    Check,
+    Reference,
     Tolerance,
     of_cell,
     of_number,
+    shipped_rows,
 )
 from cps_envs.disbanding.config import INTERPRETATIONS
 

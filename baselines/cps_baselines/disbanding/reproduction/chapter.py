@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from cps_baselines.disbanding.reproduction import claims_2_1, claims_2_3, claims_2_4, plots
+from cps_baselines.disbanding.reproduction import claims_2_1, claims_2_3, plots
 from cps_baselines.disbanding.reproduction.cells import (
     BASELINE,
     baselines_data,
@@ -28,13 +28,13 @@ from cps_baselines.disbanding.reproduction.scenario import Outcome
 from cps_baselines.disbanding.reproduction.strings import courses_tables
 from cps_baselines.disbanding.reproduction.summary import cells_of, closing
 from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
+from cps_baselines.reproduction.claims import CELLS, EFFECTS, Tally, tally
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Column, Exhibit, Table
-from cps_baselines.reproduction.findings import CELLS, EFFECTS, Tally, tally
-from cps_baselines.reproduction.regression import Check
+from cps_baselines.reproduction.verdicts import Check
 from cps_envs.disbanding.config import INTERPRETATIONS
 
-SOURCES = (claims_2_1, claims_2_3, claims_2_4)  # importing them registers the functions that check the claims
+SOURCES = (claims_2_1, claims_2_3)  # importing them registers the functions that check the claims
 
 
 def _table(table: str, about: str) -> Exhibit[Evidence]:

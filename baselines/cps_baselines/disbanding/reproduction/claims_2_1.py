@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from cps_baselines.disbanding.reproduction.experiments import ATTACK_S, STRINGS, TAUS_S, Evidence
-from cps_baselines.disbanding.reproduction.recording import Record
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
+from cps_baselines.disbanding.reproduction.scenario import Record
 from cps_baselines.reproduction.claims import Claim, Finding, joined
 from cps_baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE, of_cases, of_number, of_recovery_time
 from cps_envs.core.config import bounds

@@ -12,8 +12,7 @@ import numpy as np
 
 from cps_baselines.disbanding.plan_search import Evaluate, SearchResult, SearchSettings, search_plan
 from cps_baselines.disbanding.reproduction.played import DEFENDERS, READINGS, Played, Reading
-from cps_baselines.disbanding.reproduction.recording import Recorded
-from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Attack, Scenario
+from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Attack, Recorded, Scenario
 from cps_baselines.reproduction import evidence
 from cps_baselines.reproduction.evidence import Experiment
 from cps_envs.core.kernels import pack

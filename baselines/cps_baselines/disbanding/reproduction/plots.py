@@ -13,9 +13,8 @@ from cps_baselines.disbanding.reproduction.experiments import (
     TAUS_S,
     Evidence,
 )
-from cps_baselines.disbanding.reproduction.recording import Record
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
-from cps_baselines.disbanding.reproduction.scenario import Attack
+from cps_baselines.disbanding.reproduction.scenario import Attack, Record
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.figures import MARKERS, dress, new_figure, shades
 

@@ -11,8 +11,7 @@ from functools import partial
 from typing import Any
 
 from cps_baselines.disbanding.reproduction.experiments import Evidence
-from cps_baselines.disbanding.reproduction.recording import Recorded
-from cps_baselines.disbanding.reproduction.scenario import Overrides, Scenario
+from cps_baselines.disbanding.reproduction.scenario import Overrides, Recorded, Scenario
 from cps_baselines.reproduction.claims import Claims
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.recheck import Condition

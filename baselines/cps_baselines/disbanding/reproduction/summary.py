@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from cps_baselines.disbanding.reproduction.cells import AVERAGED, Cell, table_cells
 from cps_baselines.disbanding.reproduction.experiments import Evidence
 from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.regression import NO_SUPPORT, Check, failures
-from cps_baselines.reproduction.verdicts import NEAR, NOT, REPRODUCED
+from cps_baselines.reproduction.verdicts import NEAR, NO_SUPPORT, NOT, REPRODUCED, Check, failures
 
 MPC_LABEL = (
     "The paper prints neither horizon nor weights of its MPC. Ours are one set for all cells, tuned on the mpc column "

@@ -25,10 +25,10 @@ from cps_baselines.fdi.reproduction.figure_3_2 import draw_figure, figure_rows, 
 from cps_baselines.fdi.reproduction.summary import AUDIT, FIGURE, closing
 from cps_baselines.paper.tables import collision_cells
 from cps_baselines.reproduction.chapter import Chapter, Reproduction
+from cps_baselines.reproduction.claims import CELLS, CLAIMS, Tally, tally
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit
-from cps_baselines.reproduction.findings import CELLS, CLAIMS, Tally, tally
-from cps_baselines.reproduction.regression import Check
+from cps_baselines.reproduction.verdicts import Check
 
 ONE_ATTACKED = ("3.1", "3.2", "3.5")  # the tables with one attacked vehicle
 

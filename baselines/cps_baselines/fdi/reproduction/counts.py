@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 from cps_baselines.fdi.reproduction.cells import Cell, solved
 from cps_baselines.fdi.reproduction.experiments import ALL_FOUR, FOUR_VEHICLES, Evidence
 from cps_baselines.reproduction.exhibit import Column, Table
-from cps_baselines.reproduction.regression import Check, Reference
-from cps_baselines.reproduction.verdicts import BELOW, Tolerance
+from cps_baselines.reproduction.verdicts import BELOW, Check, Reference, Tolerance
 
 ALLOWANCE = 3  # by which a count may fall below its goal, as solves end by time
 NOTE = (

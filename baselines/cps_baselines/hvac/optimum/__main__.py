@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from cps_baselines.hvac.optimum.played import OpenLoop, impact_played
-from cps_baselines.hvac.optimum.program import solve
-from cps_baselines.hvac.optimum.response import respond
+from cps_baselines.hvac.optimum.program import respond, solve
 from cps_envs.hvac.problem import HVAC
 
 DAYS = 20

@@ -2,6 +2,11 @@
 
 Needs the extra `convex`. The local optimum comes by sequential linearisation, each step a second-order cone program.
 The bound is Shor's relaxation of the same problem, a semidefinite program; it holds for the mean field and its knots.
+
+The data of the program say what biases do to MTD2 and to the building, as matrices. The attacker shows the true
+temperature minus a bias, which is linear between knots. Without noise of its own, a set of one forged sensor s errs by
+e_s(k) = sum over t of W_s[t] b_s(k - N_e + t), W_s[t] = A^N_e (O'O)^-1 (A^t)' e_zone(s), so that its residual (4.32) is
+the square of something linear in the bias.
 """
 
 from __future__ import annotations
@@ -11,9 +16,140 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.hvac.optimum.response import Response
 from cps_baselines.optional import optional
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray
+from cps_envs.hvac.building import discretise
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.controller import gains
+from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.model import build_model
+from cps_envs.hvac.problem import HVAC
+from cps_envs.hvac.sensors import attack_order, sensor_sets
+
+
+class Response(NamedTuple):
+    """For m forged sensors with q knots each: p = m q numbers b, sensor by sensor."""
+
+    sensors: tuple[int, ...]  # numbers from 1, (m,)
+    course: FloatArray  # (K, q) bias over time of each knot; zero before the onset
+    gram: (
+        FloatArray  # (m, k from k_0 to K - 2, q, q): b_s' gram b_s is the sum of the set's residuals so far, less noise
+    )
+    room: FloatArray  # (m, k) C2, what the threshold leaves for it
+    shift: FloatArray  # (T_a n, p) what each number moves the temperatures from the onset on, mean field
+    error: FloatArray  # (T_a n,) C, x - x_r without an attack
+    states: int  # T_a
+
+    def impact(self, b: FloatArray) -> float:
+        """A_impact (4.19), C2, of the mean field under biases b (p,)."""
+        return float(((self.error + self.shift @ b) ** 2).sum() / self.states)
+
+    def biases(self, b: FloatArray) -> FloatArray:
+        """Biases (K, m), C, of numbers b (p,)."""
+        found: FloatArray = self.course @ b.reshape(len(self.sensors), -1).T
+        return found
+
+
+def respond(config: HvacConfig, knot_steps: int = 40) -> Response:
+    """The matrices of a configuration whose attack is certain; knots are `knot_steps` apart.
+
+    Raises:
+        ConfigurationError: an onset, a number or a choice of compromised sensors that is drawn, sensors that are no set
+            of their own, or a model that is not exact.
+    """
+    onset, count = _certain(config)
+    sensors, sets = attack_order(config)[:count], sensor_sets(config)
+    model, K, N = build_model(config), config.num_steps, config.window_steps
+    course = hats(K, onset, knot_steps)
+    q = course.shape[1]
+    intact = sum(not set(members) & set(sensors) for members in sets)
+    steps = np.arange(N, K - 1)
+    gram, room = np.empty((count, len(steps), q, q)), np.empty((count, len(steps)))
+    shift = np.empty((K, config.num_zones, count * q))
+    for place, sensor in enumerate(sensors):
+        zone = int(model.zone[sensor - 1])
+        weight = window_weights(config, sets.index((sensor,)), zone)
+        errors = window_errors(weight, course)  # (K, n, q)
+        seen = errors[steps, zone] - course[steps]  # (k, q)
+        gram[place] = np.cumsum(seen[:, :, np.newaxis] * seen[:, np.newaxis], axis=0)
+        honest = np.array([(steps - N + t < onset) for t in range(N)])  # (N, k)
+        noise = config.noise_std_c**2 * (honest.T @ weight[:, zone] ** 2 + (steps < onset))
+        room[place] = config.threshold_c2 * np.arange(1, len(steps) + 1) - np.cumsum(noise)
+        shift[:, :, place * q : (place + 1) * q] = closed_loop(config, errors / (intact + count))
+    error = undisturbed(config) - config.reference_c
+    return Response(
+        sensors, course, gram, room, shift[onset:].reshape(-1, count * q), error[onset:].reshape(-1), K - onset
+    )
+
+
+def hats(steps: int, onset: int, apart: int) -> FloatArray:
+    """Functions (steps, q) that are 1 at one knot, 0 at the others, and linear between them, from the onset on."""
+    knots = np.append(np.arange(onset, steps - 1, apart), steps - 1)
+    course: FloatArray = np.stack([np.interp(np.arange(steps), knots, unit) for unit in np.eye(len(knots))], axis=1)
+    course[:onset] = 0.0
+    return course
+
+
+def window_weights(config: HvacConfig, index: int, zone: int) -> FloatArray:
+    """W[t] (N_e, n): what a reading t steps into the window moves the estimate of the set `index` of one sensor."""
+    model = build_model(config)
+    gain, row, weights = model.set_gain[index].T, np.eye(config.num_zones)[zone], []
+    for _ in range(config.window_steps):
+        weights.append(gain @ row)
+        row = model.A.T @ row
+    return np.array(weights)
+
+
+def window_errors(weight: FloatArray, course: FloatArray) -> FloatArray:
+    """How much too cold (K, n, q) the estimate is at each step, from the biases of its window; 0 before it is full."""
+    steps, N = len(course), len(weight)
+    errors = np.zeros((steps, weight.shape[1], course.shape[1]))
+    for k in range(N, steps):
+        errors[k] = weight.T @ course[k - N : k]
+    return errors
+
+
+def closed_loop(config: HvacConfig, colder: FloatArray) -> FloatArray:
+    """How much warmer (K, n, q) the zones get when what the controller is fed is `colder` (K, n, q) than the truth.
+
+    The heating has no limits here, and is not rounded.
+    """
+    building = discretise(config)
+    K_e, K_d, _ = gains(building, config.prediction_steps, config.move_weight)
+    warmer, heating, before = np.zeros_like(colder), np.zeros(colder.shape[1:]), np.zeros(colder.shape[1:])
+    for k in range(len(colder) - 1):
+        fed = warmer[k] - colder[k]
+        heating = heating - K_e @ fed - K_d @ (fed - before)
+        warmer[k + 1] = building.A @ warmer[k] + building.B[:, np.newaxis] * heating
+        before = fed
+    return warmer
+
+
+def undisturbed(config: HvacConfig) -> FloatArray:
+    """Temperatures (K, n), C, of a day without attack and without noise."""
+    rows: list[FloatArray] = []
+
+    def note(game: object) -> None:
+        assert isinstance(game, HvacGame)
+        rows.append(game.state.temperature[0].copy())
+
+    quiet: HvacConfig = HVAC.config("paper", {**vars(config), "noise_std_c": 0.0})
+    play_episodes(HVAC, quiet, {"attacker": "none", "defender": "none"}, (0,), on_step=note)
+    return np.array(rows)
+
+
+def _certain(config: HvacConfig) -> tuple[int, int]:
+    onset, count = config.onset_step, config.num_compromised
+    drawn = config.random_compromise or config.compromised_weights or config.model_error or config.unmeasured_heat_w
+    if not isinstance(onset, int) or not isinstance(count, int) or drawn or config.heat_drift_w:
+        raise ConfigurationError(
+            "the optimal stealthy attack needs an exact model and an attack that is certain: give one number as "
+            "onset_step and as num_compromised, and leave out what is drawn, as preset `paper` does"
+        )
+    return onset, count
+
 
 ROUNDS, SETTLED = 30, 1e-6
 TYPICAL_C = 10.0  # the relaxation's unit of a bias, so that its numbers are near 1

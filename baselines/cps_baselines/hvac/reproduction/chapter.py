@@ -20,18 +20,16 @@ from cps_baselines.hvac.reproduction.cells import errors_data, errors_table, tab
 from cps_baselines.hvac.reproduction.clear_day import clear_day_table, energies_table
 from cps_baselines.hvac.reproduction.controllers import CLIP, Evidence, evidence_under
 from cps_baselines.hvac.reproduction.experiments import early_onsets, figure, table_cells
-from cps_baselines.hvac.reproduction.observers import observers_table
-from cps_baselines.hvac.reproduction.recording import Recorded
+from cps_baselines.hvac.reproduction.observers import observers_table, sets_table
 from cps_baselines.hvac.reproduction.rules import CLAIMS, RULES
-from cps_baselines.hvac.reproduction.scenario import Scenario
-from cps_baselines.hvac.reproduction.sets import sets_table
+from cps_baselines.hvac.reproduction.scenario import Recorded, Scenario
 from cps_baselines.hvac.reproduction.summary import TABLES, closing
 from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
+from cps_baselines.reproduction.claims import CELLS, Tally, tally
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit, Table
-from cps_baselines.reproduction.findings import CELLS, Tally, tally
 from cps_baselines.reproduction.recheck import Condition
-from cps_baselines.reproduction.regression import Check
+from cps_baselines.reproduction.verdicts import Check
 
 # Judged again over days of other seeds. The step of 120 s is printed, and the window, the horizon and the attacks count
 # in it: half of it is another plant.

@@ -8,8 +8,8 @@ import numpy as np
 
 from cps_baselines.hvac.reproduction.controllers import Evidence
 from cps_baselines.hvac.reproduction.experiments import ENERGIES_W, noise_free
-from cps_baselines.hvac.reproduction.recording import Course
 from cps_baselines.hvac.reproduction.rules import ALWAYS, CLAIMS, falling, of_printed
+from cps_baselines.hvac.reproduction.scenario import Course
 from cps_baselines.reproduction.claims import Claim, Finding, joined
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.reproduction.verdicts import REPRODUCED, of_cases

@@ -8,8 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from cps_baselines.hvac.reproduction.recording import Recorded
-from cps_baselines.hvac.reproduction.scenario import Scenario, Settings
+from cps_baselines.hvac.reproduction.scenario import Recorded, Scenario, Settings
 from cps_baselines.reproduction import evidence
 from cps_baselines.reproduction.evidence import Experiment
 from cps_envs.core.errors import ConfigurationError, near

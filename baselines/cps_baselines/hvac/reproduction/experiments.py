@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Any
 
-from cps_baselines.hvac.reproduction.recording import Recorded
-from cps_baselines.hvac.reproduction.scenario import Scenario
+from cps_baselines.hvac.reproduction.scenario import Recorded, Scenario
 from cps_baselines.reproduction.evidence import Experiment
 
 Case = tuple[tuple[int, ...], int]  # sensors, N_e

@@ -23,8 +23,7 @@ from cps_baselines.hvac.reproduction.experiments import (
 from cps_baselines.hvac.reproduction.impacts import mean_rise_c, outcomes
 from cps_baselines.hvac.reproduction.scenario import Outcome
 from cps_baselines.reproduction.evidence import NotRunError
-from cps_baselines.reproduction.regression import Check, Reference, shipped_rows
-from cps_baselines.reproduction.verdicts import Tolerance
+from cps_baselines.reproduction.verdicts import Check, Reference, Tolerance, shipped_rows
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.sensors import sensor_sets
 

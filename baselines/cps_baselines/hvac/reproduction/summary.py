@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from cps_baselines.hvac.reproduction.cells import Row, table_rows
 from cps_baselines.hvac.reproduction.controllers import Controller, Evidence
 from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.findings import Findings
-from cps_baselines.reproduction.regression import NO_SUPPORT, Check, failures
-from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, REPRODUCED, UNKNOWN
+from cps_baselines.reproduction.claims import Findings
+from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, NO_SUPPORT, REPRODUCED, UNKNOWN, Check, failures
 
 TABLES = ("4.1", "4.2")
 CONSTANTS = (

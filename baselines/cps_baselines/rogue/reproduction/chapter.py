@@ -10,7 +10,7 @@ from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.exhibit import Exhibit
 from cps_baselines.reproduction.recheck import Condition
-from cps_baselines.reproduction.regression import Check
+from cps_baselines.reproduction.verdicts import Check
 from cps_baselines.rogue.reproduction import claims_courses, claims_maps, plots, reference
 from cps_baselines.rogue.reproduction.claims import CLAIMS, RULES
 from cps_baselines.rogue.reproduction.claims_courses import EARLY_DISBANDING, ENDS

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from cps_baselines.reproduction.regression import Check, Reference, shipped_rows
-from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
+from cps_baselines.reproduction.verdicts import ABSOLUTE, Check, Reference, Tolerance, shipped_rows
 from cps_baselines.rogue.reproduction.experiments import Evidence, Waves, square_waves
 from cps_baselines.rogue.reproduction.settings import TITLES
 

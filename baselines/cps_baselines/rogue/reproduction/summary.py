@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.regression import NO_SUPPORT, Check, failures
+from cps_baselines.reproduction.verdicts import NO_SUPPORT, Check, failures
 from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import Evidence
 from cps_baselines.rogue.reproduction.fit import Maps, Variant, fits
