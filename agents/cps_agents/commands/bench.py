@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cps_agents.console import err, out, print_json
+from cps_agents.errors import CommandError
+from cps_agents.machine import describe
+from cps_agents.progress import Progress
 from cps_agents.table import Table, styled
 
 if TYPE_CHECKING:
@@ -33,8 +37,6 @@ def bench(
     """
     from cps_agents.bench.suite import measure, plan
     from cps_agents.bench.targets import judge
-    from cps_agents.machine import describe
-    from cps_agents.progress import Progress
     from cps_envs import PROBLEMS, find_problem
 
     items = plan([find_problem(name) for name in only or PROBLEMS], _parts(parts or [], training))
@@ -58,7 +60,6 @@ def bench(
 
 def _parts(chosen: Sequence[str], training: bool) -> list[str]:
     from cps_agents.bench.suite import PARTS, TRAINING
-    from cps_agents.errors import CommandError
     from cps_envs.core.errors import near, require
 
     for part in chosen:
@@ -73,8 +74,6 @@ def _parts(chosen: Sequence[str], training: bool) -> list[str]:
 
 
 def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) -> dict[str, Any]:
-    from dataclasses import asdict
-
     return {
         "machine": machine,
         "yardsticks": [asdict(each) for each in found.yardsticks],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from enum import Enum
 from pathlib import Path
@@ -12,6 +13,10 @@ import typer
 from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Html, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.files import write_figure, write_json, write_text
+from cps_agents.locking import alone_in
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -64,8 +69,6 @@ def benchmark(
     """
     from cps_agents.arena.store import Store
     from cps_agents.benchmark.suite import Choice, find_benchmark, select
-    from cps_agents.locking import alone_in
-    from cps_agents.machine import available_cores
     from cps_agents.results.examination import find_blocks
     from cps_envs import PROBLEMS, find_problem
 
@@ -126,11 +129,8 @@ def _play(
     as_json: bool,
 ) -> None:
     """Suite `paper`, with each problem's tables as soon as they are there."""
-    import time
-
     from cps_agents.benchmark.report import document, tables
     from cps_agents.benchmark.suite import find_benchmark
-    from cps_agents.machine import describe
     from cps_agents.report.report import PAPER
 
     started = time.monotonic()
@@ -155,7 +155,6 @@ def _play(
 
 def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: int) -> Iterator[Outcome]:
     from cps_agents.benchmark.suite import compile_kernels, run_benchmark
-    from cps_agents.progress import Progress
 
     compile_kernels(benchmarks, store, workers)
     for each in benchmarks:
@@ -165,7 +164,6 @@ def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: 
 
 def _write(outcomes: Sequence[Outcome], found: dict[str, Any], folder: Path) -> list[Path]:
     from cps_agents.benchmark.report import heat_maps, markdown, rows_as_csv
-    from cps_agents.files import write_figure, write_json, write_text
 
     files = [folder / f"benchmark.{suffix}" for suffix in ("json", "csv", "md")]
     write_json(files[0], found)
@@ -199,8 +197,6 @@ def _examine(
     as_json: bool,
 ) -> None:
     """Suite `learned`, with each problem's tables as soon as they are there."""
-    from cps_agents.machine import describe
-    from cps_agents.progress import Progress
     from cps_agents.results.document import document
     from cps_agents.results.examination import examine, together
     from cps_agents.results.publication import publish as put

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -22,6 +23,10 @@ from cps_agents.commands.options import (
 )
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.files import write_json
+from cps_agents.locking import alone_in
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -72,14 +77,10 @@ def best_response(
     and evaluation seeds judge the choice. The result is a lower bound: a better response may exist that none found.
     """
     from cps_agents.arena.store import Store
-    from cps_agents.files import write_json
     from cps_agents.league.exploitability import gain_over, judge, league_value
     from cps_agents.league.oracles import in_venue
     from cps_agents.league.response import Budget, respond
     from cps_agents.league.strategy import mix
-    from cps_agents.locking import alone_in
-    from cps_agents.machine import available_cores, describe
-    from cps_agents.progress import Progress
 
     question, oracles = _question(problem, role, mix(against, _weights(weights)), oracle, preset, overrides, episodes)
     oracles = in_venue(oracles, question.venue, assignments(knobs or [], "--knob", "learning_rate=0.001"))
@@ -147,8 +148,6 @@ def _document(
     judgement: Judgement,
     over_value: Estimate | None,
 ) -> dict[str, Any]:
-    from dataclasses import asdict
-
     return {
         "problem": question.venue.problem,
         "role": question.role,

@@ -9,6 +9,8 @@ import typer
 
 from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, out, print_json
+from cps_agents.files import write_json
+from cps_agents.progress import Progress
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -31,7 +33,6 @@ def calibrate_mtd2(
     eps is 1.2 times the largest mean residual of any set, from 20 samples on. Without --preset and --set the command
     computes it for the configurations whose eps comes with the package.
     """
-    from cps_agents.files import write_json
     from cps_baselines.hvac.calibrated import SEEDS, SHIPPED, Level
 
     seeds = range(SEEDS[0], SEEDS[0] + num_seeds)
@@ -50,7 +51,6 @@ def calibrate_mtd2(
 
 
 def _calibrate(levels: tuple[Level, ...], seeds: range) -> list[tuple[Level, Calibration]]:
-    from cps_agents.progress import Progress
     from cps_baselines.hvac.calibrated import calibrate
 
     total, done = sum(level.config.num_steps for level in levels), 0

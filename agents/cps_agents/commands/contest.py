@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,6 +10,11 @@ import typer
 
 from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
+from cps_agents.errors import CommandError
+from cps_agents.files import write_figure, write_json, write_text
+from cps_agents.locking import alone_in
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
@@ -49,8 +55,6 @@ def contest(
     from cps_agents.contest.contest import choose_variants, find_contests
     from cps_agents.contest.jobs import Effort
     from cps_agents.contest.tables import publish as put
-    from cps_agents.errors import CommandError
-    from cps_agents.locking import alone_in
     from cps_envs import find_problem
     from cps_envs.core.errors import require
 
@@ -81,12 +85,8 @@ def contest(
 
 
 def _play(each: Contest, one: Variant, effort: Effort, store: Store, jobs: int | None) -> Document:
-    import time
-
     from cps_agents.contest.contest import play_contest
     from cps_agents.contest.document import document
-    from cps_agents.machine import available_cores, describe
-    from cps_agents.progress import Progress
 
     started = time.monotonic()
     with Progress(f"{each.problem} {one.name}", 1) as progress:
@@ -97,7 +97,6 @@ def _play(each: Contest, one: Variant, effort: Effort, store: Store, jobs: int |
 
 def _write(found: list[Document], folder: Path) -> list[Path]:
     from cps_agents.contest.tables import draw, markdown
-    from cps_agents.files import write_figure, write_json, write_text
 
     files = [folder / "contest.json", folder / "contest.md"]
     write_json(files[0], found)

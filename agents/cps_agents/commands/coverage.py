@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,10 @@ import typer
 
 from cps_agents.commands.options import AsJson, Jobs
 from cps_agents.console import err, out, print_json
+from cps_agents.errors import CommandError
+from cps_agents.files import write_json, write_text
+from cps_agents.machine import available_cores, commit, describe
+from cps_agents.progress import Progress
 
 if TYPE_CHECKING:
     from cps_agents.coverage.cases import Coverage
@@ -33,9 +38,6 @@ def coverage(
     differences, and values of games.
     """
     from cps_agents.coverage.simulation import Effort, document, markdown, tables
-    from cps_agents.errors import CommandError
-    from cps_agents.files import write_json, write_text
-    from cps_agents.machine import available_cores
 
     if publish and quick:
         raise CommandError("--quick is a look, no result: leave out --publish")
@@ -61,12 +63,8 @@ def coverage(
 
 def _simulate(effort: Effort, workers: int) -> tuple[list[Coverage], dict[str, Any]]:
     """The figures, and by what, when and at what cost they were made."""
-    import datetime
-
     from cps_agents.coverage.cases import all_cases
     from cps_agents.coverage.simulation import CHUNK, simulate
-    from cps_agents.machine import commit, describe
-    from cps_agents.progress import Progress
     from cps_agents.zoo.merging import without_places
     from cps_envs.core.errors import require
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
@@ -40,8 +41,6 @@ def dataset(
     Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says. Read it with
     minari.load_dataset(ID). Evaluations never use the seeds of these episodes.
     """
-    import re
-
     from cps_agents.datasets import write_dataset
     from cps_envs import find_problem
 

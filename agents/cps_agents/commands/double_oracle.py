@@ -12,6 +12,9 @@ import typer
 
 from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
+from cps_agents.files import write_json
+from cps_agents.locking import alone_at
+from cps_agents.progress import Progress
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -41,10 +44,7 @@ def double_oracle(
     mixtures are valued in worlds that did not choose them. That value is a
     lower bound: the last response says how far it may still rise.
     """
-    from cps_agents.files import write_json
     from cps_agents.league.double_oracle import fresh_value, play_rounds
-    from cps_agents.locking import alone_at
-    from cps_agents.progress import Progress
     from cps_envs.core.errors import require
 
     require("cma", extra="baselines", purpose="searching attacks")

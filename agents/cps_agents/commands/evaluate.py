@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,8 @@ from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Jobs, 
 from cps_agents.commands.play import POLICY
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError, built_by_user
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 from cps_agents.table import Cell, Table, styled
 
 if TYPE_CHECKING:
@@ -60,7 +63,6 @@ def evaluate(
     from cps_agents.arena.challenge import Challenge
     from cps_agents.arena.store import Store
     from cps_agents.evaluation.comparison import Comparison
-    from cps_agents.machine import available_cores, describe
     from cps_baselines.arena import Venue
     from cps_envs import find_problem
     from cps_envs.core.types import ROLES, other
@@ -101,8 +103,6 @@ def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
     Raises:
         CommandError: there is a defender, whom the certificates do not know, or the file does not fit.
     """
-    from dataclasses import replace
-
     from cps_agents.evaluation.certified import certified_metrics
 
     first = comparison.challenges[0]
@@ -117,7 +117,6 @@ def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
 
 def _compare(comparison: Comparison, store: Store, workers: int) -> list[Standing]:
     from cps_agents.evaluation.comparison import compare
-    from cps_agents.progress import Progress
 
     with built_by_user():
         _check(comparison)

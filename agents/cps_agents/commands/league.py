@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,10 @@ import typer
 
 from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Html, Jobs, Meetings, conclude
 from cps_agents.console import assignments, out, print_json
+from cps_agents.files import write_figure, write_json, write_text
+from cps_agents.locking import alone_in
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
@@ -46,13 +51,9 @@ def league(
     Press Ctrl-C at any time: finished pairs are kept, and the same command continues. Pairs are played again when the
     code, a version, a trained network or the configuration has changed.
     """
-    import time
-
     from cps_agents.arena.store import Store
     from cps_agents.league.league import Plan
     from cps_agents.league.report import document
-    from cps_agents.locking import alone_in
-    from cps_agents.machine import available_cores, describe
     from cps_baselines.arena import Venue
     from cps_envs import find_problem
     from cps_envs.core.errors import require
@@ -78,14 +79,12 @@ def league(
 
 def _play(plan: Plan, store: Store, jobs: int) -> League:
     from cps_agents.league.league import play_league
-    from cps_agents.progress import Progress
 
     with Progress(f"{plan.venue.problem} pairs", 1) as progress:
         return play_league(plan, store, jobs, progress.report)
 
 
 def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
-    from cps_agents.files import write_figure, write_json, write_text
     from cps_agents.league.report import draw, rows_as_csv
     from cps_envs import find_problem
 
@@ -97,7 +96,6 @@ def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
 
 
 def _page(found: League, store: Store, cores: int, folder: Path) -> Path:
-    from cps_agents.progress import Progress
     from cps_agents.report.board import board_of
     from cps_agents.report.report import Report, write_report
 

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.console import err, print_json
+from cps_agents.files import write_json
 
 MEETINGS = Path("results/meetings")
 KEPT = "Keep finished games in this folder, which all commands share."
@@ -34,8 +35,6 @@ Meetings = Annotated[Path, typer.Option("--meetings", metavar="DIR", envvar="CPS
 
 def deliver(result: Any, to: Path | None, said: str) -> None:
     """Write a result as JSON and say so, or print it where no file is named."""
-    from cps_agents.files import write_json
-
     if to is None:
         print_json(result)
         return

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -14,6 +15,11 @@ import typer
 
 from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, out, print_json
+from cps_agents.errors import CommandError
+from cps_agents.files import write_text
+from cps_agents.locking import alone_at
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -67,9 +73,6 @@ def oracle(
     the same command continues.
     """
     from cps_agents.commands.oracle import certify_episodes
-    from cps_agents.files import write_text
-    from cps_agents.locking import alone_at
-    from cps_agents.machine import available_cores
     from cps_baselines.fdi.cross import Extra
     from cps_baselines.fdi.sweep import open_tasks, paper_tasks, sweep
     from cps_envs.fdi.optima import to_text
@@ -113,8 +116,6 @@ def _kept(
     solved: Iterable[Record], count: int, earlier: Records, write: Callable[[Collection[Record]], None]
 ) -> Records:
     """Every finished task, each written at once beside the earlier ones, with a line of progress."""
-    from cps_agents.progress import Progress
-
     records = dict(earlier)
     with Progress("tasks", count) as progress:
         for done, record in enumerate(solved, 1):
@@ -131,7 +132,6 @@ def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
         DamagedFileError: it holds something else.
         CommandError: it holds optima of another configuration.
     """
-    from cps_agents.errors import CommandError
     from cps_envs.core.documents import read_entry
     from cps_envs.fdi.optima import KIND, REMEDY, constants, from_entry
 
@@ -150,10 +150,6 @@ def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
 
 
 def _header(earlier: list[str]) -> dict[str, Any]:
-    from importlib.metadata import version
-
-    from cps_agents.machine import describe
-
     command = describe()["command"]
     commands = [*earlier, command] if command not in earlier[-1:] else earlier
     versions = {package: version(package) for package in ("cps-envs", "highspy", "numpy")}
@@ -194,9 +190,6 @@ def certify_episodes(
 ) -> None:
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
     from cps_agents.evaluation.certified import plain_values, stored_episodes
-    from cps_agents.files import write_text
-    from cps_agents.locking import alone_at
-    from cps_agents.progress import Progress
     from cps_baselines.fdi.sweep import certify_all
 
     with alone_at(path), Progress("episodes", episodes) as progress:

@@ -10,6 +10,9 @@ import typer
 from cps_agents.commands.league import MOST, NAMES
 from cps_agents.commands.options import MEETINGS, Changes, Fresh, Jobs, Meetings
 from cps_agents.console import assignments, err
+from cps_agents.locking import alone_in
+from cps_agents.machine import available_cores
+from cps_agents.progress import Progress
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
@@ -53,9 +56,6 @@ def report(
     """
     from cps_agents.arena.store import Store
     from cps_agents.league.league import Plan
-    from cps_agents.locking import alone_in
-    from cps_agents.machine import available_cores
-    from cps_agents.progress import Progress
     from cps_agents.report.report import Report, write_report
     from cps_agents.report.report import serve as serve_folder
     from cps_agents.report.sheets import read_curves, read_sheets
@@ -85,7 +85,6 @@ def report(
 
 
 def _board(plan: Plan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
-    from cps_agents.progress import Progress
     from cps_agents.report.board import kept_board
     from cps_agents.report.pairs import play_board
 

@@ -14,6 +14,10 @@ import typer
 
 from cps_agents.commands.options import Changes, Jobs, deliver
 from cps_agents.console import assignments
+from cps_agents.files import write_json
+from cps_agents.machine import available_cores
+from cps_agents.progress import Progress
+from cps_baselines.workers import Workers
 
 File = Annotated[Path | None, typer.Option("--out", help="Write to this file; default: stdout.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the search.")]
@@ -24,9 +28,6 @@ AGAINST = "Defender, or all: the mean over those of chapter 5. May be repeated; 
 @contextmanager
 def _keeping(what: str, count: int, to: Path | None) -> Iterator[Callable[[int, str, dict[str, Any]], None]]:
     """A progress bar over so many pieces; each report goes to the file, too."""
-    from cps_agents.files import write_json
-    from cps_agents.progress import Progress
-
     with Progress(what, count) as progress:
 
         def report(done: int, note: str, found: dict[str, Any]) -> None:
@@ -100,10 +101,8 @@ def search_switching(
     if probe:
         _search_answers(ratio, seed, jobs, to)
         return
-    from cps_agents.machine import available_cores
     from cps_baselines.rogue.switching import shipped_weights
     from cps_baselines.rogue.switching_search import ALL, DEFENDERS, RATIOS, SwitchingSearch, search_switching
-    from cps_baselines.workers import Workers
 
     names, ratios = against or (ALL, *DEFENDERS), ratio or RATIOS
     starts = {known: tuple(weights.tolist()) for known, weights in shipped_weights().items()}
@@ -140,10 +139,8 @@ def document(
 
 
 def _search_answers(ratio: list[float] | None, seed: int, jobs: int | None, to: Path | None) -> None:
-    from cps_agents.machine import available_cores
     from cps_baselines.rogue.probing_search import RATIOS, ProbingSearch, search_answers
     from cps_baselines.rogue.switching_search import DEFENDERS
-    from cps_baselines.workers import Workers
 
     ratios = sorted(ratio or RATIOS)
     count = 2 * len(ratios) * len(DEFENDERS)

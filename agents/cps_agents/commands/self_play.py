@@ -11,6 +11,10 @@ import typer
 from cps_agents.commands.league import NAMES
 from cps_agents.commands.options import MEETINGS, AsJson, BudgetS, Changes, Fresh, Jobs, Meetings, Oracles, Steps
 from cps_agents.console import assignments, err, out, print_json
+from cps_agents.files import write_figure, write_json
+from cps_agents.locking import alone_in
+from cps_agents.machine import available_cores, describe
+from cps_baselines.workers import Workers
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
@@ -54,8 +58,6 @@ def self_play(
     from cps_agents.arena.store import Store
     from cps_agents.league.response import Budget
     from cps_agents.league.self_play import claim
-    from cps_agents.locking import alone_in
-    from cps_agents.machine import available_cores, describe
     from cps_envs.core.errors import require
 
     require("matplotlib", extra="baselines", purpose="the figure of self-play")
@@ -106,7 +108,6 @@ def _game(
     from cps_agents.league.league import Plan, check_anybody, line_up
     from cps_agents.league.self_play import Game
     from cps_agents.zoo.references import form_of
-    from cps_baselines.workers import Workers
     from cps_envs.core.types import ROLES
 
     with Workers(budget.workers) as pool:
@@ -129,7 +130,6 @@ def _note(line: str) -> None:
 
 def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budget) -> Outcome:
     """Iterate; after each iteration the results are judged and written."""
-    from cps_agents.files import write_figure, write_json
     from cps_agents.league.bounds import judge
     from cps_agents.league.self_play import iterate
     from cps_agents.league.self_play_report import draw
@@ -147,7 +147,6 @@ def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budge
 
 def _document(outcome: Outcome) -> dict[str, Any]:
     from cps_agents.league.self_play_report import document
-    from cps_agents.machine import describe
 
     return document(outcome, describe())
 

@@ -9,6 +9,7 @@ import typer
 
 from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
+from cps_agents.files import write_figure
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -21,7 +22,6 @@ def string_stability(
     as_json: AsJson = False,
 ) -> None:
     """Check whether a disturbance grows from platoon to platoon under the published controllers."""
-    from cps_agents.files import write_figure
     from cps_baselines.disbanding.reproduction.strings import SIZES, TAUS_S, analyse, draw
     from cps_baselines.reproduction.figures import require_matplotlib
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +11,7 @@ import typer
 from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.machine import available_cores, describe
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -67,7 +69,6 @@ def train(
     from cps_agents.learning.recipe import changed
     from cps_agents.learning.run import read_earlier
     from cps_agents.learning.tracking import check_tracker
-    from cps_agents.machine import available_cores
     from cps_agents.recipes.finding import RECIPES, find_recipe
 
     earlier = None if config is None else read_earlier(config)
@@ -98,7 +99,6 @@ def train(
 def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
     from cps_agents.learning.recipe import SEARCH
     from cps_agents.learning.run import Job
-    from cps_agents.machine import describe
     from cps_envs.core.errors import require
 
     if recipe.algorithm != SEARCH:
@@ -135,8 +135,6 @@ def _print(runs: list[Job], found: dict[str, Any]) -> None:
 
 
 def _list(recipes: list[Recipe], as_json: bool) -> None:
-    from dataclasses import asdict
-
     if as_json:
         print_json([asdict(recipe) for recipe in recipes])
         return

@@ -12,6 +12,7 @@ import typer
 from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.machine import available_cores
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -48,7 +49,6 @@ def tune(
     """
     from cps_agents.learning.recipe import changed
     from cps_agents.learning.study import Study, usual_ranges
-    from cps_agents.machine import available_cores
     from cps_agents.recipes.finding import find_recipe
     from cps_envs.core.errors import require
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cps_agents.console import err, out, print_json
+from cps_agents.machine import available_cores
+from cps_agents.progress import Progress
 from cps_agents.table import Table
+from cps_baselines.workers import Workers
 
 if TYPE_CHECKING:
     from cps_agents.warm import Visit, Warmed
@@ -32,10 +36,6 @@ def warm(
     Exit codes: 0 all kernels are there; 1 something failed or could
     not be kept; 2 wrong input.
     """
-    from dataclasses import asdict
-
-    from cps_agents.machine import available_cores
-
     found = _warm(_problems(only or []), jobs or available_cores())
     kept = all(each.kept for each in found)
     if as_json:
@@ -62,9 +62,7 @@ def _problems(names: list[str]) -> list[Problem]:
 
 def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
     """Each problem's, in processes of their own if there are several of both."""
-    from cps_agents.progress import Progress
     from cps_agents.warm import visits
-    from cps_baselines.workers import Workers
 
     todo = [(problem.name, list(visits(problem))) for problem in problems]
     done, total = 0, sum(len(uses) for _, uses in todo)

@@ -9,6 +9,11 @@ import typer
 
 from cps_agents.commands.reproduce.showing import REGRESSION, AsJson, Jobs
 from cps_agents.console import err, out, print_json
+from cps_agents.errors import CommandError
+from cps_agents.files import write_json, write_text
+from cps_agents.locking import alone_in
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
@@ -46,10 +51,6 @@ def everything(
     values: then a simulation has changed.
     """
     from cps_agents.arena.store import Store
-    from cps_agents.errors import CommandError
-    from cps_agents.files import write_json
-    from cps_agents.locking import alone_in
-    from cps_agents.machine import describe
     from cps_agents.reproduction.readings import chosen, readings
     from cps_agents.reproduction.summary import COUNTED, DEPENDING, counted, depending, failed
     from cps_agents.reproduction.summary import publish as put
@@ -80,10 +81,6 @@ def everything(
 
 def _finish(todo: Sequence[Reading], store: Store, jobs: int | None, folder: Path) -> Iterator[dict[str, Any]]:
     """Compute what is not there yet, one reading after the other, and write the files of each."""
-    from cps_agents.files import write_json, write_text
-    from cps_agents.machine import available_cores
-    from cps_agents.progress import Progress
-
     for place, reading in enumerate(todo, 1):
         result = store.get(reading)
         if result is None:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cps_agents.console import err, out, print_json
+from cps_agents.machine import available_cores, describe
+from cps_agents.progress import Progress
 
 if TYPE_CHECKING:
     from cps_baselines.reproduction.chapter import Reproduction
@@ -42,8 +44,6 @@ def show(
         MissingExtraError: figures are wanted and matplotlib is not installed; nothing has been computed yet.
         typer.Exit: with REGRESSION, after all that, where our numbers have left the reference.
     """
-    from cps_agents.machine import available_cores, describe
-    from cps_agents.progress import Progress
     from cps_agents.report.report import Report, write_report
     from cps_agents.report.sheets import sheets_of
     from cps_agents.reproduction.rendering import draw, render, write_sheets
