@@ -17,7 +17,18 @@ from cps_agents.errors import CommandError
 from cps_envs.core.errors import require
 from cps_envs.core.game import Game
 from cps_envs.core.match import Match
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask, is_decentralised, takes_masks
+from cps_envs.core.policy import (
+    AnalyticPolicy,
+    Generators,
+    Knowledge,
+    Policy,
+    RoleSpec,
+    State,
+    ask,
+    begun,
+    is_decentralised,
+    takes_masks,
+)
 from cps_envs.core.problem import Problem
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import SIGN, Array, BoolArray, Role, other
@@ -127,13 +138,11 @@ class Witness(AnalyticPolicy):
         self.masked, self.decentralised = takes_masks(policy), is_decentralised(policy)
         self.privileged = getattr(policy, "privileged", frozenset())
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State | None:
         """The policy's own."""
-        begin = getattr(self._policy, "begin", None)
-        state: State = begin(generators, knowledge) if begin else None
-        return state
+        return begun(self._policy, generators, knowledge)
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """What the policy plays, remembered."""
         actions, state = ask(self._policy, seen, state)
         self.actions = np.asarray(actions).astype(self.spec.action_space.dtype)

@@ -14,7 +14,7 @@ from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask, begins
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State, ask, begins, begun
 from cps_envs.core.problem import Problem
 from cps_envs.core.seen import Seen
 from cps_envs.core.trust import require_trust
@@ -105,15 +105,13 @@ class Members(AnalyticPolicy):
         self._rows = np.arange(len(values))
         self._policy = family.build(spec, values)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The row of each episode, and the state of the family's policy."""
         rows = np.arange(len(generators)) % len(self.sets)
-        policy: Any = self._of(rows)
-        return (rows, *((policy.begin(generators, knowledge) if begins(policy) else None) or ()))
+        return (rows, *(begun(self._of(rows), generators, knowledge) or ()))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """What each episode's policy plays."""
-        assert state is not None  # begun
         policy = self._of(state[0])
         actions, own = ask(policy, seen, state[1:] or (() if begins(policy) else None))
         return actions, (state[0], *(own or ()))

@@ -28,6 +28,6 @@ class Always(AnalyticPolicy):
         filled = np.full(shape, given) if given.ndim == 0 else given
         self.action: Array = ActionReader(spec.action_space).batch(filled[np.newaxis], 1)[0]
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """That action for every environment."""
         return repeat(self.action, len(seen)), state

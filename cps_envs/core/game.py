@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from gymnasium.error import ResetNeeded
 from cps_envs.core.clock import count_late, restart, tick
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Fields
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import Generators, RoleSpec
 from cps_envs.core.team import Team
 from cps_envs.core.threads import Threads
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -47,7 +47,7 @@ class Game(ABC):
         self._latest = UNKNOWN  # at least the largest entry of `elapsed`
         self._mask_parts: dict[Role, tuple[slice, ...]] = {}
 
-    def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+    def reset(self, envs: BoolArray, generators: Generators) -> None:
         """Start new episodes in the marked environments (B,), each drawing from its own of the B generators."""
         restart(self.elapsed, self.terminated, envs)
         self._reset(envs, generators)
@@ -90,7 +90,7 @@ class Game(ABC):
         self.threads = Threads(num_threads, self.num_envs)
 
     @abstractmethod
-    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None: ...
+    def _reset(self, envs: BoolArray, generators: Generators) -> None: ...
 
     @abstractmethod
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray: ...

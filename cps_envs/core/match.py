@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from math import gcd
 from typing import Any, TypeAlias
 
@@ -11,7 +11,7 @@ import numpy as np
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
-from cps_envs.core.policy import Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
+from cps_envs.core.policy import Generators, Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
 from cps_envs.core.streams import Spawned, reserve
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
@@ -31,7 +31,7 @@ class Match:
         self.players = {role: player for role, player in players.items() if not isinstance(player, Idle)}
         self._idle = frozenset(players) - frozenset(self.players)
         self._deterministic = deterministic
-        self._states: dict[Role, State] = dict.fromkeys(self.players)
+        self._states: dict[Role, State | None] = dict.fromkeys(self.players)
         self._due = np.zeros(game.num_envs, np.bool_)
         self._fresh = {role: np.ones(game.num_envs, np.bool_) for role in self.players}
         self._held = {role: repeat(game.neutral_action[role], game.num_envs) for role in self.players}
@@ -41,12 +41,12 @@ class Match:
         self._beginners: dict[Role, Any] = {role: player for role, player in self.players.items() if begins(player)}
         self._stride = gcd(*(game.decision_interval[role] for role in self.players)) if self.players else 0
 
-    def reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+    def reset(self, envs: BoolArray, generators: Generators) -> None:
         """Start new episodes in the marked environments (B,)."""
         self.game.reset(envs, generators)
         self.begin(envs, generators)
 
-    def begin(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+    def begin(self, envs: BoolArray, generators: Generators) -> None:
         """Let the players start with the marked environments as they are."""
         if not self.players:
             return
@@ -146,8 +146,8 @@ class Match:
             start[rows] = False
 
     def _ask(
-        self, role: Role, observation: Observation, state: State, start: BoolArray, rows: IntArray | None
-    ) -> tuple[Array, State]:
+        self, role: Role, observation: Observation, state: State | None, start: BoolArray, rows: IntArray | None
+    ) -> tuple[Array, State | None]:
         """A player's checked actions in the environments `rows` that are due, None for all, and its new state."""
         player = self.players[role]
         actions, state = player.predict(observation, state, start, self._deterministic, **self._extras(role, rows))

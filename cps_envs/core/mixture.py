@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask, is_decentralised, takes_masks
+from cps_envs.core.policy import (
+    AnalyticPolicy,
+    Generators,
+    Knowledge,
+    Policy,
+    RoleSpec,
+    State,
+    ask,
+    begun,
+    is_decentralised,
+    takes_masks,
+)
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 
@@ -45,19 +55,18 @@ class Mixture(AnalyticPolicy):
         self.masked = any(map(takes_masks, self.policies))
         self.decentralised = any(map(is_decentralised, self.policies))
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Draw a policy for each episode and let it begin; for the state see `Block`."""
         drawn = self.draw(generators)
         rows, blocks = np.zeros(len(drawn), np.int64), np.full(len(drawn), None, object)
         order, shares = self._shares(drawn)
         for policy, part in shares:
-            own, envs = None, order[part]
-            if hasattr(policy, "begin"):
-                own = policy.begin([generators[b] for b in envs], [knowledge[b] for b in envs])
+            envs = order[part]
+            own = begun(policy, [generators[b] for b in envs], [knowledge[b] for b in envs])
             rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
         return drawn, rows, blocks
 
-    def draw(self, generators: Sequence[np.random.Generator]) -> Array:
+    def draw(self, generators: Generators) -> Array:
         """Which policy (B,) plays each episode."""
         uniform = [generator.random() for generator in generators]
         drawn: Array = self._bounds.searchsorted(uniform, side="right")
@@ -65,7 +74,6 @@ class Mixture(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions of each environment's policy."""
-        assert state is not None  # begun
         drawn, rows, blocks = state
         order, shares = self._shares(drawn)
         alone = len(shares) == 1
@@ -99,18 +107,17 @@ class Block:
     the same environments are asked together, their block is handed on as it is.
     """
 
-    def __init__(self, size: int, state: State) -> None:
+    def __init__(self, size: int, state: State | None) -> None:
         self.size, self.state = size, state
 
 
-def _gather(rows: Array, blocks: Array) -> State:
+def _gather(rows: Array, blocks: Array) -> State | None:
     """A policy's state for k environments; zeros where there is none yet, None where all have none."""
     found = dict.fromkeys(blocks.tolist())
     known = [block for block in found if block.state is not None]
     if not known:
         return None
     whole: State = known[0].state
-    assert whole is not None
     if len(found) == 1 and known[0].size == len(rows) and rows.tolist() == list(range(len(rows))):
         return whole
     gathered = tuple(np.zeros((len(rows), *array.shape[1:]), array.dtype) for array in whole)

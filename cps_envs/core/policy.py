@@ -17,7 +17,9 @@ from cps_envs.core.types import Array, BoolArray, Observation, Role
 if TYPE_CHECKING:  # fields bring the compiler of kernels along
     from cps_envs.core.fields import Fields
 
-State: TypeAlias = tuple[Array, ...] | None  # arrays with a leading environment axis
+State: TypeAlias = tuple[Array, ...]  # arrays with a leading environment axis
+Generators: TypeAlias = Sequence[np.random.Generator]  # one for each episode that starts
+Knowledge: TypeAlias = Sequence[Mapping[str, Any]]  # what a privileged policy needs to know of each of them
 
 
 @dataclass(frozen=True)
@@ -40,10 +42,10 @@ class Policy(Protocol):
     def predict(
         self,
         observation: Array,
-        state: State = None,
+        state: State | None = None,
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
-    ) -> tuple[Array, State]:
+    ) -> tuple[Array, State | None]:
         """Actions (B, ...) for observations (B, n), and the state to hand over at the next call.
 
         `state` is None or a tuple of arrays with a leading axis B; `episode_start` (B,) marks the environments whose
@@ -74,7 +76,7 @@ def begins(policy: Policy) -> bool:
     return hasattr(policy, "begin") and begin is not AnalyticPolicy.begin
 
 
-def ask(policy: Policy, seen: Seen, state: State) -> tuple[Array, State]:
+def ask(policy: Policy, seen: Seen, state: State | None) -> tuple[Array, State | None]:
     """What another policy plays where a policy sees `seen`, and that policy's new state."""
     extras: dict[str, Array] = {}
     if seen.masks is not None and takes_masks(policy):
@@ -82,6 +84,13 @@ def ask(policy: Policy, seen: Seen, state: State) -> tuple[Array, State]:
     if seen.team is not None and is_decentralised(policy):
         extras["team_observation"] = seen.team
     return policy.predict(seen.observation, state, seen.start, seen.deterministic, **extras)
+
+
+def begun(policy: Policy, generators: Generators, knowledge: Knowledge) -> State | None:
+    """The state in which another policy begins episodes; None if nothing has to be handed to its first `predict`."""
+    begin = getattr(policy, "begin", None)
+    state: State | None = None if begin is None else begin(generators, knowledge)
+    return state
 
 
 def repeat(action: Array, num_envs: int) -> Array:
@@ -104,38 +113,39 @@ class AnalyticPolicy(ABC):
     def __init__(self, spec: RoleSpec) -> None:
         self.spec = spec
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State | None:
         """The state of episodes that start: one generator and one mapping of privileged values for each."""
         return None
 
     @abstractmethod
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: Any) -> tuple[Array, State | None]:
         """Actions (B, ...) for what B environments show, and the state for the next call.
 
-        `state` is what `begin` or the last call returned; it must not be changed in place.
+        `state` is what `begin` or the last call returned, of a policy without `begin` at first None; it must not be
+        changed in place.
         """
 
     @final
     def predict(
         self,
         observation: Observation,
-        state: State = None,
+        state: State | None = None,
         episode_start: BoolArray | None = None,
         deterministic: bool = False,
         action_masks: BoolArray | None = None,
         team_observation: Observation | None = None,
-    ) -> tuple[Array, State]:
+    ) -> tuple[Array, State | None]:
         """See `Policy.predict`. Without a state the episodes begin here, with generators seeded 0.
 
         Raises:
             TypeError: a privileged policy is asked without `begin`.
         """
-        if state is None and type(self).begin is not AnalyticPolicy.begin:
+        if state is None and begins(self):
             state = self._begin_alone(len(observation))
         seen = Seen(self.spec.fields, observation, episode_start, deterministic, action_masks, team_observation)
         return self.act(seen, state)
 
-    def _begin_alone(self, num_envs: int) -> State:
+    def _begin_alone(self, num_envs: int) -> State | None:
         if self.privileged:
             needs = " and ".join(sorted(self.privileged))
             raise TypeError(
@@ -148,7 +158,7 @@ class AnalyticPolicy(ABC):
 class Idle(AnalyticPolicy):
     """Always takes the neutral action: no attack, or no defence."""
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The neutral action for every environment."""
         return repeat(self.spec.neutral_action, len(seen)), state
 

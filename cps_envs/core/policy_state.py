@@ -8,12 +8,12 @@ from cps_envs.core.policy import State
 from cps_envs.core.types import IntArray
 
 
-def take(state: State, rows: IntArray) -> State:
+def take(state: State | None, rows: IntArray) -> State | None:
     """The state of some environments (k,)."""
     return None if state is None else tuple([array.take(rows, 0) for array in state])
 
 
-def put(state: State, rows: IntArray, part: State, num_envs: int) -> State:
+def put(state: State | None, rows: IntArray, part: State | None, num_envs: int) -> State | None:
     """`state` with some environments (k,) replaced by `part`; environments not yet seen are filled with zeros."""
     if part is None:
         return state

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from gymnasium import spaces
 from cps_envs.core.game import Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, records, unpack, view
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import Generators, RoleSpec
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.disbanding.attack import disband, mark_legal
@@ -130,7 +130,7 @@ class RobotGame(Game):
         """The interface of a role of the disbanding problem, whose policies play here."""
         return replace(super().spec(role), problem="disbanding", config=self.config.road)
 
-    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+    def _reset(self, envs: BoolArray, generators: Generators) -> None:
         place(self.string, self.constants, self._start, envs)
         self._account.budget[envs] = self.config.road.max_budget
         for b in np.flatnonzero(envs).tolist():

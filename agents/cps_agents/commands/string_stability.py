@@ -22,7 +22,7 @@ def string_stability(
     as_json: AsJson = False,
 ) -> None:
     """Check whether a disturbance grows from platoon to platoon under the published controllers."""
-    from cps_baselines.disbanding.reproduction.strings import SIZES, TAUS_S, analyse, draw
+    from cps_baselines.disbanding.reproduction.strings import LAGS_S, SIZES, analyse, draw
     from cps_baselines.reproduction.figures import require_matplotlib
 
     if plot is not None:
@@ -31,9 +31,9 @@ def string_stability(
     if as_json:
         print_json(_document(stability))
     else:
-        rows = [(str(size), *(_cell(stability.peaks[size, tau_s]) for tau_s in TAUS_S)) for size in SIZES]
+        rows = [(str(size), *(_cell(stability.peaks[size, tau_s]) for tau_s in LAGS_S)) for size in SIZES]
         console = out()
-        columns = ("n", *(f"tau = {tau_s:g} s" for tau_s in TAUS_S))
+        columns = ("n", *(f"tau = {tau_s:g} s" for tau_s in LAGS_S))
         console.print(Table("Peak gain, and the frequency in rad/s and period where it lies", columns, rows))
         console.print(stability.verdict(), markup=False)
     if plot is not None:

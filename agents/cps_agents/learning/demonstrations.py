@@ -5,7 +5,7 @@ Opponents and their teachers stand side by side, and so do the episodes that cho
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.mixture import Mixture
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State, ask
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State, ask, begun
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation, Role, other
 from cps_envs.registration import find_problem
@@ -31,7 +31,7 @@ class Dealt(Mixture):
     Two of them as both roles of a match pair off: who meets the k-th opponent has the k-th teacher.
     """
 
-    def draw(self, generators: Sequence[np.random.Generator]) -> Array:
+    def draw(self, generators: Generators) -> Array:
         """Which policy (B,) plays each episode."""
         return np.arange(len(generators)) % len(self.policies)
 
@@ -130,19 +130,17 @@ class Commented(AnalyticPolicy):
         self.decentralised = recipe.swarm
         self.privileged = getattr(teacher, "privileged", frozenset())
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The states of teacher and student, each as an object per environment."""
         if self._deviation:
             self._generator = np.random.default_rng(generators[0].integers(2**63))
         states = np.empty((len(generators), 2), object)
         for column, player in enumerate((self._teacher, self._student)):
-            begin = getattr(player, "begin", None)
-            _spread(states, column, begin(generators, knowledge) if begin else None)
+            _spread(states, column, None if player is None else begun(player, generators, knowledge))
         return states, np.arange(len(generators))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """What the student plays, or the teacher with noise."""
-        assert state is not None  # begun
         states = state[0].copy()
         actions, own = ask(self._teacher, seen, _joined(states, 0))
         _spread(states, 0, own)
@@ -189,12 +187,12 @@ class Commented(AnalyticPolicy):
         return Demonstrations(np.concatenate(observations), np.concatenate(actions), known)
 
 
-def _spread(states: Array, column: int, state: State) -> None:
+def _spread(states: Array, column: int, state: State | None) -> None:
     for b in range(len(states)):
         states[b, column] = None if state is None else tuple(array[b : b + 1] for array in state)
 
 
-def _joined(states: Array, column: int) -> State:
+def _joined(states: Array, column: int) -> State | None:
     rows = states[:, column]
     return None if rows[0] is None else tuple(np.concatenate(parts) for parts in zip(*rows, strict=True))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.network import Network, Tensor
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import kernel
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray
 from cps_envs.registration import find_problem
@@ -40,7 +39,7 @@ class TrainedPolicy(AnalyticPolicy):
         self._rescaled = rescaling(card, spec)
         self._sizes = np.array(card.actions)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Of each environment: generator, the network's memory, the held action, and how many decisions it has held."""
         envs = len(generators)
         own = np.empty(envs, object)
@@ -54,7 +53,6 @@ class TrainedPolicy(AnalyticPolicy):
         Raises:
             ValueError: observations of another size than the network was trained with.
         """
-        assert state is not None  # begun
         generators, hidden, cell, held, age = state
         due = age % self.card.hold == 0
         if due.any():

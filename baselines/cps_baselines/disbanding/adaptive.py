@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.disbanding.timed import Timed, count_platoons
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 
@@ -45,13 +42,12 @@ class Adaptive(Timed):
         self.look_s, self.slow_mps, self.fast_mps = float(look_s), float(slow_mps), float(fast_mps)
         self.choices_s = np.round([slow_s, middle_s, fast_s])
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """What `Timed` keeps, and the pause chosen for each episode, (B,) s, at first a very long one."""
-        return *(super().begin(generators, knowledge) or ()), np.full(len(generators), np.inf)
+        return *super().begin(generators, knowledge), np.full(len(generators), np.inf)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """See `Timed`, with the pause that was chosen."""
-        assert state is not None  # begun
         *kept, chosen_s = state
         disbanded = seen["disbanded"] > HALF
         first_s = np.where(disbanded, seen["since_disbanding_s"], -np.inf).max(axis=1)

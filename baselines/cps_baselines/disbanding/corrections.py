@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import Record, borrowed, fill, inlined, kernel, lend, pack, unpack
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 
@@ -80,13 +79,12 @@ class Corrections(AnalyticPolicy):
         everywhere, size = config.correctable == "intact", config.vehicles_per_platoon
         self.watch = pack(Watch(self.heeds_warning, everywhere, size, float(hold_s), spec.decision_interval_s))
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """How long the alarm of each vehicle lasts still, (B, M) s."""
         return (np.zeros((len(generators), self.spec.config.max_vehicles)),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, M): corrections as shares of u_max - u_min; zero where none would act."""
-        assert state is not None  # begun
         actions, alarms = np.zeros((len(seen), self.spec.config.max_vehicles)), state[0].copy()
         reasons = np.zeros(actions.shape, np.bool_)
         _watch(seen.observation, self.layout, self.watch, self.slow_mps, alarms, reasons)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from cps_baselines.disbanding.plans import NEVER, PlannedAttack
 from cps_envs.core.game import Game
 from cps_envs.core.match import Match
 from cps_envs.core.play import finish
-from cps_envs.core.policy import Policy, RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, Policy, RoleSpec, State
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 
@@ -53,7 +53,7 @@ class GeneticAlgorithm(PlannedAttack):
         """Episodes simulated in all searches so far."""
         return sum(found.simulations for found in self.reports.values())
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Search a plan for each episode whose start was not seen before."""
         plans = [self._plan(generator, known) for generator, known in zip(generators, knowledge, strict=True)]
         return (np.stack(plans),)
@@ -89,7 +89,7 @@ class GivenPlans(PlannedAttack):
         super().__init__(spec)
         self.plans = plans
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The plans as they are; their number is that of the episodes."""
         return (self.plans,)
 

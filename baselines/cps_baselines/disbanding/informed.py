@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
 from cps_baselines.disbanding.string_controller import StringController
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 
@@ -23,20 +22,19 @@ class Informed(StringController):
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec, form="informed")
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """What is true of each episode, (B,), before what the controller keeps."""
         truths = np.array([None] * len(knowledge), object)
         truths[:] = [known["truth"] for known in knowledge]
-        return truths, *(super().begin(generators, knowledge) or ())
+        return truths, *super().begin(generators, knowledge)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The controller's corrections where every vehicle is told the truth."""
-        assert state is not None  # begun
         shown = seen.observation
         if "warned" in seen:
             shown = self._corrected(shown, {name: np.stack([truth[name] for truth in state[0]]) for name in TOLD})
-        actions, kept = super().act(Seen(seen.fields, shown, seen.start, seen.deterministic), state[1:] or None)
-        return actions, (state[0], *(kept or ()))
+        actions, kept = super().act(Seen(seen.fields, shown, seen.start, seen.deterministic), state[1:])
+        return actions, (state[0], *kept)
 
     def _corrected(self, observation: Observation, truth: Mapping[str, FloatArray]) -> Observation:
         """Observations (B, size) with a fresh record of the nearest disbanded vehicle ahead for everybody behind it."""

@@ -6,9 +6,6 @@ more: a central computer that has the measurements of all vehicles and minimises
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.disbanding.joint_plan import Knobs, Motions, Prediction, plan_episode
@@ -16,7 +13,7 @@ from cps_baselines.disbanding.joint_program import JointSettings, design_joint, 
 from cps_envs.core.config import bounds
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.kernels import pack, view
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.disbanding.start import nominal_constants
@@ -82,7 +79,7 @@ class Joint(AnalyticPolicy):
         self._scratch = joint_scratch(*self._shape)
         self._prediction = Prediction(*np.zeros((2, config.max_vehicles, self.settings.horizon + 1)))
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """What is true of each episode, (B,), its plan (B, M, H) in m/s2 and its multipliers (B, 3, M, H)."""
         truths = np.array([None] * len(knowledge), object)
         truths[:] = [known["truth"] for known in knowledge]
@@ -90,7 +87,6 @@ class Joint(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, M): corrections as shares of u_max - u_min."""
-        assert state is not None  # begun
         truths, plans, multipliers = state
         actions = np.zeros((len(seen), self.spec.config.max_vehicles))
         disbanded = np.isfinite(np.stack([truth["disbanding_s"] for truth in truths]))

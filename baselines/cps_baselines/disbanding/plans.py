@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray
 
@@ -44,7 +43,6 @@ class PlannedAttack(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Platoon to disband, or 0, for each episode (B,)."""
-        assert state is not None
         plans = self._aligned(self.planned(state, seen), seen)
         due = (plans <= seen["time_s"][:, np.newaxis] + 1e-3) & (seen["disbanded"] < 0.5)
         due &= seen["budget_left"][:, np.newaxis] > 0.5
@@ -83,7 +81,7 @@ class Plan(PlannedAttack):
                 f"a plan with {len(events)} attacks needs attack_budget={len(events)}; it is {config.attack_budget}"
             )
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The same plan in every episode."""
         return (np.stack([self.times] * len(generators)),)
 
@@ -101,7 +99,7 @@ class RandomPlan(PlannedAttack):
         weights = np.exp(front_bias * np.arange(1, spec.config.max_platoons + 1) / spec.config.max_platoons)
         self._shares = weights / weights.sum()
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """A plan per episode, for the largest budget; what the episode's own budget does not cover is left out."""
         return (np.stack([self._draw(generator) for generator in generators]),)
 
@@ -123,7 +121,7 @@ class Spread(PlannedAttack):
             [plan_array(_spread(budget, platoons), platoons) for budget in range(spec.config.max_budget + 1)]
         )
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Nothing to draw: the budget is seen."""
         return (np.zeros((len(generators), 0)),)
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_baselines.disbanding.timed import HALF, TOLERANCE_S, count_platoons
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
@@ -56,14 +55,13 @@ class Replanning(AnalyticPolicy):
         super().__init__(spec)
         self.numbers = numbers
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Whether it has looked, the rear half's speed then (m/s), whether gaps were tight by then, (B,) each."""
         episodes = len(generators)
         return np.zeros(episodes, np.bool_), np.zeros(episodes), np.zeros(episodes, np.bool_)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Platoon to disband, or 0, for each episode (B,)."""
-        assert state is not None  # begun
         disbanded = seen["disbanded"] > HALF
         present = count_platoons(seen, disbanded)
         looked, speed, tight = self._look(seen, state, disbanded, present)

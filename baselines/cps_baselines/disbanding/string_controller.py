@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
 from typing import NamedTuple, TypeAlias
@@ -33,7 +33,7 @@ from cps_baselines.disbanding.corrections import (
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.fields import encode_row
 from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, lend, record_type, unpack, view
-from cps_envs.core.policy import RoleSpec
+from cps_envs.core.policy import Generators, RoleSpec
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.disbanding.attack import disband
@@ -185,7 +185,7 @@ class StringLoop(DisbandingGame):
         self._alarms = np.zeros((num_envs, config.max_vehicles))
         self._policy = policy
 
-    def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
+    def _reset(self, envs: BoolArray, generators: Generators) -> None:
         super()._reset(envs, generators)
         self._alarms[envs] = 0.0
 

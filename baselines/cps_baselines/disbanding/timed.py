@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
@@ -50,7 +49,7 @@ class Timed(AnalyticPolicy):
         self.delay_s, self.pause_s, self.by_s = round(delay_s), float(round(pause_s)), float(by_s)
         self.jam, self.jam_at, self.jam_s = round(jam) if spec.config.can_jam else 0, round(jam_at), round(jam_s)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """For how many decisions the next attack has been legal, and since when a jam has been on, (B,) each."""
         return np.zeros(len(generators), np.int64), np.zeros(len(generators), np.int64)
 
@@ -60,7 +59,6 @@ class Timed(AnalyticPolicy):
 
     def attack(self, seen: Seen, state: State, pause_s: FloatArray) -> tuple[Array, tuple[Array, ...]]:
         """`act` with a pause for each episode, (B,) s."""
-        assert state is not None  # begun
         ready, jammed = state
         disbanded = seen["disbanded"] > HALF
         attacks = disbanded.sum(axis=1)

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from cps_baselines.fdi.suspicion import gate_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, fill, inlined, kernel, lend
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
@@ -85,14 +84,13 @@ class Bank(AnalyticPolicy):
         )
         self._sets, self._filters = sets, hold(filters)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The filters' predictions (B, K, 2n), and sums (B, K, R, 2) above and below."""
         shape = (len(generators), len(self._sets))
         return np.zeros((*shape, 2 * self.config.num_vehicles)), np.zeros((*shape, self.config.num_readings, 2))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, R + n)."""
-        assert state is not None
         predictions, sums = state[0].copy(), state[1].copy()
         actions = repeat(self.spec.neutral_action, len(seen))
         _judge(self._filters, self.config.horizon, seen.observation, predictions, sums, actions)
@@ -100,7 +98,6 @@ class Bank(AnalyticPolicy):
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """The largest sum of each filter: how much it doubts what it hears."""
-        assert state is not None
         return {"Largest sum of each filter": state[1].max(axis=(2, 3))}
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from cps_baselines.fdi.branch_and_bound import CORRECTED, Search, fill_sequences, make_search
 from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray
 
@@ -44,7 +44,7 @@ class BranchAndBound(InjectionPolicy):
         self._searches: dict[tuple[int, str], Search] = {}
         self._search(1, "x")  # refuses impossible options
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Sequences (B, N_h + 1, S) that are all used up."""
         envs = len(generators)
         sequences = np.zeros((envs, self.steps_ahead + 1, len(self.form.sensors)), np.int64)
@@ -52,7 +52,6 @@ class BranchAndBound(InjectionPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The next injections of the sequences; new sequences where they are used up."""
-        assert state is not None
         view = view_of(self.form, seen)
         sequences, used = state[0].copy(), state[1].copy()
         due = used > self.steps_ahead

@@ -49,7 +49,7 @@ class Detector(AnalyticPolicy):
         before: ranges of vehicles 1..n, then range-rates.
         """
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """Actions (B, 3n): trust in every reading, then no correction."""
         memory = self.blank(len(seen)) if state is None else state[0].copy()
         actions = repeat(self.spec.neutral_action, len(seen))
@@ -118,7 +118,7 @@ class FrontRearRedundancy(Detector):
 class ModelOnly(AnalyticPolicy):
     """Replaces every reading at every step. A reference: it sees neither attacks nor disturbances."""
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """Actions (B, R + n)."""
         action = self.spec.neutral_action.copy()
         action[: self.spec.config.num_readings] = 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ from cps_baselines.fdi.platoon_filter import platoon_filter
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, copy, fill, inlined, kernel, lend
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
@@ -105,14 +104,13 @@ class Hypotheses(AnalyticPolicy):
         self._filters, self._size = _filters(spec), 3 * self.config.num_vehicles + 1
         self._count = len(hypothesis_filters(self.config).heard)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Of each filter the estimate (B, K, 3n + 1) and the log-odds (B, K); the hypotheses that are followed (B,)."""
         shape = (len(generators), self._count)
         return np.zeros((*shape, self._size)), np.zeros(shape), np.zeros(len(generators), np.int64)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, R + n)."""
-        assert state is not None
         estimates, odds, follows = (part.copy() for part in state)
         actions = repeat(self.spec.neutral_action, len(seen))
         weights = Weights(*(np.resize(number, len(seen)) for number in self.weights))
@@ -121,7 +119,6 @@ class Hypotheses(AnalyticPolicy):
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """Log-odds of each hypothesis against its rivals, and the hypothesis that is followed."""
-        assert state is not None
         return {"Hypothesis followed": state[2], "Log-odds of the hypotheses": state[1]}
 
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.fdi.platoon_filter import platoon_filter
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 
@@ -26,14 +23,13 @@ class Informed(AnalyticPolicy):
         super().__init__(spec)
         platoon_filter(spec.config)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The attacked readings (B, R) and the onsets (B,) of the episodes."""
         truths = [known["truth"] for known in knowledge]
         return np.array([truth["attacked"] for truth in truths]), np.array([truth["onset"] for truth in truths])
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, R + n)."""
-        assert state is not None
         attacked, onset = state
         step = self.spec.config.horizon - np.rint(seen["steps_left"])
         actions = repeat(self.spec.neutral_action, len(seen))

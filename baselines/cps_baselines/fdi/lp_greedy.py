@@ -58,7 +58,7 @@ class LpGreedy(InjectionPolicy):
         self.max_steps = max_steps
         self._configs = {RESERVED: with_reserve(self.config, reserve), TIGHT: self.config}
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """See the class."""
         view = view_of(self.form, seen)
         levels = np.zeros(view.attacked.shape, np.int64)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from cps_baselines.fdi.injection import InjectionPolicy, look, new_view
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, unpack
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.streams import jumps, skip, streams, uniform
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation
@@ -43,13 +42,12 @@ class RandomInjection(InjectionPolicy):
         self.largest: IntArray = self.form.bounds if largest is None else np.minimum(self.form.bounds, largest)
         self._held = hold(Choice(self.largest, jumps(2 * len(self.form.sensors), self.config.horizon)))
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Streams (B, 4) of numbers, two for each slot and step: for the level and for keeping it; no level yet."""
         return streams(generators), np.zeros((len(generators), len(self.form.sensors)), np.int64)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """See the class."""
-        assert state is not None
         own, last = state
         actions, taken, form = np.empty_like(last), last.copy(), self.form
         masks = form.masks(seen.masks, len(last))

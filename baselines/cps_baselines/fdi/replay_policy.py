@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from cps_baselines.fdi.injection import InjectionPolicy, look, new_view
 from cps_envs.core.errors import ConfigurationError, require
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, inlined, kernel, lend, unpack
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation
 from cps_envs.fdi.config import FdiConfig
@@ -60,7 +59,7 @@ class Replay(InjectionPolicy):
         partners = np.array([slots.index(s + n) if s + n in slots else -1 for s in slots])
         self._plans = hold(Plans(levels, keys[order], order, partners))
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The step (B,) at which each episode's plan starts."""
         if not isinstance(self.start, str):
             return (np.full(len(generators), self.start),)
@@ -68,7 +67,6 @@ class Replay(InjectionPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
-        assert state is not None
         actions = np.empty((len(seen), len(self.form.sensors)), np.int64)
         _play(self.form.held, self._plans, seen.observation, self.form.masks(seen.masks, len(seen)), state[0], actions)
         return actions, state

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.fdi.continuation import screen
 from cps_baselines.fdi.injection import new_views, task_of
 from cps_baselines.fdi.shields import make_shield
 from cps_envs.core.lookup import PolicyReference, resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, ask
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, ask, begun
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 
@@ -33,19 +30,16 @@ class Shielded(AnalyticPolicy):
         self.policy = resolve_policy(policy, spec)
         self.privileged = getattr(self.policy, "privileged", frozenset())
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Expected errors (B, 2n), the plans kept (B, k, S), their lengths (B,), then the policy's own state."""
         envs, config = len(generators), self.spec.config
         steps = config.horizon if self.shield.plans else 0
         plans = np.zeros((envs, steps, len(self.shield.form.sensors)), np.int64)
         own = (np.zeros((envs, 2 * config.num_vehicles)), plans, np.zeros(envs, np.int64))
-        begin = getattr(self.policy, "begin", None)
-        inner = begin(generators, knowledge) if begin is not None else None
-        return (*own, *(inner or ()))
+        return (*own, *(begun(self.policy, generators, knowledge) or ()))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S)."""
-        assert state is not None
         actions, inner = ask(self.policy, seen, state[3:] or None)
         form, (expected, plans, lengths) = self.shield.form, state[:3]
         views, wishes = new_views(form, len(seen)), np.asarray(actions, np.int64)

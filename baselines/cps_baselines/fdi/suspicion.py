@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
 from statistics import NormalDist
-from typing import Any
 
 import numpy as np
 
 from cps_baselines.fdi.platoon_filter import platoon_filter
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.fdi.config import FdiConfig
@@ -37,13 +35,12 @@ class Suspicion(AnalyticPolicy):
     def trusted(self, seen: Seen, memory: FloatArray) -> BoolArray:
         """The readings (B, R) to use; renews what is remembered (B, ...)."""
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Nothing is known yet."""
         return (repeat(self.blank(), len(generators)),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, R + n): trust in every reading, then no correction."""
-        assert state is not None
         memory = state[0].copy()
         actions = repeat(self.spec.neutral_action, len(seen))
         actions[:, : self.config.num_readings] = self.trusted(seen, memory)

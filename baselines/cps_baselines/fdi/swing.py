@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.fdi.injection import InjectionPolicy, view_of
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 
@@ -41,13 +38,12 @@ class Swing(InjectionPolicy):
         most = self.form.bounds * np.where(ranges, range_part, 1.0)
         self._opening, self._closing = -np.rint(open * most), np.rint(close * most)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The first step (B,) of each attack; -1 while nothing has been injected."""
         return (np.full(len(generators), -1),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
-        assert state is not None
         views = view_of(self.form, seen)
         works = np.rint(seen["wait"][:, 0]) == 0 if "wait" in seen else np.ones(len(seen), np.bool_)
         first = np.where(works & (state[0] < 0), views.step, state[0])

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_baselines.fdi.injection import View, view_of
 from cps_baselines.fdi.platoon_filter import platoon_filter
 from cps_baselines.fdi.tracker import Tracker, seen_off
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
@@ -50,7 +49,7 @@ class TaskTracker(Tracker):
         self._pair: IntArray = platoon_filter(self.config).view.argmax(axis=1) % n  # (R,) the gap of each sensor
         self._ranges: BoolArray = slots < self.config.num_readings // 2
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """As `Tracker`, and whether each episode (B,) is known to have no defender."""
         found = super().begin(generators, knowledge)
         assert found is not None
@@ -58,7 +57,6 @@ class TaskTracker(Tracker):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
-        assert state is not None
         actions, quiet = super().act(seen, state[:3])
         assert quiet is not None
         views, first = view_of(self.form, seen), quiet[2]

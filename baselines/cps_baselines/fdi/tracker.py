@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
 from cps_baselines.fdi.platoon_filter import platoon_filter, trusting
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray
 
@@ -54,14 +53,13 @@ class Tracker(InjectionPolicy):
         self._stay: FloatArray = law.coast @ (np.eye(len(law.coast)) - gains @ law.view)  # (k, 2n, 2n)
         self._lie: FloatArray = law.coast @ gains[:, :, slots]  # (k, 2n, S)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """What the filter is off by (B, 2n), what rounding left over (B, S), the first step of the attack (B,)."""
         envs, (pairs, slots) = len(generators), self._lie.shape[1:]
         return np.zeros((envs, pairs)), np.zeros((envs, slots)), np.full(envs, -1.0)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
-        assert state is not None
         off, left, first = state
         views = view_of(self.form, seen)
         off = self._look(seen, views, off)

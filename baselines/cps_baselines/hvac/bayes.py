@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from cps_baselines.hvac.clock import elapsed_steps
 from cps_baselines.hvac.hypotheses import BIAS_KEPT, START, Beliefs, Hypotheses, hypotheses
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import copy, fill, inlined, kernel, lend
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.config import HvacConfig
@@ -52,7 +51,7 @@ class Bayes(AnalyticPolicy):
         self._tables = Hypotheses(*(np.array(part) for part in zip(*tables.values(), strict=True)))  # each (P, ...)
         self._memory, self._unready = memory(self.config), len(sensor_sets(self.config)) + 1
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The estimates (B, H, 2n + 2S), the logarithms (B, H) of the weights, and which beliefs (B,)."""
         envs, (_, count, size, _) = len(generators), self._tables.gain.shape
         estimates, weights = np.zeros((envs, count, size)), np.full((envs, count), -np.inf)
@@ -61,7 +60,6 @@ class Bayes(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        assert state is not None
         estimates, weights, rows = (part.copy() for part in state)
         k, ready, choice = elapsed_steps(seen, self.config), seen["ready"] > 0.5, np.full(len(seen), self._unready)
         weigh(self._model, self._tables, self._memory, rows, k, seen["heating"], seen["reading"], estimates, weights)
@@ -71,7 +69,6 @@ class Bayes(AnalyticPolicy):
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """The probability of each hypothesis; the first one is that nobody lies."""
-        assert state is not None
         likely = np.exp(state[1] - state[1].max(axis=1, keepdims=True))
         return {"Probability of each set of liars (first: nobody)": likely / likely.sum(axis=1, keepdims=True)}
 

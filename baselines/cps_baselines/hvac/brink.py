@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.hvac.clock import attack_age, elapsed_steps
 from cps_baselines.hvac.stealthy import MAX_BIAS_C
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.attack import bias_action
@@ -55,13 +52,12 @@ class Brink(AnalyticPolicy):
         self._sign = -1.0 if warmer else 1.0
         self._alone = _sets_of_one(self.config)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The sizes of the biases (B, S), C."""
         return (np.zeros((len(generators), self.config.num_sensors)),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
-        assert state is not None
         (bias_c,) = state
         samples = elapsed_steps(seen, self.config) - self.config.window_steps + 1
         error_c = np.sqrt(self.in_c2(seen["residual"][:, self._alone]))

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 
@@ -47,14 +44,13 @@ class Cusum(AnalyticPolicy):
         self._release_steps = round(3600.0 * release_h / spec.config.step_s)
         self._filters = FilterChoices(spec.config)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Sums up and down, whether a sensor is trusted, for how many steps it has been quiet, mean square; (B, S)."""
         shape = (len(generators), self.spec.config.num_sensors)
         return np.zeros(shape), np.zeros(shape), np.ones(shape, np.bool_), np.zeros(shape, np.int64), np.ones(shape)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        assert state is not None
         up, down, trusted, quiet, spread = state
         rows, own = np.arange(len(seen)), self._filters.index_of(trusted)
         r, mean = seen["innovation"][rows, own], seen["innovation_mean"][rows, own]
@@ -74,5 +70,4 @@ class Cusum(AnalyticPolicy):
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """The larger sum of each sensor, and whether it is trusted."""
-        assert state is not None
         return {"Sum of each sensor": np.maximum(state[0], state[1]), "Sensor trusted": state[2]}

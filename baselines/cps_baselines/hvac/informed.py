@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.hvac.hypotheses import FilterChoices
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.hvac.sensors import sensor_sets
@@ -27,14 +24,13 @@ class Informed(AnalyticPolicy):
         super().__init__(spec)
         self._filters = FilterChoices(spec.config)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The filter (B,) of each episode."""
         intact = np.stack([~known["truth"]["compromised"] for known in knowledge])
         return (self._filters.index_of(intact),)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        assert state is not None
         return self._filters.choices(state[0], seen), state
 
 
@@ -51,7 +47,7 @@ class Truth(AnalyticPolicy):
         super().__init__(spec)
         self._model = len(sensor_sets(spec.config)) + 1
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The true temperatures (B,), as views that change with the episode."""
         views = np.empty(len(knowledge), object)
         for b, known in enumerate(knowledge):
@@ -60,7 +56,6 @@ class Truth(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        assert state is not None
         true = np.stack(list(state[0]))
         error = ((seen["estimate"] - true[:, np.newaxis]) ** 2).sum(axis=2)
         return np.where(seen["ready"] > 0.5, error.argmin(axis=1), self._model), state

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 
@@ -45,14 +42,13 @@ class Largest(AnalyticPolicy):
         self._release_steps = round(3600.0 * release_h / spec.config.step_s)
         self._filters = FilterChoices(spec.config)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Sums up and down and mean squares (B, F, S), and for how many steps each alarm goes on (B, F)."""
         shape = (len(generators), *self._filters.member.shape)
         return np.zeros(shape), np.zeros(shape), np.ones(shape), np.zeros(shape[:2], np.int64)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        assert state is not None
         up, down, spread, left = state
         r = np.where(self._filters.member, seen["innovation"], 0.0)
         up, down = np.maximum(up + r - self.kappa, 0.0), np.maximum(down - r - self.kappa, 0.0)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.hvac.clock import attack_age, elapsed_steps
 from cps_baselines.hvac.tracker import Tracker
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.attack import absolute_action
@@ -53,7 +50,7 @@ class Listener(AnalyticPolicy):
         correction = self._model.filter_gain[self._all, : self.config.num_zones] / scale  # (n, S) C
         self._answer = -self._model.difference_gain @ correction  # (n, S) W
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """What it remembers, then the state of `tracker`.
 
         That is the last temperatures (B, n), C, heat (B, n), W, and readings (B, n), C; what either estimate should
@@ -67,7 +64,6 @@ class Listener(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
-        assert state is not None
         *remembered, bias_c, noise_c = state
         tracked, following = self._tracker.act(seen, (bias_c, noise_c))
         assert following is not None

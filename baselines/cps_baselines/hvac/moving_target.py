@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import kernel
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.sensors import sensor_sets
@@ -42,14 +41,13 @@ class MovingTarget(AnalyticPolicy):
         sets = len(sensor_sets(spec.config))
         self._draw = Draw(first, mean, ready, sets, above, limit, to_model=fallback == "model")
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Uniform numbers (B, K), one for each step, and how many are used up (B,)."""
         uniform = np.stack([generator.random(self.spec.config.num_steps) for generator in generators])
         return uniform, np.zeros(len(uniform), np.int64)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        assert state is not None
         uniform, used = state
         return draw_choices(seen.observation, uniform, used, self._draw), (uniform, used + 1)
 

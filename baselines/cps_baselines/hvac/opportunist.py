@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.hvac.brink import Brink
 from cps_baselines.hvac.tracker import Tracker
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.hvac.attack import absolute_action
@@ -46,19 +43,18 @@ class Opportunist(AnalyticPolicy):
         self._bold = absolute_action(self.config, np.array([[reading_c]]))
         self._sets = len(sensor_sets(self.config))
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Who has been caught (B,), mean residuals of a step ago (B, sets), C2, and states of `brink`, `tracker`.
 
         Without filters there is no `tracker`.
         """
         envs = len(generators)
         caught, before = np.zeros(envs, np.bool_), np.zeros((envs, self._sets))
-        tracking = () if self._tracker is None else _begun(self._tracker, generators, knowledge)
-        return (caught, before, *_begun(self._careful, generators, knowledge), *tracking)
+        tracking = () if self._tracker is None else self._tracker.begin(generators, knowledge)
+        return (caught, before, *self._careful.begin(generators, knowledge), *tracking)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
-        assert state is not None
         caught, before_c2, bias_c, *tracking = state
         choice, mean_c2 = seen["last_choice"], self._careful.in_c2(seen["mean_residual"])
         action, careful = self._careful.act(seen, (bias_c,))
@@ -78,11 +74,3 @@ class Opportunist(AnalyticPolicy):
         failed = before_c2 > ROUNDING * limit
         found: BoolArray = (choice[:, 0] > 0.5) | ((choice[:, 1 : self._sets + 1] > 0.5) & failed).any(axis=1)
         return found
-
-
-def _begun(
-    policy: AnalyticPolicy, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]
-) -> tuple[Array, ...]:
-    state = policy.begin(generators, knowledge)
-    assert state is not None
-    return state

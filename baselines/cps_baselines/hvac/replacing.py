@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from cps_baselines.hvac.clock import attack_age
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.attack import absolute_action
@@ -31,12 +30,12 @@ class Replacing(AnalyticPolicy):
         for reading_c in (low_c, high_c):
             absolute_action(self.config, np.array([[reading_c]]))
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """Actions (B, S + 1)."""
         return absolute_action(self.config, self.readings(seen, state)), state
 
     @abstractmethod
-    def readings(self, seen: Seen, state: State) -> FloatArray:
+    def readings(self, seen: Seen, state: Any) -> FloatArray:
         """Readings (B, S) or (B, 1), C."""
 
 
@@ -48,11 +47,11 @@ class Constant(Replacing):
         self.reading_c = reading_c
         self._action = absolute_action(self.config, np.array([[reading_c]]))
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The same action at all times, (B, S + 1)."""
         return self._action.repeat(len(seen), axis=0), state
 
-    def readings(self, seen: Seen, state: State) -> FloatArray:
+    def readings(self, seen: Seen, state: State | None) -> FloatArray:
         """The same at all times."""
         return np.full((len(seen), 1), self.reading_c)
 
@@ -68,7 +67,7 @@ class Sine(Replacing):
             raise ConfigurationError(f"period_s = {period_s}: a sine needs a positive period")
         self.mean_c, self.amplitude_c, self.period_s = mean_c, amplitude_c, period_s
 
-    def readings(self, seen: Seen, state: State) -> FloatArray:
+    def readings(self, seen: Seen, state: State | None) -> FloatArray:
         """The same for all sensors of an episode."""
         angle = 2.0 * np.pi * attack_age(seen, self.config) * self.config.step_s / self.period_s
         readings: FloatArray = (self.mean_c + self.amplitude_c * np.sin(angle))[:, np.newaxis]
@@ -88,13 +87,12 @@ class RandomReadings(Replacing):
             raise ConfigurationError(f"low_c = {low_c} is above high_c = {high_c}: swap them")
         self.low_c, self.high_c = low_c, high_c
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Readings (B, K, S), C, of the whole episode, counted from the onset."""
         shape = (self.config.num_steps, self.config.num_sensors)
         return (np.stack([generator.uniform(self.low_c, self.high_c, shape) for generator in generators]),)
 
     def readings(self, seen: Seen, state: State) -> FloatArray:
         """What was drawn for each sensor."""
-        assert state is not None
         drawn: FloatArray = state[0][np.arange(len(seen)), attack_age(seen, self.config)]
         return drawn

@@ -46,7 +46,7 @@ class Shaped(Stealthy):
         self.rate_c_per_h, self.exponent, self.cap_c, self.delay_h = rate_c_per_h, exponent, cap_c, delay_h
         self.weights: FloatArray = np.array(weights)[zones_of_sensors(self.config) % len(weights)]  # (S,)
 
-    def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
+    def bias_c(self, seen: Seen, age: IntArray, state: State | None) -> FloatArray:
         """That of each sensor; negative where its weight is."""
         tau_h = np.maximum(age * self.config.step_s / 3600.0 - self.delay_h, 0.0)
         grown = self.rate_c_per_h * UNIT_H * (tau_h / UNIT_H) ** self.exponent

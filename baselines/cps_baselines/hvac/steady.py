@@ -21,7 +21,7 @@ class Steady(AnalyticPolicy):
         self.choice = choice
         self._start = len(sensor_sets(spec.config)) + 1
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """Choices (B,)."""
         return np.where(seen["ready"] > 0.5, self.choice, self._start), state
 

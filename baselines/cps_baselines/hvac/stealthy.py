@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from cps_baselines.hvac.clock import attack_age
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.attack import bias_action
@@ -45,13 +45,13 @@ class Stealthy(AnalyticPolicy):
                 'attack_action="bias" leaves the noise in forged readings: name the policy with keep_noise=true'
             )
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """Actions (B, S + 1), or (B, S) with `attack_action="bias"`."""
         bias_c = np.minimum(self.bias_c(seen, attack_age(seen, self.config), state), MAX_BIAS_C)
         return bias_action(self.config, self._sign * bias_c, keep_noise=self.keep_noise), state
 
     @abstractmethod
-    def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
+    def bias_c(self, seen: Seen, age: IntArray, state: Any) -> FloatArray:
         """Sizes of the biases (B, S) or (B, 1), C, at `age` (B,) steps after the onset."""
 
 
@@ -83,13 +83,12 @@ class Ramp(Stealthy):
                 f"{rate_c_per_h} and {exponent}"
             )
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The rate (B,) of each episode, C/h; without one, 1."""
         return (np.array([generator.uniform(self._low, self._high) for generator in generators]),)
 
     def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
         """The same for all sensors of an episode."""
-        assert state is not None
         rate = state[0]
         if self.rate_c_per_h is None:
             everything = seen["compromised"].min(axis=1) > 0.5
@@ -132,7 +131,7 @@ class HeatLossMimic(Stealthy):
         by_zone = loss_response(self.config, loss_w)
         self._bias_c = by_zone[:, zones_of_sensors(self.config)]
 
-    def bias_c(self, seen: Seen, age: IntArray, state: State) -> FloatArray:
+    def bias_c(self, seen: Seen, age: IntArray, state: State | None) -> FloatArray:
         """That of each sensor's zone."""
         bias: FloatArray = self._bias_c[age]
         return bias

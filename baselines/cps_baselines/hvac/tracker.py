@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_baselines.hvac.clock import attack_age, elapsed_steps
 from cps_baselines.hvac.hypotheses import FilterChoices
 from cps_baselines.hvac.stealthy import MAX_BIAS_C
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.attack import bias_action
@@ -60,7 +57,7 @@ class Tracker(AnalyticPolicy):
         self._scale = build_model(self.config).filter_scale  # (F, S) 1/C
         self._all = int(self._filters.size.argmax())
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The biases (B, S), C, towards the attack's sign, and the noise (B, K, S), C, of the whole episode."""
         shape = (self.config.num_steps + 1, self.config.num_sensors)
         drawn = np.stack([generator.standard_normal(shape) for generator in generators])
@@ -68,7 +65,6 @@ class Tracker(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S + 1)."""
-        assert state is not None
         bias_c, noise_c = state
         rows, k = np.arange(len(seen)), elapsed_steps(seen, self.config)
         watched = self._filters.of_last_choice(seen, self._all)

@@ -50,7 +50,7 @@ class Assigned(AnalyticPolicy):
             places = np.arange(count) * (len(pattern) - 1) / max(count - 1, 1)
             self.tables[count, :count] = pattern[np.rint(places).astype(np.int64)]
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The controllers (B, 2 k) of the k vehicles that get orders."""
         return self.tables[ordered(seen, self.spec)].reshape(len(seen), -1), state
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import unpack
 from cps_envs.core.match import Match
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.rogue.game import RogueGame
@@ -111,7 +111,7 @@ class BeamPlanner(AnalyticPolicy):
             raise ConfigurationError(f"width = {width} has to be at least 1")
         self.beams = tuple(beam._replace(width=int(width)) for beam in BEAMS)
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The plans (B, T)."""
         return (np.stack([self._plan(known["model"], known["opponent"]).actions for known in knowledge]),)
 
@@ -120,7 +120,6 @@ class BeamPlanner(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1) of the plans."""
-        assert state is not None  # begun
         done = (self.spec.config.duration_s - seen["time_left_s"]) / self.spec.config.control_period_s
         step = np.minimum(np.rint(done).astype(np.int64), state[0].shape[1] - 1)
         return np.take_along_axis(state[0], step[:, np.newaxis], axis=1), state

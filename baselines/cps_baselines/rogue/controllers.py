@@ -26,7 +26,7 @@ class HeldController(AnalyticPolicy):
             raise ConfigurationError(f"controller = {controller!r} is not one of {', '.join(CONTROLLERS)}")
         self.action = np.tile([CONTROLLERS.index(controller), PLAIN], spec.config.num_orders)
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The same action for every episode."""
         return repeat(self.action, len(seen)), state
 

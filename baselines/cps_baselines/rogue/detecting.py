@@ -25,7 +25,7 @@ class LinearDetection(AnalyticPolicy):
         super().__init__(spec)
         require_modes(spec, self)
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The controllers (B, 2 k) of the k vehicles that get orders; following is plain."""
         alarm = np.rint(seen["alarm"]).astype(np.int64)
         laws = np.where(alarm > 0, FRONT, np.where(alarm < 0, REAR, LINEAR))

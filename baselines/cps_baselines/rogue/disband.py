@@ -38,7 +38,7 @@ class Disband(AnalyticPolicy):
         self.together = np.tile([CONTROLLERS.index("detecting"), MODIFIED], count)
         self.apart = np.tile([CONTROLLERS.index("human"), PLAIN], count)
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The controllers (B, 2 (n - 1)) of the intact vehicles."""
         config, size = self.spec.config, self.together.size
         actions = np.empty((len(seen), size), np.int64)

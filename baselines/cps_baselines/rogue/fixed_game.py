@@ -124,7 +124,7 @@ class Orders(AnalyticPolicy):
         super().__init__(spec)
         self.orders = orders
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The orders as they are."""
         return self.orders, state
 

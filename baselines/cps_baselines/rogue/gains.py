@@ -43,7 +43,7 @@ class ChangedGains(AnalyticPolicy):
         self._law = pack(Law(proportional, derivative, kick_s))
         self._engine = pack(engine_of(spec.config))
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
         since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
         actions = np.empty((len(seen), 1))

@@ -58,7 +58,7 @@ class GivingWay(AnalyticPolicy):
         self._behind, self._ahead = _table(sets[:, :SIZE]), _table(sets[:, SIZE:])
         self._sizes, self._limits = (config.separation_m, config.vehicle_length_m), command_limits(config)
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, n - 1)."""
         orders_mps2 = np.zeros((len(seen), self.spec.config.num_intact))
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)

@@ -51,7 +51,7 @@ class Identify(AnalyticPolicy):
         self.known = knowledge or known()
         self.answers = answers
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1), each -1 or 1; the state holds signs, onsets in s and the rows in use (B,), -1 first."""
         count, now_s = len(seen), self.spec.config.duration_s - seen["time_left_s"]
         fresh = np.ones(count), now_s + seen["until_onset_s"], np.full(count, -1)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from importlib.resources import files
 from typing import Any
@@ -15,7 +14,7 @@ from cps_baselines.rogue.monitor import NOBODY, Division, divide, division_of
 from cps_baselines.rogue.reading import read, vehicles
 from cps_envs.core.kernels import kernel
 from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.policy import AnalyticPolicy, Policy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
 from cps_envs.rogue.problem import ROGUE
@@ -61,7 +60,7 @@ class Informed(AnalyticPolicy):
         self.known = [_opponent(reference, spec) for reference in rows]
         self.divisions = [division_of(**row) for row in rows.values()] + [other]
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The seats (B,), the onsets (B,) in s, and which of the divisions to use (B,)."""
         truths = [known["truth"] for known in knowledge]
         seats, onsets_s = ([truth[name] for truth in truths] for name in ("seat", "onset_s"))
@@ -74,7 +73,6 @@ class Informed(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The controllers (B, 2 k) of the k vehicles that get orders."""
-        assert state is not None  # begun
         seats, onsets_s, rows = state
         now_s = self.spec.config.duration_s - seen["time_left_s"]
         suspects = np.where(now_s > onsets_s + self.delay_s - self.spec.decision_interval_s / 2, seats, NOBODY)

@@ -5,8 +5,7 @@ Once somebody in a platoon is suspected, the platoon divides the laws.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from cps_baselines.rogue.controllers import require_modes
 from cps_baselines.rogue.reading import read, vehicles
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, records, unpack
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.actions import Engine, engine_of
@@ -147,14 +146,13 @@ class Monitor(AnalyticPolicy):
         self._knobs = _knobs(spec.decision_interval_s, *suspicion, near_m, near_strong_m, horizon_s)
         self._rules, self._engine = rules_of(spec.config), pack(engine_of(spec.config))
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The sums (B, n) in m/s, the suspects (B,), nobody at first, and their strengths (B,) in m/s2."""
         count = len(generators)
         return np.zeros((count, self.spec.config.num_orders)), np.full(count, NOBODY), np.zeros(count)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The controllers (B, 2 n) of all vehicles."""
-        assert state is not None  # begun
         sums, suspects, strengths = (part.copy() for part in state)
         actions = np.zeros((len(seen), 2 * sums.shape[1]), np.int64)
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
@@ -163,7 +161,6 @@ class Monitor(AnalyticPolicy):
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """Disobedience of each vehicle, m/s, and the number of the suspect, 0 for nobody."""
-        assert state is not None
         return {"Disobedience (m/s)": state[0], "Suspect (0: nobody)": state[1] - NOBODY}
 
 

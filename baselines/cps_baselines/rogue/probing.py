@@ -85,7 +85,7 @@ class Probe(AnalyticPolicy):
                 )
             self.row = np.array([self.answers.against.index(against)])
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1), each -1 or 1; the state holds onsets in s, signs and the rows in use (B,), -1 first."""
         known, now_s = self.answers, self.spec.config.duration_s - seen["time_left_s"]
         onset_s = recalled(now_s + seen["until_onset_s"], seen, state)

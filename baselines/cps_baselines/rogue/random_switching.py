@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray
 
@@ -30,7 +27,7 @@ class RandomSwitching(AnalyticPolicy):
         self.leave_driving = spec.decision_interval_s / driving_s
         self.leave_braking = spec.decision_interval_s / braking_s
 
-    def begin(self, generators: Sequence[np.random.Generator], knowledge: Sequence[Mapping[str, Any]]) -> State:
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The signs (B, decisions) of the whole episode."""
         return (np.stack([self._draw(generator) for generator in generators]),)
 
@@ -45,7 +42,6 @@ class RandomSwitching(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1), each -1 or 1."""
-        assert state is not None  # begun
         (signs,) = state
         left = np.round(seen["time_left_s"] / self.spec.decision_interval_s)
         decision = signs.shape[1] - left.astype(np.int64)

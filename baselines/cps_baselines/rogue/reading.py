@@ -37,13 +37,13 @@ def linear_effort(
     return float(clip(wanted / (ratio * e.drive_mps2), e.min_effort, e.max_effort))
 
 
-def since_onset(seen: Seen, state: State, duration_s: float) -> tuple[FloatArray, FloatArray]:
+def since_onset(seen: Seen, state: State | None, duration_s: float) -> tuple[FloatArray, FloatArray]:
     """Seconds since the attack began, and when it began (B,); onsets are observed only until they have passed."""
     now_s = duration_s - seen["time_left_s"]
     onset_s = recalled(now_s + seen["until_onset_s"], seen, state)
     return now_s - onset_s, onset_s
 
 
-def recalled(first: FloatArray, seen: Seen, state: State) -> FloatArray:
+def recalled(first: FloatArray, seen: Seen, state: State | None) -> FloatArray:
     """A fresh copy of the remembered array (B,), with `first` (B,) in the environments whose episode starts."""
     return first if state is None else np.where(seen.start, first, state[0])

@@ -44,7 +44,7 @@ class SquareWave(AnalyticPolicy):
         self._engine = pack(engine_of(spec.config))
         self._times = pack(Times(spec.config.duration_s, spec.decision_interval_s))
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
         actions, onset_s = np.empty((len(seen), 1)), np.empty(len(seen))
         start, known_s = (seen.start, state[0]) if state else (np.ones(len(seen), np.bool_), onset_s)

@@ -51,7 +51,7 @@ class Strike(AnalyticPolicy):
         self._pattern = pack(Pattern(config.duration_s, hold_s, strike_s, period_s, effort, *gains))
         self._engine = pack(engine_of(config))
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1); the state holds the onsets (B,) in s, which are observed until they have passed."""
         since_s, onset_s = since_onset(seen, state, self.spec.config.duration_s)
         actions = np.empty((len(seen), 1))

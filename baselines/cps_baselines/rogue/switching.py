@@ -48,7 +48,7 @@ class Switching(AnalyticPolicy):
                 raise ConfigurationError(f"weights of shape (7,) or (B, 7) were expected, got {self.sets.shape}")
         self.searched = weights is None
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """The actions (B, 1), each -1 or 1, which are also the state (B,)."""
         sign = recalled(np.ones(len(seen)), seen, state)
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)

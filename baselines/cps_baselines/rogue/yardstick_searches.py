@@ -156,7 +156,7 @@ class _Given(AnalyticPolicy):
         super().__init__(spec)
         self.actions = actions
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         left = np.rint(seen["time_left_s"] / self.spec.decision_interval_s).astype(np.int64)
         return self.actions[len(self.actions) - left, np.newaxis], state
 

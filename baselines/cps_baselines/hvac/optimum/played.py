@@ -27,7 +27,7 @@ class OpenLoop(AnalyticPolicy):
         self._bias_c = np.zeros((config.num_steps, config.num_sensors))
         self._bias_c[:, np.array(sensors) - 1] = bias_c
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+    def act(self, seen: Seen, state: State | None) -> tuple[Array, State | None]:
         """Actions (B, S + 1), which forge the readings of the next step."""
         following = np.minimum(elapsed_steps(seen, self.config) + 1, self.config.num_steps - 1)
         return bias_action(self.config, self._bias_c[following]), state
