@@ -13,25 +13,21 @@ from typer.core import TyperGroup
 from cps_agents.commands.bench import bench
 from cps_agents.commands.benchmark import benchmark
 from cps_agents.commands.best_response import best_response
-from cps_agents.commands.calibrate_mtd2 import calibrate_mtd2
 from cps_agents.commands.contest import contest
 from cps_agents.commands.coverage import coverage
 from cps_agents.commands.dataset import dataset
 from cps_agents.commands.double_oracle import double_oracle
 from cps_agents.commands.evaluate import evaluate
 from cps_agents.commands.league import league
-from cps_agents.commands.list import list_everything
 from cps_agents.commands.oracle import oracle
-from cps_agents.commands.play import play
+from cps_agents.commands.play import drive_robots, list_everything, play
 from cps_agents.commands.reliability import reliability
 from cps_agents.commands.report import report
-from cps_agents.commands.reproduce.app import app as reproduce
-from cps_agents.commands.searches import search_feedback, search_string, search_switching
+from cps_agents.commands.reproduce import app as reproduce
+from cps_agents.commands.searches import calibrate_mtd2, search_feedback, search_string, search_switching
 from cps_agents.commands.self_play import self_play
 from cps_agents.commands.string_stability import string_stability
-from cps_agents.commands.testbed import drive_robots
-from cps_agents.commands.train import train
-from cps_agents.commands.tune import tune
+from cps_agents.commands.train import train, tune
 from cps_agents.commands.warm import warm
 from cps_agents.commands.zoo import app as zoo
 from cps_agents.console import err

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from cps_agents.arena.challenge import Challenge, scores
 from cps_agents.arena.statistics import Estimate
 from cps_agents.cli import app, main
-from cps_agents.evaluation.comparison import is_better
+from cps_agents.evaluation import is_better
 from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from cps_agents.cli import app
 from cps_agents.contest.document import END
 from cps_agents.contest.tables import publish as publish_contests
-from cps_agents.evaluation.certified import certified_metrics, plain_values
+from cps_agents.evaluation import certified_metrics, plain_values
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
-from cps_agents.arena.admission import Application, admit, contestants, short_name, usual
+from cps_agents.arena.challenge import Application, admit, contestants, short_name, usual
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
 from cps_agents.cli import app
@@ -69,8 +69,8 @@ def test_the_usual_policies_take_part(tmp_path: Path, monkeypatch: pytest.Monkey
     save_tiny(tmp_path / "fdi-tiny.json", "fdi", "attacker")
     for module in ("files", "references"):
         monkeypatch.setattr(f"cps_agents.zoo.{module}.find", lambda name: tmp_path / f"{name}.json")
-    monkeypatch.setattr("cps_agents.arena.admission.SHIPPED", tmp_path)
-    monkeypatch.setattr("cps_agents.arena.admission.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
+    monkeypatch.setattr("cps_agents.arena.challenge.SHIPPED", tmp_path)
+    monkeypatch.setattr("cps_agents.arena.challenge.shipped_names", lambda: ["fdi-tiny", "rogue-tiny"])
     names = usual(VENUE, "attacker")
     assert {"square", "switching", "zoo:rogue-tiny"} <= set(names)
     assert not {"mixture", "zoo:fdi-tiny"} & set(names)

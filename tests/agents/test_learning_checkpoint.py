@@ -20,10 +20,10 @@ pytest.importorskip("sb3_contrib")
 import torch
 
 from cps_agents.errors import CommandError
-from cps_agents.learning import checkpoint
-from cps_agents.learning.checkpoint import load_checkpoint
+from cps_agents.learning import training
 from cps_agents.learning.learner import learn
 from cps_agents.learning.model import CLASSES
+from cps_agents.learning.training import load_checkpoint
 from cps_agents.learning.training_envs import make_envs
 from tests.agents.test_learning_parts import CASES
 from tests.agents.test_learning_runs import RECIPE, job
@@ -100,7 +100,7 @@ def test_steps_that_make_no_sense_are_refused(steps: Any, tmp_path: Path) -> Non
 
 def test_a_checkpoint_that_unpacks_to_too_much_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     learn(job(tmp_path))
-    monkeypatch.setattr(checkpoint, "MOST_BYTES", 1000)
+    monkeypatch.setattr(training, "MOST_BYTES", 1000)
     with pytest.raises(CommandError, match=r"more than 1000.*train again"):
         load_checkpoint(job(tmp_path).run, make_envs(RECIPE, 0), "cpu")
 

@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from cps_agents.arena.meeting import Meeting
 from cps_agents.cli import app
-from cps_agents.report import pairs
+from cps_agents.report import board as boards
 from cps_agents.report.board import _training, telling
 from cps_agents.report.reel import reel_of
 from cps_agents.report.replay import MOST_FRAMES, Take, record
@@ -146,8 +146,8 @@ def test_pairs_that_cannot_play_do_not_stop_the_others(tmp_path: Path, monkeypat
     def broken(item: Any) -> tuple[Any, str]:
         return (None, "their forms clash") if "pd" in item[1].defender else play_one(item)
 
-    play_one = pairs._try
-    monkeypatch.setattr(pairs, "_try", broken)
+    play_one = boards._try
+    monkeypatch.setattr(boards, "_try", broken)
     report(*PLAYERS, "--episodes", "1", "--replays", "0", "--out", str(tmp_path / "out"))
     (board,) = content_of(tmp_path / "out" / "index.html")["boards"]
     assert [row[1] for row in board["cells"]] == ["their forms clash"] * 2

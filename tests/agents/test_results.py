@@ -20,8 +20,7 @@ from cps_agents.catalogue import policies
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.results import rogue
-from cps_agents.results.block import Bar, Block, Row
-from cps_agents.results.derived import completed, teacher_of
+from cps_agents.results.block import Bar, Block, Row, completed, teacher_of
 from cps_agents.results.document import document, merged
 from cps_agents.results.examination import Findings, examine, find_blocks, missing_of, pairing
 from cps_agents.results.front import Front, front_table

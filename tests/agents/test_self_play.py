@@ -20,7 +20,6 @@ from cps_agents.arena.store import Store
 from cps_agents.cli import main
 from cps_agents.errors import CommandError
 from cps_agents.league import self_play
-from cps_agents.league.bounds import Outcome, judge, shares
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import play_meetings
 from cps_agents.league.oracles import Oracle
@@ -28,6 +27,7 @@ from cps_agents.league.response import Budget, Question, Response, Responses
 from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
 from cps_agents.league.self_play_report import document, draw
 from cps_agents.league.strategy import mix, strategy_of
+from cps_agents.league.worst_case import Outcome, judge, shares
 from cps_agents.learning.recipe import Recipe
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers

@@ -15,7 +15,7 @@ class Yardsticks:
     """What everything is compared with, measured in the same process shortly before."""
 
     cartpole_us: float  # CPU time of a step of a single CartPole
-    updates_per_s: float  # of the simplest vehicle, see `cps_agents.bench.yardsticks`
+    updates_per_s: float  # of the simplest vehicle, see `cps_agents.bench.interfaces`
 
 
 @dataclass(frozen=True)

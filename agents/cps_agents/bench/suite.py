@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from cps_agents.bench import interfaces, opponents, sizes, threads
+from cps_agents.bench.interfaces import measure_yardsticks
 from cps_agents.bench.row import Item, Row, Yardsticks
-from cps_agents.bench.yardsticks import measure_yardsticks
 from cps_agents.errors import explain
 from cps_baselines.interruption import exit_code
 from cps_envs.core.problem import Problem

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from importlib import import_module
 from importlib.util import find_spec
 
-from cps_agents.arena.admission import able, usual
+from cps_agents.arena.challenge import able, usual
 from cps_agents.arena.meeting import Result, attempt
 from cps_agents.arena.play import QUICK_EPISODES, Pairing, Played, Report, play, silent
 from cps_agents.arena.store import Store

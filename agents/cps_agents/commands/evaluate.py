@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from cps_agents.arena.statistics import Estimate
     from cps_agents.arena.store import Store
-    from cps_agents.evaluation.comparison import Comparison, Standing
+    from cps_agents.evaluation import Comparison, Standing
     from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
 
@@ -62,7 +62,7 @@ def evaluate(
     """
     from cps_agents.arena.challenge import Challenge
     from cps_agents.arena.store import Store
-    from cps_agents.evaluation.comparison import Comparison
+    from cps_agents.evaluation import Comparison
     from cps_baselines.arena import Venue
     from cps_envs import find_problem
     from cps_envs.core.types import ROLES, other
@@ -91,7 +91,7 @@ def evaluate(
 
 def _baselines(venue: Venue, role: Role, names: Sequence[str]) -> list[str]:
     """The names, with `all` in full."""
-    from cps_agents.arena.admission import ALL, able, usual
+    from cps_agents.arena.challenge import ALL, able, usual
 
     every = [each.reference for each in able(venue, role, usual(venue, role))] if ALL in names else []
     return list(dict.fromkeys(each for name in names for each in (every if name == ALL else [name])))
@@ -103,7 +103,7 @@ def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
     Raises:
         CommandError: there is a defender, whom the certificates do not know, or the file does not fit.
     """
-    from cps_agents.evaluation.certified import certified_metrics
+    from cps_agents.evaluation import certified_metrics
 
     first = comparison.challenges[0]
     opponents = (each.opponent for each in comparison.challenges)
@@ -116,7 +116,7 @@ def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
 
 
 def _compare(comparison: Comparison, store: Store, workers: int) -> list[Standing]:
-    from cps_agents.evaluation.comparison import compare
+    from cps_agents.evaluation import compare
 
     with built_by_user():
         _check(comparison)
@@ -173,7 +173,7 @@ def _interval(found: Estimate) -> str:
 
 
 def _difference(standing: Standing, baseline: str, role: Role) -> Cell:
-    from cps_agents.evaluation.comparison import is_better
+    from cps_agents.evaluation import is_better
 
     if baseline not in standing.differences:
         return ""

@@ -189,7 +189,7 @@ def certify_episodes(
     config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, jobs: int, backend: str, as_json: bool
 ) -> None:
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
-    from cps_agents.evaluation.certified import plain_values, stored_episodes
+    from cps_agents.evaluation import plain_values, stored_episodes
     from cps_baselines.fdi.sweep import certify_all
 
     with alone_at(path), Progress("episodes", episodes) as progress:

@@ -85,8 +85,7 @@ def report(
 
 
 def _board(plan: Plan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
-    from cps_agents.report.board import kept_board
-    from cps_agents.report.pairs import play_board
+    from cps_agents.report.board import kept_board, play_board
 
     if kept:
         return kept_board(plan, store)

@@ -18,10 +18,10 @@ from cps_baselines.workers import Workers
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
-    from cps_agents.league.bounds import Outcome
     from cps_agents.league.oracles import Oracle
     from cps_agents.league.response import Budget
     from cps_agents.league.self_play import Game, Iteration, Pool
+    from cps_agents.league.worst_case import Outcome
     from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
 
@@ -130,9 +130,9 @@ def _note(line: str) -> None:
 
 def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budget) -> Outcome:
     """Iterate; after each iteration the results are judged and written."""
-    from cps_agents.league.bounds import judge
     from cps_agents.league.self_play import iterate
     from cps_agents.league.self_play_report import draw
+    from cps_agents.league.worst_case import judge
 
     outcomes = []
 

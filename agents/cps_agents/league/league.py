@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TypeAlias
 
-from cps_agents.arena.admission import ALL, Admission, Application, admit, check_known, contestants, usual
+from cps_agents.arena.challenge import ALL, Admission, Application, admit, check_known, contestants, usual
 from cps_agents.arena.play import Report, silent
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store

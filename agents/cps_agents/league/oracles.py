@@ -1,15 +1,19 @@
 """Response oracles as data: what looks for a best response of a role, by searching numbers or plans, or by learning.
 
-Where it looks is a venue: the configuration, and how both roles see and act in it.
+Where it looks is a venue: the configuration, and how both roles see and act in it. One search is work that any process
+can do and that is kept once it is done.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
+from cps_agents.arena.meeting import InVenue, Result
+from cps_agents.contest.jobs import judge_in
+from cps_agents.contest.search import run_search
 from cps_agents.errors import CommandError
 from cps_agents.league.meetings import RETURN
 from cps_agents.league.strategy import Strategy
@@ -20,8 +24,42 @@ from cps_baselines.arena import Venue
 from cps_baselines.contest import Search
 from cps_baselines.family import FAMILIES, find_family
 from cps_envs import find_problem
+from cps_envs.core.documents import Entry
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
+
+
+@dataclass(frozen=True)
+class SearchJob(InVenue):
+    """A policy of the role whose numbers are searched against one opponent."""
+
+    kind: ClassVar[str] = "answer"
+    role: Role
+    opponent: str  # reference
+    search: Search
+    budget_s: float  # CPU time
+    episodes: int  # of a candidate
+    most_episodes: int  # of all candidates; 0: as many as the time allows
+    first_seed: int
+    sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
+
+    @property
+    def label(self) -> str:
+        """For progress."""
+        return self.search.name
+
+    def run(self) -> Result:
+        """What the search found: `policy`, `score`, `candidates`, `episodes`."""
+        judge = judge_in(self.venue, self.role, (self.opponent,))
+        found = run_search(self.search, judge, self.budget_s, self.episodes, self.first_seed, self.most_episodes)
+        return asdict(found)
+
+    def check(self, result: Entry) -> None:
+        """A reference with what it was paid and what it took."""
+        result["policy"].text()
+        result["score"].number()
+        for name in ("candidates", "episodes", "cpu_s"):
+            result[name].number(0)
 
 
 def venue_against(strategy: Strategy, usual: Recipe, preset: str | None, overrides: Mapping[str, Any]) -> Venue:

@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from cps_agents.arena.admission import Application, admit
+from cps_agents.arena.challenge import Application, admit
 from cps_agents.arena.play import finish_all
 from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.meetings import play_meetings
-from cps_agents.league.oracles import Oracle, check_installed, decisions, forms_of, venue_of
-from cps_agents.league.search_job import SearchJob
+from cps_agents.league.oracles import Oracle, SearchJob, check_installed, decisions, forms_of, venue_of
 from cps_agents.league.strategy import Strategy
 from cps_agents.learning.recipe import SEARCH, Recipe, Scene, changed
 from cps_agents.learning.seeds import TRAINING_START, VALIDATION

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.league.bounds import Bounds, Outcome
 from cps_agents.league.report import stacked
 from cps_agents.league.self_play import MOST_STEPS, Profile, strategy_in
+from cps_agents.league.worst_case import Bounds, Outcome
 from cps_agents.table import Table
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.merging import without_places

@@ -14,7 +14,6 @@ from gymnasium import spaces
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
-from cps_agents.learning.candidates import play_scenes
 from cps_agents.learning.learner import Report
 from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
 from cps_agents.learning.run import Job, Run, recording
@@ -25,11 +24,30 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
 from cps_agents.zoo.numbers import Numbers
 from cps_agents.zoo.policy import count_actions
-from cps_baselines.family import Family, find_family
+from cps_baselines.family import Family, find_family, play_family
 from cps_envs.core.documents import read_entry
 from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray, other
 from cps_envs.registration import find_problem
+
+
+def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: int, times: int = 1) -> FloatArray:
+    """What each candidate reached, (P, episodes), by its numbers (P, k); the same episodes for all.
+
+    `times` as many episodes of each scene as a candidate is judged by in a search.
+    """
+    problem, reached = find_problem(recipe.problem), []
+    for scene in recipe.scenes:
+        preset = scene.preset or recipe.preset
+        config = problem.config(preset, {**recipe.overrides, **scene.overrides})
+        episodes = scene.episodes * times
+        opponent = scene.opponent or recipe.opponent or problem.opponents[preset][other(recipe.role)]
+        seeds = [first_seed + episode for episode in range(episodes)] * len(values)
+        outcome = play_family(family, problem, config, opponent, np.repeat(values, episodes, axis=0), seeds)
+        reached.append(recipe.values(outcome).reshape(len(values), episodes))
+        first_seed += episodes
+    return np.concatenate(reached, axis=1)
+
 
 CHECKPOINT = "generations.json"  # what every candidate of every generation reached
 

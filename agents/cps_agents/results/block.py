@@ -1,13 +1,21 @@
-"""An examination as plain data; each problem declares its blocks in `agents/cps_agents/results/<problem>.py`."""
+"""An examination as plain data; each problem declares its blocks in `agents/cps_agents/results/<problem>.py`.
+
+Whom learned policies are compared with, and what those without a declared target have to reach.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
-from cps_agents.arena.challenge import Challenge
-from cps_baselines.arena import Contestant
-from cps_envs.core.types import Role
+from cps_agents.arena.challenge import Challenge, able, short_name, usual
+from cps_agents.catalogue import policies
+from cps_agents.recipes.finding import RECIPES
+from cps_agents.zoo.references import card_of, is_missing
+from cps_baselines.arena import Contestant, Venue
+from cps_envs import find_problem
+from cps_envs.core.lookup import NEED_OPTIONS
+from cps_envs.core.types import ROLES, Role, other
 
 
 @dataclass(frozen=True)
@@ -85,3 +93,78 @@ class Block:
     def per_of(self, row: Row, metric: str) -> str:
         """What a metric of a row is divided by; nothing if empty."""
         return (row.per or self.per) if metric == self.metric else ""
+
+
+EPISODES = 50
+
+
+def derived(name: str, policies: Sequence[str]) -> Iterator[Block]:
+    """A block for each role of a problem that some of these trained policies play."""
+    problem = find_problem(name)
+    for role in ROLES:
+        cards = {policy: card_of(policy) for policy in policies}
+        mine = [each for each, card in cards.items() if card and (card.problem, card.role) in _names(name, role)]
+        if mine:
+            yield Block(
+                name=f"{problem.name}-{role}",
+                title=f"{problem.name} {role}",
+                target=f"better than every other {role}, in each preset and against each opponent.",
+                problem=name,
+                role=role,
+                metric="return",
+                learned=tuple(Contestant(short_name(policy), policy) for policy in mine),
+                baselines=tuple(_own(name, role)),
+                rows=tuple(_rows(name, role)),
+                bars=(Bar(every=True),),
+                unit=problem.unit,
+            )
+
+
+def _names(name: str, role: Role) -> tuple[tuple[str, Role], ...]:
+    return (name, role), (find_problem(name).name, role)
+
+
+def _own(name: str, role: Role) -> Iterator[Contestant]:
+    """The policies that presets name without registering them; registered ones join every block."""
+    usual_ones = dict.fromkeys(each[role] for each in find_problem(name).opponents.values())
+    yield from (Contestant(each) for each in usual_ones if ":" in each)
+
+
+def _rows(name: str, role: Role) -> Iterator[Row]:
+    rival = other(role)
+    for preset in find_problem(name).presets:
+        venue = Venue(name, preset)
+        for each in able(venue, rival, usual(venue, rival)):
+            yield Row(f"{preset}, against {each.name}", (Challenge(venue, role, each.reference, EPISODES),))
+
+
+def completed(block: Block) -> Block:
+    """The block with every registered policy of its role and every teacher of its learned policies as a baseline.
+
+    Policies that know more than they observe play only where a block lists them.
+    """
+    return replace(block, baselines=(*block.baselines, *_registered(block), *_teachers(block)))
+
+
+def _registered(block: Block) -> Iterator[Contestant]:
+    listed = {each.reference.partition("?")[0] for each in block.baselines}
+    for entry in policies(find_problem(block.problem), block.role):
+        wanted = not entry.privileged and entry.name not in NEED_OPTIONS
+        if wanted and entry.name not in listed and entry.name not in block.left_out:
+            taken = entry.name in {each.name for each in block.contestants}
+            yield Contestant(f"analytic {entry.name}" if taken else entry.name, entry.name)
+
+
+def _teachers(block: Block) -> Iterator[Contestant]:
+    listed = {each.reference for each in block.baselines}
+    for each in block.learned:
+        teacher = teacher_of(each)
+        if teacher and teacher not in listed and teacher not in {found.reference for found in _registered(block)}:
+            yield Contestant(f"teacher of {each.name}", teacher, f"teacher: {teacher}")
+
+
+def teacher_of(learned: Contestant) -> str:
+    """The reference of the policy that a shipped policy was first shown; empty if there was none."""
+    card = None if is_missing(learned.reference) else card_of(learned.reference)
+    recipe = RECIPES.get(card.name) if card is not None else None
+    return recipe.teacher if recipe is not None else ""

@@ -11,8 +11,7 @@ from cps_agents.arena.challenge import Challenge
 from cps_agents.arena.play import QUICK_EPISODES, Pairing, Played, Report, play, silent
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
-from cps_agents.results.block import Block, Row
-from cps_agents.results.derived import completed, derived
+from cps_agents.results.block import Block, Row, completed, derived
 from cps_agents.zoo.references import missing_names
 from cps_baselines.arena import Contestant
 from cps_baselines.workers import Workers

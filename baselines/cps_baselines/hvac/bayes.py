@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cps_baselines.hvac.clock import elapsed_steps
 from cps_baselines.hvac.hypotheses import BIAS_KEPT, START, Beliefs, Hypotheses, hypotheses
+from cps_baselines.hvac.replacing import elapsed_steps
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import copy, fill, inlined, kernel, lend
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State

@@ -1,4 +1,7 @@
-"""Attacks that replace readings by a signal of their own: a constant, a sine, or random values."""
+"""Attacks that replace readings by a signal of their own: a constant, a sine, or random values.
+
+Time counts in whole steps, from the hours that an observation shows.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +10,27 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.clock import attack_age
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.attack import absolute_action
 from cps_envs.hvac.config import HvacConfig
+
+
+def attack_age(seen: Seen, config: HvacConfig) -> IntArray:
+    """Steps (B,) from the onset to the readings that an attacker's action forges; 0 before."""
+    return _steps(seen, "attack_h", config)
+
+
+def elapsed_steps(seen: Seen, config: HvacConfig) -> IntArray:
+    """Steps (B,) since midnight of the first day."""
+    return _steps(seen, "elapsed_h", config)
+
+
+def _steps(seen: Seen, name: str, config: HvacConfig) -> IntArray:
+    steps: IntArray = np.rint(seen[name] * (3600.0 / config.step_s)).astype(np.int64)
+    return steps
 
 
 class Replacing(AnalyticPolicy):

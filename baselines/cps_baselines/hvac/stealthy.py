@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.hvac.clock import attack_age
+from cps_baselines.hvac.replacing import attack_age
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen

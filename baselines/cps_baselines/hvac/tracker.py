@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_baselines.hvac.clock import attack_age, elapsed_steps
 from cps_baselines.hvac.hypotheses import FilterChoices
+from cps_baselines.hvac.replacing import attack_age, elapsed_steps
 from cps_baselines.hvac.stealthy import MAX_BIAS_C
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cps_baselines.hvac.clock import elapsed_steps
+from cps_baselines.hvac.replacing import elapsed_steps
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, State
