@@ -11,8 +11,7 @@ from cps_agents.bench import interfaces, opponents, sizes, suite, threads
 from cps_agents.bench.interfaces import ADDED, items, measure_yardsticks, short
 from cps_agents.bench.row import Item, Row, Values, Yardsticks, calls_per_s, microseconds
 from cps_agents.bench.sizes import SIZES, Size, episode_kb
-from cps_agents.bench.suite import Findings, measure, plan
-from cps_agents.bench.targets import judge
+from cps_agents.bench.suite import Findings, judge, measure, plan
 from cps_agents.cli import app
 from cps_agents.commands.bench import bench
 from cps_envs import PROBLEMS, find_problem

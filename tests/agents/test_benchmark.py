@@ -14,8 +14,7 @@ from cps_agents.arena import store
 from cps_agents.arena.meeting import Job, Meeting, Preparation, Result, make_meeting
 from cps_agents.arena.store import Store
 from cps_agents.benchmark import suite
-from cps_agents.benchmark.matrix import entries
-from cps_agents.benchmark.report import agreement, document, markdown, rows_as_csv, tables
+from cps_agents.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_agents.benchmark.suite import Choice, find_benchmark, run_benchmark, select
 from cps_agents.cli import app
 from cps_agents.errors import CommandError

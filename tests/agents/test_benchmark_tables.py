@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from cps_agents.arena.store import Store
-from cps_agents.benchmark.matrix import Entry, every_entry, grids
-from cps_agents.benchmark.report import markdown, tables
+from cps_agents.benchmark.report import Entry, every_entry, grids, markdown, tables
 from cps_agents.benchmark.suite import Choice, Outcome, find_benchmark, run_benchmark, select
 from cps_baselines.paper.tables import verdict
 from cps_baselines.schedule import Setting

@@ -20,7 +20,7 @@ from cps_baselines.fdi.reproduction import counts
 from cps_baselines.hvac.reproduction import measures
 from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
 from cps_baselines.rogue.reproduction import reference
-from cps_baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ
+from cps_baselines.rogue.reproduction.heat_map import COURSE_FREQUENCIES_HZ
 from cps_baselines.testbed import chapter as testbed
 from cps_baselines.testbed.exhibits import Spread, spreads
 

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from cps_agents import locking
+from cps_agents import files
 from cps_agents.cli import app
 from cps_baselines.interruption import Ended, ending, exit_code
 from tests.agents.test_locking import COMMANDS, LEARNING
@@ -123,7 +123,7 @@ def test_every_command_tells_how_to_go_on(
 
     others = {"train": (*TRAIN, "--seeds", "1"), "oracle": ("oracle", "--task", "x4>4"), "list": ("list",)}
     commands: dict[str, tuple[str, ...]] = {**COMMANDS, **others}
-    monkeypatch.setattr(locking.FileLock, "acquire", interrupted)
+    monkeypatch.setattr(files.FileLock, "acquire", interrupted)
     monkeypatch.setattr("cps_agents.catalogue.describe_everything", interrupted)
     out = () if name == "list" else ("--out", str(tmp_path / "out.json"))
     result = CliRunner().invoke(app, [*commands[name], *out])

@@ -13,12 +13,12 @@ from typer.testing import CliRunner
 
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
-from cps_agents.locking import alone_at, alone_in
+from cps_agents.files import alone_at, alone_in
 
 HOLD = """
 import time
 from pathlib import Path
-from cps_agents.locking import {0}
+from cps_agents.files import {0}
 with {0}(Path({1!r})):
     print("held", flush=True)
     time.sleep(600)

@@ -19,12 +19,19 @@ import torch
 from cps_agents.errors import CommandError
 from cps_agents.learning.demonstrations import opponent_of, teacher_of
 from cps_agents.learning.export import network_of_model
-from cps_agents.learning.imitation import imitate_sequences, outputs_of, sequence_loss
+from cps_agents.learning.imitation import (
+    collect,
+    imitate_sequences,
+    joined,
+    outputs_of,
+    read_sequences,
+    sequence_loss,
+    write_sequences,
+)
 from cps_agents.learning.learner import learn
 from cps_agents.learning.model import check_fit
 from cps_agents.learning.recipe import IMITATION, Recipe, changed
 from cps_agents.learning.run import Job
-from cps_agents.learning.sequences import collect, joined, read_sequences, write_sequences
 from cps_agents.learning.training_envs import make_envs
 from cps_agents.zoo.files import load
 from cps_envs.registration import find_problem

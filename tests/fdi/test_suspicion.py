@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from cps_baselines.fdi.bank import Bank, honest_sets
-from cps_baselines.fdi.innovation_tests import Chi2, Cusum
+from cps_baselines.fdi.innovation_tests import Chi2, Cusum, Sums
 from cps_baselines.fdi.redundant import RedundantCusum
-from cps_baselines.fdi.suspicion import Sums
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes

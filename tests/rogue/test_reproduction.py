@@ -30,10 +30,7 @@ from cps_baselines.rogue.reproduction.experiments import (
 )
 from cps_baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, fits, orderings
 from cps_baselines.rogue.reproduction.headroom import head_room_experiments
-from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
-from cps_baselines.rogue.reproduction.plots import edges_of
-from cps_baselines.rogue.reproduction.rides import affected, followers, radii_m, shares_of_rings
-from cps_baselines.rogue.reproduction.settings import (
+from cps_baselines.rogue.reproduction.heat_map import (
     COURSE_FREQUENCIES_HZ,
     FREQUENCIES_HZ,
     MAPS,
@@ -41,7 +38,12 @@ from cps_baselines.rogue.reproduction.settings import (
     SEAT_RATIOS,
     SEATS,
     SWAYS,
+    HeatMap,
+    bumper_gap_m,
+    collision_frequency_hz,
 )
+from cps_baselines.rogue.reproduction.plots import edges_of
+from cps_baselines.rogue.reproduction.rides import affected, followers, radii_m, shares_of_rings
 from cps_baselines.rogue.reproduction.summary import LONG
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes

@@ -1,16 +1,101 @@
-"""What `cps-envs bench` measures, one item after the other."""
+"""What `cps-envs bench` measures, one item after the other, and what the project promises about speed beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from cps_agents.bench import interfaces, opponents, sizes, threads
 from cps_agents.bench.interfaces import measure_yardsticks
-from cps_agents.bench.row import Item, Row, Yardsticks
+from cps_agents.bench.row import Item, Row, Values, Yardsticks
 from cps_agents.errors import explain
 from cps_baselines.interruption import exit_code
 from cps_envs.core.problem import Problem
+
+CARTPOLES = {  # single decisions that may cost so many steps of a single CartPole at most
+    "DisbandingAttack single": 8.0,
+    "DisbandingDefense single": 3.0,
+    "FdiAttack single": 1.5,
+    "FdiDefense single": 1.5,
+    "HvacAttack single": 3.0,
+    "HvacDefense single": 3.0,
+    "RogueAttack single": 2.5,
+    "RogueDefense single": 2.5,
+}
+DECISIONS_PER_S = {"DisbandingAttack single": 1.2e4}  # on the machine of docs/speed.md
+SINGLE_ADDS_US, VECTOR_ADDS_US = 10.0, 20.0  # what an interface may add to a decision of one environment
+OPPONENT_TIMES = 2.0  # the cost of `none` that an opponent may have at 64 environments, if it is no solver
+
+
+@dataclass(frozen=True)
+class Target:
+    """A promise and what was measured."""
+
+    what: str
+    measured: float
+    bound: float
+    at_least: bool = False  # else at most
+
+    @property
+    def met(self) -> bool:
+        """Whether it is kept."""
+        return self.measured >= self.bound if self.at_least else self.measured <= self.bound
+
+
+def judge(rows: Sequence[Row]) -> list[Target]:
+    """The targets of everything that was measured."""
+    found = {(row.part, row.name): row.values for row in rows if row.values}
+    return [*_sizes(found), *_single(found), *_added(rows), *_opponents(rows)]
+
+
+Found: TypeAlias = Mapping[tuple[str, str], Values]
+
+
+def _sizes(found: Found) -> Iterator[Target]:
+    for size in sizes.SIZES:
+        name = f"{size.problem} {size.name}"
+        values, than = found.get((sizes.PART, name)), found.get((sizes.PART, f"{size.problem} {size.cheaper[0]}"))
+        if values is None:
+            continue
+        if size.per_s:
+            yield Target(f"{name}: substeps/s", values["work_per_s"], size.per_s, at_least=True)
+        if size.share:
+            yield Target(f"{name}: share", values["machine_share"], size.share, at_least=True)
+        if than is not None:
+            cost = values["step_us"] / than["step_us"]
+            yield Target(f"{name}: cost over {size.cheaper[0]}", cost, size.cheaper[1])
+
+
+def _single(found: Found) -> Iterator[Target]:
+    for name, bound in DECISIONS_PER_S.items():
+        if (values := found.get((interfaces.PART, name))) is not None:
+            yield Target(f"{name}: decisions/s", values["steps_per_s"], bound, at_least=True)
+    for name, bound in CARTPOLES.items():
+        if (values := found.get((interfaces.PART, name))) is not None:
+            yield Target(f"{name}: CartPoles", values["cartpoles"], bound)
+
+
+def _added(rows: Sequence[Row]) -> Iterator[Target]:
+    for row in rows:
+        if row.part == interfaces.ADDED:
+            yield Target(f"{row.name}: us that single adds", row.values["single_us"], SINGLE_ADDS_US)
+            yield Target(f"{row.name}: us that vector adds", row.values["vector_us"], VECTOR_ADDS_US)
+
+
+def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
+    """The costliest opponent of each role that is no solver."""
+    key = f"times_none_{opponents.NUM_ENVS[-1]}"
+    worst: dict[str, Row] = {}
+    for row in rows:
+        if row.part == opponents.PART and key in row.values and row.note != opponents.SOLVER:
+            role = " ".join(row.name.split(".")[:2])
+            if role not in worst or row.values[key] > worst[role].values[key]:
+                worst[role] = row
+    for role, row in worst.items():
+        policy = row.name.split(".", 2)[2]
+        yield Target(f"{role}, costliest: {policy}, x none", row.values[key], OPPONENT_TIMES)
+
 
 Report = Callable[[int, int, str], None]  # items done, items in all, what comes next
 TRAINING = "training"

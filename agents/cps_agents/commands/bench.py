@@ -35,8 +35,7 @@ def bench(
     Every time is CPU time of this process, but for threads. Press Ctrl-C at any time:
     what was measured until then is printed.
     """
-    from cps_agents.bench.suite import measure, plan
-    from cps_agents.bench.targets import judge
+    from cps_agents.bench.suite import judge, measure, plan
     from cps_envs import PROBLEMS, find_problem
 
     items = plan([find_problem(name) for name in only or PROBLEMS], _parts(parts or [], training))

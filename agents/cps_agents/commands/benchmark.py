@@ -13,8 +13,7 @@ import typer
 from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Html, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
-from cps_agents.files import write_figure, write_json, write_text
-from cps_agents.locking import alone_in
+from cps_agents.files import alone_in, write_figure, write_json, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.table import Table
@@ -221,7 +220,6 @@ def _examine(
 
 
 def _page(tables: Sequence[Table], about: tuple[str, str], folder: Path) -> Path:
-    from cps_agents.report.report import Report, write_report
-    from cps_agents.report.sheets import sheets_of_printed
+    from cps_agents.report.report import Report, sheets_of_printed, write_report
 
     return write_report(Report(sheets=sheets_of_printed(tables), about_sheets=about), folder)

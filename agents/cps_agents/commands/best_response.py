@@ -23,8 +23,7 @@ from cps_agents.commands.options import (
 )
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
-from cps_agents.files import write_json
-from cps_agents.locking import alone_in
+from cps_agents.files import alone_in, write_json
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.table import Table

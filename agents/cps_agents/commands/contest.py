@@ -11,8 +11,7 @@ import typer
 from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
-from cps_agents.files import write_figure, write_json, write_text
-from cps_agents.locking import alone_in
+from cps_agents.files import alone_in, write_figure, write_json, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 

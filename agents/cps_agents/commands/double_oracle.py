@@ -12,8 +12,7 @@ import typer
 
 from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
-from cps_agents.files import write_json
-from cps_agents.locking import alone_at
+from cps_agents.files import alone_at, write_json
 from cps_agents.progress import Progress
 from cps_agents.table import Table
 

@@ -16,8 +16,7 @@ import typer
 from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
-from cps_agents.files import write_text
-from cps_agents.locking import alone_at
+from cps_agents.files import alone_at, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.table import Table

@@ -33,7 +33,7 @@ def reliability(
     change of the code makes outdated is done again. The exit code is 1 if anything
     happened that must not happen, or if a piece could not be done. It needs the repository, not only the package.
     """
-    from cps_agents.locking import alone_in
+    from cps_agents.files import alone_in
     from cps_agents.progress import Progress
     from cps_agents.reliability.chunk import find_part
     from cps_agents.reliability.document import document

@@ -10,7 +10,7 @@ import typer
 from cps_agents.commands.league import MOST, NAMES
 from cps_agents.commands.options import MEETINGS, Changes, Fresh, Jobs, Meetings
 from cps_agents.console import assignments, err
-from cps_agents.locking import alone_in
+from cps_agents.files import alone_in
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 
@@ -56,9 +56,8 @@ def report(
     """
     from cps_agents.arena.store import Store
     from cps_agents.league.league import Plan
-    from cps_agents.report.report import Report, write_report
+    from cps_agents.report.report import Report, read_curves, read_sheets, write_report
     from cps_agents.report.report import serve as serve_folder
-    from cps_agents.report.sheets import read_curves, read_sheets
     from cps_baselines.arena import Venue
     from cps_envs import PROBLEMS, find_problem
     from cps_envs.core.errors import require

@@ -18,8 +18,7 @@ import typer
 from cps_agents.commands.options import Html
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
-from cps_agents.files import write_json, write_text
-from cps_agents.locking import alone_in
+from cps_agents.files import alone_in, write_json, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.reproduction.commands import COMMANDS, Command, Option
@@ -60,8 +59,7 @@ def show(
         MissingExtraError: figures are wanted and matplotlib is not installed; nothing has been computed yet.
         typer.Exit: with REGRESSION, after all that, where our numbers have left the reference.
     """
-    from cps_agents.report.report import Report, write_report
-    from cps_agents.report.sheets import sheets_of
+    from cps_agents.report.report import Report, sheets_of, write_report
     from cps_agents.reproduction.readings import draw, render, write_sheets
     from cps_baselines.reproduction.figures import require_matplotlib
 

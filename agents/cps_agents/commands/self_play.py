@@ -11,8 +11,7 @@ import typer
 from cps_agents.commands.league import NAMES
 from cps_agents.commands.options import MEETINGS, AsJson, BudgetS, Changes, Fresh, Jobs, Meetings, Oracles, Steps
 from cps_agents.console import assignments, err, out, print_json
-from cps_agents.files import write_figure, write_json
-from cps_agents.locking import alone_in
+from cps_agents.files import alone_in, write_figure, write_json
 from cps_agents.machine import available_cores, describe
 from cps_baselines.workers import Workers
 

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from cps_agents.files import alone_in
 from cps_agents.learning.recipe import SEARCH
 from cps_agents.learning.run import FINISHED, Job, check_resumable
-from cps_agents.locking import alone_in
 from cps_agents.progress import Progress
 from cps_baselines.interruption import ending
 from cps_baselines.workers import Workers

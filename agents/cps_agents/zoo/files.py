@@ -13,8 +13,7 @@ from safetensors import SafetensorError
 from safetensors.numpy import load as from_bytes
 from safetensors.numpy import save as to_bytes
 
-from cps_agents.files import replacing, write_json
-from cps_agents.locking import alone_at
+from cps_agents.files import alone_at, replacing, write_json
 from cps_agents.zoo.card import PARTS, REMEDY, SHIPPED, Card, read_card
 from cps_agents.zoo.network import Network, check_fit, network_of
 from cps_agents.zoo.numbers import Numbers, numbers_of

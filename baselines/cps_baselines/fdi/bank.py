@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.fdi.injection import decoded
-from cps_baselines.fdi.innovation_tests import DRIFT, GATE, RATE_THRESHOLD, THRESHOLD
+from cps_baselines.fdi.innovation_tests import DRIFT, GATE, RATE_THRESHOLD, THRESHOLD, gate_of
 from cps_baselines.fdi.platoon_filter import gains_of, platoon_filter
-from cps_baselines.fdi.suspicion import gate_of
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, fill, inlined, kernel, lend

@@ -29,9 +29,7 @@ from cps_baselines.rogue.reproduction.experiments import (
 )
 from cps_baselines.rogue.reproduction.fit import FURTHER, fits_data, fits_table
 from cps_baselines.rogue.reproduction.headroom import head_room_experiments, head_rooms_table
-from cps_baselines.rogue.reproduction.maps import every_seat, maps_data, maps_tables, seats_data, seats_table
-from cps_baselines.rogue.reproduction.rides import circles_table, courses_table, sways_table
-from cps_baselines.rogue.reproduction.settings import (
+from cps_baselines.rogue.reproduction.heat_map import (
     CIRCLED,
     CONTACTS,
     COURSE_FREQUENCIES_HZ,
@@ -43,6 +41,8 @@ from cps_baselines.rogue.reproduction.settings import (
     SEAT_RATIOS,
     SWAYS,
 )
+from cps_baselines.rogue.reproduction.maps import every_seat, maps_data, maps_tables, seats_data, seats_table
+from cps_baselines.rogue.reproduction.rides import circles_table, courses_table, sways_table
 from cps_baselines.rogue.reproduction.summary import closing, has_maps
 from cps_baselines.rogue.switching_search import SPREAD
 from cps_envs.rogue.config import PAPER

@@ -19,7 +19,7 @@ from cps_baselines.reproduction.verdicts import (
 from cps_baselines.rogue.reproduction.claims import CLAIMS, FAR_LESS
 from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import Evidence, searched_ride
-from cps_baselines.rogue.reproduction.settings import COURSE_FREQUENCIES_HZ, DISBANDING, FREQUENCIES_HZ, RATIOS
+from cps_baselines.rogue.reproduction.heat_map import COURSE_FREQUENCIES_HZ, DISBANDING, FREQUENCIES_HZ, RATIOS
 from cps_envs.core.config import bounds
 from cps_envs.core.types import FloatArray
 

@@ -6,8 +6,14 @@ from cps_baselines.reproduction.claims import Claim, Finding, joined
 from cps_baselines.reproduction.verdicts import of_cases, of_number
 from cps_baselines.rogue.reproduction.claims import CLAIMS, FAR_LESS, of_one
 from cps_baselines.rogue.reproduction.experiments import Evidence
-from cps_baselines.rogue.reproduction.heat_map import bumper_gap_m, collision_frequency_hz
-from cps_baselines.rogue.reproduction.settings import CONTACTS, FREQUENCIES_HZ, MAPS, RATIOS
+from cps_baselines.rogue.reproduction.heat_map import (
+    CONTACTS,
+    FREQUENCIES_HZ,
+    MAPS,
+    RATIOS,
+    bumper_gap_m,
+    collision_frequency_hz,
+)
 
 FALL = 2.0  # the lower half of the frequencies against the upper one
 

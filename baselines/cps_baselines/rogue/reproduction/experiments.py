@@ -10,8 +10,16 @@ import numpy as np
 
 from cps_baselines.reproduction import evidence as shared
 from cps_baselines.rogue.reproduction.course import Course, course_of
-from cps_baselines.rogue.reproduction.heat_map import HeatMap
-from cps_baselines.rogue.reproduction.settings import FINE_S, FREQUENCIES_HZ, LEARNING_S, PASS, RATIOS, SOLID, STEADY_HZ
+from cps_baselines.rogue.reproduction.heat_map import (
+    FINE_S,
+    FREQUENCIES_HZ,
+    LEARNING_S,
+    PASS,
+    RATIOS,
+    SOLID,
+    STEADY_HZ,
+    HeatMap,
+)
 from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import shipped_weights
 from cps_baselines.rogue.switching_search import REPORTED, SwitchingSearch, switching_damages

@@ -8,8 +8,7 @@ from typing import Any
 
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.rogue.reproduction.experiments import Evidence, Overrides, Waves, map_rows
-from cps_baselines.rogue.reproduction.heat_map import HeatMap
-from cps_baselines.rogue.reproduction.settings import MAPS, PASS, RATIOS, SOLID, WIDE_RATIOS
+from cps_baselines.rogue.reproduction.heat_map import MAPS, PASS, RATIOS, SOLID, WIDE_RATIOS, HeatMap
 
 Maps = Mapping[str, HeatMap]  # by defender
 HALF, NEAR_SHARE = 0.5, 0.25

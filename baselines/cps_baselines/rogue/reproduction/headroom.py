@@ -11,7 +11,7 @@ import numpy as np
 from cps_baselines.reproduction.exhibit import Column, Table, with_properties
 from cps_baselines.reproduction.verdicts import shipped_rows
 from cps_baselines.rogue.reproduction.experiments import ClosedLoop, Evidence, Ride, Waves, steady_waves
-from cps_baselines.rogue.reproduction.settings import LEARNING_S, MAPS, SOLID, STEADY_HZ, TITLES
+from cps_baselines.rogue.reproduction.heat_map import LEARNING_S, MAPS, SOLID, STEADY_HZ, TITLES
 from cps_baselines.rogue.switching_search import ALL, RATIOS
 from cps_envs.core.types import FloatArray
 

@@ -8,8 +8,7 @@ from typing import Any
 
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.rogue.reproduction.experiments import Evidence, seat_overrides
-from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
-from cps_baselines.rogue.reproduction.settings import (
+from cps_baselines.rogue.reproduction.heat_map import (
     CONTACTS,
     FREQUENCIES_HZ,
     MAPS,
@@ -18,6 +17,9 @@ from cps_baselines.rogue.reproduction.settings import (
     SEATED,
     SEATS,
     TITLES,
+    HeatMap,
+    bumper_gap_m,
+    collision_frequency_hz,
 )
 from cps_envs.rogue.config import PAPER
 

@@ -10,9 +10,7 @@ import numpy as np
 from cps_baselines.reproduction.figures import PURPOSE, dress, new_figure, shades
 from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import Evidence, swaying_ride
-from cps_baselines.rogue.reproduction.heat_map import HeatMap, bumper_gap_m, collision_frequency_hz
-from cps_baselines.rogue.reproduction.rides import followers, radii_m
-from cps_baselines.rogue.reproduction.settings import (
+from cps_baselines.rogue.reproduction.heat_map import (
     CIRCLED,
     CONTACTS,
     COURSE_FREQUENCIES_HZ,
@@ -22,7 +20,11 @@ from cps_baselines.rogue.reproduction.settings import (
     RATIOS,
     SWAYS,
     TITLES,
+    HeatMap,
+    bumper_gap_m,
+    collision_frequency_hz,
 )
+from cps_baselines.rogue.reproduction.rides import followers, radii_m
 from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.config import PAPER

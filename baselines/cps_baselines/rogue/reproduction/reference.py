@@ -7,7 +7,7 @@ from functools import lru_cache
 
 from cps_baselines.reproduction.verdicts import ABSOLUTE, Check, Reference, Tolerance, shipped_rows
 from cps_baselines.rogue.reproduction.experiments import Evidence, Waves, square_waves
-from cps_baselines.rogue.reproduction.settings import TITLES
+from cps_baselines.rogue.reproduction.heat_map import TITLES
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import Evidence, swaying_ride
-from cps_baselines.rogue.reproduction.settings import CIRCLED, COURSE_FREQUENCIES_HZ, SWAYS, TITLES
+from cps_baselines.rogue.reproduction.heat_map import CIRCLED, COURSE_FREQUENCIES_HZ, SWAYS, TITLES
 from cps_envs.core.config import bounds
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.rogue.config import PAPER, RogueConfig

@@ -10,7 +10,7 @@ from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import Evidence
 from cps_baselines.rogue.reproduction.fit import Maps, Variant, fits
 from cps_baselines.rogue.reproduction.headroom import GENERAL_RIDE, HeadRoom, head_rooms
-from cps_baselines.rogue.reproduction.settings import DISBANDING, MAPS
+from cps_baselines.rogue.reproduction.heat_map import DISBANDING, MAPS
 
 LONG = ("seats", "fit", "headroom")  # left out by --quick
 SELECTED = (
