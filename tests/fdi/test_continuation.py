@@ -13,7 +13,7 @@ from cps_baselines.fdi.cross import cross, relaxation_mps
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import A, FdiConfig
 from cps_envs.fdi.task import Task, parse_task
-from tests.fdi.simulation import play
+from tests.fdi.reference import play
 
 SHORT = replace(A, horizon=8)
 LEAD = parse_task("x4>4", 4)
