@@ -14,11 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents import locking
-from cps_agents.cli import app
 from cps_baselines.interruption import Ended, ending, exit_code
+from tests.agents.command_line import invoke
 from tests.agents.test_locking import COMMANDS, LEARNING
 
 WHOLE = "from cps_agents.cli import main; main()"
@@ -78,7 +77,7 @@ def test_a_league_that_is_terminated_keeps_its_pairs(tmp_path: Path, meetings: P
     with started(*LONG, "--jobs", jobs, "--out", str(tmp_path), ignoring=True) as process:
         wait_for(lambda: list(meetings.glob("*.json")), process)
         process.send_signal(signal.SIGINT)  # ignored
-        second = CliRunner().invoke(app, [*LONG, "--out", str(tmp_path)])
+        second = invoke(*LONG, "--out", str(tmp_path))
         assert second.exit_code == 2, second.output
         assert "another command is writing" in second.stderr
         os.killpg(process.pid, signal.SIGTERM) if jobs == "2" else process.terminate()
@@ -126,7 +125,7 @@ def test_every_command_tells_how_to_go_on(
     monkeypatch.setattr(locking.FileLock, "acquire", interrupted)
     monkeypatch.setattr("cps_agents.catalogue.describe_everything", interrupted)
     out = () if name == "list" else ("--out", str(tmp_path / "out.json"))
-    result = CliRunner().invoke(app, [*commands[name], *out])
+    result = invoke(*commands[name], *out)
     assert result.exit_code == 128 + number, result.output
     advice = RESUMED if name in (*LEARNING, "train") else "" if name == "list" else AGAIN
     assert result.stderr.split("\n")[-2] == f"Interrupted. {advice}".strip()

@@ -10,9 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_agents.contest.publication import END
 from cps_agents.contest.publication import publish as publish_contests
 from cps_agents.evaluation.certified import certified_metrics, plain_values
@@ -27,6 +25,7 @@ from cps_agents.results.report import START
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A
+from tests.agents.command_line import invoke
 
 VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
 RUN = Run(Path(), Recipe(name="tiny", problem="rogue", role="attacker"), 0, "cps-envs train")
@@ -63,7 +62,7 @@ def search() -> dict[str, Any]:
 
 def start_search(path: Path) -> None:
     arguments = ["search-string", "--start", str(path), "--trials", "4", "--population", "4"]
-    result = CliRunner().invoke(app, arguments)
+    result = invoke(*arguments)
     if result.exit_code == 2:
         raise DamagedFileError(" ".join(result.stderr.split()))
 
@@ -188,7 +187,7 @@ def test_kept_results_are_checked_before_they_are_published(tmp_path: Path) -> N
     ],
 )
 def test_deep_and_odd_texts_on_the_command_line(arguments: tuple[str, ...], message: str) -> None:
-    result = CliRunner().invoke(app, list(arguments))
+    result = invoke(*arguments)
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr

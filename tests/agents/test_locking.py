@@ -9,11 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.locking import alone_at, alone_in
+from tests.agents.command_line import invoke
 
 HOLD = """
 import time
@@ -53,7 +52,7 @@ def held(function: str, path: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def refused(*arguments: str) -> str:
-    result = CliRunner().invoke(app, list(arguments))
+    result = invoke(*arguments)
     assert result.exit_code == 2, result.output
     assert "Traceback" not in result.stderr
     return " ".join(result.stderr.split())

@@ -14,12 +14,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console, ConsoleOptions, RenderResult
-from typer.testing import CliRunner
 
 from cps_agents import progress
-from cps_agents.cli import app
 from cps_agents.progress import Progress
 from cps_agents.table import Table, csv_text, fit, parts, plain, styled
+from tests.agents.command_line import invoke
 
 WIDTHS = (40, 60, 80)
 WORDS = st.text("ab1._", min_size=1, max_size=35)
@@ -107,7 +106,7 @@ def test_no_command_loses_text_on_a_narrow_terminal(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(Table, "__rich_console__", seen)
-    result = CliRunner().invoke(app, list(arguments), env={"COLUMNS": "80"})
+    result = invoke(*arguments, columns=80)
     assert result.exit_code in (0, 1), result.output  # 1: a verdict
     shown = list(tables)
     assert shown

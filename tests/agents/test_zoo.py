@@ -9,9 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app, main
 from cps_agents.errors import CommandError
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.bounds import rescaling
@@ -21,6 +19,7 @@ from cps_agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import PROBLEMS, find_problem
+from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 SHORT: dict[str, dict[str, Any]] = {
@@ -171,15 +170,13 @@ def test_a_kept_command_names_no_places() -> None:
     assert without_places(command) == "cps-envs train x --seeds 5 --opponent 'mixture?policies=[1]'"
 
 
-def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands(tmp_path: Path) -> None:
     save_tiny(tmp_path / "run" / "policy.json", "fdi", "attacker", seeds=1)
 
     def run(*arguments: str) -> str:
-        monkeypatch.setattr("sys.argv", ["cps-envs", "zoo", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        assert ended.value.code == 0
-        return capsys.readouterr().out
+        result = invoke("zoo", *arguments)
+        assert result.exit_code == 0, result.output
+        return str(result.stdout)
 
     folder = str(tmp_path / "own")
     assert "attacker of fdi" in run("add", str(tmp_path / "run"), "--to", folder, "--name", "mine")
@@ -205,7 +202,7 @@ def test_shipped_policies_load(name: str) -> None:
 @pytest.mark.parametrize("name", shipped_names())
 def test_cards_are_readable(name: str, tmp_path: Path) -> None:
     path = tmp_path / "card.md"
-    result = CliRunner().invoke(app, ["zoo", "card", name, "--out", str(path)])
+    result = invoke("zoo", "card", name, "--out", str(path))
     assert result.exit_code == 0, result.output
     text = path.read_text(encoding="utf-8")
     assert text.startswith("---\nlibrary_name: cps-envs\n")
