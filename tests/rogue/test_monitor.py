@@ -14,32 +14,37 @@ from cps_baselines.rogue.giving_way import GivingWay
 from cps_baselines.rogue.monitor import Monitor, strength
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import State
+from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.rogue.actions import Engine
 from cps_envs.rogue.config import LEARNING, RogueConfig
 from cps_envs.rogue.problem import ROGUE
-from tests.rogue.test_contested import config_of, play
+from tests.rogue.test_contested import play, spec_of, watched
 
 SOLID = {"contact": "solid", "duration_s": 20.0}
 COMMANDED = ROGUE.config("paper", {**SOLID, "defense_action": "command"})
 START = GIVING_WAY.values(np.zeros((1, len(GIVING_WAY.numbers))))
 
 
+class Watched(Monitor):
+    """Keeps its state after each decision."""
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self.states: list[Any] = []
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        actions, state = super().act(seen, state)
+        self.states.append(tuple(part.copy() for part in state))
+        return actions, state
+
+
 def suspicions(attacker: str, count: int, **overrides: Any) -> tuple[Array, Array]:
     """The suspects (steps, B) of the monitor, and the seats (B,)."""
-    config, found, seats = config_of(**overrides), [], []
-
-    class Watched(Monitor):
-        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-            actions, state = super().act(seen, state)
-            found.append(state[1].copy())
-            return actions, state
-
-    watched = Watched(ROGUE.game(config, 1).spec("defender"))
-    play(attacker, watched, count, lambda game: seats.append(game.drawn["attacker"].copy()), **overrides)
-    return np.array(found), seats[0]
+    monitor = Watched(spec_of("defender", **overrides))
+    seats = watched(lambda game: game.drawn["attacker"].copy(), attacker, monitor, count, **overrides)
+    return np.array([suspects for _, suspects, *_ in monitor.states]), seats[0]
 
 
 def test_the_monitor_suspects_nobody_in_honest_episodes() -> None:
@@ -69,17 +74,10 @@ def test_the_monitor_forgives_whoever_obeys_again() -> None:
 @pytest.mark.parametrize(("ratio", "share"), [(1.0, 0.0), (1.3, 1.0)])
 def test_the_monitor_tells_a_strong_engine_from_an_intact_one(ratio: float, share: float) -> None:
     """An attacker at full throttle, whose engine the defender is not told."""
-    config, found = config_of(attack_share=1.0, onset_s=5.0, power_ratio=ratio), []
-
-    class Watched(Monitor):
-        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-            actions, state = super().act(seen, state)
-            found.append(state[2].copy())
-            return actions, state
-
-    watched = Watched(ROGUE.game(config, 1).spec("defender"))
-    play("always?action=1", watched, 40, attack_share=1.0, onset_s=5.0, power_ratio=ratio)
-    strong = found[200] > 0.75  # 15 s after the onset
+    world = {"attack_share": 1.0, "onset_s": 5.0, "power_ratio": ratio}
+    monitor = Watched(spec_of("defender", **world))
+    play("always?action=1", monitor, 40, **world)
+    strong = monitor.states[200][2] > 0.75  # 15 s after the onset
     assert np.mean(strong) == pytest.approx(share, abs=0.15)
 
 
