@@ -37,3 +37,18 @@ def play(
     """The outcome of an episode per seed."""
     players = {"attacker": attacker, "defender": defender}
     return play_episodes(problem, problem.config(preset, overrides), players, seeds, on_step=on_step)
+
+
+def watched(
+    problem: Problem,
+    see: Callable[[Any], Any],
+    attacker: Any = "none",
+    defender: Any = "none",
+    seeds: Sequence[int] = (0,),
+    preset: str = "paper",
+    **overrides: Any,
+) -> list[Any]:
+    """What `see` finds in the game at the start of the episodes and after each decision."""
+    found: list[Any] = []
+    play(problem, attacker, defender, seeds, preset, lambda game: found.append(see(game)), **overrides)
+    return found

@@ -1,21 +1,28 @@
-"""Every registered environment, in every preset, through the public conformance checks."""
+"""Every registered environment through the public conformance checks; steps at once, and games that are copies."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import gymnasium
+import numpy as np
 import pettingzoo
 import pytest
 
 from cps_envs import PROBLEMS
 from cps_envs.core.conformance import CHECKS, Check, Subject, find_subject, run_check
-from cps_envs.core.types import ROLES, SIGN, Role
+from cps_envs.core.conformance.actors import Actor
+from cps_envs.core.game import Game
+from cps_envs.core.types import ROLES, SIGN, Array, Role
+from tests.episodes import started
 from tests.settings import tests_of as settings_of
 
 ELSEWHERE = ("check_configurations",)  # tests/test_configurations.py
 ONCE = ("check_live_observations", "check_live_swarm", "check_subprocess")  # do not depend on the preset
+ALL = np.ones(2, bool)
+PRESETS = [(name, preset) for name, problem in PROBLEMS.items() for preset in problem.presets]
 
 
 def cases() -> Iterator[object]:
@@ -66,3 +73,48 @@ def test_pettingzoo_knows_the_problem(name: str) -> None:
 def test_every_problem_has_settings() -> None:
     missing = [name for name in PROBLEMS if not settings_of(name).golden]
     assert not missing, f"describe {missing} in tests/settings.py: short episodes, variants, golden cases"
+
+
+def moves(game: Game, seed: int) -> dict[Role, Array]:
+    """A random action for each role, the same in all environments."""
+    found: dict[Role, Array] = {}
+    for role in ROLES:
+        masks, actor = game.action_mask(role), Actor(game.action_space[role], game.neutral_action[role], seed, 1.0)
+        found[role] = np.stack([actor.act(None if masks is None else masks.all(axis=0))] * game.num_envs)
+    return found
+
+
+def same(one: Any, other: Any) -> None:
+    """Whether two games agree, and their states where the episodes go on."""
+    np.testing.assert_array_equal(one.terminated, other.terminated)
+    for name, values in one.state._asdict().items():
+        theirs = getattr(other.state, name)
+        np.testing.assert_array_equal(values[~one.terminated], theirs[~one.terminated], err_msg=name)
+    for name, values in one.metrics().items():
+        np.testing.assert_array_equal(values, other.metrics()[name], err_msg=name)
+
+
+@pytest.mark.parametrize(("name", "preset"), PRESETS)
+def test_steps_taken_at_once_are_steps_taken_one_by_one(name: str, preset: str) -> None:
+    whole, parts = (started(PROBLEMS[name], (1, 2), preset, **settings_of(name).short) for _ in range(2))
+    actions, envs, steps = moves(whole, 0), ALL, min(40, whole.horizon)
+    paid = whole.advance(actions, envs, steps)
+    assert paid == pytest.approx(sum(parts.advance(actions, envs, 1) for _ in range(steps)), abs=1e-9)
+    same(whole, parts)
+
+
+@pytest.mark.parametrize(("name", "preset"), PRESETS)
+def test_a_model_goes_on_like_the_original(name: str, preset: str) -> None:
+    game = started(PROBLEMS[name], (3,), preset, **settings_of(name).short)
+    steps = min(20, game.horizon // 2)
+    game.advance(moves(game, 0), ALL[:1], steps)
+    copy, copies = game.model(0, 1), game.model(0, 2)
+    action, paid = moves(game, 1), []
+    for each in (game, copy, copies):
+        actions = {role: np.repeat(values, each.num_envs, axis=0) for role, values in action.items()}
+        paid.append(each.advance(actions, ALL[: each.num_envs], steps))
+    assert paid[1].tolist() == paid[0].tolist()
+    assert paid[2].tolist() == paid[0].tolist() * 2
+    same(game, copy)
+    for role in ROLES:
+        np.testing.assert_array_equal(copies.observe(role)[[1]], game.observe(role))

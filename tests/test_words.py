@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import inspect
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests import prose
-
+FENCE = re.compile(r"^(```|~~~|:::).*?^\1[ \t]*$", re.DOTALL | re.MULTILINE)
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+LINK = re.compile(r"!?\[([^\]]*)\]\([^)]*\)")
+END = re.compile(r"(?<=[.!?])[\"')*]*\s+(?=[\"'(*`]*[A-Z0-9`])")
+ABBREVIATION = re.compile(r"\b(e\.g|i\.e|vs|cf|No|al|Fig|eq)\.")
+WORD = re.compile(r"[^\s]*[A-Za-z0-9][^\s]*")
+MARK = re.compile(r"^\s*([-*+]|\d+\.|>)\s+")
 ROOT = Path(__file__).parents[1]
 GENERATED = {
     "results.md",
@@ -33,15 +39,61 @@ RIDDLES = re.compile(
 )
 
 
+@dataclass(frozen=True)
+class Measure:
+    """How long the sentences of a text are, in words."""
+
+    sentences: int
+    median: float
+    ninth: float  # nine of ten sentences are not longer
+
+
+def paragraphs(markdown: str) -> list[str]:
+    """The running text of a Markdown page: paragraphs and list items, without headings, tables and code."""
+    text = FENCE.sub("\n\n", COMMENT.sub("\n", markdown))
+    text = LINK.sub(lambda link: "" if link[0].startswith("!") else link[1], text)
+    found: list[list[str]] = [[]]
+    listed = True  # where a mark begins an item, and is not a sign inside a sentence
+    for line in text.splitlines():
+        blank = not line.strip() or re.match(r"\s*(\||#|---)", line)
+        item = listed and MARK.match(line)
+        if blank or item:
+            found.append([])
+        if not blank:
+            found[-1].append((MARK.sub("", line) if item else line).strip())
+        listed = bool(blank or item or (listed and line.startswith(" ")))
+    return [" ".join(lines) for lines in found if lines]
+
+
+def sentences(markdown: str) -> list[str]:
+    """The sentences of a page. A name in code is one word."""
+    found = []
+    for paragraph in paragraphs(markdown):
+        text = ABBREVIATION.sub(r"\1", re.sub(r"`[^`]*`", "`code`", paragraph))
+        found += [each for each in END.split(text) if len(words(each)) > 2]
+    return found
+
+
+def words(sentence: str) -> list[str]:
+    """The words of a sentence, numbers included."""
+    return WORD.findall(sentence)
+
+
+def measure(found: list[str]) -> Measure:
+    """Median and ninetieth percentile of the words per sentence."""
+    lengths = sorted(len(words(each)) for each in found) or [0]
+    return Measure(len(found), lengths[(len(lengths) - 1) // 2], lengths[int(0.9 * (len(lengths) - 1))])
+
+
 def name(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_sentences_of_a_page_are_short(page: Path) -> None:
-    found = prose.sentences(page.read_text(encoding="utf-8"))
-    measured = prose.measure(found)
-    longest = max(found, key=lambda sentence: len(prose.words(sentence)), default="")
+    found = sentences(page.read_text(encoding="utf-8"))
+    measured = measure(found)
+    longest = max(found, key=lambda sentence: len(words(sentence)), default="")
     assert measured.median <= MEDIAN, f"{measured}, the longest: {longest}"
     assert measured.ninth <= NINTH, f"{measured}, the longest: {longest}"
 
@@ -49,13 +101,13 @@ def test_sentences_of_a_page_are_short(page: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_a_page_with_words_of_ours_links_to_the_glossary(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    ours = OURS.findall(" ".join(prose.paragraphs(text)))
+    ours = OURS.findall(" ".join(paragraphs(text)))
     assert not ours or page.name == "glossary.md" or "glossary.md" in text, sorted(set(ours))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_no_page_speaks_in_riddles(page: Path) -> None:
-    found = RIDDLES.findall(" ".join(prose.paragraphs(page.read_text(encoding="utf-8"))))
+    found = RIDDLES.findall(" ".join(paragraphs(page.read_text(encoding="utf-8"))))
     assert not found
 
 
@@ -82,8 +134,8 @@ def test_help_is_short_and_begins_with_a_summary() -> None:
         first = text.partition("\n\n")[0]
         assert re.match(r"[A-Z].*[.?]$", first), path
         assert len(first) <= OPTION, f"{path}: {first}"
-        texts += prose.sentences(text)
-    measured = prose.measure(texts)
+        texts += sentences(text)
+    measured = measure(texts)
     assert measured.median <= MEDIAN, measured
     assert measured.ninth <= NINTH, measured
 
@@ -97,5 +149,5 @@ def test_help_of_an_option_is_a_line() -> None:
 
 def test_sentences_are_found() -> None:
     page = "# Title\n\nOne [link](a.md) here. Two: `a b c` and k\n+ 1 more.\n\n- An item\n  goes on.\n\n| a |\n|---|\n"
-    assert prose.sentences(page) == ["One link here.", "Two: `code` and k + 1 more.", "An item goes on."]
-    assert prose.measure(["a b c", "a b c d"]) == prose.Measure(2, 3, 3)
+    assert sentences(page) == ["One link here.", "Two: `code` and k + 1 more.", "An item goes on."]
+    assert measure(["a b c", "a b c d"]) == Measure(2, 3, 3)

@@ -14,6 +14,12 @@ def invoke(*arguments: str, columns: int = 100) -> Any:
     return CliRunner().invoke(app, list(arguments), env={"COLUMNS": str(columns), "TERMINAL_WIDTH": str(columns)})
 
 
+def run(*arguments: str) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of `cps-envs ARGUMENTS`."""
+    result = invoke(*arguments)
+    return result.exit_code, result.stdout, result.stderr
+
+
 def refusal(*arguments: str) -> str:
     """The message of `cps-envs ARGUMENTS`, which has to be all that a wrong input leads to."""
     result = invoke(*arguments)

@@ -2,21 +2,20 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.bench import interfaces, opponents, sizes, suite, threads
 from cps_agents.bench.interfaces import ADDED, items, measure_yardsticks, short
 from cps_agents.bench.row import Item, Row, Values, Yardsticks, calls_per_s, microseconds
 from cps_agents.bench.sizes import SIZES, Size, episode_kb
 from cps_agents.bench.suite import Findings, judge, measure, plan
-from cps_agents.cli import app
 from cps_agents.commands.bench import bench
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
+from tests.agents import command_line
 
 PROBLEM = find_problem("rogue")
 YARDSTICKS = Yardsticks(cartpole_us=10.0, updates_per_s=1e9)
@@ -177,8 +176,7 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Findings:
     return found
 
 
-def invoke(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["bench", *arguments], env={"COLUMNS": "80", "TERMINAL_WIDTH": "80"})
+invoke = partial(command_line.invoke, "bench", columns=80)
 
 
 def test_the_command_prints_tables_that_fit_a_terminal(measured: Findings) -> None:

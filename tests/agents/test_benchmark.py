@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.arena import store
 from cps_agents.arena.meeting import Job, Meeting, Preparation, Result, make_meeting
@@ -16,7 +15,6 @@ from cps_agents.arena.store import Store
 from cps_agents.benchmark import suite
 from cps_agents.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_agents.benchmark.suite import Choice, find_benchmark, run_benchmark, select
-from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_baselines.arena import Contestant, Prepared, Venue
 from cps_baselines.disbanding import benchmark as disbanding
@@ -26,6 +24,7 @@ from cps_baselines.schedule import Benchmark, PaperCell, Setting
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
+from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 TINY = Benchmark(
@@ -160,16 +159,16 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatc
     (part,) = select([TINY], Choice(attackers=["none"]))
     monkeypatch.setattr(suite, "find_benchmark", lambda name: part)
     arguments = ["benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
-    first = CliRunner().invoke(app, arguments)
+    first = invoke(*arguments)
     assert first.exit_code == 0, first.output
     assert "0.00 (0)" in first.stdout
     names = {"benchmark.json", "benchmark.csv", "benchmark.md", "disbanding-tiny.png", ".lock"}
     assert {file.name for file in (tmp_path / "out").iterdir()} == names
     assert len(list(meetings.iterdir())) == 2
-    second = CliRunner().invoke(app, [*arguments, "--json"])
+    second = invoke(*arguments, "--json")
     assert "Played before: 2 meetings" in second.stderr
     assert json.loads(second.stdout)["problems"][0]["problem"] == "disbanding"
-    third = CliRunner().invoke(app, [*arguments, "--html", str(tmp_path / "page")])
+    third = invoke(*arguments, "--html", str(tmp_path / "page"))
     assert third.exit_code == 0, third.output
     page = (tmp_path / "page" / "index.html").read_text(encoding="utf-8")
     assert '"The paper beside ours"' in page
@@ -277,7 +276,7 @@ def test_what_is_chosen() -> None:
 
 
 def test_tables_are_listed() -> None:
-    result = CliRunner().invoke(app, ["benchmark", "rogue", "--list"])
+    result = invoke("benchmark", "rogue", "--list")
     assert result.exit_code == 0, result.output
     assert {"paper-1", "solid-1", "easy"} <= set(result.stdout.split())
 
@@ -286,7 +285,7 @@ def test_several_problems_are_played_side_by_side(tmp_path: Path, meetings: Path
     pytest.importorskip("matplotlib")
     few = ["--attacker", "none", "--defender", "none", "--defender", "pd", "--quick", "--jobs", "2"]
     tables = ["--table", "x4-4", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
-    result = CliRunner().invoke(app, ["benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json"])
+    result = invoke("benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json")
     assert result.exit_code == 0, result.output
     assert [each["problem"] for each in json.loads(result.stdout)["problems"]] == ["fdi", "hvac", "rogue"]
     assert len(list(meetings.glob("*.json"))) == 3

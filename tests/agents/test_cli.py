@@ -1,3 +1,5 @@
+"""The command line itself: what it lists, needs and survives; searches of numbers, and the stability of strings."""
+
 from __future__ import annotations
 
 import json
@@ -6,9 +8,13 @@ import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
+from typer.testing import CliRunner
 
+from cps_agents.commands.string_stability import string_stability
 from cps_agents.console import assignments
 from tests.agents.command_line import invoke
 
@@ -102,3 +108,61 @@ def test_an_interrupt_gives_130(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_values_of_set_are_json_or_text() -> None:
     given = ("a=1", "b=[0.1, 0.5]", "c=end", "d=true", "e=False", "f=x=y")
     assert assignments(given) == {"a": 1, "b": [0.1, 0.5], "c": "end", "d": True, "e": False, "f": "x=y"}
+
+
+def test_search_string_goes_on_from_a_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    module = pytest.importorskip("cps_baselines.disbanding.string_search")
+
+    def fake(search: Any, report: Any, start: Any) -> dict[str, Any]:
+        report(search.trials // 2, {"cost": 2.0})
+        return {"cost": 1.0, "form": search.form, "begun": start and start.detection_mps.tolist()}
+
+    monkeypatch.setattr(module, "search_string", fake)
+    earlier, target = tmp_path / "earlier.json", tmp_path / "new" / "string.json"
+    earlier.write_text(json.dumps({"gains": [[0.0] * 16] * 2, "detection_mps": 1.5}))
+    arguments = ("search-string", "--form", "local", "--trials", "4")
+    assert invoke(*arguments, "--start", str(earlier), "--out", str(target)).exit_code == 0
+    assert json.loads(target.read_text()) == {"cost": 1.0, "form": "local", "begun": [1.5]}
+    assert json.loads(invoke(*arguments).stdout)["begun"] is None
+
+
+def test_search_feedback_writes_its_result(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    module = pytest.importorskip("cps_baselines.disbanding.feedback_search")
+
+    def fake(search: Any, report: Any) -> dict[str, Any]:
+        report(search.trials // 2, {"cost": 2.0})
+        if search.seed == 13:
+            raise KeyboardInterrupt
+        return {"weights": [[0.0]], "cost": 1.0, "seed": search.seed}
+
+    monkeypatch.setattr(module, "search_feedback", fake)
+    target = tmp_path / "new" / "weights.json"
+    assert invoke("search-feedback", "--trials", "4", "--seed", "7", "--out", str(target)).exit_code == 0
+    assert json.loads(target.read_text())["seed"] == 7
+    assert json.loads(invoke("search-feedback", "--trials", "4").stdout)["cost"] == 1.0
+    assert invoke("search-feedback", "--seed", "13", "--out", str(target)).exit_code == 130
+    assert json.loads(target.read_text())["cost"] == 2.0  # the best so far is kept
+
+
+def invoke_stability(*arguments: str) -> Any:
+    alone = typer.Typer()
+    alone.command()(string_stability)
+    return CliRunner().invoke(alone, list(arguments), env={"COLUMNS": "130"})
+
+
+def test_string_stability_prints_the_table_and_the_verdict(tmp_path: Path) -> None:
+    matplotlib_image = pytest.importorskip("matplotlib.image")
+    target = tmp_path / "stability.png"
+    result = invoke_stability("--plot", str(target))
+    assert result.exit_code == 0
+    assert "1.688  0.150    42 s" in result.stdout
+    assert "contradicts section 2.2.1" in result.stdout
+    assert matplotlib_image.imread(target).shape[1] > 1000
+
+
+def test_string_stability_as_json() -> None:
+    document = json.loads(invoke_stability("--json").stdout)
+    assert len(document["peaks"]) == 14 * 5
+    (peak,) = (row for row in document["peaks"] if (row["vehicles_per_platoon"], row["tau_s"]) == (10, 0.1))
+    assert peak["gain"] == pytest.approx(1.69, abs=0.005)
+    assert document["stable_sizes"]["0.5"] == []

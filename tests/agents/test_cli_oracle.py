@@ -6,22 +6,21 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_envs.fdi.config import A
 from cps_envs.fdi.optima import CONSTANTS, from_text
 from cps_envs.fdi.task import parse_task
+from tests.agents import command_line
 
 SHORT = ("--set", "horizon=12", "--jobs", "1")
 
 
-def invoke(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["oracle", *arguments], env={"COLUMNS": "120", "TERMINAL_WIDTH": "120"})
+invoke = partial(command_line.invoke, "oracle", columns=120)
 
 
 def test_table_file_and_going_on(tmp_path: Path) -> None:
@@ -113,7 +112,7 @@ def test_episodes_with_drawn_starts_are_kept_and_not_done_again(tmp_path: Path) 
 
 
 def evaluate(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["evaluate", "fdi", "attacker", *arguments, "--jobs", "1"])
+    return command_line.invoke("evaluate", "fdi", "attacker", *arguments, "--jobs", "1")
 
 
 def test_policies_are_measured_by_the_optimum_of_each_episode(tmp_path: Path) -> None:

@@ -11,9 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_agents.reproduction.commands import COMMANDS
 from cps_baselines.disbanding.reproduction import cells
 from cps_baselines.fdi.reproduction import counts
@@ -23,6 +21,7 @@ from cps_baselines.rogue.reproduction import reference
 from cps_baselines.rogue.reproduction.heat_map import COURSE_FREQUENCIES_HZ
 from cps_baselines.testbed import chapter as testbed
 from cps_baselines.testbed.exhibits import Spread, spreads
+from tests.agents import command_line
 
 TESTBED = ("testbed", "--quick", "--seeds", "2")
 MANY_JOBS = ("--jobs", "0"), "greater than or equal to 1"
@@ -30,7 +29,7 @@ MANY_JOBS = ("--jobs", "0"), "greater than or equal to 1"
 
 def invoke(chapter: str, *arguments: str) -> Any:
     jobs = () if "--jobs" in arguments or "--help" in arguments else ("--jobs", "1")
-    return CliRunner().invoke(app, ["reproduce", chapter, *jobs, *arguments], env={"COLUMNS": "130"})
+    return command_line.invoke("reproduce", chapter, *jobs, *arguments, columns=130)
 
 
 PRINTED: Mapping[tuple[str, ...], Sequence[str]] = {

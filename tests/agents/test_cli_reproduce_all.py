@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_agents.reproduction import readings
 from cps_agents.reproduction.commands import COMMANDS
 from cps_agents.reproduction.summary import END, START, tables
@@ -19,6 +17,7 @@ from cps_baselines.reproduction.claims import CELLS, CLAIMS, Tally, tally
 from cps_baselines.reproduction.evidence import Report
 from cps_baselines.reproduction.exhibit import Table, places
 from cps_envs.disbanding.config import INTERPRETATIONS
+from tests.agents import command_line
 
 ROOT = Path(__file__).parents[2]
 
@@ -71,7 +70,7 @@ def chapters(monkeypatch: pytest.MonkeyPatch) -> Chapters:
 
 
 def invoke(folder: Path, *arguments: str) -> Any:
-    return CliRunner().invoke(app, ["reproduce", "all", "--out", str(folder), *arguments], env={"COLUMNS": "120"})
+    return command_line.invoke("reproduce", "all", "--out", str(folder), *arguments, columns=120)
 
 
 def test_every_chapter_is_computed_under_every_reading(tmp_path: Path, chapters: Chapters) -> None:

@@ -9,11 +9,9 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import cps_agents.contest.contest as module
 from cps_agents.arena.store import Store
-from cps_agents.cli import app
 from cps_agents.contest.contest import choose_variants, find_contests, play_contest
 from cps_agents.contest.document import document
 from cps_agents.contest.jobs import Effort, Played
@@ -26,6 +24,7 @@ from cps_agents.machine import available_cores
 from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
 from cps_envs.core.types import ROLES, FloatArray
+from tests.agents.command_line import invoke
 
 TINY = Effort(
     budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2, final_responses=2, final_episodes=4
@@ -277,11 +276,11 @@ def test_names_that_do_not_exist_are_refused() -> None:
 def test_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "find_contests", lambda names: [rogue()])
     out = str(tmp_path / "out")
-    result = CliRunner().invoke(app, ["contest", "rogue", "--quick", "--jobs", "1", "--out", out])
+    result = invoke("contest", "rogue", "--quick", "--jobs", "1", "--out", out)
     assert result.exit_code == 0, result.output
     assert "is it a contest?" in result.output
     assert json.loads((tmp_path / "out" / "contest.json").read_text())[0]["problem"] == "rogue"
-    refused = CliRunner().invoke(app, ["contest", "rogue", "--quick", "--publish"])
+    refused = invoke("contest", "rogue", "--quick", "--publish")
     assert refused.exit_code == 2
     assert "leave out" in refused.output
 

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.cli import app
 from cps_agents.coverage import cases as declared
 from cps_agents.coverage.cases import Case, Outcome, all_cases
 from cps_agents.coverage.simulation import Effort, simulate
+from tests.agents.command_line import invoke
 
 ROOT = Path(__file__).parents[2]
 REPETITIONS = 200
@@ -62,16 +61,16 @@ def test_the_command_writes_and_refuses(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr(declared, "all_cases", lambda: few)
     monkeypatch.chdir(tmp_path)
     command = ["coverage", "--jobs", "1", "--out", "out"]
-    result = CliRunner().invoke(app, [*command, "--quick"])
+    result = invoke(*command, "--quick")
     assert result.exit_code == 0, result.output
     assert "a title: a note." in result.stdout
     assert "no results" in result.stderr
     for wrong, message in ((["--quick", "--publish"], "leave out --publish"), (["--publish"], "no folder docs")):
-        refused = CliRunner().invoke(app, [*command, *wrong])
+        refused = invoke(*command, *wrong)
         assert refused.exit_code == 2
         assert message in " ".join(refused.stderr.split())
     (tmp_path / "docs").mkdir()
-    result = CliRunner().invoke(app, [*command, "--publish", "--json"])
+    result = invoke(*command, "--publish", "--json")
     assert result.exit_code == 0, result.output
     (case,) = json.loads(result.stdout)["cases"]
     assert case["share"] == case["held"] / case["repetitions"]

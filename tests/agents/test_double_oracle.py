@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_agents.league.double_oracle import Row, fresh_value, play_rounds
 from cps_baselines.rogue.fixed_game import ASSIGNED, DEFENDERS, DETECTING, FixedGame
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.rogue.problem import ROGUE
+from tests.agents.command_line import invoke
 
 CHOICES = 101
 
@@ -130,12 +129,12 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(FixedGame, "respond", respond)
     target = tmp_path / "game.json"
     arguments = ["double-oracle", "--ratio", "1.3", "--out", str(target)]
-    first = CliRunner().invoke(app, [*arguments, "--rounds", "1"])
+    first = invoke(*arguments, "--rounds", "1")
     assert first.exit_code == 0, first.output
     assert "The defender plays" in first.stdout
     assert "Value in 8 fresh worlds" in first.stdout
     rows = json.loads(target.read_text())["games"][0]["rows"]
-    second = CliRunner().invoke(app, [*arguments, "--rounds", "2", "--json"])
+    second = invoke(*arguments, "--rounds", "2", "--json")
     assert second.exit_code == 0, second.output
     (found,) = json.loads(second.stdout)
     assert len(found["rounds"]) == 2
@@ -145,6 +144,6 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     whole["games"][0]["rows"][0]["paid"][1] = float("nan")
     for document, reason in (({}, "the entry games is missing"), (whole, "NaN is no number of JSON")):
         target.write_text(json.dumps(document))
-        refused = CliRunner().invoke(app, arguments)
+        refused = invoke(*arguments)
         assert refused.exit_code == 2
         assert f"is no file of a double oracle ({reason}). Choose another --out" in " ".join(refused.stderr.split())

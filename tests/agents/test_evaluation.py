@@ -8,17 +8,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.arena.challenge import Challenge, scores
 from cps_agents.arena.statistics import Estimate
-from cps_agents.cli import app, main
 from cps_agents.evaluation import is_better
 from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
+from tests.agents.command_line import invoke, refusal
 from tests.agents.trained import save_tiny
 
 SHORT = {"duration_s": 4.0}
@@ -111,7 +110,7 @@ def test_an_advantage_is_one_only_if_the_interval_excludes_zero() -> None:
 
 def test_evaluate_prints_json(tiny: str) -> None:
     arguments = ["--policy", tiny, "--baseline", "square", "--baseline", "none", "--episodes", "2", "--json"]
-    result = CliRunner().invoke(app, [*ROGUE, "--opponent", "sliding", *arguments])
+    result = invoke(*ROGUE, "--opponent", "sliding", *arguments)
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     assert [(each["opponent"], each["policy"]) for each in found["standings"]] == [
@@ -126,14 +125,14 @@ def test_evaluate_prints_json(tiny: str) -> None:
 
 
 def test_evaluate_prints_tables(tiny: str) -> None:
-    result = CliRunner().invoke(app, [*ROGUE, "--policy", tiny, "--policy", "square", "--baseline", "none"])
+    result = invoke(*ROGUE, "--policy", tiny, "--policy", "square", "--baseline", "none")
     assert result.exit_code == 0, result.output
     for text in ("attacker against pd: return", "95 % interval", "IQM", "3 x 50", "square", "minus none"):
         assert text in result.stdout
 
 
 def test_all_stands_for_every_baseline_of_the_role() -> None:
-    result = CliRunner().invoke(app, [*ROGUE, "--policy", "square", "--baseline", "all", "--episodes", "1", "--json"])
+    result = invoke(*ROGUE, "--policy", "square", "--baseline", "all", "--episodes", "1", "--json")
     assert result.exit_code == 0, result.output
     first, *others = json.loads(result.stdout)["standings"]
     assert set(first["differences"]) == {each["policy"] for each in others} >= {"none", "duty_square", "random"}
@@ -142,11 +141,11 @@ def test_all_stands_for_every_baseline_of_the_role() -> None:
 def test_a_baseline_with_one_training_seed_is_marked(tiny: str) -> None:
     one = f"{tiny}?seed=1"
     arguments = [*ROGUE, "--policy", "square", "--baseline", one, "--baseline", tiny, "--baseline", "none"]
-    result = CliRunner().invoke(app, [*arguments, "--episodes", "2"])
+    result = invoke(*arguments, "--episodes", "2")
     assert result.exit_code == 0, result.output
     assert f"* {one}: one training seed: its seed noise is not in the interval." in result.stdout
     assert result.output.count("one training seed") == 1
-    result = CliRunner().invoke(app, [*arguments, "--episodes", "2", "--json"])
+    result = invoke(*arguments, "--episodes", "2", "--json")
     differences = json.loads(result.stdout)["standings"][0]["differences"]
     assert differences[one]["caution"].startswith("one training seed")
     assert [differences[name]["caution"] for name in (tiny, "none")] == ["", ""]
@@ -170,9 +169,5 @@ def test_what_training_made() -> None:
         (["evaluate", "rogue", "attacker", "--policy", "square", "--preset", "papr"], "paper"),
     ],
 )
-def test_mistakes_are_told(arguments: list[str], message: str, capsys: Any, monkeypatch: Any) -> None:
-    monkeypatch.setattr("sys.argv", ["cps-envs", *arguments])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert stop.value.code == 2
-    assert message in " ".join(capsys.readouterr().err.split())
+def test_mistakes_are_told(arguments: list[str], message: str) -> None:
+    assert message in refusal(*arguments)

@@ -1,19 +1,20 @@
-"""Files that a command reads back or is given: they fit, or are refused with file, place and remedy."""
+"""Files: written whole or not at all; what is read back fits, or is refused with file, place and remedy."""
 
 from __future__ import annotations
 
+import errno
 import json
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
-from cps_agents.contest.document import END
+from cps_agents.contest.tables import END
 from cps_agents.contest.tables import publish as publish_contests
 from cps_agents.evaluation import certified_metrics, plain_values
+from cps_agents.files import replacing, write_text
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe
@@ -24,6 +25,7 @@ from cps_agents.results.report import START
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A
+from tests.agents.command_line import invoke
 
 VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
 RUN = Run(Path(), Recipe(name="tiny", problem="rogue", role="attacker"), 0, "cps-envs train")
@@ -60,7 +62,7 @@ def search() -> dict[str, Any]:
 
 def start_search(path: Path) -> None:
     arguments = ["search-string", "--start", str(path), "--trials", "4", "--population", "4"]
-    result = CliRunner().invoke(app, arguments)
+    result = invoke(*arguments)
     if result.exit_code == 2:
         raise DamagedFileError(" ".join(result.stderr.split()))
 
@@ -185,7 +187,57 @@ def test_kept_results_are_checked_before_they_are_published(tmp_path: Path) -> N
     ],
 )
 def test_deep_and_odd_texts_on_the_command_line(arguments: tuple[str, ...], message: str) -> None:
-    result = CliRunner().invoke(app, list(arguments))
+    result = invoke(*arguments)
     assert result.exit_code == 2
     assert message in " ".join(result.stderr.split())
     assert "Traceback" not in result.stderr
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
+    target = tmp_path / "file.txt"
+    target.write_text("old")
+
+    def write_half() -> None:
+        with replacing(target) as draft:
+            draft.write_text("half")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        write_half()
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_file_that_is_being_written_is_seen_by_nobody(tmp_path: Path) -> None:
+    target = tmp_path / "card.json"
+    with replacing(target) as draft:
+        draft.write_text("{")
+        assert draft.suffix == ".json"  # which writers of pictures go by
+        assert list(tmp_path.glob("*.json")) == []
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_file_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "folder").write_text("a file where a folder is needed")
+    target = tmp_path / "folder" / "file.txt"
+    with pytest.raises(OSError, match=r"folder/file\.txt"), replacing(target) as draft:
+        draft.write_text("never")
+    full = tmp_path / "full.txt"
+    with pytest.raises(OSError, match=r"cannot be written: No space left on device.*full\.txt"), replacing(full):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    assert not full.exists()
+
+
+def test_errors_about_other_files_stay_as_they_are(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match=r"other\.txt"), replacing(tmp_path / "file.txt"):
+        (tmp_path / "other.txt").read_text()
+
+
+def test_writers_in_one_folder_do_not_disturb_one_another(tmp_path: Path) -> None:
+    def write(place: int) -> None:
+        for _ in range(200):
+            write_text(tmp_path / f"{place}.txt", "whole\n")
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(write, range(4)))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.txt", "1.txt", "2.txt", "3.txt"]

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
@@ -19,13 +18,13 @@ pytest.importorskip("matplotlib")
 from cps_agents.arena.challenge import Application, admit, contestants, short_name, usual
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
-from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.league.league import League, Plan, play_league, standings, strategies
 from cps_agents.league.meetings import Pair, has_played, left_out_for
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
+from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 SHORT = {"duration_s": 3.0}
@@ -184,14 +183,14 @@ def test_names_are_short_and_differ(tmp_path: Path) -> None:
 def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
     names = ["--attackers", "square", "--attackers", "none", "--defenders", "pd", "--defenders", "sliding"]
     short = ["--set", "duration_s=3", "--episodes", "3", "--jobs", "1", "--out", str(tmp_path / "out")]
-    first = CliRunner().invoke(app, ["league", "rogue", *names, *short])
+    first = invoke("league", "rogue", *names, *short)
     assert first.exit_code == 0, first.output
     assert "Value of the game" in first.stdout
     assert {file.name for file in (tmp_path / "out").iterdir()} == {"rogue.json", "rogue.csv", "rogue.png", ".lock"}
     assert len(list(meetings.glob("*.json"))) == 4
     rows = list(csv.DictReader((tmp_path / "out" / "rogue.csv").read_text().splitlines()))
     assert [(row["attacker"], row["defender"]) for row in rows][:2] == [("square", "pd"), ("square", "sliding")]
-    second = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--json"])
+    second = invoke("league", "rogue", *names, *short, "--json")
     assert "Played before: 4 meetings" in second.stderr
     found = json.loads(second.stdout)
     kept = json.loads((tmp_path / "out" / "rogue.json").read_text())
@@ -201,9 +200,9 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
     assert kept == found
     assert found["equilibrium"]["low"] <= found["equilibrium"]["value"] <= found["equilibrium"]["high"]
     assert sum(found["equilibrium"]["attacker"]["probabilities"].values()) == pytest.approx(1.0)
-    third = CliRunner().invoke(app, ["league", "rogue", *names, *short, "--fresh"])
+    third = invoke("league", "rogue", *names, *short, "--fresh")
     assert "Played before" not in third.stderr
-    wrong = CliRunner().invoke(app, ["league", "rogue", "--defenders", "slidin", *short])
+    wrong = invoke("league", "rogue", "--defenders", "slidin", *short)
     assert wrong.exit_code == 2
     assert "Did you mean 'sliding'" in wrong.stderr
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import signal
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ pytest.importorskip("scipy")
 
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
-from cps_agents.cli import main
 from cps_agents.errors import CommandError
 from cps_agents.league.exploitability import LeagueValue, gain_over, judge, league_value
 from cps_agents.league.league import Plan, play_league
@@ -41,23 +39,11 @@ from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Role
+from tests.agents.command_line import run
 from tests.agents.trained import save_tiny
 
 VENUE = Venue("rogue", "easy", {"duration_s": 3.0})
 RECIPE = Recipe(name="tiny", problem="rogue", overrides=VENUE.overrides)
-Run = Callable[..., tuple[int, str, str]]
-
-
-@pytest.fixture(name="run")
-def _run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["cps-envs", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
-
-    return run
 
 
 def returns(attacker: str, defender: str, episodes: int) -> np.ndarray[Any, Any]:
@@ -206,7 +192,7 @@ TINY = (
 )
 
 
-def test_the_command_trains_and_judges(tmp_path: Path, run: Run) -> None:
+def test_the_command_trains_and_judges(tmp_path: Path) -> None:
     pytest.importorskip("sb3_contrib")
     base = ("best-response", "rogue", "defender", "--against", "square", "--against", "none", "--weights", "3,1")
     where = ("--oracle", "ppo", "--seeds", "2", "--known", "pd", "--known", "sliding", "--out", str(tmp_path))
@@ -229,9 +215,7 @@ def test_the_command_trains_and_judges(tmp_path: Path, run: Run) -> None:
     assert "another recipe" in told
 
 
-def test_a_terminated_response_says_so_and_leaks_no_warning(
-    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_terminated_response_says_so_and_leaks_no_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("sb3_contrib")
 
     def terminating(progress: Any, job: Any, before: Any) -> Any:
@@ -247,7 +231,7 @@ def test_a_terminated_response_says_so_and_leaks_no_warning(
     assert json.loads((tmp_path / "ppo" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
 
 
-def test_mistakes_are_told_before_training(tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mistakes_are_told_before_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     base = ("best-response", "rogue", "attacker", "--against", "pd", "--out", str(tmp_path))
     for arguments, message in (
         (("--weights", "a"), "write numbers with commas"),

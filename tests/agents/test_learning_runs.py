@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import signal
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +15,13 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("sb3_contrib")
 
-from cps_agents.cli import main
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
 from cps_agents.learning.run import Job
 from cps_agents.zoo.files import load
 from cps_baselines.interruption import Ended
 from cps_envs.core.documents import DamagedFileError
+from tests.agents.command_line import run
 from tests.agents.test_learning_parts import CASES, ROGUE, SWARM
 
 RECIPE = replace(ROGUE, total_steps=128, evaluations=2, evaluation_episodes=2)
@@ -149,31 +150,25 @@ def test_seeds_train_side_by_side(tmp_path: Path) -> None:
     assert [found["seed"] for found in train_all(jobs, 2, "tiny")] == [0, 1]
 
 
-def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["cps-envs", "train", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
-
+def test_command(tmp_path: Path) -> None:
+    train = partial(run, "train")
     small = ("--knob", "num_envs=4", "--knob", "steps_per_update=20", "--knob", "batch_size=64")
     few = ("--knob", "evaluations=1", "--knob", "evaluation_episodes=2", "--knob", "search_steps=0")
     base = ("FdiAttack-v0", "--steps", "80", "--seeds", "1", "--jobs", "1", "--out", str(tmp_path), *small, *few)
-    code, printed, _ = run(*base, "--json")
+    code, printed, _ = train(*base, "--json")
     assert code == 0
     folder = Path(json.loads(printed)["runs"][0]["folder"])
     assert (folder / "policy.safetensors").is_file()
-    code, printed, _ = run(*base)
+    code, printed, _ = train(*base)
     assert code == 0
     assert "best validation" in printed
-    code, _, told = run(*base, "--knob", "discount=0.5")
+    code, _, told = train(*base, "--knob", "discount=0.5")
     assert code == 2
     assert "another recipe" in told
-    code, _, told = run("NoSuchEnv-v0")
+    code, _, told = train("NoSuchEnv-v0")
     assert code == 2
     assert "no recipe and no environment" in told
-    code, printed, _ = run("--list", "--json")
+    code, printed, _ = train("--list", "--json")
     assert code == 0
     assert "fdi" in {recipe["problem"] for recipe in json.loads(printed)}
 

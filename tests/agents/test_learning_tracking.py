@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 pytest.importorskip("stable_baselines3")
 
-from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn
 from cps_agents.learning.run import Job, read_earlier
@@ -24,6 +22,7 @@ from cps_agents.learning.tracking import Subject, make_tracker
 from cps_agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
+from tests.agents.command_line import invoke
 from tests.agents.test_learning_parts import ROGUE
 
 RECIPE = replace(ROGUE, total_steps=128, evaluations=1, evaluation_episodes=2)
@@ -107,7 +106,7 @@ def test_a_run_is_repeated_from_its_file(tmp_path: Path) -> None:
     earlier = read_earlier(tmp_path / "first" / "run.json")
     assert (earlier.seed, earlier.recipe) == (3, RECIPE)
     command = ["train", "--config", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path), "--tracker", "none"]
-    result = CliRunner().invoke(app, command)
+    result = invoke(*command)
     assert result.exit_code == 0, result.output
     again = tmp_path / RECIPE.name / "seed-3" / "policy.json"
     first, second = (load(path)[1].tensors() for path in (tmp_path / "first" / "policy.json", again))

@@ -14,7 +14,6 @@ from safetensors.numpy import load_file, save_file
 
 pytest.importorskip("cma")
 
-from cps_agents.cli import main
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
 from cps_agents.learning.recipe import Recipe, Scene, changed
@@ -30,6 +29,7 @@ from cps_envs.core.errors import ConfigurationError, UntrustedCodeError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
+from tests.agents.command_line import run
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
 SCENES = (Scene(2, "lead"), Scene(1, "table_2_3", "easy", {"attack_budget": 2}))
@@ -225,14 +225,7 @@ def test_seeds_become_one_policy(whole: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(feeds, [numbers(folder)[-1] for folder in (whole, second)])
 
 
-def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["cps-envs", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
-
+def test_commands(tmp_path: Path) -> None:
     scenes = 'scenes=[{"episodes": 1, "opponent": "none", "overrides": {"duration_s": 2}}]'
     few = ("--steps", "8", "--knob", "population=4", "--knob", "evaluation_episodes=1", "--knob", scenes)
     base = ("train", "RogueAttack-v0", "--algo", "cma-es", "--name", "tiny", "--seeds", "1", "--out", str(tmp_path))
@@ -247,21 +240,13 @@ def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytes
     assert "hysteresis" in printed
 
 
-def test_a_search_is_repeated_exactly_by_its_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_search_is_repeated_exactly_by_its_record(tmp_path: Path) -> None:
     def train(*arguments: str) -> None:
-        monkeypatch.setattr("sys.argv", ["cps-envs", "train", *arguments, "--jobs", "1", "--tracker", "none"])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        assert not ended.value.code
+        code, _, told = run("train", *arguments, "--jobs", "1", "--tracker", "none")
+        assert code == 0, told
 
-    small = (
-        "--knob",
-        'scenes=[{"episodes":2,"overrides":{"duration_s":3}}]',
-        "--knob",
-        "population=4",
-        "--steps",
-        "24",
-    )
+    scenes = 'scenes=[{"episodes":2,"overrides":{"duration_s":3}}]'
+    small = ("--knob", scenes, "--knob", "population=4", "--steps", "24")
     knobs = ("--algo", "cma-es", "--knob", "family=rogue-switching", "--knob", "evaluation_episodes=2")
     out = ("--name", "mine", "--preset", "easy", "--seeds", "1", "--first-seed", "3", "--out", str(tmp_path / "first"))
     train("RogueAttack-v0", *knobs, *small, *out)

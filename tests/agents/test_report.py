@@ -13,10 +13,8 @@ from typing import Any
 from urllib.request import urlopen
 
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.arena.meeting import Meeting
-from cps_agents.cli import app
 from cps_agents.report import board as boards
 from cps_agents.report.board import _training, telling
 from cps_agents.report.reel import reel_of
@@ -26,6 +24,7 @@ from cps_baselines.arena import Venue
 from cps_envs import find_problem
 from cps_envs.core.picture.recording import Recorder
 from cps_envs.core.play import play_episodes
+from tests.agents.command_line import invoke
 
 pytest.importorskip("scipy", reason="needs the extra baselines")
 VENUE = ("--preset", "easy", "--set", "duration_s=9")
@@ -35,7 +34,7 @@ OUTSIDE = re.compile(r"https?://(?!www\.w3\.org/2000/svg)|(?:src|href)=[\"']//|@
 
 
 def report(*arguments: str, code: int = 0) -> Any:
-    result = CliRunner().invoke(app, ["report", "rogue", *VENUE, "--jobs", "1", *arguments], env={"COLUMNS": "200"})
+    result = invoke("report", "rogue", *VENUE, "--jobs", "1", *arguments, columns=200)
     assert result.exit_code == code, result.output
     return result
 
@@ -159,15 +158,13 @@ def test_a_league_and_a_chapter_write_the_same_page(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the extra baselines")
     pair = ("--attackers", "square", "--defenders", "pd", "--episodes", "2", "--jobs", "1")
     places = ("--out", str(tmp_path / "league"), "--meetings", str(tmp_path / "kept"), "--html", str(tmp_path / "page"))
-    league = CliRunner().invoke(app, ["league", "rogue", *VENUE, *pair, *places])
+    league = invoke("league", "rogue", *VENUE, *pair, *places)
     assert league.exit_code == 0, league.output
     (board,) = content_of(tmp_path / "page" / "index.html")["boards"]
     (take,) = board["cells"][0][0]["takes"]
     assert (tmp_path / "page" / "episodes" / f"{take['key']}.js").is_file()
     assert board["value"] is not None
-    chapter = CliRunner().invoke(
-        app, ["reproduce", "testbed", "--quick", "--jobs", "1", "--html", str(tmp_path / "ch")]
-    )
+    chapter = invoke("reproduce", "testbed", "--quick", "--jobs", "1", "--html", str(tmp_path / "ch"))
     assert chapter.exit_code == 0, chapter.output
     sheets = content_of(tmp_path / "ch" / "index.html")["sheets"]
     assert all(len(row) == len(sheet["headings"]) for sheet in sheets for row in sheet["rows"])

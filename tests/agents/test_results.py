@@ -10,14 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 from cps_agents.arena.challenge import HAPPENED, Challenge
 from cps_agents.arena.meeting import Preparation, Result
 from cps_agents.arena.play import Played
 from cps_agents.arena.store import Store
 from cps_agents.catalogue import policies
-from cps_agents.cli import app
 from cps_agents.errors import CommandError
 from cps_agents.results import rogue
 from cps_agents.results.block import Bar, Block, Row, completed, teacher_of
@@ -37,6 +35,7 @@ from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.registration import find_problem
 from cps_envs.testbed.problem import TESTBED
+from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 ROOT = Path(__file__).parents[2]
@@ -395,7 +394,7 @@ def test_searches_return_policies() -> None:
 def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rogue, "BLOCKS", (block,))
     command = ["benchmark", "rogue", "--suite", "learned", "--jobs", "1", "--out", str(tmp_path / "out")]
-    result = CliRunner().invoke(app, [*command, "--quick"])
+    result = invoke(*command, "--quick")
     assert result.exit_code == 0, result.output
     assert "tiny attacker" in result.stdout
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
@@ -404,12 +403,12 @@ def test_the_command_examines_and_writes(block: Block, tmp_path: Path, monkeypat
         "results.json",
         "results.md",
     ]
-    result = CliRunner().invoke(app, [*command, "--json"])
+    result = invoke(*command, "--json")
     assert json.loads(result.stdout)["problems"]["rogue"]["blocks"][0]["name"] == "tiny"
-    result = CliRunner().invoke(app, ["benchmark", "rogue", "--suite", "learned", "--list"])
+    result = invoke("benchmark", "rogue", "--suite", "learned", "--list")
     assert "tiny" in result.stdout
     for wrong in (["--table", "tine"], ["--publish", "--quick"]):
-        assert CliRunner().invoke(app, [*command, *wrong]).exit_code == 2
+        assert invoke(*command, *wrong).exit_code == 2
 
 
 def test_what_the_blocks_name_needs_no_consent(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,6 @@ pytest.importorskip("scipy")
 pytest.importorskip("matplotlib")
 
 from cps_agents.arena.store import Store
-from cps_agents.cli import main
 from cps_agents.errors import CommandError
 from cps_agents.league import self_play
 from cps_agents.league.equilibrium import solve
@@ -33,6 +32,7 @@ from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.types import ROLES, SIGN, Role
+from tests.agents import command_line
 
 VENUE = Venue("rogue", "easy", {"duration_s": 12.0})
 EVERY: dict[Role, list[str]] = {
@@ -193,19 +193,7 @@ TINY = (
 FEW = ("--attackers", "square", "--attackers", "none", "--defenders", "pd", "--defenders", "sliding")
 
 
-def command(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *arguments: str
-) -> tuple[int, str, str]:
-    monkeypatch.setattr("sys.argv", ["cps-envs", "self-play", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    captured = capsys.readouterr()
-    return int(ended.value.code or 0), captured.out, captured.err
-
-
-def test_the_command_trains_is_interrupted_and_goes_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_trains_is_interrupted_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("sb3_contrib")
     from cps_agents.learning import learner
 
@@ -219,16 +207,16 @@ def test_the_command_trains_is_interrupted_and_goes_on(
 
     monkeypatch.setattr(learner, "_counting", interrupting)
     base = ("rogue", "--preset", "easy", "--oracle", "ppo", *FEW, *TINY, "--out", str(tmp_path))
-    code, _, told = command(monkeypatch, capsys, *base, "--iterations", "2")
+    code, _, told = command_line.run("self-play", *base, "--iterations", "2")
     assert (code, "Interrupted" in told) == (130, True)
     first = tmp_path / "iteration-1"
     assert json.loads((first / "attacker" / "ppo" / "seed-0" / "run.json").read_text())["status"] == "finished"
     assert json.loads((first / "defender" / "ppo" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
     assert not (first / "result.json").exists()
-    code, _, told = command(monkeypatch, capsys, *base)
+    code, _, told = command_line.run("self-play", *base)
     assert code == 2
     assert "--resume" in told
-    code, printed, told = command(monkeypatch, capsys, *base, "--iterations", "2", "--resume", "--json")
+    code, printed, told = command_line.run("self-play", *base, "--iterations", "2", "--resume", "--json")
     assert code == 0, told
     found = json.loads(printed)
     assert list(found["pool"]["attacker"]) == ["square", "none", "response 1", "response 2"]
@@ -243,9 +231,7 @@ def test_the_command_trains_is_interrupted_and_goes_on(
     ]
 
 
-def test_what_the_recipes_need_differently_has_to_be_chosen(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_the_recipes_need_differently_has_to_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("sb3_contrib")
     recipes = {
         role: Recipe(name=role, problem="rogue", role=role, overrides={"duration_s": float(place + 3)})
@@ -254,13 +240,13 @@ def test_what_the_recipes_need_differently_has_to_be_chosen(
     for module in ("recipes.finding", "league.oracles"):
         monkeypatch.setattr(f"cps_agents.{module}.RECIPES", recipes)
     base = ("rogue", "--oracle", "ppo", *FEW, "--out", str(tmp_path))
-    code, _, told = command(monkeypatch, capsys, *base)
+    code, _, told = command_line.run("self-play", *base)
     assert code == 2
     assert "choose one with --set duration_s=" in told.replace("\n", " ")
-    code, _, told = command(monkeypatch, capsys, *base, "--set", "duration_s=3", "--defenders", "pdd")
+    code, _, told = command_line.run("self-play", *base, "--set", "duration_s=3", "--defenders", "pdd")
     assert code == 2
     assert "Did you mean 'pd'" in told
     monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    code, _, told = command(monkeypatch, capsys, *base, "--set", "duration_s=3")
+    code, _, told = command_line.run("self-play", *base, "--set", "duration_s=3")
     assert code == 2
     assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")

@@ -1,10 +1,11 @@
-"""Tables lose nothing at any width."""
+"""What the console shows: tables that lose nothing at any width, and progress where there is no terminal."""
 
 from __future__ import annotations
 
 import inspect
 import io
 import re
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,10 +14,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console, ConsoleOptions, RenderResult
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
+from cps_agents import progress
+from cps_agents.progress import Progress
 from cps_agents.table import Table, csv_text, fit, parts, plain, styled
+from tests.agents.command_line import invoke
 
 WIDTHS = (40, 60, 80)
 WORDS = st.text("ab1._", min_size=1, max_size=35)
@@ -104,7 +106,7 @@ def test_no_command_loses_text_on_a_narrow_terminal(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(Table, "__rich_console__", seen)
-    result = CliRunner().invoke(app, list(arguments), env={"COLUMNS": "80"})
+    result = invoke(*arguments, columns=80)
     assert result.exit_code in (0, 1), result.output  # 1: a verdict
     shown = list(tables)
     assert shown
@@ -171,3 +173,40 @@ def test_the_widest_columns_give_way_first() -> None:
     assert fit((2, 2, 2), (3, 10, 6), 12) == [3, 4, 5]
     assert fit((4, 4), (4, 9), 6) == [4, 4]
     assert [part.columns for part in parts((5, 5, 5), (5, 5, 5), 1, 12)] == [[0, 1], [0, 2]]
+
+
+@pytest.fixture
+def written(monkeypatch: pytest.MonkeyPatch) -> io.StringIO:
+    text = io.StringIO()
+    monkeypatch.setattr(progress, "err", lambda: Console(file=text, width=200))
+    monkeypatch.setattr(progress, "LINE_EVERY_S", 0.0)
+    return text
+
+
+def test_a_note_alone_is_news(written: io.StringIO) -> None:
+    with Progress("search", 10) as shown:
+        shown.update(0, "200 tried")
+        shown.update(0, "200 tried")
+        shown.update(0, "400 tried")
+    lines = written.getvalue().splitlines()
+    assert [line.split("  ")[-1] for line in lines] == ["200 tried", "400 tried"]
+
+
+def test_the_end_is_always_said(written: io.StringIO, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "LINE_EVERY_S", 1e9)
+    with Progress("pairs", 2) as shown:
+        for done in (1, 2, 2):
+            shown.update(done, f"{done} done")
+    assert [line.split(" after")[0] for line in written.getvalue().splitlines()] == ["pairs: 2/2"]
+
+
+def test_work_that_reports_nothing_is_not_silent(written: io.StringIO, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progress, "SILENCE_S", 0.01)
+    with Progress("search", 4) as shown:
+        shown.update(1, "tracker")
+        deadline = time.monotonic() + 10
+        while written.getvalue().count("\n") < 3 and time.monotonic() < deadline:
+            time.sleep(0.01)
+    lines = written.getvalue().splitlines()
+    assert len(lines) >= 3
+    assert all(line.startswith("search: 1/4 after") and line.endswith("tracker") for line in lines)

@@ -7,30 +7,21 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
+
+from tests.agents.command_line import invoke
 
 pytest.importorskip("optuna")
 pytest.importorskip("stable_baselines3")
 
-from cps_agents.cli import app
 
 RECIPE = "rogue-attack-ppo"
-SMALL = [
-    "num_envs=2",
-    "steps_per_update=16",
-    "batch_size=16",
-    "evaluations=1",
-    "evaluation_episodes=1",
-    "opponent=pd",
-    "teacher=",
-]
+SMALL = "num_envs=2 steps_per_update=16 batch_size=16 evaluations=1 evaluation_episodes=1 opponent=pd teacher="
 
 
 def tune(folder: Path, *arguments: str) -> Any:
-    knobs = [part for knob in SMALL for part in ("--knob", knob)]
-    short = ["--set", "duration_s=2", "--steps", "32"]
-    command = ["tune", RECIPE, *short, *knobs, "--out", str(folder), "--jobs", "1", *arguments]
-    return CliRunner().invoke(app, command, env={"COLUMNS": "100"})
+    knobs = [part for knob in SMALL.split() for part in ("--knob", knob)]
+    short = ("--set", "duration_s=2", "--steps", "32", "--out", str(folder), "--jobs", "1")
+    return invoke("tune", RECIPE, *short, *knobs, *arguments)
 
 
 def test_a_study_goes_on_where_it_stopped(tmp_path: Path) -> None:

@@ -1,24 +1,22 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 import cps_agents.warm
-from cps_agents.cli import app
 from cps_agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
 from cps_envs.core.kernel_cache import UNKEPT, compiled, told
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
 from cps_envs.testbed.problem import TESTBED
+from tests.agents import command_line
 from tests.core.toy import TOY
 
-
-def invoke(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["warm", "--jobs", "1", *arguments])
+invoke = partial(command_line.invoke, "warm", "--jobs", "1")
 
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)

@@ -1,4 +1,4 @@
-"""Trained policies as files and as players."""
+"""Trained policies as files and as players, which see the same quantities on the same scale everywhere."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app, main
 from cps_agents.errors import CommandError
 from cps_agents.recipes.finding import RECIPES
+from cps_agents.zoo.bounds import rescaling
 from cps_agents.zoo.card import MIXTURE, read_card
 from cps_agents.zoo.files import find, load, shipped_names
 from cps_agents.zoo.merging import merge, without_places
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import PROBLEMS, find_problem
+from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 SHORT: dict[str, dict[str, Any]] = {
@@ -170,15 +170,13 @@ def test_a_kept_command_names_no_places() -> None:
     assert without_places(command) == "cps-envs train x --seeds 5 --opponent 'mixture?policies=[1]'"
 
 
-def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_commands(tmp_path: Path) -> None:
     save_tiny(tmp_path / "run" / "policy.json", "fdi", "attacker", seeds=1)
 
     def run(*arguments: str) -> str:
-        monkeypatch.setattr("sys.argv", ["cps-envs", "zoo", *arguments])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        assert ended.value.code == 0
-        return capsys.readouterr().out
+        result = invoke("zoo", *arguments)
+        assert result.exit_code == 0, result.output
+        return str(result.stdout)
 
     folder = str(tmp_path / "own")
     assert "attacker of fdi" in run("add", str(tmp_path / "run"), "--to", folder, "--name", "mine")
@@ -204,7 +202,7 @@ def test_shipped_policies_load(name: str) -> None:
 @pytest.mark.parametrize("name", shipped_names())
 def test_cards_are_readable(name: str, tmp_path: Path) -> None:
     path = tmp_path / "card.md"
-    result = CliRunner().invoke(app, ["zoo", "card", name, "--out", str(path)])
+    result = invoke("zoo", "card", name, "--out", str(path))
     assert result.exit_code == 0, result.output
     text = path.read_text(encoding="utf-8")
     assert text.startswith("---\nlibrary_name: cps-envs\n")
@@ -234,3 +232,54 @@ def test_every_shipped_policy_can_be_made_again(name: str) -> None:
     assert name in RECIPES  # `make train` trains them all
     assert card.command.startswith("cps-envs train ")
     assert card.algorithm in (RECIPES[name].algorithm, "imitation", "plan-search")
+
+
+def fields(problem: str, role: Any, preset: str, **overrides: Any) -> Any:
+    found = find_problem(problem)
+    return found.fields[role](found.config(preset, overrides))
+
+
+def spec(problem: str, role: Any, preset: str, **overrides: Any) -> Any:
+    found = find_problem(problem)
+    return found.game(found.config(preset, overrides), 1).spec(role)
+
+
+def test_a_smaller_budget_is_not_mistaken_for_a_full_one(tmp_path: Path) -> None:
+    card = save_tiny(tmp_path / "tiny.json", "disbanding", "attacker", overrides={"attack_budget": [1, 4]})
+    trained, played = (fields("disbanding", "attacker", "paper", attack_budget=budget) for budget in ([1, 4], 1))
+    found = rescaling(card, spec("disbanding", "attacker", "paper", attack_budget=1))
+    assert found is not None
+    values = np.zeros((2, played.size))
+    values[:, played.slices["budget_left"]] = [[1.0], [0.0]]
+    values[:, played.slices["time_s"]] = 90.0
+    np.testing.assert_allclose(found(played.encode(values)), trained.encode(values), atol=1e-6)
+    np.testing.assert_allclose(trained.decode(found(played.encode(values)))["budget_left"], [1.0, 0.0], atol=1e-6)
+
+
+def test_a_longer_episode_shows_its_seconds(tmp_path: Path) -> None:
+    card = save_tiny(tmp_path / "tiny.json", "rogue", "defender", overrides={"duration_s": 60.0})
+    played = fields("rogue", "defender", "paper", duration_s=100.0)
+    found = rescaling(card, spec("rogue", "defender", "paper", duration_s=100.0))
+    assert found is not None
+    observation = played.encode(np.full((1, played.size), 50.0))
+    left = fields("rogue", "defender", "paper", duration_s=60.0).decode(found(observation))["time_left_s"]
+    assert left[0] == pytest.approx(50.0, abs=1e-4)
+
+
+def test_nothing_is_done_where_bounds_are_the_same_or_observations_are_others(tmp_path: Path) -> None:
+    card = save_tiny(tmp_path / "tiny.json", "disbanding", "attacker")
+    assert rescaling(card, spec("disbanding", "attacker", "easy", attack_budget=2)) is None
+    assert rescaling(card, spec("disbanding", "attacker", "paper", num_platoons=5)) is None
+
+
+def test_a_policy_plays_the_rescaled_observation(tmp_path: Path) -> None:
+    save_tiny(tmp_path / "tiny.json", "disbanding", "attacker", overrides={"attack_budget": [1, 4]})
+    problem = find_problem("disbanding")
+    game = problem.game(problem.config("paper", {"attack_budget": 1}), 1)
+    policy: Any = problem.policy(f"zoo:{tmp_path / 'tiny.json'}", game, "attacker")
+    other: Any = problem.policy(
+        f"zoo:{tmp_path / 'tiny.json'}", problem.game(problem.config("paper", {"attack_budget": [1, 4]}), 1), "attacker"
+    )
+    values = np.random.default_rng(0).uniform(0, 1, (20, game.fields["attacker"].size))
+    own = fields("disbanding", "attacker", "paper", attack_budget=[1, 4]).encode(values)
+    np.testing.assert_array_equal(policy.predict(game.fields["attacker"].encode(values))[0], other.predict(own)[0])

@@ -1,4 +1,4 @@
-"""The conformance checks pass a healthy toy problem, and each of them fails for something that it is there to find."""
+"""The checks pass a healthy toy problem, and each fails for something that it is there to find."""
 
 from __future__ import annotations
 
@@ -7,7 +7,18 @@ from typing import Any
 import pytest
 
 from cps_envs.core import conformance
-from cps_envs.core.conformance import CHECKS, Subject, check_environment, check_problem, find_subject, run_check
+from cps_envs.core.conformance import (
+    CHECKS,
+    Refinement,
+    Subject,
+    check_environment,
+    check_problem,
+    check_refinement,
+    find_subject,
+    refine,
+    run_check,
+)
+from cps_envs.core.play import play_episodes
 from cps_envs.core.types import ROLES
 from tests.core.mutants import of
 from tests.core.mutants_travel import MUTANTS
@@ -16,6 +27,7 @@ from tests.core.toy import TOY, ToyAttackEnv, ToyAttackVectorEnv, ToyDefenseEnv
 SLOW = ("check_subprocess", "check_stable_baselines3")
 QUICK = [check for check in CHECKS if check.__name__ not in SLOW]
 CASES = [(name, i) for name, makers in MUTANTS.items() for i in range(len(makers))]
+IDLE = {"attacker": "cps_envs.core.policy:Idle", "defender": "cps_envs.core.policy:Idle"}
 
 
 def test_every_check_has_a_mutant() -> None:
@@ -90,3 +102,23 @@ def test_missing_stable_baselines3_is_reported(monkeypatch: pytest.MonkeyPatch) 
     outcome = run_check(conformance.check_stable_baselines3, find_subject(ToyDefenseEnv, {}))
     assert outcome.status == "skipped"
     assert "not installed" in str(outcome)
+
+
+def test_both_means_are_over_the_same_seeds() -> None:
+    found = refine(TOY, IDLE, {"drift": 0.5}, seeds=(3, 4), duration_s=6.0)
+    for value, overrides in ((found.coarse, {"duration_s": 6.0}), (found.fine, {"duration_s": 6.0, "drift": 0.5})):
+        expected = play_episodes(TOY, TOY.config("paper", overrides), IDLE, (3, 4))["return"].mean()
+        assert value == expected
+    assert found.coarse != found.fine
+
+
+def test_a_change_is_relative_to_the_coarse_result_and_to_no_less_than_the_floor() -> None:
+    assert Refinement(10.0, 12.0, 1.0).change == pytest.approx(0.2)
+    assert Refinement(-10.0, -12.0, 1.0).change == pytest.approx(0.2)
+    assert Refinement(0.0, 0.05, 1.0).change == pytest.approx(0.05)
+
+
+def test_too_large_a_change_is_refused_with_both_results() -> None:
+    assert check_refinement(TOY, IDLE, {}, tolerance=0.0).change == 0.0
+    with pytest.raises(AssertionError, match=r"toy.*drift.*becomes"):
+        check_refinement(TOY, IDLE, {"drift": 0.5}, tolerance=0.001)

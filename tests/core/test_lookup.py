@@ -1,3 +1,5 @@
+"""Names of policies: what is found, what is refused, and what an error says."""
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -8,7 +10,7 @@ import pytest
 from gymnasium import spaces
 
 from cps_envs.core import lookup
-from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError
+from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, near, require
 from cps_envs.core.lookup import policy_names, resolve_policy
 from cps_envs.core.policy import Idle, RoleSpec
 from tests.core.toy import TOY, ToyConfig, ToyGame
@@ -180,3 +182,23 @@ def test_malformed_options_are_explained(query: str) -> None:
     spec = TOY.game(TOY.config("paper", {}), 1).spec("attacker")
     with pytest.raises((ConfigurationError, TypeError), match=r"option|built"):
         resolve_policy(f"tests.core.toy_policies:Approach?{query}", spec)
+
+
+def test_near_offers_close_names_else_all() -> None:
+    assert near("heuristc", ["heuristic", "mpc"]) == "Did you mean 'heuristic'?"
+    assert near("zzz", ["b", "a"]) == "Known: a, b."
+    assert near("zzz", []) == "There is nothing to choose from."
+
+
+def test_require_gives_the_module_or_the_command() -> None:
+    assert require("json", extra="render", purpose="writing").__name__ == "json"
+    with pytest.raises(
+        MissingExtraError, match=r"drawing needs the package 'no_such'.*pip install \"cps-envs\[render\]\""
+    ):
+        require("no_such.part", extra="render", purpose="drawing")
+
+
+def test_errors_are_of_the_kinds_that_callers_expect() -> None:
+    assert issubclass(ConfigurationError, ValueError)
+    assert issubclass(MissingExtraError, ImportError)
+    assert str(UnknownNameError("no such name")) == "no such name"

@@ -17,7 +17,7 @@ from cps_envs.core.types import IntArray
 from cps_envs.fdi.config import CLIP, PRESETS, A, B, FdiConfig
 from cps_envs.fdi.optima import GAP_REACHED, INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.task import Task, all_tasks, parse_task
-from tests.fdi.simulation import play, tasks
+from tests.fdi.reference import play, tasks
 
 LEAD = parse_task("x4>4", 4)
 TASKS = [*all_tasks(4, 1), *all_tasks(4, 2)]

@@ -7,17 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.fdi.contest import CONTEST
 from cps_baselines.fdi.detectors import ROUNDING, FrontRearRedundancy, KinematicResidual, quiet_residual_m
 from cps_baselines.fdi.model_fallback import ModelFallback
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array
-from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.optima import known
 from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import play, spec_of, task_settings
+from tests.fdi.episodes import play, spec_of, task_settings, watched
 
 DETECTORS = ("kinematic", "redundancy", "model")
 OWN = "x1>1 x2>2 v1>1 v4>4 xv4>4"  # listed, so that no shipped optima are needed
@@ -72,12 +68,14 @@ def test_what_is_left_of_the_replayed_optimum(defender: str, task: str, cut: boo
 @pytest.mark.parametrize("preset", ["paper", "B", "clip"])
 def test_vehicles_that_nobody_attacks_stay_below_the_kinematic_threshold(preset: str) -> None:
     config = FDI.config(preset, {"attacked": "xv4", "target": 4})
-    residuals = []
-
-    def look(game: FdiGame) -> None:
-        residuals.append(np.abs([game.episode(b).residual[:3] for b in range(game.num_envs)]).max())
-
-    play_episodes(FDI, config, {"attacker": "bang_bang"}, range(50), on_step=look)
+    residuals = watched(
+        lambda game: np.abs([game.episode(b).residual[:3] for b in range(game.num_envs)]).max(),
+        "bang_bang",
+        seeds=range(50),
+        preset=preset,
+        attacked="xv4",
+        target=4,
+    )
     assert max(residuals) <= quiet_residual_m(config) + ROUNDING
     assert quiet_residual_m(config) + max(residuals) < config.range_resolution_m  # one level is seen
 
@@ -151,12 +149,6 @@ def test_memories_start_anew_with_each_episode() -> None:
         fresh, _ = defender.predict(rest[:1])
         assert np.array_equal(actions[0], fresh[0])
         assert not np.array_equal(actions[1], fresh[0])
-
-
-@pytest.mark.parametrize("name", sorted({*policy_names("fdi", "defender")} - {*NEED_OPTIONS}))
-def test_every_registered_defender_plays(name: str) -> None:
-    preset = "clip" if name in ("none", *CONTEST.defenders.left_out) else "learning"
-    assert np.isfinite(play("bang_bang", name, seeds=range(3), preset=preset)["return"]).all()
 
 
 @pytest.mark.skipif(not known(FDI.config("clip", {})), reason="no optima of preset clip are shipped")

@@ -13,7 +13,7 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.problem import FDI
 from cps_envs.fdi.sensors import Sensors, parse_sensors
-from tests.fdi.duel import QUIET, Filter, advance, levels, place, started
+from tests.fdi.episodes import QUIET, Filter, advance, levels, place, started
 
 EVERY = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1"
 NEUTRAL = np.array([1] * 14 + [4] * 4)

@@ -7,13 +7,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from cps_envs.core.play import play_episodes
-from cps_envs.fdi.game import FdiGame
-from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import play
+from tests.fdi.episodes import play, watched
 
 pytestmark = pytest.mark.slow
 
+ATTACKED = {"preset": "learning", "attack_share": 1.0, "onset_s": 0.0}
 CONTESTED = "v4>4 xv4>4 v1+rv2>1 xv1+rv2>1 v2+rv3>2 xv3+rv4>3"
 SEEDS = range(50_000, 50_500)
 FOUND = {  # by search, each against one defender; see `CONTEST.attackers.searches`
@@ -60,15 +58,15 @@ def test_chi2_is_a_trap_where_rates_alone_are_false() -> None:
 
 
 def test_chi2_rejects_the_honest_sensor_more_than_the_false_one() -> None:
-    rejected = []
-
-    def look(game: FdiGame) -> None:
-        active = ~game.terminated & (game.state.step > 20)
-        rejected.extend((game.state.trust[active] == 0).tolist())
-
-    config = FDI.config("learning", {"tasks": "v4>4", "attack_share": 1.0, "onset_s": 0.0})
-    play_episodes(FDI, config, {"attacker": FOUND["chi2"], "defender": "chi2"}, SEEDS[:100], on_step=look)
-    honest, false = np.mean(rejected, axis=0)[[3, 10]]  # range and range-rate of the lead
+    rejected = watched(
+        lambda game: game.state.trust[~game.terminated & (game.state.step > 20)] == 0,
+        FOUND["chi2"],
+        "chi2",
+        SEEDS[:100],
+        tasks="v4>4",
+        **ATTACKED,
+    )
+    honest, false = np.concatenate(rejected).mean(axis=0)[[3, 10]]  # range and range-rate of the lead
     assert honest > 2 * false
 
 

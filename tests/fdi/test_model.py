@@ -1,6 +1,8 @@
-"""The sampled platoon against scipy, the anchors of the specification and an integration vehicle by vehicle."""
+"""The sampled platoon against scipy and an integration vehicle by vehicle; sensors and tasks in text form."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,13 +10,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
+from cps_envs.core.config import configure
 from cps_envs.core.discretisation import matrix_exponential, zero_order_hold
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array
-from cps_envs.fdi.config import FIG_3_2, A
+from cps_envs.fdi.config import FIG_3_2, PRESETS, A
+from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.model import platoon_model
+from cps_envs.fdi.sensors import Sensors, parse_sensors
+from cps_envs.fdi.task import Task, all_tasks, parse_task
 from tests.fdi.reference import Platoon, exact_step
 
 DIAGONAL = (0.974067, 0.975839, 0.976118, 0.985849, 0.342262, 0.403949, 0.417947, 0.624996)
+subsets = st.sets(st.integers(1, 12), max_size=12).map(sorted).map(tuple)
 
 
 def test_anchors_of_the_specification() -> None:
@@ -79,3 +87,45 @@ def test_models_are_shared_and_read_only() -> None:
 
 def drive(n: int) -> Array:
     return np.eye(n, k=1) - np.eye(n)
+
+
+@pytest.mark.parametrize(
+    ("text", "ranges", "rates"),
+    [("x1", (1,), ()), ("v13", (), (1, 3)), ("xv14", (1, 4), (1, 4)), ("x1+v3", (1,), (3,)), ("v3,1", (), (1, 3))],
+)
+def test_the_papers_notation(text: str, ranges: tuple[int, ...], rates: tuple[int, ...]) -> None:
+    assert parse_sensors(text, 4) == Sensors(ranges, rates)
+
+
+def test_vehicle_ten_is_one_vehicle_in_a_platoon_of_ten() -> None:
+    assert parse_sensors("x10", 10) == Sensors((10,))
+    assert parse_sensors("x1,10", 10) == Sensors((1, 10))
+
+
+@given(subsets, subsets)
+def test_sensors_survive_their_text(ranges: Any, rates: Any) -> None:
+    if ranges or rates:
+        sensors = Sensors(ranges, rates)
+        assert parse_sensors(str(sensors), 12) == sensors
+        assert parse_task(f"{sensors}>5", 12) == Task(sensors, 5)
+
+
+def test_flags_mark_ranges_then_rates() -> None:
+    assert parse_sensors("x1+v3", 4).flags(4).nonzero()[0].tolist() == [0, 6]
+
+
+def test_the_tables_have_120_tasks() -> None:
+    tasks = [*all_tasks(4, 1), *all_tasks(4, 2)]
+    assert len(set(tasks)) == len(tasks) == 120
+
+
+def test_a_sensor_that_nobody_attacks_needs_no_injection() -> None:
+    assert configure(A, {"attacked": "x4", "max_rate_injection_mps": 0.2}).rate_levels == 0
+    assert configure(A, {"attacked": "v4", "max_range_injection_m": 0.4}).range_levels == 0
+    assert configure(A, {"attacked": "x4", "max_range_injection_m": 0.5}).range_levels == 1
+
+
+def test_unknown_constants_have_no_feasible_tasks() -> None:
+    config = configure(PRESETS["easy"], {"proportional_gain": 1.234})
+    with pytest.raises(ConfigurationError, match="cps-envs oracle"):
+        FdiGame(config, 1)

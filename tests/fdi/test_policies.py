@@ -13,17 +13,14 @@ from cps_baselines.fdi import replay_policy
 from cps_baselines.fdi.action_form import ActionForm, to_share
 from cps_baselines.fdi.bnb_policy import BranchAndBound
 from cps_baselines.fdi.branch_and_bound import find_injections, make_search
-from cps_baselines.fdi.contest import CONTEST
 from cps_baselines.fdi.random_injection import RandomInjection
 from cps_baselines.fdi.replay_policy import Replay
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.optima import Record, known
 from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import play, spec_of, task_settings
+from tests.fdi.episodes import play, spec_of, task_settings, watched
 
 PAPER = FDI.config("paper", {})
 FEASIBLE = [record for record in known(PAPER).values() if record.feasible]
@@ -107,7 +104,7 @@ def test_nothing_exceeds_the_bounds_over_all_tasks(attacker: str) -> None:
 
 @pytest.mark.parametrize("task", TASKS)
 def test_random_injections_are_legal(task: str) -> None:
-    dead_ends = []
+    dead_ends: list[Array] = []
 
     def look(game: FdiGame) -> None:
         legal, active = game.state.legal, ~game.terminated
@@ -117,8 +114,7 @@ def test_random_injections_are_legal(task: str) -> None:
         dead_ends[-1] |= np.any(np.abs(law[:, free]) > 5, axis=1) & active
 
     policy = RandomInjection(spec_of("attacker", **task_settings(task)), stickiness=0.5, extremes=True)
-    config = FDI.config("paper", task_settings(task))
-    outcome = play_episodes(FDI, config, {"attacker": policy}, range(200), on_step=look)
+    outcome = play(policy, seeds=range(200), on_step=look, **task_settings(task))
     illegal = outcome["illegal"] > 0
     assert np.all(np.any(dead_ends, axis=0)[illegal])
 
@@ -155,13 +151,10 @@ def test_bnb_plays_what_the_planner_finds(kind: str, steps_ahead: int) -> None:
             injection[search.readings] = levels * np.where(search.readings < 10, 0.5, 0.25)
             error = model.transition @ error + model.injection @ injection
             expected.append(injection)
-    seen = []
     policy = BranchAndBound(
         spec_of("attacker", preset="fig32", **overrides), steps_ahead=steps_ahead, width=3 if steps_ahead else 0
     )
-    play_episodes(
-        FDI, config, {"attacker": policy}, [0], on_step=lambda game: seen.append(game.episode(0).injection.copy())
-    )
+    seen = watched(lambda game: game.episode(0).injection.copy(), policy, preset="fig32", **overrides)
     assert np.array_equal(seen[1:], expected[: len(seen) - 1])
     assert len(seen) > 60
 
@@ -226,9 +219,3 @@ def test_actions_inject_the_levels_that_they_stand_for(task: str, form: str) -> 
         game.advance({"attacker": actions}, np.ones(1, np.bool_), 1)
         injected = game.episode(0).injection[translator.sensors]
         assert np.allclose(injected, levels[0] * np.where(translator.sensors < 4, 0.5, 0.25))
-
-
-def test_every_registered_attacker_plays() -> None:
-    for name in set(policy_names("fdi", "attacker")) - {*NEED_OPTIONS}:
-        preset = "paper" if name in ("none", *CONTEST.attackers.left_out) else "learning"
-        assert np.isfinite(play(name, preset=preset)["return"]).all(), name

@@ -1,4 +1,4 @@
-"""The defenders that watch a filter, against their definitions; and that the contest knows every policy."""
+"""The defenders that watch filters, against their definitions: whom they find, and that they are quiet."""
 
 from __future__ import annotations
 
@@ -10,20 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
+from cps_baselines.family import find_family
 from cps_baselines.fdi.bank import Bank, honest_sets
+from cps_baselines.fdi.disturbance_filter import DRIFT_MPS2, hypothesis_filters
+from cps_baselines.fdi.hypotheses import Hypotheses
 from cps_baselines.fdi.innovation_tests import Chi2, Cusum, Sums
 from cps_baselines.fdi.redundant import RedundantCusum
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
-from tests.fdi.duel import QUIET, place
-from tests.fdi.episodes import play, spec_of
+from tests.fdi.episodes import QUIET, Filter, place, play, spec_of, started, watched
 
 SPEC = spec_of("defender", preset="learning")
 HONEST = {"preset": "learning", "attack_share": 0.0}
+FAMILY = find_family("fdi-hypotheses")
+LOOSE = 1e6  # deviations: nothing is an outlier
 
 
 def observed(innovations: Array, deviation: float = 1.0, **fields: Any) -> Array:
@@ -50,6 +52,11 @@ def distrust(defender: Chi2 | Cusum, course: Array) -> Array:
         assert actions[0, 14:].tolist() == [4] * 4
         doubted.append(actions[0, :14] == 0)
     return np.array(doubted)
+
+
+def distrusted(game: FdiGame) -> Array:
+    """Readings (B, 14) that the defender does not believe."""
+    return game.state.trust == 0
 
 
 @pytest.mark.parametrize("gate", [0.001, 0.01, 0.1])
@@ -125,14 +132,9 @@ def test_the_bank_has_a_filter_for_each_group_of_sensors_of_one_gap() -> None:
 
 @pytest.mark.parametrize("task", ["v4>4", "xv4>4", "xv1+rv2>1", "x2>2", "rxv3>2"])
 def test_the_bank_finds_the_liars_where_lies_are_gross(task: str) -> None:
-    config = FDI.config("learning", {**QUIET, "range_noise_m": 0.25, "rate_noise_mps": 0.1, "tasks": task})
-    doubted = []
-
-    def look(game: FdiGame) -> None:
-        doubted.append(game.state.trust.copy() == 0)
-
-    play_episodes(FDI, config, {"attacker": "always?action=40", "defender": "bank"}, range(20), on_step=look)
-    liars = config.listed_tasks[0].sensors.flags(4, rear=True)
+    settings = {**QUIET, "range_noise_m": 0.25, "rate_noise_mps": 0.1, "tasks": task}
+    doubted = watched(distrusted, "always?action=40", "bank", range(20), "learning", **settings)
+    liars = FDI.config("learning", settings).listed_tasks[0].sensors.flags(4, rear=True)
     late = np.array(doubted[20:])
     assert late[..., liars].mean() > 0.99
     assert late[..., ~liars].mean() < 0.05
@@ -159,15 +161,16 @@ def test_the_first_filter_of_the_bank_is_that_of_the_game() -> None:
 
 
 def test_informed_replaces_what_is_attacked_from_the_onset_on() -> None:
-    config, doubted = FDI.config("learning", {"tasks": "xv1+rv2>1 v4>4", "attack_share": 0.5}), []
-    games = []
-
-    def look(game: FdiGame) -> None:
-        doubted.append(game.state.trust.copy() == 0)
-        games.append(game)
-
-    play_episodes(FDI, config, {"attacker": "none", "defender": "informed"}, range(30), on_step=look)
-    game, steps = games[-1], np.arange(len(doubted) - 1)
+    found = watched(
+        lambda game: (game, distrusted(game)),
+        "none",
+        "informed",
+        range(30),
+        "learning",
+        tasks="xv1+rv2>1 v4>4",
+        attack_share=0.5,
+    )
+    game, doubted, steps = found[-1][0], [marks for _, marks in found], np.arange(len(found) - 1)
     for b in range(30):
         truth = game.truth(b)
         expected = truth["attacked"][np.newaxis] & (steps >= truth["onset"])[:, np.newaxis]
@@ -184,7 +187,90 @@ def test_hardly_any_alarm_and_no_collision_without_attack(defender: str) -> None
     assert outcome["false_alarm"].mean() < 0.12
 
 
-@pytest.mark.parametrize("name", ["chi2", "cusum", "redundant_cusum", "bank", "informed"])
-def test_these_defenders_need_a_filter(name: str) -> None:
-    with pytest.raises(ConfigurationError, match="estimator"):
-        resolve_policy(name, spec_of("defender", preset="defense", tasks="x4>4"))
+class JointFilter:
+    """The filter with disturbances as in textbooks: all readings at once, by the inverse of their covariance."""
+
+    def __init__(self, heard: np.ndarray, drift_mps2: float = 0.0) -> None:
+        plain = Filter(started())
+        n = plain.n
+        self.heard, self.r, self.command = heard, plain.r, plain.b
+        self.h = np.hstack([plain.h, np.zeros((len(plain.h), n + 1))])
+        self.a = np.eye(3 * n + 1)
+        self.a[: 2 * n] = np.hstack([plain.a, plain.b, plain.b.sum(axis=1, keepdims=True)])
+        self.x = np.zeros(3 * n + 1)
+        self.fresh = (0.3**2 + 0.3 * 0.5 + 0.5**2) / 3  # mean square of deviations from 0.3 to 0.5 m/s2
+        self.p = np.diag([*np.diag(plain.p), *np.full(n, self.fresh), drift_mps2**2])
+
+    def take(self, reading: np.ndarray) -> None:
+        """The estimate of now."""
+        h, r = self.h[self.heard], self.r[np.ix_(self.heard, self.heard)]
+        gain = self.p @ h.T @ np.linalg.inv(h @ self.p @ h.T + r)
+        self.x = self.x + gain @ (reading[self.heard] - h @ self.x)
+        self.p = self.p - gain @ h @ self.p
+
+    def go_on(self, command: np.ndarray, step: int) -> None:
+        """The prediction of this step; disturbances last 10 steps."""
+        n = len(command)
+        self.x, self.p = self.a @ self.x, self.a @ self.p @ self.a.T
+        self.x[: 2 * n] += self.command @ command
+        if step % 10 == 0:
+            own = slice(2 * n, 3 * n)
+            self.x[own], self.p[own], self.p[:, own] = 0.0, 0.0, 0.0
+            self.p[own, own] = self.fresh * np.eye(n)
+
+
+@pytest.mark.parametrize("hypothesis", [0, 1, 20, -1])
+def test_every_filter_is_that_of_textbooks(hypothesis: Any) -> None:
+    known, defender = hypothesis_filters(SPEC.config), Hypotheses(SPEC, outlier=LOOSE)
+    joint = JointFilter(known.heard[hypothesis], DRIFT_MPS2 if hypothesis == -1 else 0.0)
+    state = defender.begin([np.random.default_rng(0)], [{}])
+
+    def look(game: Any) -> None:
+        nonlocal state
+        if game.elapsed[0] < 25:
+            if game.elapsed[0] > 0:
+                joint.go_on(game.state.command[0], int(game.elapsed[0]))
+            joint.take(game.state.reading[0])
+            _, state = defender.predict(game.observe("defender"), state)
+            np.testing.assert_allclose(state[0][0, hypothesis], joint.x, atol=1e-4)
+
+    play_episodes(FDI, SPEC.config, {"attacker": "tracker", "defender": "bank"}, [3], on_step=look)
+
+
+def test_a_wrong_belief_costs_the_first_filter_nothing() -> None:
+    surprise = hypothesis_filters(SPEC.config).surprise
+    assert np.all(surprise[:, 0] == 0)
+    assert surprise[1:].min() > -1e-9  # who hears less expects wider innovations
+
+
+@pytest.mark.parametrize("task", FDI.config("learning", {}).tasks.split())
+def test_loud_lies_are_found_and_do_hardly_any_harm(task: Any) -> None:
+    settings = {"preset": "learning", "tasks": task, "attack_share": 1.0, "seeds": range(20)}
+    outcome = play("swing", Hypotheses(SPEC), **settings)
+    assert outcome["detected"].min() == 1
+    most = 0.2 if task == "xv4>4" else 0.0  # the lead drives blindly then, and may collide slowly
+    assert outcome["impact_speed_mps"].mean() <= most
+
+
+def test_quiet_lies_do_less_harm_than_against_the_bank() -> None:
+    settings = {"preset": "learning", "attack_share": 1.0, "seeds": range(60)}
+    found, bank = (play("tracker", defender, **settings)["impact_speed_mps"] for defender in (Hypotheses(SPEC), "bank"))
+    assert found.mean() < 0.5 * bank.mean()
+
+
+def test_it_is_quiet_where_nobody_attacks() -> None:
+    outcome = play("none", Hypotheses(SPEC), preset="learning", seeds=range(200))
+    assert outcome["false_alarm"].mean() < 0.1
+    assert outcome["collided_pairs"].max() == 0
+
+
+def test_a_vehicle_brakes_that_nobody_can_check() -> None:
+    row = np.zeros((1, SPEC.fields.size))
+    row[0, SPEC.fields.slices["steps_left"]] = 100
+    for sensor in ("x4", "v4"):
+        name = "range_error" if sensor == "x4" else "range_rate"
+        row[0, SPEC.fields.slices[name].start + place(sensor) % 7] = 9.0
+    defender = Hypotheses(SPEC, threshold=1.0, per_sensor=0.1, correction=0.0, caution=1.0)
+    actions, _ = defender.predict(SPEC.fields.encode(row), defender.begin([np.random.default_rng(0)], [{}]))
+    assert actions[0, [place("x4"), place("v4")]].tolist() == [0, 0]
+    assert actions[0, 14:].tolist() == [4, 4, 4, 2]  # 1 m/s2 in steps of 0.5

@@ -10,7 +10,6 @@ import numpy as np
 
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.match import Match
-from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
@@ -33,16 +32,8 @@ def seen(game: HvacGame, role: Role) -> dict[str, Array]:
     return game.fields[role].decode(game.observe(role))
 
 
-def play(
-    attacker: str,
-    defender: str,
-    seeds: Sequence[int] = range(10),
-    preset: str = "paper",
-    on_step: Callable[..., Any] | None = None,
-    **overrides: Any,
-) -> dict[str, Array]:
-    players = {"attacker": attacker, "defender": defender}
-    return play_episodes(HVAC, HVAC.config(preset, overrides), players, seeds, on_step=on_step)
+def play(attacker: Any, defender: Any, seeds: Sequence[int] = range(10), preset: str = "paper", **rest: Any) -> Any:
+    return episodes.play(HVAC, attacker, defender, seeds, preset, **rest)
 
 
 def watched(

@@ -8,22 +8,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
+from typer.testing import Result
 
-from cps_agents.cli import app
 from cps_baselines.hvac.calibrated import SEEDS, SHIPPED, calibrate, calibrated_threshold, shipped_thresholds
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
+from tests.agents.command_line import invoke
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 SHORT_DAY = ["--set", "num_steps=90", "--set", "window_steps=40", "--set", "onset_step=45"]
 
 
 def run(*arguments: Sequence[str]) -> Result:
-    return CliRunner().invoke(app, ["calibrate-mtd2", *arguments])
+    return invoke("calibrate-mtd2", *arguments)
 
 
 @pytest.mark.parametrize(("sensors", "expected"), [(4, 0.418), (8, 0.425)])

@@ -1,4 +1,4 @@
-"""The configuration: presets, bounds, and errors that name the remedy."""
+"""The configuration, buildings of one's own, and generated houses with their picture."""
 
 from __future__ import annotations
 
@@ -6,11 +6,22 @@ import math
 from typing import Any
 
 import gymnasium
+import numpy as np
 import pytest
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.hvac.config import EASY, PAPER, HvacConfig
+from cps_envs.hvac.houses import house
+from cps_envs.hvac.picture.house import House
+from cps_envs.hvac.picture.palette import FALSE, temperature_color
+from cps_envs.hvac.picture.scene import Scene
+from cps_envs.hvac.picture.viewer import HOUSE, Viewer
 from cps_envs.hvac.problem import HVAC
+from cps_envs.hvac.sensors import membership, sensor_sets
+from cps_envs.hvac.state import Metrics
+from tests.hvac.games import go, started
+
+SHORT = {"num_steps": 90, "window_steps": 64, "onset_step": 70}
 
 
 def make(**overrides: Any) -> HvacConfig:
@@ -64,3 +75,115 @@ def test_a_building_of_one_s_own_can_be_made_and_played() -> None:
         assert math.isfinite(reward)
     assert truncated
     assert info["mean_abs_error_c"] < 3
+
+
+def config_of(num_zones: int, **arguments: Any) -> HvacConfig:
+    config: HvacConfig = HVAC.config("paper", house(num_zones, **arguments))
+    return config
+
+
+@pytest.mark.parametrize("num_zones", [2, 3, 4, 7, 16, 30, 64])
+def test_every_room_is_linked_to_its_neighbours(num_zones: int) -> None:
+    config = config_of(num_zones)
+    pairs = set(zip(config.link_zones[::2], config.link_zones[1::2], strict=True))
+    reached, waiting = {1}, [1]
+    while waiting:
+        zone = waiting.pop()
+        for one, two in pairs:
+            other = two if one == zone else one if two == zone else None
+            if other is not None and other not in reached:
+                reached.add(other)
+                waiting.append(other)
+    assert len(reached) == num_zones
+    assert max(sum(zone in pair for pair in pairs) for zone in reached) <= 4
+    assert max(config.ground_zones) == num_zones
+
+
+def test_rooms_stand_on_rooms() -> None:
+    seven = config_of(7, columns=3)
+    assert seven.ground_zones == (5, 6, 7)
+    assert seven.link_zones == (2, 3, 3, 4, 5, 6, 6, 7, 1, 2, 2, 5, 3, 6, 4, 7)
+
+
+def test_a_seed_is_a_building() -> None:
+    assert house(9) == house(9)
+    assert house(9)["heat_capacity_j_per_k"] != house(9, seed=1)["heat_capacity_j_per_k"]
+
+
+@pytest.mark.parametrize("num_zones", [4, 16, 64])
+@pytest.mark.parametrize("sensors_per_zone", [1, 2])
+def test_there_are_as_many_sets_as_sensors(num_zones: int, sensors_per_zone: int) -> None:
+    config = config_of(num_zones, sensors_per_zone=sensors_per_zone)
+    member = membership(config)
+    assert member.shape == (config.num_sensors, config.num_sensors)
+    assert (member.sum(axis=1) == config.set_size).all()
+    assert (member.sum(axis=0) == config.set_size).all()
+
+
+def test_sets_of_sensors_in_a_row_go_round() -> None:
+    config = HVAC.config("paper", {"set_size": 3})
+    assert sensor_sets(config) == ((1, 2, 3), (2, 3, 4), (1, 3, 4), (1, 2, 4))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        ({"num_zones": 1}, "num_zones = 1"),
+        ({"num_zones": 65}, "2 to 64"),
+        ({"num_zones": 4, "columns": 0}, "columns = 0"),
+        ({"num_zones": 4, "sensors_per_zone": 3}, "sensors_per_zone = 3"),
+    ],
+)
+def test_impossible_houses_are_refused(arguments: dict[str, int], named: str) -> None:
+    with pytest.raises(ConfigurationError, match=named):
+        house(**arguments)
+
+
+@pytest.mark.parametrize("num_zones", [16, pytest.param(64, marks=pytest.mark.slow)])
+def test_many_zones_are_kept_warm_and_known_by_any_set(num_zones: int) -> None:
+    game = started([0, 1], **house(num_zones), onset_step=600)
+    go(game, num_steps=210)
+    for choice in (1, num_zones, num_zones + 1):
+        go(game, choice, num_steps=50)
+    assert np.abs(game.state.temperature - 25).max() < 3  # heating cannot cool
+    assert np.abs(game.state.estimate[:, 1:-1] - game.state.temperature[:, np.newaxis]).max() < 1.5
+    assert game.mean_residuals() == pytest.approx(np.full((2, num_zones), 0.2), abs=0.03)  # the noise's variance
+
+
+def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
+    config = HVAC.config("paper", house(64))
+    assert not House(config, HOUSE).afar
+    generator = np.random.default_rng(0)
+    scene = Scene(
+        episode=0,
+        step=300,
+        onset=250,
+        temperature=generator.uniform(20, 30, 64),
+        estimate=generator.uniform(20, 30, 64),
+        heating=generator.uniform(0, 1000, 64),
+        outdoor_c=30.0,
+        forecast_c=30.0,
+        unknown_heat=np.zeros(64),
+        believed_heat=np.full(64, np.nan),
+        measured=generator.uniform(20, 30, 64),
+        reading=generator.uniform(20, 30, 64),
+        compromised=np.arange(64) < 9,
+        choice=17,
+        ready=True,
+        residual=generator.uniform(0.1, 1.0, 64),
+        mean_residual=generator.uniform(0.1, 1.0, 64),
+        metrics=dict.fromkeys(Metrics._fields, 1.0),
+    )
+    pixels = Viewer(config).frame(scene)
+    assert pixels.shape == (540, 960, 3)
+    rooms = pixels[150:490, 20:510].reshape(-1, 3)
+    colours = {tuple(color) for color in rooms.tolist()}
+    assert (np.abs(rooms.astype(int) - FALSE).max(axis=1) < 8).sum() > 9 * 5  # rings of compromised sensors
+    assert len({temperature_color(value, 25.0) for value in scene.temperature} & colours) > 20
+
+
+def test_a_house_is_made_by_its_id() -> None:
+    env = gymnasium.make("cps_envs:cps_envs/HvacDefense-v0", **{**house(9), **SHORT})
+    assert env.action_space.n == 9 + 2  # type: ignore[attr-defined]
+    observation, _ = env.reset(seed=0)
+    assert observation.shape == env.observation_space.shape

@@ -1,4 +1,4 @@
-"""What the contest plays of the HVAC problem: preset `learning` is a contest."""
+"""The defenders of preset `learning` against their definitions, those who are told, and their contest."""
 
 from __future__ import annotations
 
@@ -7,14 +7,197 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cps_baselines.hvac.contest import CONTEST
+from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
-from tests.hvac.games import play, spec_of
+from cps_envs.hvac.config import LEARNING, PAPER
+from cps_envs.hvac.game import HvacGame
+from cps_envs.hvac.sensors import filter_sets
+from tests.hvac.games import go, play, spec_of, started, watched
 
+SETS = filter_sets(LEARNING)
+MODEL, FIRST = 15, 16  # choices: the model, and the first filter
 DAYS = range(5_000_000, 5_000_060)  # unlike those that anything was tuned on
 NOISY = ("tracker", "ramp?rate_c_per_h=0.7&keep_noise=true", "mimic?keep_noise=true")
 STRONG = (*NOISY, *(f"{name}{'&' if '?' in name else '?'}warmer=true" for name in NOISY), "brink", "constant")
+
+
+@given(values=st.lists(st.floats(-20, 20), min_size=1, max_size=60))
+def test_the_mean_square_stays_between_what_it_averages(values: Any) -> None:
+    spread = np.ones(1)
+    for value in values:
+        before, spread = spread, spread_after(spread, np.array([value]))
+        square = min(value**2, 9.0)
+        assert min(before[0], square) - 1e-12 <= spread[0] <= max(before[0], square) + 1e-12
+
+
+@pytest.mark.parametrize("name", ["cusum", "largest"])
+@pytest.mark.parametrize("attacker", ["brink", "brink?warmer=true", "tracker?noise=0"])
+def test_readings_without_noise_are_too_smooth(name: str, attacker: str) -> None:
+    days = {"compromised_weights": (0, 0, 1)}
+    tested, blind, told = (play(attacker, policy, range(30), "learning", **days)["return"].mean()
+                           for policy in (name, f"{name}?smooth=0", "informed"))  # fmt: skip
+    assert tested < 0.7 * blind
+    assert tested < told + 3.0
+
+
+def cusum_of(
+    readings_by_filter: list[tuple[Array, Array]], kappa: float, limit: float, quiet: float, release: int, smooth: float
+) -> list[tuple[int, ...]]:
+    """The definition in plain Python: the trusted sensors after each step, of r and its mean (F, S) at each."""
+    trusted, up, down, calm, found = {0, 1, 2, 3}, [0.0] * 4, [0.0] * 4, [0] * 4, []
+    square = [1.0] * 4
+    for r, mean in readings_by_filter:
+        own = SETS.index(tuple(sorted(s + 1 for s in trusted)))
+        for s in range(4):
+            up[s] = max(0.0, up[s] + r[own][s] - kappa)
+            down[s] = max(0.0, down[s] - r[own][s] - kappa)
+            square[s] += (min(r[own][s] ** 2, 9.0) - square[s]) / 30
+            calm[s] = 0 if s in trusted or abs(mean[own][s]) > quiet or square[s] < smooth else calm[s] + 1
+        worst = max(sorted(trusted), key=lambda s: max(up[s], down[s]), default=None)
+        alarm = worst is not None and max(up[worst], down[worst]) > limit
+        trusted |= {s for s in range(4) if calm[s] >= release}
+        trusted -= {s for s in range(4) if square[s] < smooth}
+        if alarm:
+            trusted.discard(worst)
+            up, down = [0.0] * 4, [0.0] * 4
+        for s in range(4):
+            if s not in trusted:
+                up[s] = down[s] = 0.0
+        found.append(tuple(sorted(s + 1 for s in trusted)))
+    return found
+
+
+@pytest.mark.parametrize("attacker", ["constant?reading_c=28", "ramp", "ramp?keep_noise=true", "none"])
+def test_cusum_is_its_definition(attacker: str) -> None:
+    shown, chosen = [], []
+
+    def note(game: HvacGame) -> None:
+        fields = game.fields["defender"].decode(game.observe("defender"))
+        shown.append((fields["innovation"][0], fields["innovation_mean"][0]))
+        chosen.append(int(game.state.choice[0]))
+
+    policy = "cusum?kappa=0.3&limit=6&quiet=0.5&release_h=1&smooth=0.4"
+    watched(attacker, policy, [11], note, compromised_weights=(0, 0, 1), num_steps=420, onset_step=230)
+    start = np.zeros((16, 4)), np.zeros((16, 4))  # about what it sees at k = 0: nothing is near the limit
+    expected = cusum_of([start, *shown[:-1]], 0.3, 6.0, 0.5, 30, 0.4)
+    assert len(set(expected)) > 1
+    ready = slice(201, None)
+    assert [SETS[choice - FIRST] for choice in chosen[ready]] == expected[ready]
+
+
+def test_largest_takes_the_most_sensors_without_an_alarm() -> None:
+    policy = resolve_policy("largest?kappa=0.5&limit=3&release_h=1&smooth=0", spec_of("defender"))
+    spec, state = policy.spec, policy.begin([None], [{}])
+    observation = np.zeros((1, spec.fields.size), np.float32)
+    observation[:, spec.fields.slices["ready"]] = 1
+    part = spec.fields.slices["innovation"]
+
+    def chosen(innovation: Any, state: Any) -> Any:
+        observation[:, part] = innovation.reshape(-1) / 10
+        choices, state = policy.act(Seen(spec.fields, observation), state)
+        return SETS[choices[0] - FIRST], state
+
+    nothing, lie = np.zeros((16, 4)), np.zeros((16, 4))
+    lie[[2 in sensors for sensors in SETS], 1] = -4.0  # sensor 2 is off wherever it is used
+    assert chosen(nothing, state)[0] == (1, 2, 3, 4)
+    found, state = chosen(lie, state)
+    assert found == (1, 3, 4)
+    for _ in range(29):
+        found, state = chosen(nothing, state)
+        assert found == (1, 3, 4)
+    assert chosen(nothing, chosen(nothing, state)[1])[0] == (1, 2, 3, 4)
+
+
+def test_a_lie_outside_a_filter_does_not_raise_its_alarm() -> None:
+    policy = resolve_policy("largest?smooth=0", spec_of("defender"))
+    spec = policy.spec
+    observation = np.zeros((1, spec.fields.size), np.float32)
+    observation[:, spec.fields.slices["ready"]] = 1
+    innovation = np.zeros((16, 4))
+    innovation[SETS.index((1, 3, 4)), 1] = 9.0
+    observation[:, spec.fields.slices["innovation"]] = innovation.reshape(-1) / 10
+    state = policy.begin([None], [{}])
+    for _ in range(10):
+        choices, state = policy.act(Seen(spec.fields, observation), state)
+    assert SETS[choices[0] - FIRST] == (1, 2, 3, 4)
+
+
+def test_the_informed_one_believes_all_but_the_liars() -> None:
+    chosen = []
+    game = watched("ramp", "informed", range(8), lambda game: chosen.append(game.state.choice.copy()))
+    for b in range(8):
+        intact = tuple(s + 1 for s in range(4) if not game.state.compromised[b, s])
+        assert {int(choices[b]) for choices in chosen[200:]} == {FIRST + SETS.index(intact)}
+        assert {int(choices[b]) for choices in chosen[:200]} == {MODEL}
+    assert game.metrics()["flawed_steps"].max() == 0
+
+
+def test_the_truth_is_the_nearest_estimate() -> None:
+    before = []
+
+    def note(game: HvacGame) -> None:
+        if before:
+            estimate, true, ready = before[-1]
+            nearest = ((estimate - true[:, np.newaxis]) ** 2).sum(axis=2).argmin(axis=1)
+            np.testing.assert_array_equal(game.state.choice, nearest if ready else MODEL)
+        state = game.state
+        before.append((state.estimate.copy(), state.temperature.copy(), state.step[0] >= 200))
+
+    watched("brink", "truth", range(3), note, num_steps=260, onset_step=210)
+
+
+@pytest.mark.parametrize("name", ["informed", "truth"])
+def test_who_is_told_says_so(name: str) -> None:
+    policy = resolve_policy(name, spec_of("defender"))
+    assert policy.privileged == {"truth"}
+    with pytest.raises(TypeError, match="truth"):
+        policy.predict(np.zeros((1, policy.spec.fields.size), np.float32))
+
+
+@pytest.mark.parametrize("name", ["cusum", "largest", "informed"])
+def test_without_filters_they_say_what_to_do(name: str) -> None:
+    with pytest.raises(ConfigurationError, match="kalman_filters=true"):
+        resolve_policy(name, spec_of("defender", preset="paper"))
+
+
+def test_filters_are_named_by_the_sensors_that_are_wanted() -> None:
+    filters = FilterChoices(LEARNING)
+    wanted = np.array([[1, 1, 1, 1], [0, 0, 0, 0], [1, 0, 1, 1], [0, 1, 0, 0]], bool)
+    assert [SETS[index] for index in filters.index_of(wanted)] == [(1, 2, 3, 4), (), (1, 3, 4), (2,)]
+    with pytest.raises(ConfigurationError, match="kalman_filters=true"):
+        FilterChoices(PAPER)
+
+
+@pytest.mark.parametrize("name", ["cusum", "largest"])
+def test_honest_days_cost_little_though_heat_comes_in_steps(name: str) -> None:
+    """Steps of heat look like lies, so some sensor is distrusted for part of the day; but zones are linked."""
+    apart = []
+
+    def note(game: HvacGame) -> None:
+        if game.state.step[0] > 200:
+            apart.append((game.state.choice != FIRST + 14).mean())
+
+    days, honest = range(700, 760), {"compromised_weights": (1,)}
+    paid = watched("none", name, days, note, **honest).metrics()["a_impact"]
+    everything = play("none", f"always?action={FIRST + 14}", days, "learning", **honest)["return"]
+    assert 0.02 < np.mean(apart) < 0.6
+    assert (paid - everything).mean() < 2.0
+
+
+def test_truth_of_a_game_changes_with_it() -> None:
+    game = started([0, 1], preset="learning")
+    told = game.truth(1)
+    before = told["temperature"].copy()
+    go(game, 0, num_steps=20)
+    assert (told["temperature"] != before).all()
+    np.testing.assert_array_equal(told["compromised"], game.state.compromised[1])
 
 
 def test_constants_of_the_defender_are_all_there_are() -> None:

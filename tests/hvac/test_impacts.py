@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
+from tests import episodes
 from tests.hvac.games import go, play, started
 
 
@@ -96,14 +96,10 @@ def test_stealthy_attacks_keep_the_sets_of_single_forged_sensors_below_eps(attac
     """Mean over ten days of Jm_a. Forged sensors together are not consistent: each tells of another building."""
     config = HVAC.config("paper", {"num_compromised": 3})
     singles = [sensor_sets(config).index((sensor,)) for sensor in (1, 2, 4)]
-    highest = np.zeros(3)
-
-    def note(game: HvacGame) -> None:
-        if game.elapsed[0] >= 220:
-            np.maximum(highest, game.mean_residuals()[:, singles].mean(axis=0), out=highest)
-
-    play(attack, "mtd2", num_compromised=3, on_step=note)
-    assert (highest < config.threshold_c2).all() == stealthy
+    means = episodes.watched(
+        HVAC, lambda game: game.mean_residuals()[:, singles].mean(axis=0), attack, "mtd2", range(10), num_compromised=3
+    )
+    assert (np.array(means[220:]) < config.threshold_c2).all() == stealthy
 
 
 def test_slower_and_faster_ramps_gain_less() -> None:

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_agents.cli import main
 from cps_agents.datasets import write_dataset
 from cps_agents.errors import CommandError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
+from tests.agents.command_line import invoke
 
 minari = pytest.importorskip("minari")
 pytest.importorskip("h5py")
@@ -73,11 +73,8 @@ def test_names_are_checked(tmp_path: Path) -> None:
         write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine")
 
 
-def test_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["dataset", "fdi", "--role", "attacker", "--attacker", "oracle", "--episodes", "2", "--json"]
-    monkeypatch.setattr("sys.argv", ["cps-envs", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    assert ended.value.code == 0
-    document = json.loads(capsys.readouterr().out)
+def test_command() -> None:
+    result = invoke(*["dataset", "fdi", "--role", "attacker", "--attacker", "oracle", "--episodes", "2", "--json"])
+    assert result.exit_code == 0
+    document = json.loads(result.stdout)
     assert document["steps"] == minari.load_dataset(document["id"]).total_steps == 40

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,45 +28,34 @@ from cps_baselines.rogue.monitor import (
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
-from cps_envs.core.play import play_episodes
-from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.policy import State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, Role
-from cps_envs.rogue.config import RogueConfig
+from cps_envs.core.types import Array
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
+from tests import episodes
 
 FIRST = 8_000  # of the seeds here; those of the searches begin at 40,000,000
 LETTERS = {name[0]: number for number, name in enumerate(CONTROLLERS)}
 
 
-def config_of(**overrides: Any) -> RogueConfig:
-    return ROGUE.config("learning", overrides)
+spec_of = partial(episodes.spec_of, ROGUE, preset="learning")
 
 
-def spec_of(role: Role, **overrides: Any) -> RoleSpec:
-    return ROGUE.game(config_of(**overrides), 1).spec(role)
+def play(attacker: Any, defender: Any, count: int = 24, **rest: Any) -> dict[str, Array]:
+    return episodes.play(ROGUE, attacker, defender, range(FIRST, FIRST + count), "learning", **rest)
 
 
-def play(
-    attacker: Any, defender: Any, count: int = 24, on_step: Callable[..., Any] | None = None, **overrides: Any
-) -> dict[str, Array]:
-    players = {"attacker": attacker, "defender": defender}
-    return play_episodes(ROGUE, config_of(**overrides), players, range(FIRST, FIRST + count), on_step=on_step)
+def watched(see: Callable[[Any], Any], attacker: Any, defender: Any, count: int, **overrides: Any) -> list[Any]:
+    return episodes.watched(ROGUE, see, attacker, defender, range(FIRST, FIRST + count), "learning", **overrides)
 
 
 def orders_of(defender: str, attacker: str = "none", count: int = 16, **overrides: Any) -> tuple[Array, RogueGame]:
     """The laws in force (steps, B, n) and the game at its end."""
-    laws, games = [], []
-
-    def look(game: RogueGame) -> None:
-        laws.append(game.state.controller.copy())
-        games[:] = [game]
-
-    play(attacker, defender, count, look, **overrides)
-    return np.array(laws), games[0]
+    found = watched(lambda game: (game.state.controller.copy(), game), attacker, defender, count, **overrides)
+    return np.array([laws for laws, _ in found]), found[0][1]
 
 
 @pytest.mark.parametrize(("pattern", "expected"), [("shll", "shll"), ("sl", "ssll"), ("f", "ffff"), ("srhlfs", "shls")])
@@ -151,18 +141,14 @@ def test_the_informed_defender_can_be_late() -> None:
 
 
 def test_a_strike_is_full_effort_and_the_rest_is_the_linear_law() -> None:
-    efforts, errors, games = [], [], []
-
-    def look(game: RogueGame) -> None:
-        efforts.append(game.state.effort[:, 2].copy())
+    def look(game: RogueGame) -> tuple[Array, Array]:
         x, v = game.state.position, game.state.speed
         error = (x[:, 3] - x[:, 2] - 9) - (x[:, 2] - x[:, 1] - 9)
-        errors.append((error + 3 * (v[:, 3] - 2 * v[:, 2] + v[:, 1]) + 0.1 * v[:, 2]) / 5)
-        games[:] = [game]
+        return game.state.effort[:, 2].copy(), (error + 3 * (v[:, 3] - 2 * v[:, 2] + v[:, 1]) + 0.1 * v[:, 2]) / 5
 
     exact = {"drive_mps2": 5.0, "drag_per_s": 0.1, "power_ratio": 1.0, "onset_s": 2.0, "attack_share": 1.0}
     exact |= {"num_vehicles": 5, "attacker_index": 3, "range_noise_m": 0.0, "range_rate_noise_mps": 0.0}
-    play("strike?strike_s=2&period_s=10", "sliding", 2, look, **exact)
+    efforts, errors = zip(*watched(look, "strike?strike_s=2&period_s=10", "sliding", 2, **exact), strict=True)
     found, law = np.array(efforts)[1:], np.clip(np.array(errors)[:-1], -1, 1)
     assert np.all(found[20:40] == 1.0)
     assert found[41:119] == pytest.approx(law[41:119], abs=0.02)

@@ -1,4 +1,4 @@
-"""The monitor finds who disobeys, forgives who obeys again, and suspects nobody for nothing."""
+"""The monitor finds who disobeys and suspects nobody for nothing; who gives way avoids the attacker."""
 
 from __future__ import annotations
 
@@ -7,28 +7,43 @@ from typing import Any
 import numpy as np
 import pytest
 
+from cps_baselines.family import Family, play_family
+from cps_baselines.rogue.families import GIVING_WAY, MONITOR
+from cps_baselines.rogue.giving_way import GivingWay
 from cps_baselines.rogue.monitor import NOBODY, Monitor, strength
-from cps_envs.core.policy import State
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.rogue.actions import Engine
+from cps_envs.rogue.config import LEARNING, RogueConfig
 from cps_envs.rogue.problem import ROGUE
-from tests.rogue.test_contested import config_of, play
+from tests.rogue.test_contested import play, spec_of, watched
+
+SOLID = {"contact": "solid", "duration_s": 20.0}
+COMMANDED = ROGUE.config("paper", {**SOLID, "defense_action": "command"})
+START = GIVING_WAY.values(np.zeros((1, len(GIVING_WAY.numbers))))
+
+
+class Watched(Monitor):
+    """Keeps its state after each decision."""
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self.states: list[Any] = []
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        actions, state = super().act(seen, state)
+        self.states.append(tuple(part.copy() for part in state))
+        return actions, state
 
 
 def suspicions(attacker: str, count: int, **overrides: Any) -> tuple[Array, Array]:
     """The suspects (steps, B) of the monitor, and the seats (B,)."""
-    config, found, seats = config_of(**overrides), [], []
-
-    class Watched(Monitor):
-        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-            actions, state = super().act(seen, state)
-            found.append(state[1].copy())
-            return actions, state
-
-    watched = Watched(ROGUE.game(config, 1).spec("defender"))
-    play(attacker, watched, count, lambda game: seats.append(game.drawn["attacker"].copy()), **overrides)
-    return np.array(found), seats[0]
+    monitor = Watched(spec_of("defender", **overrides))
+    seats = watched(lambda game: game.drawn["attacker"].copy(), attacker, monitor, count, **overrides)
+    return np.array([suspects for _, suspects, *_ in monitor.states]), seats[0]
 
 
 def test_the_monitor_suspects_nobody_in_honest_episodes() -> None:
@@ -58,17 +73,10 @@ def test_the_monitor_forgives_whoever_obeys_again() -> None:
 @pytest.mark.parametrize(("ratio", "share"), [(1.0, 0.0), (1.3, 1.0)])
 def test_the_monitor_tells_a_strong_engine_from_an_intact_one(ratio: float, share: float) -> None:
     """An attacker at full throttle, whose engine the defender is not told."""
-    config, found = config_of(attack_share=1.0, onset_s=5.0, power_ratio=ratio), []
-
-    class Watched(Monitor):
-        def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-            actions, state = super().act(seen, state)
-            found.append(state[2].copy())
-            return actions, state
-
-    watched = Watched(ROGUE.game(config, 1).spec("defender"))
-    play("always?action=1", watched, 40, attack_share=1.0, onset_s=5.0, power_ratio=ratio)
-    strong = found[200] > 0.75  # 15 s after the onset
+    world = {"attack_share": 1.0, "onset_s": 5.0, "power_ratio": ratio}
+    monitor = Watched(spec_of("defender", **world))
+    play("always?action=1", monitor, 40, **world)
+    strong = monitor.states[200][2] > 0.75  # 15 s after the onset
     assert np.mean(strong) == pytest.approx(share, abs=0.15)
 
 
@@ -77,3 +85,46 @@ def test_strength_is_what_lies_beyond_full_effort_on_the_nearer_side() -> None:
     assert strength(20.0, 4.0, engine) == pytest.approx(1.0)  # full driving reaches 5 - 2
     assert strength(20.0, -8.5, engine) == pytest.approx(1.5)  # full braking reaches -5 - 2
     assert strength(20.0, 0.0, engine) == pytest.approx(-3.0)
+
+
+@pytest.mark.parametrize("config", [ROGUE.config("paper", SOLID), LEARNING])
+def test_giving_way_refuses_what_it_cannot_play(config: RogueConfig) -> None:
+    with pytest.raises(ConfigurationError, match="defense_action"):
+        GivingWay(ROGUE.game(config, 1).spec("defender"), START)
+
+
+def test_giving_way_wants_all_its_numbers() -> None:
+    with pytest.raises(ConfigurationError, match="24 numbers"):
+        GivingWay(ROGUE.game(COMMANDED, 1).spec("defender"), START[:, 1:])
+
+
+def test_vehicles_keep_their_places_when_nobody_attacks() -> None:
+    outcome = play_family(GIVING_WAY, ROGUE, COMMANDED, "none", START, [0])
+    assert outcome["damage"] == 0.0
+    assert outcome["formation_cost_s"] < 1.0
+
+
+@pytest.mark.parametrize("attacker", ["switching", "square"])
+def test_giving_way_allows_less_damage_than_the_linear_law(attacker: str) -> None:
+    given = play_family(GIVING_WAY, ROGUE, COMMANDED, attacker, START, [0])["damage"]
+    config = ROGUE.config("paper", SOLID)
+    assert given < play_episodes(ROGUE, config, {"attacker": attacker, "defender": "pd"}, [0])["damage"]
+
+
+@pytest.mark.parametrize(
+    ("family", "config"), [(GIVING_WAY, COMMANDED), (MONITOR, ROGUE.config("learning", {"duration_s": 10.0}))]
+)
+def test_every_episode_is_played_by_its_own_row(family: Family, config: RogueConfig) -> None:
+    values = family.values(np.array([np.zeros(len(family.numbers)), np.ones(len(family.numbers))]))
+    both = play_family(family, ROGUE, config, "switching", values, [3, 4])["return"]
+    alone = [play_family(family, ROGUE, config, "switching", values[k : k + 1], [3 + k])["return"][0] for k in (0, 1)]
+    assert both.tolist() == alone
+
+
+def test_the_family_of_the_monitor_is_the_monitor() -> None:
+    config = ROGUE.config("learning", {"duration_s": 10.0})
+    values = MONITOR.values(np.zeros((1, len(MONITOR.numbers))))
+    options = "&".join(f"{number.name}={number.start}" for number in MONITOR.numbers)
+    players = {"attacker": "switching", "defender": f"monitor?{options}"}
+    expected = play_episodes(ROGUE, config, players, [5])["return"]
+    assert play_family(MONITOR, ROGUE, config, "switching", values, [5])["return"] == expected

@@ -17,7 +17,6 @@ from cps_baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.conformance import check_refinement
 from cps_envs.core.kernels import view
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
@@ -30,21 +29,15 @@ ATTACKERS = [name for name in policy_names("rogue", "attacker") if name not in (
 
 spec_of = partial(episodes.spec_of, ROGUE)
 play = partial(episodes.play, ROGUE)
+watched = partial(episodes.watched, ROGUE)
 
 
 def efforts(
     attacker: str, seeds: Sequence[int] = (0,), preset: str = "paper", **overrides: Any
 ) -> tuple[Array, RogueGame]:
     """Efforts (K, B) that were applied, decision by decision, and the game at the end."""
-    seen, games = [], []
-
-    def look(game: RogueGame) -> None:
-        seen.append(game.state.effort[:, 2].copy())
-        games[:] = [game]
-
-    config = ROGUE.config(preset, overrides)
-    play_episodes(ROGUE, config, {"attacker": attacker, "defender": "none"}, list(seeds), on_step=look)
-    return np.array(seen[1:]), games[0]
+    seen = watched(lambda game: (game.state.effort[:, 2].copy(), game), attacker, "none", seeds, preset, **overrides)
+    return np.array([effort for effort, _ in seen[1:]]), seen[0][1]
 
 
 @pytest.mark.parametrize(("frequency_hz", "duty"), [(0.1, 0.5), (0.13, 0.5), (0.07, 0.85), (0.43, 0.3)])
@@ -141,16 +134,16 @@ def test_switching_takes_the_weights_of_the_nearest_ratio() -> None:
 @pytest.mark.parametrize("threshold_m", [2.0, 4.0, 7.0])
 @pytest.mark.parametrize("attacker_index", [2, 3])
 def test_all_become_human_as_soon_as_one_wants_the_threshold(threshold_m: float, attacker_index: int) -> None:
-    growths, humans = [], []
-
-    def look(game: RogueGame) -> None:
-        growths.append(game.state.growth[0].max())
-        humans.append(int(game.metrics()["humans"][0]))
-
-    config = ROGUE.config("paper", {"attacker_index": attacker_index, "dt_s": 0.0005})
-    spec = ROGUE.game(config, 1).spec("defender")
-    players = {"attacker": "square?frequency_hz=0.3", "defender": Disband(spec, threshold_m)}
-    play_episodes(ROGUE, config, players, [0], on_step=look)
+    world = {"attacker_index": attacker_index, "dt_s": 0.0005}
+    growths, humans = zip(
+        *watched(
+            lambda game: (game.state.growth[0].max(), int(game.metrics()["humans"][0])),
+            "square?frequency_hz=0.3",
+            Disband(spec_of("defender", **world), threshold_m),
+            **world,
+        ),
+        strict=True,
+    )
     first = humans.index(4)
     assert set(humans[:first]) == {0}
     assert set(humans[first:]) == {4}

@@ -10,9 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_baselines.rogue.reproduction.headroom import SHIPPED
 from cps_baselines.rogue.switching_search import (
     ALL,
@@ -22,6 +20,7 @@ from cps_baselines.rogue.switching_search import (
     search_switching,
     switching_damages,
 )
+from tests.agents.command_line import invoke
 
 pytest.importorskip("cma")
 TINY = {"generations": 3, "population": 6, "restarts": 1, "worlds": 1, "finalists": 2, "final_worlds": 1}
@@ -93,7 +92,7 @@ def test_the_command_writes_what_it_finds(tmp_path: Path, monkeypatch: pytest.Mo
     target = tmp_path / "found.json"
     sizes = ["--generations", "1", "--population", "4", "--restarts", "1", "--jobs", "1"]
     arguments = ["search-switching", "--against", "pd", "--ratio", "1.3", *sizes, "--out", str(target)]
-    result = CliRunner().invoke(app, arguments)
+    result = invoke(*arguments)
     assert result.exit_code == 0, result.output
     (found,) = json.loads(target.read_text())["found"]
     assert (found["against"], found["power_ratio"]) == ("pd", 1.3)

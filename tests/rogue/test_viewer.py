@@ -5,15 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from cps_agents.cli import app
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.picture.bars import wanted_growth
 from cps_envs.rogue.picture.history import Recording
 from cps_envs.rogue.picture.palette import LAW_COLORS
 from cps_envs.rogue.picture.road import lay_out, named, window_m
 from cps_envs.rogue.picture.viewer import Viewer, plots
+from tests.agents.command_line import invoke
 from tests.pictured import bumped
 from tests.rogue.pictures import CONFIG, EVERY, PUSHED, SCATTERED, SOLID, START, UNDER_WAY, drive, frame, opened
 
@@ -121,7 +120,7 @@ def test_a_picture_of_a_late_moment_shows_what_led_to_it(tmp_path: Path) -> None
     imageio = pytest.importorskip("imageio.v3")
     target = tmp_path / "late.png"
     arguments = ("play", "rogue", "--attacker", "none", "--defender", "pd", "--set", "duration_s=3", "--at", "2")
-    assert CliRunner().invoke(app, [*arguments, "--render", str(target)]).exit_code == 0
+    assert invoke(*arguments, "--render", str(target)).exit_code == 0
     config = replace(CONFIG, duration_s=3.0)
     game, viewer = opened(config), Viewer(config)
     game.reset(EVERY, [np.random.default_rng(0)])

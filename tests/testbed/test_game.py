@@ -1,3 +1,5 @@
+"""The game of the robots: its numbers, what it does, what it pays."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -10,16 +12,50 @@ import pytest
 from cps_baselines.disbanding.corrections import CopyDisbanded
 from cps_baselines.testbed.cases import mitigation
 from cps_envs.core.game import Game
+from cps_envs.core.kernels import view
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.game import RobotGame
+from cps_envs.testbed.payoff import METRICS, measure_episode, velocity_error
 from cps_envs.testbed.picture.scene import desired_arcs
-from cps_envs.testbed.problem import ATTACK, TESTBED
+from cps_envs.testbed.problem import ATTACK, TESTBED, attack_fields, defense_fields
+from cps_envs.testbed.state import Robots, allocate, rules_of
 
 ONE = np.ones(1, np.bool_)
 SHORT = replace(BASELINE, duration_s=24.0, measured_from_s=10.0, measured_for_s=10.0)
 EARLY = "plan?events=[[3, 10]]"
+INTACT = np.array([False] * 3 + [True] * 6)
+
+
+def test_the_road_is_ten_times_as_large_and_has_the_limits_of_table_2_1() -> None:
+    road = BASELINE.road
+    assert (road.min_acceleration_mps2, road.max_acceleration_mps2) == (-5.0, 1.0)
+    assert (road.desired_speed_mps, road.max_speed_mps) == pytest.approx((2.5, 3.5))
+    assert (road.desired_gap_m, road.standstill_gap_m) == pytest.approx((3.5, 2.4))
+    assert (road.headway_s, road.driver_headway_s, road.control_period_s, road.duration_s) == (1.0, 1.3, 0.05, 60.0)
+    assert (road.proportional_gain, road.derivative_gain, road.num_platoons) == (1.0, 3.0, 3)
+
+
+def test_numbers_of_the_loop() -> None:
+    assert (BASELINE.num_robots, BASELINE.steps_per_period, BASELINE.delay_periods, BASELINE.num_periods) == (
+        9,
+        5,
+        1,
+        1200,
+    )
+    assert BASELINE.window == (400, 1000)
+    assert BASELINE.string_length_m == pytest.approx(6 * 0.35 + 2 * 0.25 + 0.10)
+    assert replace(BASELINE, avoidance="until_disbanding") == MITIGATED
+    assert BASELINE.speed_gain == pytest.approx(BASELINE.wheel_lag_s / BASELINE.control_period_s - 1.0)
+    assert rules_of(RobotConfig(camera_noise_m=0.0)).camera_variance_m2 == pytest.approx(1e-8)
+    assert rules_of(BASELINE).camera_variance_m2 == pytest.approx(0.25e-6)
+
+
+def test_observations_are_those_of_the_road() -> None:
+    game = TESTBED.game(BASELINE, 1)
+    assert game.fields["attacker"].size == attack_fields(BASELINE).size
+    assert game.fields["defender"].size == defense_fields(BASELINE).size
 
 
 def play(
@@ -188,3 +224,62 @@ def test_each_robot_sees_its_own_row_as_a_vehicle_of_the_string() -> None:
     assert team.agents[0] == "robot_0"
     np.testing.assert_array_equal(team.join(np.full((2, 9, 1), 0.5)), np.full((2, 9), 0.5))
     np.testing.assert_array_equal(team.rewards(np.array([1.0, 0.0])), np.repeat([[-1.0], [0.0]], 9, axis=1))
+
+
+def robots() -> Robots:
+    """One environment in which robots drive at 0.25 m/s with gaps of 0.35 m for 60 s."""
+    made = allocate(BASELINE, 1)
+    made.speeds[:] = 0.25
+    made.arcs[:] = 0.25 * 0.05 * np.arange(1201)[:, np.newaxis] - 0.35 * np.arange(9)
+    return made
+
+
+def measured(made: Robots, period: int = 1200) -> dict[str, float]:
+    error = velocity_error(made.error[0], np.array([20.0, np.inf, np.inf]), rules_of(BASELINE))
+    return dict(zip(METRICS, [error, *measure_episode(view(made, 0), period, INTACT, BASELINE)], strict=True))
+
+
+def test_steady_driving() -> None:
+    assert measured(robots()) == pytest.approx(
+        {
+            "velocity_error": 0.0,
+            "lowest_speed_mps": 0.25,
+            "stopped": 0.0,
+            "smallest_gap_m": 0.35,
+            "collided": 0.0,
+            "rms_acceleration_mps2": 0.0,
+        }
+    )
+
+
+def test_what_happens_before_the_window_or_to_the_disbanded_does_not_count() -> None:
+    made = robots()
+    made.speeds[0, :400, 5] = 0.0
+    made.speeds[0, :, :3] = 0.0
+    made.error[0, :3] = 1e6
+    made.arcs[0, :400, 5] += 0.2
+    made.arcs[0, :, 1] += 0.3  # robot 8 near robot 9
+    assert measured(made) == measured(robots())
+
+
+def test_events_in_the_window() -> None:
+    made = robots()
+    made.speeds[0, 500:520, 8] = 0.005
+    made.speeds[0, 510, 7] = 0.02
+    made.arcs[0, 700, 6] += 0.26
+    found = measured(made)
+    assert found["lowest_speed_mps"] == 0.005
+    assert found["stopped"] == 1
+    assert found["smallest_gap_m"] == pytest.approx(0.09)
+    assert found["collided"] == 1
+    squares = 2 * (0.245 / 0.05) ** 2 + 2 * (0.23 / 0.05) ** 2
+    assert found["rms_acceleration_mps2"] == pytest.approx(np.sqrt(squares / (6 * 600)))
+    assert measured(made, 499)["stopped"] == 0
+
+
+def test_velocity_error_is_the_mean_relative_error_in_percent() -> None:
+    made = robots()
+    made.error[0, 3:] = 600 * 0.05  # every sample of the window is off by 0.05 m/s
+    assert measured(made)["velocity_error"] == pytest.approx(20.0)
+    made.error[0, 3:6] = 0.0
+    assert measured(made)["velocity_error"] == pytest.approx(10.0)

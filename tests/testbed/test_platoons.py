@@ -1,4 +1,4 @@
-"""Commands of the robots against section 4 of the specification, written down again in the robots' own metres."""
+"""Commands of the robots against section 4 of the specification in the robots' own metres, and their drawn places."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from cps_envs.disbanding.start import place, undisturbed
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.controllers import decide, mark_touching
+from cps_envs.testbed.picture.scene import desired_arcs
+from cps_envs.testbed.picture.track import Track
 from cps_envs.testbed.start import string_constants
 from cps_envs.testbed.state import rules_of
 
@@ -109,3 +111,20 @@ def test_robots_touch_at_the_length_of_a_body() -> None:
     mark_touching(view(state, 0), unpack(Constants, parameters, 0), rules_of(BASELINE))
     assert np.flatnonzero(state.collided[0]).tolist() == [3, 4]
     assert np.flatnonzero(state.rear_collided[0]).tolist() == [4]
+
+
+def test_angles_count_counterclockwise_from_the_right() -> None:
+    track = Track((100.0, 100.0), 50.0, 1.5)
+    assert track.at(np.pi / 2) == pytest.approx((100.0, 50.0))
+    assert track.at(0.0, 10.0) == pytest.approx((160.0, 100.0))
+    assert track.place(0.0, 1.5) == pytest.approx(track.at(np.pi / 2))
+
+
+def test_wanted_places() -> None:
+    arcs, speeds = -0.3 * np.arange(9.0), np.full(9, 0.2)
+    intact = desired_arcs(arcs, speeds, np.full(3, np.inf), BASELINE)
+    ahead = arcs[:-1]
+    np.testing.assert_allclose(intact[1:], ahead - [0.35, 0.35, 0.2, 0.35, 0.35, 0.2, 0.35, 0.35])
+    assert np.isnan(intact[0])
+    driven = desired_arcs(arcs, speeds, np.array([20.0, np.inf, np.inf]), BASELINE)
+    assert np.isnan(driven).tolist() == [True] * 3 + [False] * 6

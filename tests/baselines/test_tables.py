@@ -1,4 +1,4 @@
-"""Tables 3.1 to 3.7 and Fig. 3.2 as shipped: their cells, and what can be said about them without solving anything."""
+"""The printed tables as shipped: their cells, their readers, and what they say without solving anything."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ import pytest
 from cps_baselines.fdi.reproduction.audit import Comparison, comparisons, worst
 from cps_baselines.fdi.reproduction.controls import control_tables
 from cps_baselines.fdi.reproduction.experiments import ALL_FOUR, FOUR_VEHICLES, TABLES, Evidence
-from cps_baselines.paper.tables import CollisionCell, collision_cells, collision_runs, read_table
+from cps_baselines.paper.tables import (
+    CollisionCell,
+    TrackingErrorCell,
+    collision_cells,
+    collision_runs,
+    read_table,
+    tracking_errors,
+)
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.fdi.task import all_tasks, make_task
 
@@ -115,3 +122,37 @@ def test_rule_of_the_attacked_target() -> None:
     assert {table: each.cells for table, each in found.items()}[ALL_FOUR] == 120
     assert found["3.1"].relaxed is None
     assert found["3.1"].one_horizon is None
+
+
+@pytest.mark.parametrize(("table", "percents"), [("4.1", (20, 40, 60, 80)), ("4.2", (2, 5, 10, 30))])
+def test_every_condition_has_five_sources_and_four_zones(table: str, percents: tuple[int, ...]) -> None:
+    cells = tracking_errors(table)
+    expected = [(percent, used, zone) for percent in percents for used in range(5) for zone in range(1, 5)]
+    assert [(cell.percent, cell.sensors_used, cell.zone) for cell in cells] == expected
+    assert all(0.0 < cell.mean_abs_error_c < 5.0 for cell in cells)
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [
+        TrackingErrorCell("4.1", 20, 0, 1, 0.524),
+        TrackingErrorCell("4.1", 80, 0, 4, 3.992),
+        TrackingErrorCell("4.1", 40, 3, 3, 0.321),
+        TrackingErrorCell("4.2", 5, 1, 1, 0.676),
+        TrackingErrorCell("4.2", 30, 4, 4, 1.135),
+    ],
+)
+def test_cells_are_those_that_are_printed(cell: TrackingErrorCell) -> None:
+    assert cell in tracking_errors(cell.table)
+
+
+def test_an_unknown_table_is_refused() -> None:
+    with pytest.raises(UnknownNameError, match="table_4_1"):
+        tracking_errors("4.3")
+
+
+def test_claims_are_numbered_from_1_to_42() -> None:
+    rows = read_table("claims_ch4")
+    assert [row["id"] for row in rows] == [f"C{number:02d}" for number in range(1, 43)]
+    assert all(row["claim"] and row["figure"] and row["unit"] for row in rows)
+    assert all(row["paper_value"] == "yes" for row in rows if row["unit"] == "bool")

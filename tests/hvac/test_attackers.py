@@ -1,4 +1,4 @@
-"""The attackers of preset `learning` against their definitions: both signs, shapes, tracking, opportunity."""
+"""The attackers against their definitions: to the brink of a set's threshold, both signs, shapes, opportunity."""
 
 from __future__ import annotations
 
@@ -17,11 +17,43 @@ from cps_envs.core.seen import Seen
 from cps_envs.hvac.config import LEARNING
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.problem import HVAC
+from cps_envs.hvac.sensors import sensor_sets
+from tests import episodes
 from tests.hvac.games import play, spec_of, watched
 
+DAYS = range(6)
 FIRST = 16  # the choice that names the first filter
 SIGNED = ("ramp", "root_ramp", "mimic", "brink", "shaped", "opportunist")
 SEES = {"attacker_sees_choice": True}  # what the opportunist lives on
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_it_gains_more_than_the_ramp_on_the_same_days(count: int) -> None:
+    brink, ramp = (play(attacker, "mtd2", DAYS, num_compromised=count)["a_impact"] for attacker in ("brink", "ramp"))
+    assert (brink - ramp).mean() > 0.03 * ramp.mean()
+
+
+def test_mean_residuals_stay_just_below_the_threshold() -> None:
+    config = HVAC.config("paper", {"num_compromised": 3})
+    alone = [sensor_sets(config).index((sensor,)) for sensor in (1, 2, 4)]
+    attacker = "brink?margin_c2=0.02"
+    late = episodes.watched(
+        HVAC, lambda game: game.mean_residuals()[:, alone], attacker, "mtd2", DAYS, num_compromised=3
+    )[300:]
+    assert np.mean(np.array(late) <= config.threshold_c2) > 0.99
+    assert np.mean(late) == pytest.approx(config.threshold_c2 - 0.02, abs=0.01)
+
+
+def test_it_leaves_other_sensors_and_the_time_before_the_onset_alone() -> None:
+    config = HVAC.config("paper", {"num_compromised": 1})
+    forged = np.array(
+        episodes.watched(
+            HVAC, lambda game: game.state.reading != game.state.measured, "brink", "mtd2", DAYS, num_compromised=1
+        )
+    )
+    assert not forged[: config.onset_step].any()
+    assert not forged[:, :, [0, 2, 3]].any()
+    assert forged[config.onset_step + 1 :, :, 1].all()
 
 
 @pytest.mark.parametrize("name", SIGNED)

@@ -1,0 +1,149 @@
+"""What pages show is so: snippets and commands run, options exist, links lead somewhere, tables are whole."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+FIRST = README + (DOCS / "start.md").read_text(encoding="utf-8")  # the pages that a newcomer reads first
+ADDRESS = "https://github.com/cps-envs/cps-envs/blob/main/"
+RAW = "https://raw.githubusercontent.com/cps-envs/cps-envs/main/"
+SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
+PYTHON = list(dict.fromkeys(SNIPPET.findall(FIRST)))
+HVAC = SNIPPET.findall((DOCS / "hvac.md").read_text(encoding="utf-8"))
+LINES = [
+    line.removeprefix("$ ")
+    for block in re.findall(r"```console\n(.*?)```", FIRST, re.DOTALL)
+    for line in block.splitlines()
+]
+COMMANDS = [line for line in dict.fromkeys(LINES) if line.startswith("cps-envs ")]
+NOTEBOOKS = sorted((DOCS / "tutorials").glob("*.ipynb"))
+TABLED = sorted([ROOT / "README.md", *DOCS.rglob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *DOCS.rglob("*.ipynb")])
+HISTORY = ROOT / "CHANGELOG.md"  # names what was
+COMMAND = re.compile(r"(?:^|`|\$ )(?:CPS_ENVS_\w+=\S+ |PYTHONPATH=\S+ )?cps-envs ([^`\n]+)", re.MULTILINE)
+PLACEHOLDERS = re.compile(r"\.\.\.|…|\[[A-Z]|\||--[A-Z]|DIR|NAME|FILE|PROBLEM")
+WORDS = 700
+EACH_NOTEBOOK = pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebook: notebook.stem)
+
+
+def run(folder: Path, code: str, *arguments: str) -> None:
+    """Run Python code in a process of its own, with `arguments` of the interpreter or the program."""
+    if "stable_baselines3" in code:
+        pytest.importorskip("stable_baselines3")
+    options = [each for each in arguments if each.startswith("-W")]
+    command = [sys.executable, *options, "-c", code, *(each for each in arguments if each not in options)]
+    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    assert result.returncode == 0, result.stdout[-2000:] + result.stderr[-4000:]
+
+
+def cells(notebook: Path) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
+    return found
+
+
+@pytest.mark.parametrize("snippet", PYTHON, ids=lambda text: text.strip().splitlines()[-1][:40])
+def test_python_snippets_run(snippet: str, tmp_path: Path) -> None:
+    run(tmp_path, snippet)
+
+
+@pytest.mark.parametrize("snippet", HVAC, ids=["start", "house", "building"])
+def test_snippets_of_the_hvac_page_run_without_a_warning(snippet: str, tmp_path: Path) -> None:
+    run(tmp_path, snippet, "-Werror")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_commands_run(command: str, tmp_path: Path) -> None:
+    run(tmp_path, "from cps_agents.cli import main; main()", *shlex.split(command)[1:])
+
+
+@EACH_NOTEBOOK
+def test_a_notebook_runs(notebook: Path, tmp_path: Path) -> None:
+    run(tmp_path, "\n".join("".join(cell["source"]) for cell in cells(notebook) if cell["cell_type"] == "code"))
+
+
+@EACH_NOTEBOOK
+def test_a_notebook_is_kept_without_what_it_printed(notebook: Path) -> None:
+    assert not [cell for cell in cells(notebook) if cell.get("outputs") or cell.get("execution_count")]
+
+
+def test_the_first_page_is_short() -> None:
+    assert len(README.split()) <= WORDS
+
+
+def test_its_links_lead_to_files_from_anywhere() -> None:
+    links = re.findall(r"\]\(([^)]+)\)", README)
+    assert links
+    for link in links:
+        assert link.startswith("https://"), "the index of packages shows this page without the repository"
+        for address in (ADDRESS, RAW):
+            if link.startswith(address):
+                assert (ROOT / link.removeprefix(address)).exists(), link
+
+
+@pytest.mark.parametrize("page", TABLED, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_tables_are_rendered_as_tables(page: Path) -> None:
+    markdown = pytest.importorskip("markdown_it", reason="needs markdown-it, which renders pages")
+    html = markdown.MarkdownIt("commonmark").enable("table").render(page.read_text(encoding="utf-8"))
+    text = re.sub(r"<pre>.*?</pre>", "", html, flags=re.DOTALL)
+    torn = [line for line in text.splitlines() if re.match(r"(<p>)?\|.*\|(</p>)?$", line)]
+    assert not torn, f"a table is cut: {torn[0][:80]}"
+
+
+def commands(page: Path) -> Iterator[str]:
+    """What follows `cps-envs` on a page or in a notebook, without comments and what only stands for something."""
+    notebook = page.suffix == ".ipynb"
+    text = "\n".join("".join(cell["source"]) for cell in cells(page)) if notebook else page.read_text(encoding="utf-8")
+    for found in COMMAND.findall(re.sub(r"\\\n\s*", " ", text)):
+        words = re.split(r"\s+#\s", found)[0].rstrip(" ,.;:)")
+        if re.match(r"[a-z-]", words) and not PLACEHOLDERS.search(words):
+            yield words
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page != HISTORY], ids=lambda page: page.name)
+def test_the_commands_of_a_page_exist(page: Path) -> None:
+    for words in commands(page):
+        try:
+            arguments = shlex.split(words)
+        except ValueError:
+            continue  # a quotation that the page breaks off
+        parse(arguments, words)
+
+
+def parse(arguments: list[str], words: str) -> None:
+    """Read a command line without running it."""
+    typer_main = pytest.importorskip("typer.main", reason="needs the command line")
+    from cps_agents.cli import app
+
+    command = typer_main.get_command(app)
+    while subcommands := getattr(command, "commands", None):
+        while arguments and arguments[0] in ("--trust", "--debug"):
+            arguments = arguments[1:]
+        if not arguments or arguments[0].startswith("--"):
+            return
+        name, *arguments = arguments
+        assert name in subcommands, f"there is no command `cps-envs {words}`"
+        command = subcommands[name]
+    known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
+    for argument in arguments:
+        option = argument.partition("=")[0]
+        if re.fullmatch(r"--[a-z][a-z-]*", option):
+            assert option in known | {"--help"}, f"`cps-envs {words}`: there is no {option}"
+
+
+def test_there_is_something_of_each_kind() -> None:
+    assert len(PYTHON) >= 3
+    assert len(COMMANDS) >= 4
+    assert len(NOTEBOOKS) >= 5
+    assert sum(len(list(commands(page))) for page in PAGES) > 100
