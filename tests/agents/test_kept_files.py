@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
-from cps_agents.contest.document import END
+from cps_agents.contest.tables import END
 from cps_agents.contest.tables import publish as publish_contests
 from cps_agents.evaluation import certified_metrics, plain_values
 from cps_agents.league.exploitability import league_value
