@@ -6,7 +6,7 @@ The starts and gains of those episodes (`--episodes`) are drawn.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -23,9 +23,6 @@ from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_baselines.fdi.sweep import Certificate
-    from cps_envs.fdi.config import FdiConfig
-
-if TYPE_CHECKING:
     from cps_envs.fdi.config import FdiConfig
     from cps_envs.fdi.optima import Record
     from cps_envs.fdi.task import Task
@@ -71,37 +68,36 @@ def oracle(
     the best attack found, and a bound that no attack exceeds. Press Ctrl-C at any time: finished tasks are kept, and
     the same command continues.
     """
-    from cps_agents.commands.oracle import certify_episodes
     from cps_baselines.fdi.cross import Extra
-    from cps_baselines.fdi.sweep import open_tasks, paper_tasks, sweep
-    from cps_envs.fdi.optima import to_text
+    from cps_baselines.fdi.sweep import paper_tasks
     from cps_envs.fdi.problem import FDI
     from cps_envs.fdi.task import parse_task
 
     config = FDI.config(preset, assignments(settings or []))
-    jobs = jobs or available_cores()
+    limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores(), "backend": backend}
     if episodes is not None:
         path = to or Path("results") / "oracle" / f"{preset}-episodes.json"
-        limits = {"time_limit_s": time_limit, "jobs": jobs, "backend": backend}
-        certify_episodes(config, episodes, path, **limits, as_json=as_json)  # type: ignore[arg-type]
+        certify_episodes(config, episodes, path, **limits, as_json=as_json)
         return
     named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
     tasks = list(dict.fromkeys(named)) or paper_tasks(config.num_vehicles)
     path = to or Path("results") / "oracle" / f"{preset}.json"
+    limits |= {"gap": gap, "extra": Extra(anneal, exhaust)}
+    certify_tasks(config, tasks, path, **limits, improve=improve, as_json=as_json)
+
+
+def certify_tasks(
+    config: FdiConfig, tasks: Sequence[Task], path: Path, *, improve: bool, as_json: bool, **limits: Any
+) -> None:
+    """Certify tasks within the limits of `sweep`, keep each at once, and show them; what the file has stays."""
+    from cps_baselines.fdi.sweep import open_tasks, sweep
+    from cps_envs.fdi.optima import to_text
+
     with alone_at(path):
         known, commands = _earlier(path, config)
         left = open_tasks(tasks, known, improve=improve)
         header = _header(commands)
-        solved = sweep(
-            config,
-            left,
-            dict(known),
-            time_limit_s=time_limit,
-            gap=gap,
-            extra=Extra(anneal, exhaust),
-            jobs=jobs,
-            backend=backend,
-        )
+        solved = sweep(config, left, dict(known), **limits)
         known = _kept(solved, len(left), known, lambda records: write_text(path, to_text(header, config, records)))
     chosen = [known[wanted] for wanted in tasks]
     if as_json:
