@@ -14,7 +14,7 @@ from cps_agents.table import Table
 if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
 
-JUDGED = "Shipped defenders, or paths of cards; all shipped ones that have not been judged if left out."
+JUDGED = "Shipped policies, or paths of cards. Default: all shipped ones that are not judged yet."
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -132,21 +132,23 @@ def judge(
     fresh: Fresh = False,
     as_json: JSON = False,
 ) -> None:
-    """Find the worst attack against trained defenders, and write what it costs into their cards.
+    """Judge trained policies by the best attacks known, and write the outcome into their cards.
 
-    The attacks of the contest, the registered and the shipped ones play in the defender's configuration, and others
-    are searched against it. Validation seeds choose the worst, evaluation seeds judge it.
+    A defender: what the worst attack found costs it. An attacker: how much it reaches of what the best other attack is
+    paid. The attacks of the contest, the registered and the shipped ones play, and others are searched. Validation
+    seeds choose the best attack, evaluation seeds judge it.
     """
     from dataclasses import replace
 
     from cps_agents.arena.store import Store
     from cps_agents.files import write_json
     from cps_agents.league.response import Budget
+    from cps_agents.league.share import share_of
     from cps_agents.league.worst_case import worst_case
     from cps_agents.machine import available_cores
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
-    from cps_agents.zoo.markdown import worst_case_sentence
+    from cps_agents.zoo.markdown import judgement_sentence
     from cps_agents.zoo.references import PREFIX
 
     store = Store(meetings, fresh=fresh)
@@ -155,27 +157,30 @@ def judge(
         path = find(name)
         command = f"cps-envs zoo judge {name} --budget {budget:g} --episodes {episodes}"
         spent = Budget(1, jobs or available_cores(), command, cpu_s=budget)
-        found = worst_case(read_card(path), f"{PREFIX}{name}", spent, episodes, store)
-        card = replace(read_card(path), exploitability=found.to_json())
+        judging = (before := read_card(path), f"{PREFIX}{name}", spent, episodes, store)
+        if before.role == "defender":
+            card = replace(read_card(path), exploitability=worst_case(*judging).to_json())
+        else:
+            card = replace(read_card(path), share=share_of(*judging).to_json())
         write_json(path, card.to_json())
         cards.append(card)
         if not as_json:
-            out().print(f"{card.name}: {worst_case_sentence(card)}", markup=False, soft_wrap=True)
+            out().print(f"{card.name}: {judgement_sentence(card)}", markup=False, soft_wrap=True)
     if as_json:
         print_json([card.to_json() for card in cards])
 
 
 def _unjudged() -> list[str]:
-    """The shipped defenders whose cards do not tell the worst case."""
+    """The shipped policies whose cards have no judgement."""
     from cps_agents.zoo.card import SHIPPED, read_card
     from cps_agents.zoo.files import shipped_names
 
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
-    return [card.name for card in cards if card.role == "defender" and not card.exploitability]
+    return [card.name for card in cards if not (card.exploitability or card.share)]
 
 
 def _print(card: Card) -> None:
-    from cps_agents.zoo.markdown import worst_case_sentence
+    from cps_agents.zoo.markdown import judgement_sentence
 
     console = out()
     console.print(f"[bold]{card.name}[/]: {card.role} of {card.problem}-v{card.version} by {card.algorithm}")
@@ -189,7 +194,7 @@ def _print(card: Card) -> None:
         for seed, facts in card.seeds.items()
     ]
     console.print(Table("", ("training seed", "steps", "CPU s", "validation"), rows))
-    console.print(worst_case_sentence(card), markup=False, soft_wrap=True)
+    console.print(judgement_sentence(card), markup=False, soft_wrap=True)
 
 
 def _print_numbers(card: Card, path: Path) -> None:
