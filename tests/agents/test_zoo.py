@@ -225,12 +225,8 @@ def test_no_defender_is_shipped_without_its_worst_case(name: str) -> None:
     assert "/" not in found["attack"].partition("?")[0]
 
 
-@pytest.mark.parametrize("name", shipped_names())
-def test_every_shipped_policy_can_be_made_again(name: str) -> None:
+@pytest.mark.parametrize("name", [name for name in shipped_names() if read_card(find(name)).head != MIXTURE])
+def test_every_trained_policy_has_a_recipe(name: str) -> None:
     card = read_card(find(name))
-    if card.head == MIXTURE:
-        assert card.command.startswith(f"cps-envs self-play {card.problem} ")
-        return
-    assert name in RECIPES  # `make train` trains them all
-    assert card.command.startswith("cps-envs train ")
     assert card.algorithm in (RECIPES[name].algorithm, "imitation", "plan-search")
+    assert list(card.seeds) == ["0", "1", "2", "3", "4"]

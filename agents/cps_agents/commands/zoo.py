@@ -123,6 +123,42 @@ def mix(
 
 
 @app.command()
+def remake(
+    names: Annotated[list[str] | None, typer.Argument(help="Shipped policies; default: all.")] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print the commands and what they cost, and stop.")
+    ] = False,
+    folder: Annotated[Path, typer.Option("--to", help="Write the policies to this folder.")] = Path("zoo"),
+    runs: Annotated[Path, typer.Option("--out", help="Write runs to this folder, and continue those in it.")] = Path(
+        "runs"
+    ),
+    jobs: Jobs = None,
+    as_json: JSON = False,
+) -> None:
+    """Make the shipped policies anew, each by the command in its card.
+
+    Training comes first, then self-play, whose final mixed strategies are policies too. All of it takes hours. Press
+    Ctrl-C at any time: the same command continues.
+    """
+    from dataclasses import asdict
+
+    from cps_agents.zoo.remaking import remake, steps
+
+    planned = steps(names or ())
+    if as_json:
+        print_json([asdict(step) for step in planned])
+    elif dry_run:
+        total = sum(step.cpu_s for step in planned) / 60
+        rows = [(", ".join(step.policies), f"{step.cpu_s / 60:.1f}", step.command) for step in planned]
+        out().print(Table("What makes the zoo", ("policies", "CPU min, at least", "command"), rows))
+        out().print(f"{len(planned)} commands, at least {total:.0f} CPU minutes in all.")
+        out().print("The cards say what it took until the networks that were chosen; runs go on beyond them.")
+    for step in () if dry_run else planned:
+        err().print(f"$ {step.command}", markup=False, soft_wrap=True)
+        remake(step, runs, folder, jobs)
+
+
+@app.command()
 def judge(
     names: Annotated[list[str] | None, typer.Argument(help=JUDGED)] = None,
     budget: Annotated[float, typer.Option(metavar="SECONDS", min=0.1, help="CPU time of the searches.")] = 60.0,

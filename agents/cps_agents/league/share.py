@@ -16,11 +16,12 @@ from cps_agents.league.attacks import Trial, best, gather, paid
 from cps_agents.league.response import Budget
 from cps_agents.league.strategy import mix
 from cps_agents.recipes.finding import RECIPES
+from cps_agents.results.examination import find_blocks
 from cps_agents.zoo.card import MIXTURE, Card
 from cps_agents.zoo.references import FORMS
 from cps_baselines.arena import Venue
 from cps_envs.core.types import FloatArray
-from cps_envs.registration import find_problem
+from cps_envs.registration import PROBLEMS, find_problem
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def share_of(card: Card, reference: str, budget: Budget, episodes: int, store: S
     """Play an attacker and all other attacks against the opponents that it was trained for, in its configuration.
 
     Against each opponent the best attack counts, so the yardstick knows whom it meets. The teachers of recipes that are
-    told the opponent play too.
+    told the opponent play too, and the baselines of its results, what is possible at all among them.
 
     Raises:
         CommandError: it is no attacker, no attack fits, or none is paid anything.
@@ -57,7 +58,7 @@ def share_of(card: Card, reference: str, budget: Budget, episodes: int, store: S
     venue = Venue(card.problem, card.preset, {name: each for name, each in card.overrides.items() if name not in form})
     strategy = mix([opponent_of(card, reference)])
     trial = Trial(venue, strategy, episodes, budget, store, card.name)
-    attacks = gather(trial, _teachers(card, strategy.policies))
+    attacks = gather(trial, [*_teachers(card, strategy.policies), *_baselines(card, reference, episodes)])
     others = replace(attacks, known=[each for each in attacks.known if each.reference != reference])
     places = best(trial, others)
     weights = len(places) * np.array(strategy.probabilities)
@@ -93,6 +94,18 @@ def _teachers(card: Card, opponents: Sequence[str]) -> list[str]:
     recipes = [each for each in RECIPES.values() if (each.problem, each.role) == (card.problem, card.role)]
     found = [each.teachers[opponent] for each in recipes for opponent in opponents if opponent in each.teachers]
     return list(dict.fromkeys(found))
+
+
+def _baselines(card: Card, reference: str, episodes: int) -> list[str]:
+    """Those of the blocks that examine the attacker; not those that play fewer episodes, as they take too long."""
+    blocks = find_blocks([card.problem]) if card.problem in PROBLEMS else []
+    mine = [block for block in blocks if reference in {each.reference for each in block.learned}]
+    return [
+        each.reference
+        for block in mine
+        for each in block.baselines
+        if not each.prepare and not 0 < each.episodes < episodes
+    ]
 
 
 def _ratio(own: Sequence[FloatArray], yardstick: Sequence[FloatArray]) -> Estimate:
