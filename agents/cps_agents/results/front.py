@@ -118,7 +118,7 @@ def _cells(front: Front, blocks: Mapping[str, Block], row: Mapping[str, Any]) ->
         _best(front, block, row),
         score_text(block, row, front.learned, beside=False),
         possible or "not known",
-        _exploitability(front, block),
+        _exploitability(front, block, row),
     ]
 
 
@@ -143,8 +143,13 @@ def _best(front: Front, block: Block, row: Mapping[str, Any]) -> str:
     return _number(front, block, row, max(known, key=lambda name: known[name])) if known else "none"
 
 
-def _exploitability(front: Front, block: Block) -> str:
-    """What the worst attack found is paid; of an attacker, how much of the best attack known it reaches."""
+def _exploitability(front: Front, block: Block, row: Mapping[str, Any]) -> str:
+    """What the worst attack found is paid; of an attacker, how much of the best attack known it reaches.
+
+    Where the row knows the best of all searches its share counts: the card's yardstick is only what can play quickly.
+    """
+    if share := row.get("shares", {}).get(front.learned):
+        return f"{share:.1%} of best"
     reference = next(each["policy"] for each in block["learned"] if each["name"] == front.learned)
     card = None if is_missing(reference) else card_of(reference)
     if card is not None and card.exploitability:

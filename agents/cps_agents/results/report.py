@@ -32,7 +32,8 @@ STYLES = {REACHED: "green", ON_AVERAGE: "yellow", NOT_REACHED: "red", MISSING: "
 EXPLOITABILITY = """
 Exploitability is what the worst attack found is paid against the learned defender. For an attacker it is the share of
 the best other attack known that it reaches. Both hold in the configuration that the policy was trained in, and for the
-training seed that plays by default ([every shipped policy](exploitability.md)).
+training seed that plays by default ([every shipped policy](exploitability.md)). Where *best possible* names the best
+known, the share is of that, in the same row.
 More is better at ↑, less at ↓. A star marks a baseline that played fewer episodes than the learned policy."""
 BEST = "best baseline; learned minus it"
 HEAD = f"""# Results of the shipped policies
