@@ -35,7 +35,7 @@ from cps_agents.errors import explain
 from cps_baselines.interruption import ending, exit_code
 
 WRONG_INPUT = 2
-GOING_ON = ("oracle", "double-oracle")  # from their file, beside the commands that have --resume or --fresh
+GOING_ON = ("oracle", "double-oracle", "remake")  # from their files, beside the commands that have --resume or --fresh
 
 
 class Commands(TyperGroup):

@@ -1,4 +1,7 @@
-"""The generated pages of docs/: `python -m cps_agents.docs` writes them, `--check` tells whether they are current."""
+"""The generated pages of docs/ and the README's table.
+
+`python -m cps_agents.docs` writes them, `--check` tells whether they are current.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,27 @@ from typing import Any
 
 from cps_agents import chapters
 from cps_agents.files import write_text
+from cps_agents.results.publication import published
+from cps_agents.results.report import results_markdown, with_table
 from cps_agents.site import environments, exploitability
 
 FOLDER = Path(__file__).parents[2] / "docs"
+README = FOLDER.parent / "README.md"
 
 
 def pages() -> dict[str, str]:
     """The text of each page by its file name."""
-    return {**environments.pages(FOLDER), "chapters.md": chapters.render(), "exploitability.md": exploitability.page()}
+    return {
+        **environments.pages(FOLDER),
+        "chapters.md": chapters.render(),
+        "exploitability.md": exploitability.page(),
+        "results.md": results_markdown(published(FOLDER / "results.json")),
+    }
+
+
+def readme() -> str:
+    """The README with its table of this day."""
+    return with_table(README.read_text(encoding="utf-8"), published(FOLDER / "results.json"))
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -26,18 +42,20 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--check", action="store_true", help="change nothing; exit code 1 if a page is out of date")
     parser.add_argument("--to", type=Path, default=FOLDER, metavar="FOLDER", help="where they are; docs/ if left out")
     options: Any = parser.parse_args(arguments)
+    texts = {options.to / name: page for name, page in pages().items()}
+    if options.to == FOLDER:
+        texts[README] = readme()
     if options.check:
-        old = [name for name, page in pages().items() if _is_old(options.to, name, page)]
+        old = [path for path, text in texts.items() if _is_old(path, text)]
         return int(bool(old))
-    for name, page in pages().items():
-        (options.to / name).parent.mkdir(parents=True, exist_ok=True)
-        write_text(options.to / name, page)
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, text)
     return 0
 
 
-def _is_old(folder: Path, name: str, page: str) -> bool:
+def _is_old(path: Path, page: str) -> bool:
     """Whether a file is another one than this page, and a few lines on stderr that say in what."""
-    path = folder / name
     written = path.read_text(encoding="utf-8") if path.exists() else ""
     if page == written:
         return False

@@ -238,13 +238,15 @@ def test_the_document_tells_everything(block: Block, tmp_path: Path) -> None:
         assert part in text
     front = Front("rogue, attacker", "damage", "tiny", row["title"], "learned", "square")
     *_, cells = front_table(made, (front, replace(front, block="unknown")))
-    assert cells.startswith("| rogue, attacker | damage | square ")
+    assert cells.startswith("| rogue, attacker: damage | square ")
+    assert cells.endswith("| not judged |")
     assert "*" not in cells  # everybody has played the same episodes
     row["scores"]["square"]["episodes"] -= 1
     assert "* |" in front_table(made, (front,))[-1]
     assert "best " in cells  # what is possible
     assert "duty_square" not in cells
-    assert [line.startswith("| role |") for line in readme_table(made).splitlines()] == [False, True, False, False]
+    heads = [line.startswith("| role: what counts |") for line in readme_table(made).splitlines()]
+    assert heads == [False, True, False, False]
     assert [len(list(each.columns)) for each in tables(made)] == [5]
 
 
@@ -304,7 +306,7 @@ def test_a_card_records_what_its_policy_reached(block: Block, tmp_path: Path) ->
 def test_what_is_published_is_current() -> None:
     kept = json.loads((ROOT / "docs" / "results.json").read_text(encoding="utf-8"))
     page, readme = (ROOT / name for name in ("docs/results.md", "README.md"))
-    message = "run `cps-envs benchmark --suite learned --publish`"
+    message = "run `make pages`"
     assert page.read_text(encoding="utf-8") == results_markdown(kept), message
     text = readme.read_text(encoding="utf-8")
     assert text == with_table(text, kept), message

@@ -106,7 +106,6 @@ def _game(
     """With those of the policies asked for that can play, and see and act as the venue has it: they are mixed."""
     from cps_agents.league.league import Plan, check_anybody, line_up
     from cps_agents.league.self_play import Game
-    from cps_agents.zoo.references import form_of
     from cps_envs.core.types import ROLES
 
     with Workers(budget.workers) as pool:
@@ -115,12 +114,25 @@ def _game(
         _note(f"Left out: {missing.role} {missing.reference}: {missing.reason}")
     for role in ROLES:
         check_anybody(role, players, left_out)
-        for player in players[role]:
-            if form := form_of(player.reference, venue.config):
-                _note(f"Left out: {role} {player.reference}: it was trained with other {', '.join(form)}; see --set")
-        players[role] = [player for player in players[role] if not form_of(player.reference, venue.config)]
+        refusals = {player.reference: _unmixable(player.reference, venue) for player in players[role]}
+        for reference, reason in refusals.items():
+            if reason:
+                _note(f"Left out: {role} {reference}: {reason}")
+        players[role] = [player for player in players[role] if not refusals[player.reference]]
     start = {role: [player.reference for player in players[role]] for role in ROLES}
     return Game(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
+
+
+def _unmixable(reference: str, venue: Venue) -> str:
+    """Why a mixed strategy cannot hold a policy; empty if it can."""
+    from cps_agents.zoo.card import MIXTURE
+    from cps_agents.zoo.references import card_of, form_of
+
+    card = card_of(reference)
+    if card is not None and card.head == MIXTURE:
+        return "it is a mixture itself, so name its policies"
+    form = form_of(reference, venue.config)
+    return f"it was trained with other {', '.join(form)}; see --set" if form else ""
 
 
 def _note(line: str) -> None:

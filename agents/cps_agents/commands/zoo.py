@@ -14,7 +14,7 @@ from cps_agents.table import Table
 if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
 
-JUDGED = "Shipped defenders, or paths of cards; all shipped ones that have not been judged if left out."
+JUDGED = "Shipped policies, or paths of cards. Default: all shipped ones that are not judged yet."
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -123,6 +123,42 @@ def mix(
 
 
 @app.command()
+def remake(
+    names: Annotated[list[str] | None, typer.Argument(help="Shipped policies; default: all.")] = None,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print the commands and what they cost, and stop.")
+    ] = False,
+    folder: Annotated[Path, typer.Option("--to", help="Write the policies to this folder.")] = Path("zoo"),
+    runs: Annotated[Path, typer.Option("--out", help="Write runs to this folder, and continue those in it.")] = Path(
+        "runs"
+    ),
+    jobs: Jobs = None,
+    as_json: JSON = False,
+) -> None:
+    """Make the shipped policies anew, each by the command in its card.
+
+    Training comes first, then self-play, whose final mixed strategies are policies too. All of it takes hours. Press
+    Ctrl-C at any time: the same command continues.
+    """
+    from dataclasses import asdict
+
+    from cps_agents.zoo.remaking import remake, steps
+
+    planned = steps(names or ())
+    if as_json:
+        print_json([asdict(step) for step in planned])
+    elif dry_run:
+        total = sum(step.cpu_s for step in planned) / 60
+        rows = [(", ".join(step.policies), f"{step.cpu_s / 60:.1f}", step.command) for step in planned]
+        out().print(Table("What makes the zoo", ("policies", "CPU min, at least", "command"), rows))
+        out().print(f"{len(planned)} commands, at least {total:.0f} CPU minutes in all.")
+        out().print("The cards say what it took until the networks that were chosen; runs go on beyond them.")
+    for step in () if dry_run else planned:
+        err().print(f"$ {step.command}", markup=False, soft_wrap=True)
+        remake(step, runs, folder, jobs)
+
+
+@app.command()
 def judge(
     names: Annotated[list[str] | None, typer.Argument(help=JUDGED)] = None,
     budget: Annotated[float, typer.Option(metavar="SECONDS", min=0.1, help="CPU time of the searches.")] = 60.0,
@@ -132,21 +168,23 @@ def judge(
     fresh: Fresh = False,
     as_json: JSON = False,
 ) -> None:
-    """Find the worst attack against trained defenders, and write what it costs into their cards.
+    """Judge trained policies by the best attacks known, and write the outcome into their cards.
 
-    The attacks of the contest, the registered and the shipped ones play in the defender's configuration, and others
-    are searched against it. Validation seeds choose the worst, evaluation seeds judge it.
+    A defender: what the worst attack found costs it. An attacker: how much it reaches of what the best other attack is
+    paid. The attacks of the contest, the registered and the shipped ones play, and others are searched. Validation
+    seeds choose the best attack, evaluation seeds judge it.
     """
     from dataclasses import replace
 
     from cps_agents.arena.store import Store
     from cps_agents.files import write_json
     from cps_agents.league.response import Budget
+    from cps_agents.league.share import share_of
     from cps_agents.league.worst_case import worst_case
     from cps_agents.machine import available_cores
     from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
-    from cps_agents.zoo.markdown import worst_case_sentence
+    from cps_agents.zoo.markdown import judgement_sentence
     from cps_agents.zoo.references import PREFIX
 
     store = Store(meetings, fresh=fresh)
@@ -155,27 +193,30 @@ def judge(
         path = find(name)
         command = f"cps-envs zoo judge {name} --budget {budget:g} --episodes {episodes}"
         spent = Budget(1, jobs or available_cores(), command, cpu_s=budget)
-        found = worst_case(read_card(path), f"{PREFIX}{name}", spent, episodes, store)
-        card = replace(read_card(path), exploitability=found.to_json())
+        judging = (before := read_card(path), f"{PREFIX}{name}", spent, episodes, store)
+        if before.role == "defender":
+            card = replace(read_card(path), exploitability=worst_case(*judging).to_json())
+        else:
+            card = replace(read_card(path), share=share_of(*judging).to_json())
         write_json(path, card.to_json())
         cards.append(card)
         if not as_json:
-            out().print(f"{card.name}: {worst_case_sentence(card)}", markup=False, soft_wrap=True)
+            out().print(f"{card.name}: {judgement_sentence(card)}", markup=False, soft_wrap=True)
     if as_json:
         print_json([card.to_json() for card in cards])
 
 
 def _unjudged() -> list[str]:
-    """The shipped defenders whose cards do not tell the worst case."""
+    """The shipped policies whose cards have no judgement."""
     from cps_agents.zoo.card import SHIPPED, read_card
     from cps_agents.zoo.files import shipped_names
 
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
-    return [card.name for card in cards if card.role == "defender" and not card.exploitability]
+    return [card.name for card in cards if not (card.exploitability or card.share)]
 
 
 def _print(card: Card) -> None:
-    from cps_agents.zoo.markdown import worst_case_sentence
+    from cps_agents.zoo.markdown import judgement_sentence
 
     console = out()
     console.print(f"[bold]{card.name}[/]: {card.role} of {card.problem}-v{card.version} by {card.algorithm}")
@@ -189,7 +230,7 @@ def _print(card: Card) -> None:
         for seed, facts in card.seeds.items()
     ]
     console.print(Table("", ("training seed", "steps", "CPU s", "validation"), rows))
-    console.print(worst_case_sentence(card), markup=False, soft_wrap=True)
+    console.print(judgement_sentence(card), markup=False, soft_wrap=True)
 
 
 def _print_numbers(card: Card, path: Path) -> None:

@@ -8,21 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cps_agents.arena.challenge import ALL
 from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.arena.store import Store
-from cps_agents.contest.contest import declared_contest
 from cps_agents.errors import CommandError
+from cps_agents.league.attacks import Trial, best, gather, paid
 from cps_agents.league.equilibrium import guaranteed
-from cps_agents.league.league import Plan, check_anybody, line_up
-from cps_agents.league.meetings import Payoffs, play_meetings
-from cps_agents.league.oracles import choose_oracles
-from cps_agents.league.response import Budget, Question, Response, respond, silent
+from cps_agents.league.meetings import Payoffs
+from cps_agents.league.response import Budget
 from cps_agents.league.self_play import (
     Game,
     Iteration,
@@ -33,12 +29,8 @@ from cps_agents.league.self_play import (
     play_validation,
 )
 from cps_agents.league.strategy import Strategy, mix
-from cps_agents.learning.seeds import VALIDATION
-from cps_agents.progress import Progress
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.references import FORMS, form_of
 from cps_baselines.arena import Contestant, Venue
-from cps_baselines.workers import Workers
 from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
 
@@ -122,9 +114,6 @@ def _estimate(values: FloatArray) -> Estimate:
     return estimate([values[np.newaxis]])
 
 
-SOLVERS = ("bnb", "lp_greedy")  # plan for exact sensors, minutes an episode
-
-
 @dataclass(frozen=True)
 class WorstCase:
     """What a card says of a defender; a bound from below, since a longer search may find more."""
@@ -147,64 +136,24 @@ class WorstCase:
 def worst_case(card: Card, reference: str, budget: Budget, episodes: int, store: Store) -> WorstCase:
     """Play the known attacks and the searched ones against a defender in the configuration that it was trained in.
 
-    Known are those of the problem's contest, the registered ones and the shipped ones, as far as they fit and know no
-    more than they observe.
-
     Raises:
         CommandError: it is no defender, or no attack fits.
     """
     if card.role != "defender":
         raise CommandError(f"{card.name} is an attacker: only defenders are judged by the worst attack against them")
     venue = Venue(card.problem, card.preset, dict(card.overrides))
-    plan = Plan(venue, {"attacker": [*_suite(card.problem), ALL], "defender": [reference]}, episodes)
-    with Workers(budget.workers) as pool:
-        present, left_out = line_up(plan, store, pool)
-        check_anybody("attacker", present, left_out)
-    needed = FORMS.get((card.problem, "defender"), ())  # what no attack may change
-    known = [
-        attack
-        for attack in present["attacker"]
-        if attack.reference not in SOLVERS and not set(form_of(attack.reference, venue.config)) & set(needed)
-    ]
-    question = Question("attacker", mix([reference]), venue, episodes)
-    oracles = choose_oracles(card.problem, "attacker", ["search"])
-    found = respond(oracles, question, Path(), budget, store, card.name, silent).chosen
-    attacks = [*known, Contestant("searched", found.reference)]
-    worst = _worst(venue, attacks, present["defender"], episodes, store, budget.workers)
-    judged = [attacks[worst], attacks[-1]]
-    with Progress(f"{card.name}, evaluation", 1) as progress, Workers(budget.workers) as pool:
-        values = play_meetings(
-            venue, judged, present["defender"], plan.seeds, store=store, pool=pool, report=progress.report
-        ).values
-    return _summary(card, judged[0], found, [estimate([row]) for row in values], len(attacks) - 1, budget)
-
-
-def _suite(problem: str) -> list[str]:
-    """The attackers of the problem's contest."""
-    contest = declared_contest(problem)
-    return [] if contest is None else [attack.reference for attack in contest.attackers.policies]
-
-
-def _worst(
-    venue: Venue, attacks: list[Contestant], defenders: list[Contestant], episodes: int, store: Store, workers: int
-) -> int:
-    """The place of the attack that is paid most on validation seeds."""
-    seeds = range(VALIDATION.start, VALIDATION.start + episodes)
-    with Progress("known attacks", 1) as progress, Workers(workers) as pool:
-        means = play_meetings(venue, attacks, defenders, seeds, store=store, pool=pool, report=progress.report).means
-    return int(means[:, 0].argmax())
-
-
-def _summary(
-    card: Card, worst: Contestant, found: Response, paid: list[Estimate], attacks: int, budget: Budget
-) -> WorstCase:
+    trial = Trial(venue, mix([reference]), episodes, budget, store, card.name)
+    attacks = gather(trial)
+    (worst,) = best(trial, attacks)
+    judged = [attacks.every[worst], attacks.every[-1]]
+    pay, searched_pay = (estimate([row]) for row in paid(trial, judged, attacks.defenders))
     return WorstCase(
-        attack=worst.reference,
-        pay=paid[0],
+        attack=judged[0].reference,
+        pay=pay,
         unit=find_problem(card.problem).unit or "return",
-        attacks=attacks,
-        searched=found.reference,
-        searched_pay=paid[1],
+        attacks=len(attacks.known),
+        searched=attacks.found.reference,
+        searched_pay=searched_pay,
         budget_s=0.0 if budget.cpu_s is None else budget.cpu_s,
         training_seed=card.best,
         command=budget.command,

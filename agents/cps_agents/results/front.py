@@ -9,8 +9,9 @@ from typing import Any
 from cps_agents.results.document import Document
 from cps_agents.results.tables import Block, number, optimum, score_text
 from cps_agents.table import Table
+from cps_agents.zoo.references import card_of, is_missing
 
-HEAD = ("role", "what counts", "paper's method", "best computed", "learned", "best possible")
+HEAD = ("role: what counts", "paper's method", "best computed", "learned", "best possible", "exploitability")
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class Front:
     learned: str
     paper: str = ""  # the baseline that is the paper's method; the paper has none if empty
     possible: str = ""  # where the row does not say what is
+    unit: str = ""  # of the worst attack's pay, where it is not that of the row
 
 
 FRONTS = (
@@ -42,7 +44,8 @@ FRONTS = (
         "Table 2.2, tau = 0.1 s, x_d = 5 m",
         "broadcast",
         "mpc",
-        "bound 11.9",  # gaps of 1 m; python -m cps_baselines.disbanding.yardsticks bounds
+        possible="bound 11.9",  # gaps of 1 m; python -m cps_baselines.disbanding.yardsticks bounds
+        unit="points",
     ),
     Front(
         "false data, attacker",
@@ -110,12 +113,12 @@ def _cells(front: Front, blocks: Mapping[str, Block], row: Mapping[str, Any]) ->
     block = blocks[front.block]
     possible = front.possible or optimum(block, row).rpartition("; ")[2].partition(" (")[0]
     return [
-        front.role,
-        front.counts,
+        f"{front.role}: {front.counts}",
         _number(front, block, row, front.paper) if front.paper else "none",
         _best(front, block, row),
         score_text(block, row, front.learned, beside=False),
         possible or "not known",
+        _exploitability(front, block, row),
     ]
 
 
@@ -138,3 +141,19 @@ def _best(front: Front, block: Block, row: Mapping[str, Any]) -> str:
         if not each["optimum"] and each["name"] in row["scores"]
     }
     return _number(front, block, row, max(known, key=lambda name: known[name])) if known else "none"
+
+
+def _exploitability(front: Front, block: Block, row: Mapping[str, Any]) -> str:
+    """What the worst attack found is paid; of an attacker, how much of the best attack known it reaches.
+
+    Where the row knows the best of all searches its share counts: the card's yardstick is only what can play quickly.
+    """
+    if share := row.get("shares", {}).get(front.learned):
+        return f"{share:.1%} of best"
+    reference = next(each["policy"] for each in block["learned"] if each["name"] == front.learned)
+    card = None if is_missing(reference) else card_of(reference)
+    if card is not None and card.exploitability:
+        return f"{card.exploitability['pay']['mean']:.2f} {front.unit}".rstrip()
+    if card is not None and card.share:
+        return f"{card.share['share']['mean']:.1%} of best"
+    return "not judged"

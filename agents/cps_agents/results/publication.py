@@ -40,7 +40,7 @@ def publish(new: Document, root: Path) -> list[Path]:
     data, page, readme = root / "docs" / "results.json", root / "docs" / "results.md", root / "README.md"
     if not readme.is_file() or not BEGIN.search(text := read_text(readme)):
         raise CommandError(f"{readme} has no section between {START} and {END}: publish from the repository's folder")
-    before = _published(data) if data.is_file() else None
+    before = published(data) if data.is_file() else None
     problems = {
         name: {"blocks": [{**block, "command": without_places(block["command"])} for block in problem["blocks"]]}
         for name, problem in new["problems"].items()
@@ -52,8 +52,12 @@ def publish(new: Document, root: Path) -> list[Path]:
     return [data, page, readme, *(record(policy, new) for policy in shipped_names())]
 
 
-def _published(path: Path) -> Document:
-    """What a file of results holds, by problem."""
+def published(path: Path) -> Document:
+    """What a file of results holds, by problem.
+
+    Raises:
+        DamagedFileError: it is no such file.
+    """
     found = read_entry(path, "file of results", "Take it from the repository again.")
     for problem in found["problems"].entries().values():
         problem["blocks"].rows()

@@ -13,7 +13,7 @@ CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabili
 
 def to_markdown(card: Card) -> str:
     """What it does, how to play it, how it was trained, what it reached and on which episodes, what it knows not."""
-    parts = (_header(card), _use(card), _training(card), _results(card), _exploited(card), _limits(card), _knobs(card))
+    parts = (_header(card), _use(card), _training(card), _results(card), _judged(card), _limits(card), _knobs(card))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -78,15 +78,15 @@ def _results(card: Card) -> str:
     return "\n".join(["## Results", "", text, "", *_table(columns, rows)])
 
 
-def _exploited(card: Card) -> str:
-    sentence = worst_case_sentence(card)
-    return f"## Worst case found\n\n{sentence}" if sentence else ""
+def _judged(card: Card) -> str:
+    title = "Worst case found" if card.role == "defender" else "Share of the best attack known"
+    return f"## {title}\n\n{judgement_sentence(card)}"
 
 
-def worst_case_sentence(card: Card) -> str:
-    """What the worst attack found costs a defender; empty for an attacker."""
-    if card.role != "defender":
-        return ""
+def judgement_sentence(card: Card) -> str:
+    """What the worst attack found costs a defender; how much of the best attack known an attacker reaches."""
+    if card.role == "attacker":
+        return _share_sentence(card)
     found = card.exploitability
     if not found:
         return f"It has not been judged by the worst attack yet: `cps-envs zoo judge {card.name}` does that."
@@ -96,6 +96,26 @@ def worst_case_sentence(card: Card) -> str:
         f"the mean over {pay['episodes']} evaluation episodes. {found['attacks']} known attacks played, and searches "
         f"of {found['budget_s']:g} CPU s against this policy. A longer search may find a worse one."
     )
+
+
+def _share_sentence(card: Card) -> str:
+    found = card.share
+    if not found:
+        return f"It has not been compared with the best attack known yet: `cps-envs zoo judge {card.name}` does that."
+    pay, best = found["pay"], found["best_pay"]
+    rivals = ", ".join(f"`{attack}` against `{opponent}`" for opponent, attack in found["best"].items())
+    return (
+        f"It reaches {share_text(found)} of what the best other attack known is paid: {pay['mean']:.4g} "
+        f"({_interval(pay)}) beside {best['mean']:.4g} ({_interval(best)}) {found['unit']}, the mean over "
+        f"{pay['episodes']} evaluation episodes. The best is {rivals}. {found['attacks']} known attacks played, and "
+        f"searches of {found['budget_s']:g} CPU s. A longer search may find a better one."
+    )
+
+
+def share_text(found: Mapping[str, Any]) -> str:
+    """A share of the best attack's pay with its interval, in percent."""
+    share = found["share"]
+    return f"{share['mean']:.1%} ({share['low']:.1%} to {share['high']:.1%})"
 
 
 def _interval(found: Mapping[str, Any]) -> str:

@@ -1,0 +1,90 @@
+"""Every shipped policy can be made again, by the command in its card."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from cps_agents.cli import app
+from cps_agents.commands.self_play import _unmixable
+from cps_agents.errors import CommandError
+from cps_agents.recipes.finding import RECIPES
+from cps_agents.zoo import remaking
+from cps_agents.zoo.files import shipped_names
+from cps_agents.zoo.remaking import calls, remake, steps
+from cps_baselines.arena import Venue
+from cps_envs import PROBLEMS
+from tests.agents.trained import save_tiny
+
+
+def test_nothing_shipped_is_an_orphan() -> None:
+    planned = steps()
+    assert sorted(name for step in planned for name in step.policies) == shipped_names()
+    for step in planned:
+        _, command, target, *options = step.command.split()
+        assert step.cpu_s > 0
+        if command == "train":
+            assert step.policies == (target,)
+            assert target in RECIPES
+            assert options[:2] == ["--seeds", "5"]
+        else:
+            assert command == "self-play"
+            assert target in PROBLEMS
+            assert step.policies == (f"{target}-attack-mixture", f"{target}-defense-mixture")
+
+
+def test_what_a_policy_needs_is_made_before_it() -> None:
+    order = [name for step in steps() for name in step.policies]
+    for name, needed in (("hvac-attack-cma", "hvac-defense-cma"), ("rogue-defense-cma", "rogue-attack-recurrent")):
+        assert order.index(needed) < order.index(name)
+    for step in steps():
+        assert all(order.index(needed) < order.index(step.policies[0]) for needed in step.needs)
+
+
+def test_a_step_goes_on_where_it_stopped_and_its_mixtures_are_shipped() -> None:
+    (trained,) = steps(["hvac-attack-cma"])
+    runs, to = Path("runs"), Path("zoo")
+    assert calls(trained, runs, to, 2) == [
+        ["train", "hvac-attack-cma", "--seeds", "5", "--resume", "--jobs", "2", "--out", "runs", "--to", "zoo"]
+    ]
+    (played,) = steps(["rogue-attack-mixture"])
+    first, second = calls(played, runs, to, None)
+    assert first[:2] == ["self-play", "rogue"]
+    assert first[-3:] == ["--resume", "--out", "runs/self-play-rogue"]
+    assert second == ["zoo", "mix", "runs/self-play-rogue/self-play.json", "--to", "zoo"]
+
+
+def test_the_commands_are_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (step,) = steps(["fdi-attack-mixture"])
+    monkeypatch.setattr(remaking, "calls", lambda *_: [["zoo", "card", "fdi-attack-mixture", "--out", f"{tmp_path}/a"]])
+    remake(step, tmp_path, tmp_path, None)
+    assert (tmp_path / "a").is_file()
+    monkeypatch.setattr(remaking, "calls", lambda *_: [["zoo", "show", "unknown"]])
+    with pytest.raises(CommandError, match="exit code 2"):
+        remake(step, tmp_path, tmp_path, None)
+
+
+def test_the_plan_is_printed_with_its_cost() -> None:
+    result = CliRunner().invoke(app, ["zoo", "remake", "--dry-run"], env={"COLUMNS": "200"})
+    assert result.exit_code == 0, result.output
+    assert "CPU minutes in all" in result.output
+    assert "self-play hvac" in result.output
+    found = json.loads(CliRunner().invoke(app, ["zoo", "remake", "--dry-run", "--json"]).stdout)
+    assert [step["command"] for step in found] == [step.command for step in steps()]
+
+
+def test_an_unknown_policy_and_a_card_without_its_command_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(CommandError, match="is shipped"):
+        steps(["hvac-attack-cmaa"])
+    save_tiny(tmp_path / "mine.json", "rogue", "attacker", command="cps-envs train other --seeds 5")
+    with pytest.raises(CommandError, match="does not make it"):
+        steps(folder=tmp_path)
+
+
+def test_self_play_does_not_begin_with_mixtures_of_an_earlier_one() -> None:
+    venue = Venue("rogue", "learning")
+    assert "mixture itself" in _unmixable("zoo:rogue-attack-mixture", venue)
+    assert not _unmixable("contested", venue)
