@@ -11,11 +11,12 @@ from cps_agents.recipes.disbanding_defense import DisbandingDefense, DisbandingD
 from cps_agents.recipes.disbanding_search import (
     DisbandingAttackSearch,
     DisbandingDefenseLocalSearch,
+    DisbandingDefenseRadioSearch,
     DisbandingDefenseSearch,
 )
 from cps_agents.recipes.fdi_attack import FdiAttack, FdiAttackDisturbed
 from cps_agents.recipes.fdi_defense import FdiDefense
-from cps_agents.recipes.fdi_search import FdiAttackSearch, FdiDefenseSearch
+from cps_agents.recipes.fdi_search import FdiAttackDrawnSearch, FdiAttackSearch, FdiDefenseSearch
 from cps_agents.recipes.hvac_attack import HvacAttack, HvacAttackMtd1
 from cps_agents.recipes.hvac_defense import HvacDefense
 from cps_agents.recipes.hvac_search import HvacAttackMtd2Search, HvacAttackSearch, HvacDefenseSearch
@@ -37,9 +38,11 @@ RECIPES: dict[str, Recipe] = {
         DisbandingDefenseLocal(),
         DisbandingDefenseSearch(),
         DisbandingDefenseLocalSearch(),
+        DisbandingDefenseRadioSearch(),
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiAttackSearch(),
+        FdiAttackDrawnSearch(),
         FdiDefense(),
         FdiDefenseSearch(),
         HvacAttack(),
