@@ -102,10 +102,10 @@ class DisbandingDefenseRadioSearch(DisbandingDefenseSearch):
         Scene(2, JAMMED, overrides=ATTACKED),
         Scene(1, "none"),
     )
-    search_deviation: float = 0.2
-    total_steps: int = 12 * 12 * 20  # 20 generations
-    evaluations: int = 4
-    evaluation_episodes: int = 96
+    search_deviation: float = 0.25
+    total_steps: int = 12 * 12 * 10  # 10 generations
+    evaluations: int = 2
+    evaluation_episodes: int = 60
     least_gap_m: float = 2.0
     gap_price_per_m: float = 2.0
     collision_price: float = 5.0  # points, for an episode with a collision

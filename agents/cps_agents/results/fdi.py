@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.fdi_drawn import BLOCKS as DRAWN
 from cps_agents.results.fdi_duel import BLOCKS as DUEL
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.fdi.optima import known_within
@@ -110,4 +111,4 @@ DEFENSE = Block(
     left_out=dict.fromkeys(("bank", "chi2", "cusum", "redundant_cusum"), FILTERED),
 )
 
-BLOCKS = (ATTACK, DEFENSE, *DUEL)
+BLOCKS = (ATTACK, *DRAWN, DEFENSE, *DUEL)
