@@ -23,8 +23,10 @@ from cps_envs.core.types import Array, FloatArray, Role, other
 FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
+    "disbanding-radio": "cps_baselines.disbanding.families:RADIO",
     "disbanding-replanning": "cps_baselines.disbanding.families:REPLANNING",
     "fdi-hypotheses": "cps_baselines.fdi.families:HYPOTHESES",
+    "fdi-planner": "cps_baselines.fdi.families:PLANNER",
     "fdi-task-tracker": "cps_baselines.fdi.families:TASK_TRACKER",
     "hvac-bayes": "cps_baselines.hvac.families:BAYES",
     "hvac-brink": "cps_baselines.hvac.families:BRINK",

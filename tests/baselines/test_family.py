@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.families import BROADCAST, LOCAL
+from cps_baselines.disbanding.families import BROADCAST, LOCAL, RADIO
 from cps_baselines.disbanding.string_controller import Gains, StringController, shipped_gains
 from cps_baselines.family import FAMILIES, Family, Members, Number, find_family, play_family
 from cps_baselines.rogue.families import SWITCHING
@@ -64,12 +64,22 @@ def test_the_numbers_of_a_string_go_to_its_gains(family: Family, form: str) -> N
     assert not built.gains.ravel()[~np.array(used)].any()
 
 
+def test_the_search_for_a_late_warning_starts_at_string() -> None:
+    config = DISBANDING.config("learning", {**SHORT, "quiet_share": 0.0, "earliest_attack_s": 1})
+    start = RADIO.build(DISBANDING.game(config, 1).spec("defender"), RADIO.values(np.zeros((1, len(RADIO.numbers)))))
+    both = [
+        play_episodes(DISBANDING, config, {"attacker": "lead", "defender": each}, [1, 2])["return"]
+        for each in (start, "string")
+    ]
+    np.testing.assert_array_equal(*both)
+
+
 def play(policy: AnalyticPolicy | str, seeds: list[int], **overrides: object) -> dict[str, np.ndarray]:
     config = DISBANDING.config("easy", {**SHORT, **overrides})
     return play_episodes(DISBANDING, config, {"attacker": "lead", "defender": policy}, seeds)
 
 
-@pytest.mark.parametrize("family", [BROADCAST, LOCAL])
+@pytest.mark.parametrize("family", [BROADCAST, LOCAL, RADIO])
 @pytest.mark.parametrize("overrides", [{}, ENDING])
 def test_each_episode_is_played_by_its_own_row(family: Family, overrides: dict[str, object]) -> None:
     generator = np.random.default_rng(0)

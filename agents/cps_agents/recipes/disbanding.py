@@ -208,6 +208,43 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
     gap_price_per_m: float = 1.0
 
 
+ATTACKED: Mapping[str, Any] = {"quiet_share": 0.0}
+LOSSY: Mapping[str, Any] = {**ATTACKED, "hop_delay_s": 0.1, "hop_loss": 0.3}
+JAMMED = 'mixture?policies=["timed?jam=1","timed?jam=2","timed?jam=3&jam_s=0"]'
+
+
+@dataclass(frozen=True)
+class DisbandingDefenseRadioSearch(DisbandingDefenseSearch):
+    """Preset `learning`: the warning comes late or is lost, and each vehicle also acts on what it sees itself.
+
+    A vehicle that knows too late collides. So an episode with a collision costs as much as many percent of speed.
+    """
+
+    name: str = "disbanding-defense-radio-cma"
+    family: str = "disbanding-radio"
+    preset: str = "learning"
+    overrides: Mapping[str, Any] = field(default_factory=dict)
+    scenes: tuple[Scene, ...] = (
+        Scene(3, "lead", overrides=LOSSY),
+        Scene(4, WORST, overrides=LOSSY),
+        Scene(2, WORST, overrides=ATTACKED),
+        Scene(2, JAMMED, overrides=ATTACKED),
+        Scene(1, "none"),
+    )
+    search_deviation: float = 0.25
+    total_steps: int = 12 * 12 * 10  # 10 generations
+    evaluations: int = 2
+    evaluation_episodes: int = 60
+    least_gap_m: float = 2.0
+    gap_price_per_m: float = 2.0
+    collision_price: float = 5.0  # points, for an episode with a collision
+
+    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
+        """As without a radio, and less what a collision costs."""
+        worth: FloatArray = super().values(outcome) - self.collision_price * (outcome["collided_intact"] > 0)
+        return worth
+
+
 TWO: Mapping[str, Any] = {"attack_budget": 2}
 DEFENDERS = {  # episodes against each in a generation; `mpc_tuned` costs most and hardly minds when it is attacked
     "none": 2,

@@ -12,9 +12,17 @@ from cps_agents.recipes.disbanding import (
     DisbandingDefense,
     DisbandingDefenseLocal,
     DisbandingDefenseLocalSearch,
+    DisbandingDefenseRadioSearch,
     DisbandingDefenseSearch,
 )
-from cps_agents.recipes.fdi import FdiAttack, FdiAttackDisturbed, FdiAttackSearch, FdiDefense, FdiDefenseSearch
+from cps_agents.recipes.fdi import (
+    FdiAttack,
+    FdiAttackDisturbed,
+    FdiAttackDrawnSearch,
+    FdiAttackSearch,
+    FdiDefense,
+    FdiDefenseSearch,
+)
 from cps_agents.recipes.hvac import (
     HvacAttack,
     HvacAttackMtd1,
@@ -45,9 +53,11 @@ RECIPES: dict[str, Recipe] = {
         DisbandingDefenseLocal(),
         DisbandingDefenseSearch(),
         DisbandingDefenseLocalSearch(),
+        DisbandingDefenseRadioSearch(),
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiAttackSearch(),
+        FdiAttackDrawnSearch(),
         FdiDefense(),
         FdiDefenseSearch(),
         HvacAttack(),

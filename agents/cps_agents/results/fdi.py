@@ -10,6 +10,7 @@ from typing import Any
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.fdi_drawn import BLOCKS as DRAWN
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.types import Role
 from cps_envs.fdi.optima import known_within
@@ -205,4 +206,4 @@ DUEL_ATTACK = Block(
     left_out=dict.fromkeys(("bnb", "lp_greedy", "oracle", "shielded"), EXACT),
 )
 
-BLOCKS = (SHARES, CUTTING, DUEL_DEFENSE, DUEL_ATTACK)
+BLOCKS = (SHARES, *DRAWN, CUTTING, DUEL_DEFENSE, DUEL_ATTACK)

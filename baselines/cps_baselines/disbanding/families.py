@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_baselines.disbanding.replanning import Numbers, Replanning
-from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, StringLoop
+from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, StringLoop, shipped_gains
 from cps_baselines.disbanding.string_search import START
 from cps_baselines.disbanding.string_search import STEP as SEARCHED_STEP
 from cps_baselines.family import Family, Number
@@ -72,6 +72,25 @@ def _local_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> 
 BROADCAST = Family("disbanding", "defender", _gains(WARNED, AGE), _broadcast, _broadcast_loop)
 # Needs no warning, as it acts at all times; each vehicle knows itself, and what its predecessor does and commands.
 LOCAL = Family("disbanding", "defender", _gains(FOLLOWING, AGE, *BROADCAST_ONLY), _local, _local_loop)
+
+# Acts on a warning that comes late or never, and on its own detection; the search starts at the numbers of `string`.
+WARNED_GAINS, WARNED_DETECTION_MPS = shipped_gains("warned")
+RADIO_NUMBERS = (
+    *_gains([Gains(*row) for row in WARNED_GAINS.tolist()]),
+    Number("detection_mps", WARNED_DETECTION_MPS, 0.3, by_factors=True),
+)
+
+
+def _radio(spec: RoleSpec, values: FloatArray) -> StringController:
+    gains = _table(RADIO_NUMBERS, values)
+    return StringController(spec, form="warned", gains=gains, detection_mps=values[:, -1])
+
+
+def _radio_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
+    return StringLoop(config, num_envs, _radio(DISBANDING.game(config, 1).spec("defender"), values))
+
+
+RADIO = Family("disbanding", "defender", RADIO_NUMBERS, _radio, _radio_loop)
 
 
 def _replanning(spec: RoleSpec, values: FloatArray) -> Replanning:

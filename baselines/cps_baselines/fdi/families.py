@@ -1,4 +1,4 @@
-"""The defender `Hypotheses` and the attacker `TaskTracker` as families of policies whose numbers a search chooses."""
+"""The defender `Hypotheses`, the attackers `TaskTracker` and `Planner`: families whose numbers a search chooses."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 
 from cps_baselines.family import Family, Number
 from cps_baselines.fdi.hypotheses import Hypotheses
+from cps_baselines.fdi.planner import Planner
+from cps_baselines.fdi.planning import Habits
 from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
@@ -63,4 +65,13 @@ TASK_TRACKER = Family(
         Number("probe", 5.0, 0.2, by_factors=True),
     ),
     _task_tracker,
+)
+
+
+HABITS = Habits(10.0, 3.0, 0.01, 0.5, 10.0, 0.35, 0.15, 0.15, 0.1, 0.125, 0.125)  # by hand
+PLANNER = Family(
+    "fdi",
+    "attacker",
+    tuple(Number(name, start, 0.4, by_factors=True) for name, start in zip(Habits._fields, HABITS, strict=True)),
+    Planner,
 )
