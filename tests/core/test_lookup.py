@@ -25,7 +25,13 @@ ENTRIES = {
 
 class Picky(Idle):
     def __init__(
-        self, spec: RoleSpec, count: int = 1, share: float | None = 0.5, word: str = "", other: Any = None
+        self,
+        spec: RoleSpec,
+        count: int = 1,
+        share: float | None = 0.5,
+        word: str = "",
+        other: Any = None,
+        rival: Guess | None = None,
     ) -> None:
         super().__init__(spec)
         self.share = share
@@ -76,6 +82,7 @@ def test_name_full_name_and_module(reference: str, spec: RoleSpec) -> None:
         ("share='null'", r"share = .*null.* must be a number"),
         ("share=[]", r"share = \[\] must be a number"),
         ("word=-9", "word = -9 must be a word"),
+        ("rival='null'", r"rival = .*null.* must be an object of Guess, which only code can hand over or null"),
     ],
 )
 def test_options_are_of_the_kind_that_the_policy_says(query: str, wanted: str, spec: RoleSpec) -> None:
