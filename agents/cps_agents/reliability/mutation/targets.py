@@ -45,6 +45,7 @@ DISBANDING = _of(
 ROGUE = _of(
     "tests/rogue/test_game.py",
     "what_is_measured_is_what_the_state_says",
+    "only_where_nobody_knows_the_attacker_is_it_told_who_attacks",
     "learning_draws_within_its_ranges",
     "the_payoff_is_damage_plus_the_price_of_scattering",
 )
