@@ -27,7 +27,7 @@ from cps_agents.reliability.faults.jobs import JOBS, warm_up
 from cps_agents.reliability.faults.part import Trials
 from cps_agents.reliability.fuzz import actions, configurations, files
 from cps_agents.reliability.fuzz.judging import Tally, is_refusal
-from cps_agents.reliability.journal import Journal
+from cps_agents.reliability.journal import Journal, read_journal
 from cps_agents.reliability.mutation.mutants import draw
 from cps_agents.reliability.mutation.part import equivalents
 from cps_agents.reliability.mutation.targets import TARGETS
@@ -111,6 +111,29 @@ def test_a_process_that_dies_or_hangs_is_counted_and_the_rest_goes_on(row: str, 
     found = run_chunk(next(each for each in TOYS.chunks() if each.row == row), Event())
     assert found["counts"] == counts
     assert "a trial" in next(iter(found["examples"].values()))
+
+
+def test_waiting_for_a_processor_is_a_sign_of_life(tmp_path: Path) -> None:
+    path = tmp_path / "journal"
+    journal = Journal(path)
+    assert read_journal(path) == (-1, "")
+    journal.wait(30.0)
+    assert read_journal(path)[0] == -1
+    assert read_journal(path) != (-1, "")
+    journal.begin(4, "a trial")
+    before = read_journal(path)
+    journal.wait(30.0)
+    assert read_journal(path) != before
+    assert read_journal(path)[0] == 4
+    journal.begin(4, "a trial")
+    assert read_journal(path) == before
+
+
+@pytest.mark.parametrize("deadly", ["crash", "hang"])
+def test_a_process_that_died_must_not_happen_in_any_part(deadly: str, tmp_path: Path) -> None:
+    part = part_of({"tried": 1}, {deadly: 2})
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
+    assert found.violations == {deadly: 2}
 
 
 def test_a_broken_machine_is_no_result() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_agents.zoo.network import CLIP, MOST_LOG_DEVIATION, PART, Memory, Network, network_of
+from cps_agents.zoo.network import CLIP, MOST_LOG_DEVIATION, PART, Memory, Network, check_fit, network_of
 
 torch = pytest.importorskip("torch")
 
@@ -112,6 +112,16 @@ def test_refuses_arrays_that_do_not_fit() -> None:
         network_of({**tensors, "mean": np.zeros(4, np.float32)}, "tanh")
     with pytest.raises(ValueError, match="no layer"):
         network_of({"columns": tensors["columns"], "mean": tensors["mean"], "deviation": tensors["deviation"]}, "tanh")
+
+
+def test_a_network_has_to_fit_what_it_sees_and_what_it_says() -> None:
+    network = make_network(0)
+    read = int(network.columns.max())
+    check_fit(network, read + 1, 3)
+    with pytest.raises(ValueError, match=f"to {read} of an observation of {read} values"):
+        check_fit(network, read, 3)
+    with pytest.raises(ValueError, match="3 outputs where 4 are needed"):
+        check_fit(network, read + 1, 4)
 
 
 def test_a_deviation_may_be_as_large_as_the_limit() -> None:

@@ -88,7 +88,8 @@ def test_rows_of_different_lengths_are_refused_in_a_sentence(ragged: Any) -> Non
             read(ragged)
 
 
-def test_whole_numbers_for_a_box_become_real_ones() -> None:
-    read = ActionReader(BOX).batch(np.array([[1, 2], [0, 9]], np.int64), 2)
+@pytest.mark.parametrize("last", [1, 9], ids=["inside", "outside"])
+def test_whole_numbers_for_a_box_become_real_ones(last: int) -> None:
+    read = ActionReader(BOX).batch(np.array([[1, 2], [0, last]], np.int64), 2)
     assert read.dtype == np.float64
-    assert read.tolist() == [[1.0, 2.0], [0.0, 2.0]]
+    assert read.tolist() == [[1.0, 2.0], [0.0, min(last, 2.0)]]

@@ -22,6 +22,7 @@ def test_time_passes_in_marked_environments_only() -> None:
     elapsed, envs = np.array([4, 5, 6]), np.array([True, False, True])
     assert tick(elapsed, envs, 10) == 16
     assert elapsed.tolist() == [14, 5, 16]
+    assert tick(np.zeros(3, np.int64), np.zeros(3, np.bool_), 10) == 0
 
 
 def test_an_environment_ends_by_physics_or_else_by_the_clock() -> None:
@@ -34,8 +35,8 @@ def test_an_environment_ends_by_physics_or_else_by_the_clock() -> None:
 
 
 def test_restarted_clocks_are_at_zero_and_late_ones_are_counted() -> None:
-    elapsed, terminated = np.array([3, 4, 5, 6]), np.array([False, False, True, False])
-    assert count_late(elapsed, terminated, np.array([True, True, True, False]), 3) == 1
-    restart(elapsed, terminated, np.array([False, True, True, False]))
-    assert elapsed.tolist() == [3, 0, 0, 6]
+    elapsed, terminated = np.array([3, 4, 5, 6, 7]), np.array([False, False, True, False, False])
+    assert count_late(elapsed, terminated, np.array([True, True, True, False, True]), 3) == 2
+    restart(elapsed, terminated, np.array([False, True, True, False, True]))
+    assert elapsed.tolist() == [3, 0, 0, 6, 0]
     assert not terminated.any()

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import FrozenInstanceError
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,20 @@ def test_table_and_sequence() -> None:
         "| 0 | `x` | 0 | 2 | m | where |",
         "| 1-2 | `y` | -1 | 1 | m/s |  |",
     ]
+
+
+def test_a_field_without_entries_is_known_but_not_in_the_table() -> None:
+    layout = Fields(Field("x", "m", 0, 2), Field("radio", "s", 0, 1, (0,)), Field("y", "m", -1, 1))
+    assert layout.size == 2
+    assert layout.decode(np.zeros((3, 2), np.float32))["radio"].shape == (3, 0)
+    assert layout.table().splitlines()[2:] == ["| 0 | `x` | 0 | 2 | m |  |", "| 1 | `y` | -1 | 1 | m |  |"]
+
+
+def test_a_field_is_a_value_that_nobody_changes() -> None:
+    field = Field("x", "m", 0, 2)
+    assert {field: 1}[Field("x", "m", 0, 2)] == 1
+    with pytest.raises(FrozenInstanceError):
+        field.high = 3  # type: ignore[misc]
 
 
 def test_one_field_keeps_its_shape_and_an_unknown_one_is_named() -> None:

@@ -123,6 +123,55 @@ def test_impossible_actions_of_a_policy_name_it(role: Any, action: Any, dtype: A
         match.step({}, ALL, 1)
 
 
+def test_a_policy_draws_its_actions_unless_the_match_is_deterministic() -> None:
+    asked = []
+
+    class Asked(Witness):
+        def predict(self, *args: Any) -> Any:
+            asked.append(args[3])
+            return super().predict(*args)
+
+    for options in ({}, {"deterministic": True}):
+        match = Match(game(), {"defender": Asked([0, 0])}, **options)
+        match.reset(ALL, generators())
+        match.step({}, ALL, 1)
+    assert asked == [False, True]
+
+
+def test_payoffs_of_the_decisions_within_a_step_add_up() -> None:
+    played = game()
+    match = Match(played, {"attacker": Witness(1, np.int64), "defender": Witness([0, 0])})
+    match.reset(ALL, generators())
+    payoff = match.step({}, ALL, 6)
+    assert (payoff > 1).all()
+    np.testing.assert_allclose(payoff, played.closeness + played.fee, rtol=1e-12)
+
+
+def test_nobody_is_told_of_decisions_in_which_nothing_moved() -> None:
+    played = game()
+    match = Match(played, {"defender": Witness([0, 0])})
+    match.reset(ALL, generators())
+    told: list[Any] = []
+    payoff = match.hold({}, ALL, 1, 5, 2, lambda paid, moved: told.append((paid, moved.tolist())))
+    assert [moved for _, moved in told] == [[True] * 3] * 2
+    np.testing.assert_allclose(payoff, np.sum([paid for paid, _ in told], axis=0))
+    assert played.elapsed.tolist() == [2, 2, 2]
+
+
+def test_beliefs_are_told_by_players_who_have_some_and_have_decided() -> None:
+    class Believer(Witness):
+        def beliefs(self, state: Any) -> Any:
+            return {"decisions": state[0]}
+
+    match = Match(game(), {"attacker": Witness(1, np.int64), "defender": Believer([0, 0])})
+    match.reset(ALL, generators())
+    assert match.beliefs("defender") == {}
+    match.step({}, ALL, 1)
+    assert match.beliefs("attacker") == {}
+    assert match.beliefs("defender")["decisions"].tolist() == [1, 1, 1]
+    assert Match(game(), {}).beliefs("attacker") == {}
+
+
 def test_masks_are_handed_to_those_who_take_them() -> None:
     seen = []
 
@@ -134,9 +183,38 @@ def test_masks_are_handed_to_those_who_take_them() -> None:
     played = game()
     match = Match(played, {"attacker": Masked(0, np.int64), "defender": Masked([0, 0])})
     match.reset(ALL, generators())
+    played.intruder[:] = [[4, 0], [-4, 0], [0, 4]]
+    whole = played.action_mask("attacker")
+    assert whole is not None
+    assert len({tuple(row) for row in whole.tolist()}) == 3
     match.step({}, np.array([True, False, True]), 1)
-    assert seen[0].shape == (2, 5)
+    np.testing.assert_array_equal(seen[0], whole[[0, 2]])
     assert seen[1] is None
+    match.reset(ALL, generators())
+    played.intruder[:] = [[4, 0], [-4, 0], [0, 4]]
+    match.step({}, ALL, 1)
+    np.testing.assert_array_equal(seen[2], whole)
+
+
+def test_a_decentralised_policy_sees_what_its_team_sees() -> None:
+    seen = []
+
+    class Swarm(Witness):
+        decentralised = True
+
+        def predict(self, *args: Any, team_observation: Any = None) -> Any:  # type: ignore[override]
+            seen.append(team_observation)
+            return super().predict(*args)
+
+    played = game()
+    match = Match(played, {"attacker": Witness(1, np.int64), "defender": Swarm([0, 0])})
+    match.reset(ALL, generators())
+    team = played.team("defender").observe()
+    match.step({}, np.array([True, False, True]), 1)
+    np.testing.assert_array_equal(seen[0], team[[0, 2]])
+    team = played.team("defender").observe()
+    match.step({}, ALL, 1)
+    np.testing.assert_array_equal(seen[1], team)
 
 
 def test_begin_hands_out_generators_and_privileged_knowledge() -> None:

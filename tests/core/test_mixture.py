@@ -97,5 +97,8 @@ def test_states_are_put_together_row_by_row() -> None:
     ]
     assert gathered == [[10, 20], [20, 10], [10, 40], [20]]
     assert _gather(np.array([0, 1]), blocks(Block(2, None), one))[0].tolist() == [0, 20]
+    longer = Block(2, (np.array([50, 60]), np.array([70, 80])))
+    with pytest.raises(ValueError, match="zip"):  # a policy that changes how many arrays it remembers is not cut short
+        _gather(np.array([0, 1]), blocks(one, longer))
     three = Block(3, (np.array([10, 20, 30]),))
     assert _gather(np.array([0, 1]), blocks(three, three))[0].tolist() == [10, 20]

@@ -23,6 +23,8 @@ from cps_agents.reliability.journal import Journal, read_journal
 
 DEATHS = 3  # of processes of one chunk, after which the rest of it is given up
 LOOK_EVERY_S = 0.2
+TELL_EVERY_S = 30.0  # of waiting for a processor
+SCHEDULED = Path("/proc/self/schedstat")  # of Linux: nanoseconds of computing and of waiting for a processor
 FAILED = "failed"
 QUIET = {"CPS_ENVS_QUIET": "1", "CPS_ENVS_TRUST": "0", "OMP_NUM_THREADS": "1", "MPLBACKEND": "agg"}
 
@@ -123,21 +125,30 @@ def _together(one: Result, other: Result) -> Result:
     return {**one, "counts": counts, "examples": {**other["examples"], **one.get("examples", {})}}
 
 
-def _end_with(parent: int) -> None:
-    """End this process, and those that it has started, when its parent is gone."""
+def _watch(parent: int, journal: Journal) -> None:
+    """Note when this process waits for a processor; end it, and those that it has started, when its parent is gone."""
+    told = 0.0
     while os.getppid() == parent:
+        if (waited := _waited_s()) - told >= TELL_EVERY_S:
+            journal.wait(told := waited)
         time.sleep(LOOK_EVERY_S)
     os.killpg(0, signal.SIGKILL)
+
+
+def _waited_s() -> float:
+    """How long others have kept this process from computing, as far as the system tells."""
+    return int(SCHEDULED.read_text().split()[1]) / 1e9 if SCHEDULED.is_file() else 0.0
 
 
 def main() -> None:
     """Do the chunk that the command line names, and write its result into the folder."""
     part_name, name, folder = sys.argv[1], sys.argv[2], Path(sys.argv[3])
     parent, *skipped = map(int, sys.argv[4:])
-    Thread(target=_end_with, args=(parent,), daemon=True).start()
+    journal = Journal(folder / "journal", skipped)
+    Thread(target=_watch, args=(parent, journal), daemon=True).start()
     part = find_part(part_name)
     chunk = next(each for each in part.chunks() if each.name == name)
-    result = part.run(chunk, Journal(folder / "journal", skipped))
+    result = part.run(chunk, journal)
     own, children = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
     result["cpu_s"] = own.ru_utime + own.ru_stime + children.ru_utime + children.ru_stime
     (folder / "result.json").write_text(json.dumps(result), encoding="utf-8")

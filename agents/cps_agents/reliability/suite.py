@@ -17,6 +17,7 @@ from cps_agents.reliability.store import Store
 
 Report = Callable[[int, int, str], None]  # chunks known, chunks in all, the last one
 Work = Callable[[Chunk, Event], Result]
+DEADLY = frozenset({"crash", "hang"})  # of the process of a piece: no part may have any
 
 
 @dataclass
@@ -46,7 +47,8 @@ class Findings:
     @property
     def violations(self) -> dict[str, float]:
         """Counts that should be zero and are not."""
-        return {name: count for name, count in self.totals.items() if name in self.part.forbidden and count}
+        deaths = {name: sum(row.get(name, 0) for row in self.rows.values()) for name in DEADLY}
+        return {name: n for name, n in (self.totals | deaths).items() if name in self.part.forbidden | DEADLY and n}
 
     @property
     def examples(self) -> list[str]:
