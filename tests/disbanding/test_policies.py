@@ -15,9 +15,7 @@ from cps_baselines.disbanding.feedback_search import FeedbackSearch, candidate_c
 from cps_baselines.disbanding.heuristic_policy import FORESIGHT, sweep_row
 from cps_baselines.disbanding.plans import RandomPlan, plan_array
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
-from cps_envs.core.types import Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.start import nominal_constants
 from tests import episodes
@@ -149,19 +147,6 @@ def test_random_plans_use_the_front_with_a_bias() -> None:
     policy = RandomPlan(spec_of("attacker"), front_bias=200.0)
     times = policy.begin([np.random.default_rng(seed) for seed in range(20)], [{}] * 20)[0]
     assert np.all(np.isfinite(times[:, 8:]))
-
-
-@pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_every_registered_policy_plays(role: Role) -> None:
-    config = {"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}
-    for name in set(policy_names("disbanding", role)) - {*NEED_OPTIONS}:
-        if name == "plan":
-            name = "plan?events=[[4,2]]"
-        if name == "ga":
-            name = "ga?generations=2&population=6"
-        other = {"attacker": "lead", "defender": "none"} | {role: name}
-        outcome = play(other["attacker"], other["defender"], **config)
-        assert np.isfinite(outcome["return"]).all(), name
 
 
 def test_the_script_spread_follows_each_environment_s_budget() -> None:

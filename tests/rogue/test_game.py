@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from cps_envs.core.kernels import records, view
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
@@ -191,15 +190,6 @@ def test_a_scene_is_a_copy() -> None:
     assert later.time_s == pytest.approx(2.0)
     assert later.reference_m == pytest.approx(36 + 50)
     assert "sliding" in later.law
-
-
-@pytest.mark.parametrize("name", sorted({*policy_names("rogue", "defender")} - {*NEED_OPTIONS}))
-@pytest.mark.parametrize("preset", ["easy", "learning"])
-def test_registered_defenders_play(name: str, preset: str) -> None:
-    if (name, preset) == ("monitor", "easy"):
-        pytest.skip("it gives orders to all vehicles")
-    config = ROGUE.config(preset, {"duration_s": 2.0, "onset_s": 0.0})
-    assert np.isfinite(play_episodes(ROGUE, config, {"attacker": "none", "defender": name}, [0])["return"]).all()
 
 
 @pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
