@@ -80,7 +80,6 @@ HVAC_TESTS = ProblemTests(
 EVERY_SENSOR = "x1,2,3,4+v1,2,3,4+rx2,3,4+rv2,3,4>1 v1>2 x1>1"
 FDI_DUEL = {"preset": "learning", "tasks": EVERY_SENSOR, "attack_share": 1.0, "onset_s": 0.3}
 ROGUE_DRAWN = {"preset": "easy", "duration_s": 30.0, "attacker_index": [1, 4]}
-ROGUE_LONG = {"preset": "easy", "opponent": "none", "num_vehicles": 10, "attacker_index": [2, 9]}
 ROGUE_HIDDEN = {"preset": "learning", "duration_s": 30.0, "onset_s": [0.0, 15.0]}
 SQUARE = "square?frequency_hz=0.12"
 LONG_CONTEST = {

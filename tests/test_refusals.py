@@ -115,6 +115,8 @@ CONFIGURATIONS: Mapping[str, Sequence[tuple[Overrides, str]]] = {
         ({"separation_m": 4.0}, "contact at the start"),
         ({"inner_share": 0.6}, "middle_share"),
         ({"reference_speed_mps": 55.0}, "50 m/s"),
+        ({"num_vehicles": 100}, r"100 vehicles .* below 0\.000832 s\. Choose dt_s=0\.0005 or"),
+        ({"num_vehicles": 100, "boundary_layer_mps": 0.005}, r"Choose dt_s=0\.0001 or"),
     ],
     "testbed": [
         ({"control_period_s": 0.025}, "multiple of dt_s"),
@@ -199,6 +201,7 @@ POLICIES: Mapping[tuple[str, Role, str], Sequence[tuple[str, Overrides, str]]] =
         ("mtd2?threshold_c2=0", {}, "positive"),
         ("fixed?sensors=[1,2,3,4]", {}, "sensor_sets"),
         ("fixed?sensors=[9]", {}, "choose one of"),
+        *((name, {}, "kalman_filters=true") for name in ("cusum", "largest", "informed")),
     ],
     ("hvac", "defender", "learning"): [
         *(

@@ -1,18 +1,24 @@
+"""What the dissertation has is found, or said to be missing; the generated pages of the site are current."""
+
 from __future__ import annotations
 
 import dataclasses
 import re
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 import gymnasium
 import pytest
 from typer.main import get_command
 
+from cps_agents import docs
 from cps_agents.cli import app
 from cps_agents.reproduction.commands import COMMANDS
 from cps_baselines.paper.items import Item, Place, items
-from cps_envs import find_problem
+from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.testbed.problem import TESTBED
 
@@ -88,3 +94,56 @@ def test_a_place_that_is_not_there_is_noticed() -> None:
         ("reproduce", "ch2 9.9"),
     ):
         assert not exists(Place(kind, name))
+
+
+def test_the_generated_page_is_current(capsys: pytest.CaptureFixture[str]) -> None:
+    assert docs.main(["--check"]) == 0, capsys.readouterr().err
+
+
+def test_an_old_page_is_found_and_written_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = ["--to", str(tmp_path)]
+    assert docs.main(["--check", *folder]) == 1
+    assert "make pages" in capsys.readouterr().err
+    assert docs.main(folder) == 0
+    assert docs.main(["--check", *folder]) == 0
+
+
+def test_a_role_has_a_page_with_everything_that_there_is_to_know() -> None:
+    page = docs.pages()["environments/DisbandingAttack.md"]
+    for heading in ("Story", "Threat Model", "Action Space", "Observation Space", "Presets", "Baselines", "References"):
+        assert f"\n## {heading}\n" in page
+    for heading in ("Best Known Results", "Code to Start", "Rewards", "Version History"):
+        assert f"\n## {heading}\n" in page
+    assert "{" not in page.partition("## Arguments")[0].replace("{table}", "")
+    assert "| 0-9 | `mean_speed` |" in page
+    assert "`vehicle_0` to `vehicle_99`" in docs.pages()["environments/disbanding.md"]
+
+
+def test_pictures_of_the_pages_are_there_and_small() -> None:
+    for problem in PROBLEMS:
+        film = docs.FOLDER / "images" / f"{problem}.gif"
+        assert 10_000 < film.stat().st_size < 2_000_000
+        root = ElementTree.fromstring(docs.pages()[f"images/{problem}-loop.svg"])
+        assert root.attrib["aria-label"]
+
+
+def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("myst_nb", reason="needs sphinx and myst-nb, which build the site")
+    pytest.importorskip("furo", reason="needs furo, the style of the site")
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-b",
+        "html",
+        str(docs.FOLDER),
+        str(tmp_path),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (tmp_path / "environments" / "RogueDefense.html").is_file()

@@ -43,7 +43,6 @@ from tests.agents.command_line import run
 from tests.agents.trained import save_tiny
 
 VENUE = Venue("rogue", "easy", {"duration_s": 3.0})
-RECIPE = Recipe(name="tiny", problem="rogue", overrides=VENUE.overrides)
 
 
 def returns(attacker: str, defender: str, episodes: int) -> np.ndarray[Any, Any]:

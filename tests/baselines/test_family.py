@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,9 @@ from cps_envs.core.errors import UnknownNameError, UntrustedCodeError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy
 from cps_envs.disbanding.problem import DISBANDING
+from cps_envs.registration import find_problem
 from cps_envs.rogue.problem import ROGUE
+from tests import episodes
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "attack_budget": 2}
 ENDING = {"on_collision": "end", "tau_s": 0.5}  # episodes end at different times
@@ -93,6 +97,30 @@ def test_each_episode_is_played_by_its_own_row(family: Family, overrides: dict[s
         for name, found in alone.items():
             assert together[name][row] == found[0], name
             assert looped[name][row] == pytest.approx(found[0], abs=1e-12), name
+
+
+@pytest.mark.parametrize(
+    ("name", "rival", "overrides", "tolerance"),
+    [
+        ("fdi-hypotheses", "tracker", {}, 0.0),
+        ("fdi-task-tracker", "cusum", {}, 0.0),
+        ("hvac-bayes", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
+    ],
+)
+def test_members_of_the_other_families_play_by_their_own_numbers(
+    name: str, rival: str, overrides: dict[str, object], tolerance: float
+) -> None:
+    family, seeds = find_family(name), range(1, 5)
+    problem, other = find_problem(family.problem), {"attacker": "defender", "defender": "attacker"}[family.role]
+    values = family.values(np.random.default_rng(1).standard_normal((len(seeds), len(family.numbers))))
+    spec = episodes.spec_of(problem, family.role, "learning", **overrides)
+
+    def paid(policy: AnalyticPolicy, seeds: Sequence[int]) -> np.ndarray:
+        players = {family.role: policy, other: rival}
+        return episodes.play(problem, **players, seeds=seeds, preset="learning", **overrides)["return"]
+
+    alone = [paid(family.build(spec, values[row : row + 1]), [seed])[0] for row, seed in enumerate(seeds)]
+    np.testing.assert_allclose(paid(Members(spec, family, values), seeds), alone, rtol=tolerance)
 
 
 def test_the_numbers_of_the_rogue_family_are_those_of_tuned() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -50,6 +51,101 @@ def mutant(*checks: str, role: Role = "attacker", part: str = "game", **kwargs: 
     return add
 
 
+def wrong(method: str, instead: Callable[..., Any], *checks: str, part: str = "game", role: Role = "attacker") -> None:
+    """Register a mutant: `instead(itself, the toy's own method, *arguments)` takes the place of a method."""
+    base: Any = {
+        "game": ToyGame,
+        "single_class": SINGLE[role],
+        "vector_class": BATCH[role],
+        "parallel_class": RolesParallelEnv,
+        "swarm_class": SwarmEnv,
+    }[part]
+    real = getattr(base, method)
+
+    def replaced(self: Any, *args: Any, **kwargs: Any) -> Any:
+        return instead(self, partial(real, self), *args, **kwargs)
+
+    mutant(*checks, role=role, part=part)(type(f"Wrong{method}", (base,), {method: replaced}))
+
+
+class DeadAxes(Axes):
+    def observe(self) -> Any:
+        return super().observe() * np.array([1, 0], np.float32)
+
+
+SINGLY, BATCHED, PAIRED = {"part": "single_class"}, {"part": "vector_class"}, {"part": "parallel_class"}
+wrong("action_space", lambda env, real, agent: gymnasium.spaces.Discrete(5), "pettingzoo", **PAIRED)  # a new one
+wrong("_step", lambda game, real, *to: (np.random.random(), real(*to)), "global_random_state")
+wrong(  # another state, whatever earlier tests have seeded
+    "_reset", lambda game, real, *to: (random.seed(random.random()), real(*to)), "global_random_state"
+)
+wrong("_moves", lambda env, real, actions: {"attacker": real(actions)["attacker"]}, "parallel", **PAIRED)
+wrong(  # a bonus per call: a decision of three steps gets it once, three steps get it three times
+    "_advance", lambda game, real, actions, envs, steps: real(actions, envs, steps) + 0.01 * envs, "parallel", "return"
+)
+wrong("_advance", lambda game, real, *to: 2 * real(*to), "return")
+wrong(
+    "_moves",
+    lambda env, real, to: {**real(to), "attacker": env._readers["attacker"].single(to["attacker_0"])},
+    "held_actions",
+    **PAIRED,
+)
+wrong(
+    "step",
+    lambda env, real, actions: (env._match.step({}, env._envs, 1), real(actions))[1],
+    "swarm",
+    part="swarm_class",
+    role="defender",
+)
+wrong(  # all environments, whatever the mask says
+    "_reset_mask",
+    lambda env, real, options: (real(options), np.ones(env.num_envs, np.bool_))[1],
+    "reset_mask",
+    "autoreset",
+    **BATCHED,
+)
+wrong(  # takes any mask
+    "_reset_mask",
+    lambda env, real, options: np.resize(np.asarray((options or {}).get("reset_mask", [1]), np.bool_), env.num_envs),
+    "reset_mask",
+    **BATCHED,
+)
+wrong(
+    "__init__",
+    lambda env, real, num_envs=1, max_episode_steps=None, **to: real(num_envs, reach_m=0.0, **to),
+    "time_limit",
+    role="defender",
+    **BATCHED,
+)
+wrong("observe", lambda game, real, role: 2 * real(role), "observations")
+wrong("team", lambda game, real, role: DeadAxes(game), "live_swarm", role="defender")
+wrong("__init__", lambda game, real, *to: (real(*to), setattr(game, "horizon", 11))[1], "endings")  # no multiple of 3
+wrong("_check_running", lambda env, real: None if env._generators else env.reset() and None, "reset_needed", **BATCHED)
+wrong("_check_end", lambda *ignored: None, "horizon")
+wrong("_check_end", lambda game, real, *to: (game._advance({}, *to), real(*to)), "horizon")  # looks too late
+wrong("__init__", lambda env, real, frame_skip=1, **to: real(**to), "frame_skip", **SINGLY)
+wrong(
+    "__init__",
+    lambda env, real, num_envs=1, frame_skip=1, **to: real(num_envs, frame_skip=max(frame_skip - 1, 1), **to),
+    "frame_skip",
+    role="defender",
+    **BATCHED,
+)
+wrong("_infos", lambda env, real: {agent: {**to, "extra": 1.0} for agent, to in real().items()}, "metrics", **PAIRED)
+wrong("metrics", lambda game, real: {**real(), "distance_m": np.full(game.num_envs, np.nan)}, "metrics", "gymnasium")
+wrong(
+    "__init__", lambda game, real, *to: (real(*to), setattr(game, "payoff_parts", ("closeness", "fees")))[1], "metrics"
+)
+wrong("action_mask", lambda game, real, role: None if role == "defender" else real(role) | True, "action_masks")
+wrong(
+    "step",
+    lambda env, real, action: real(np.nan_to_num(action) if np.shape(action) == (2,) else action),
+    "bad_actions",
+    role="defender",
+    **SINGLY,
+)
+
+
 @mutant("gymnasium", "determinism", part="single_class")
 class IgnoresSeed(ToyAttackEnv):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
@@ -65,12 +161,6 @@ class SharesInfo(ToyAttackEnv):
 
     def reset(self, **kwargs: Any) -> Any:
         return super().reset(**kwargs)[0], self.shared
-
-
-@mutant("pettingzoo", part="parallel_class")
-class NewSpaces(RolesParallelEnv):
-    def action_space(self, agent: str) -> Any:
-        return gymnasium.spaces.Discrete(5)
 
 
 @mutant("pettingzoo", "determinism", part="parallel_class")
@@ -104,53 +194,11 @@ class ForgetsGenerator(ToyAttackEnv):
         return super().reset(seed=seed, options=options)
 
 
-@mutant("global_random_state")
-class DrawsGlobally(ToyGame):
-    def _step(self, b: int, move: Any, push: Any) -> None:
-        np.random.random()
-        super()._step(b, move, push)
-
-
-@mutant("global_random_state")
-class SeedsGlobally(ToyGame):
-    def _reset(self, envs: Any, generators: Any) -> None:
-        random.seed(random.random())  # another state, whatever earlier tests have seeded
-        super()._reset(envs, generators)
-
-
 @mutant("batch", "autoreset")
 class SharesGenerator(ToyGame):
     def _step(self, b: int, move: Any, push: Any) -> None:
         self.generators[b] = self.generators[0]
         super()._step(b, move, push)
-
-
-@mutant("parallel", part="parallel_class")
-class DropsDefender(RolesParallelEnv):
-    def _moves(self, actions: Any) -> Any:
-        return {"attacker": super()._moves(actions)["attacker"]}
-
-
-@mutant("parallel", "return")
-class PaysPerCall(ToyGame):
-    """A bonus per call of `advance`: a decision of three steps gets it once, three steps get it three times."""
-
-    def _advance(self, actions: Any, envs: Any, num_steps: int) -> Any:
-        return super()._advance(actions, envs, num_steps) + 0.01 * envs
-
-
-@mutant("held_actions", part="parallel_class")
-class TakesEveryAction(RolesParallelEnv):
-    def _moves(self, actions: Any) -> Any:
-        held = super()._moves(actions)
-        return {**held, "attacker": self._readers["attacker"].single(actions["attacker_0"])}
-
-
-@mutant("swarm", role="defender", part="swarm_class")
-class SwarmSkipsSteps(SwarmEnv):
-    def step(self, actions: Any) -> Any:
-        self._match.step({}, self._envs, 1)
-        return super().step(actions)
 
 
 @mutant("autoreset", part="vector_class")
@@ -168,26 +216,6 @@ class NoMetricsInFinalInfo(ToyAttackVectorEnv):
         *rest, info = super().step(actions)
         info["_distance_m"] = np.zeros(self.num_envs, np.bool_)
         return (*rest, info)
-
-
-@mutant("reset_mask", "autoreset", part="vector_class")
-class ResetsAll(ToyAttackVectorEnv):
-    def _reset_mask(self, options: Any) -> Any:
-        super()._reset_mask(options)
-        return np.ones(self.num_envs, np.bool_)
-
-
-@mutant("reset_mask", part="vector_class")
-class TakesAnyMask(ToyAttackVectorEnv):
-    def _reset_mask(self, options: Any) -> Any:
-        mask = (options or {}).get("reset_mask", np.ones(self.num_envs))
-        return np.resize(np.asarray(mask, np.bool_), self.num_envs)
-
-
-@mutant("time_limit", part="vector_class", role="defender")
-class NoTimeLimit(ToyDefenseVectorEnv):
-    def __init__(self, num_envs: int = 1, *, max_episode_steps: int | None = None, **kwargs: Any) -> None:
-        super().__init__(num_envs, reach_m=0.0, **kwargs)
 
 
 @mutant("aliasing")
@@ -226,12 +254,6 @@ class KeepsReference(RolesParallelEnv):
 
 
 @mutant("observations")
-class LeavesBounds(ToyGame):
-    def observe(self, role: Role) -> Any:
-        return super().observe(role) * np.float32(2)
-
-
-@mutant("observations")
 class ShowsNaN(ToyGame):
     def _step(self, b: int, move: Any, push: Any) -> None:
         super()._step(b, move, push)
@@ -246,29 +268,11 @@ class StoppedClock(ToyGame):
         return observation
 
 
-class DeadAxes(Axes):
-    def observe(self) -> Any:
-        return super().observe() * np.array([1, 0], np.float32)
-
-
-@mutant("live_swarm", role="defender")
-class DeadTeam(ToyGame):
-    def team(self, role: Role) -> Any:
-        return DeadAxes(self)
-
-
 @mutant("endings")
 class ClockTerminates(ToyGame):
     def _step(self, b: int, move: Any, push: Any) -> None:
         super()._step(b, move, push)
         self.terminated[b] |= self.steps[b] >= self.horizon
-
-
-@mutant("endings")
-class OddHorizon(ToyGame):
-    def __init__(self, config: Any, num_envs: int) -> None:
-        super().__init__(config, num_envs)
-        self.horizon = 11
 
 
 @mutant("endings", part="single_class")
@@ -283,38 +287,6 @@ class GoesOn(ToyAttackEnv):
     def step(self, action: Any) -> Any:
         self._running = True
         return super().step(action)
-
-
-@mutant("reset_needed", part="vector_class")
-class StartsUnasked(ToyAttackVectorEnv):
-    def _check_running(self) -> None:
-        if not self._generators:
-            self.reset()
-
-
-@mutant("horizon")
-class GoesBeyond(ToyGame):
-    def _check_end(self, envs: Any, num_steps: int) -> None:
-        """Do not look."""
-
-
-@mutant("horizon")
-class RefusesTooLate(ToyGame):
-    def _check_end(self, envs: Any, num_steps: int) -> None:
-        self._advance({}, envs, num_steps)
-        super()._check_end(envs, num_steps)
-
-
-@mutant("frame_skip", part="single_class")
-class SkipsNothing(ToyAttackEnv):
-    def __init__(self, *, frame_skip: int = 1, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-
-
-@mutant("frame_skip", part="vector_class", role="defender")
-class BatchSkipsFewer(ToyDefenseVectorEnv):
-    def __init__(self, num_envs: int = 1, *, frame_skip: int = 1, **kwargs: Any) -> None:
-        super().__init__(num_envs, frame_skip=max(frame_skip - 1, 1), **kwargs)
 
 
 @mutant("frame_skip")
@@ -333,12 +305,6 @@ class CountsItsBlock(ToyGame):
         self.closeness[envs] += 1e-6 * envs.sum()
 
 
-@mutant("return")
-class PaysDouble(ToyGame):
-    def _advance(self, actions: Any, envs: Any, num_steps: int) -> Any:
-        return 2 * super()._advance(actions, envs, num_steps)
-
-
 @mutant("zero_sum", part="parallel_class")
 class PaysBoth(RolesParallelEnv):
     def step(self, actions: Any) -> Any:
@@ -346,42 +312,10 @@ class PaysBoth(RolesParallelEnv):
         return (observations, {**rewards, "defender_0": abs(rewards["attacker_0"])}, *rest)
 
 
-@mutant("metrics", part="parallel_class")
-class MoreInfo(RolesParallelEnv):
-    def _infos(self) -> Any:
-        return {agent: {**info, "extra": 1.0} for agent, info in super()._infos().items()}
-
-
-@mutant("metrics", "gymnasium")
-class InfiniteMetric(ToyGame):
-    def metrics(self) -> Any:
-        return {**super().metrics(), "distance_m": np.full(self.num_envs, np.nan)}
-
-
-@mutant("metrics")
-class UnknownPart(ToyGame):
-    def __init__(self, config: Any, num_envs: int) -> None:
-        super().__init__(config, num_envs)
-        self.payoff_parts = ("closeness", "fees")
-
-
-@mutant("action_masks")
-class MaskIgnoresClock(ToyGame):
-    def action_mask(self, role: Role) -> Any:
-        mask = super().action_mask(role)
-        return None if mask is None else np.ones_like(mask)
-
-
 @mutant("action_masks", part="single_class")
 class TwoMasks(ToyAttackEnv):
     def action_masks(self) -> Any:
         return ~super().action_masks()
-
-
-@mutant("bad_actions", part="single_class", role="defender")
-class ForgivesNaN(ToyDefenseEnv):
-    def step(self, action: Any) -> Any:
-        return super().step(np.nan_to_num(action) if np.shape(action) == (2,) else action)
 
 
 @mutant("bad_actions", part="single_class")

@@ -56,15 +56,9 @@ def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
 
 @pytest.mark.parametrize(
     "kwargs",
-    [
-        {"preset": [1]},
-        {"preset": None},
-        {"preset": 3},
-        {"num_threads": None},
-        {"num_threads": 1.5},
-        {"num_threads": True},
-    ]
-    + [{"autoreset_mode": mode} for mode in (None, [1], 7)],
+    [{"preset": preset} for preset in ([], [1], None, 3)]
+    + [{"num_threads": count} for count in (None, 1.5, True, "two")]
+    + [{"autoreset_mode": mode} for mode in (None, [1], 7, "none")],
     ids=str,
 )
 def test_arguments_of_another_type_are_named(kwargs: dict[str, Any]) -> None:
@@ -73,7 +67,7 @@ def test_arguments_of_another_type_are_named(kwargs: dict[str, Any]) -> None:
         ToyAttackVectorEnv(2, **kwargs)
 
 
-@pytest.mark.parametrize("seeds", [[1.5, 2], [True, 2], ["1", "2"], np.array([1.5, 2.0])], ids=str)
+@pytest.mark.parametrize("seeds", [[1.5, 2], [True, 2], [[1], 2], ["1", "2"], np.array([1.5, 2.0])], ids=str)
 def test_seeds_that_are_no_whole_numbers_are_refused(seeds: Any) -> None:
     with pytest.raises(ValueError, match="is no whole number"):
         ToyAttackVectorEnv(2).reset(seed=seeds)
@@ -110,8 +104,6 @@ def test_a_refused_seed_leaves_nothing_half_started() -> None:
     for seed in (1.0, "1", {}, True):
         with pytest.raises(ValueError, match="must be a whole number, one for each environment, or None"):
             envs.reset(seed=seed)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="must be a dictionary"):
-        envs.reset(options=[1])  # type: ignore[arg-type]
     same = ToyAttackVectorEnv(2)
     np.testing.assert_array_equal(envs.reset(seed=[3, 4])[0], same.reset(seed=3)[0])
 
@@ -208,23 +200,8 @@ def test_an_ended_environment_starts_again_in_the_next_step() -> None:
     assert not (terminated | truncated)[ended].any()
 
 
-@pytest.mark.parametrize("kwargs", [{"preset": []}, {"preset": 1}, {"autoreset_mode": "none"}, {"num_threads": "two"}])
-def test_arguments_of_a_wrong_type_are_refused(kwargs: dict[str, Any]) -> None:
-    with pytest.raises(ConfigurationError, match=next(iter(kwargs))):
-        ToyAttackVectorEnv(2, **kwargs)
-
-
-@pytest.mark.parametrize("seed", [[1.5, 2, 3], [True, 1, 2], [[1], 2, 3]])
-def test_seeds_are_whole_numbers(seed: Any) -> None:
-    with pytest.raises(ValueError, match="whole number"):
-        ToyAttackVectorEnv(3).reset(seed=seed)
-
-
 def test_actions_that_are_no_numbers_are_refused() -> None:
-    env, both = ToyAttackVectorEnv(2), RolesParallelEnv(TOY)
+    env = ToyAttackVectorEnv(2)
     env.reset(seed=0)
-    both.reset(seed=0)
     with pytest.raises(ValueError, match="rows of one length were expected"):
         env.step([[0.0], [0.0, 1.0]])
-    with pytest.raises(ValueError, match="dictionary"):
-        both.step(None)  # type: ignore[arg-type]

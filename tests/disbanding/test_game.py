@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import records, view
-from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.disbanding.config import EASY, PAPER
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.payoff import Metrics, charge, measured
 from cps_envs.disbanding.problem import DISBANDING
+from tests.episodes import play
 
 SHORT = {"duration_s": 20.0, "num_platoons": 4}
 
@@ -120,8 +120,7 @@ def test_platoon_corrections_are_broadcast_in_the_paper_s_numbering() -> None:
 
 
 def test_a_collision_ends_the_episode_and_charges_the_rest() -> None:
-    config = DISBANDING.config("paper", {"tau_s": 0.5, "on_collision": "end"})
-    outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
+    outcome = play(DISBANDING, "lead", tau_s=0.5, on_collision="end")
     crash_s = outcome["first_collision_s"][0]
     assert crash_s == pytest.approx(4.19)  # spec 6.8, from 3.19 s after the attack
     assert outcome["end_charge"][0] == pytest.approx(100 * (1 - crash_s / 180))
@@ -129,15 +128,13 @@ def test_a_collision_ends_the_episode_and_charges_the_rest() -> None:
 
 
 def test_the_penalty_counts_intact_vehicles_scaled_to_a_hundred() -> None:
-    config = DISBANDING.config("paper", {"tau_s": 0.3, "collision_penalty": 0.3, "num_platoons": 5})
-    outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
+    outcome = play(DISBANDING, "lead", tau_s=0.3, collision_penalty=0.3, num_platoons=5)
     assert outcome["collided_intact"][0] > 0
     assert outcome["collision_penalty"][0] == pytest.approx(0.3 * 100 / 50 * outcome["collided_intact"][0])
 
 
 def test_the_other_payoff_is_the_error_of_the_intact() -> None:
-    config = DISBANDING.config("paper", {"payoff_set": "intact_now"})
-    outcome = play_episodes(DISBANDING, config, {"attacker": "lead", "defender": "none"}, [0])
+    outcome = play(DISBANDING, "lead", payoff_set="intact_now")
     assert outcome["return"][0] == pytest.approx(outcome["velocity_error_intact"][0])  # one attack: spec 2.8
     assert outcome["return"][0] == pytest.approx(29.556830, abs=1e-4)
 

@@ -15,9 +15,6 @@ from cps_baselines.disbanding.feedback_search import FeedbackSearch, candidate_c
 from cps_baselines.disbanding.heuristic_policy import FORESIGHT, sweep_row
 from cps_baselines.disbanding.plans import RandomPlan, plan_array
 from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.play import play_episodes
-from cps_envs.core.types import Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.start import nominal_constants
 from tests import episodes
@@ -157,28 +154,18 @@ def test_random_plans_use_the_front_with_a_bias() -> None:
     assert np.all(np.isfinite(times[:, 8:]))
 
 
-@pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_every_registered_policy_plays(role: Role) -> None:
-    config = {"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}
-    for name in set(policy_names("disbanding", role)) - {*NEED_OPTIONS}:
-        if name == "plan":
-            name = "plan?events=[[4,2]]"
-        if name == "ga":
-            name = "ga?generations=2&population=6"
-        other = {"attacker": "lead", "defender": "none"} | {role: name}
-        outcome = play(other["attacker"], other["defender"], **config)
-        assert np.isfinite(outcome["return"]).all(), name
-
-
 def test_the_script_spread_follows_each_environment_s_budget() -> None:
     def disbanding_s(seeds: Sequence[int], **overrides: Any) -> Any:
-        seen = []
-        config = DISBANDING.config("easy", {"tau_s": 0.3, **overrides})
-        players = {"attacker": "spread", "defender": "none"}
-        play_episodes(
-            DISBANDING, config, players, seeds, on_step=lambda game: seen.append(game.state.disbanding_s.copy())
-        )
-        return seen[-1]
+        return episodes.watched(
+            DISBANDING,
+            lambda game: game.state.disbanding_s.copy(),
+            "spread",
+            "none",
+            seeds,
+            "easy",
+            tau_s=0.3,
+            **overrides,
+        )[-1]
 
     drawn = disbanding_s(range(8), attack_budget=(1, 3))
     fixed = {budget: disbanding_s([0], attack_budget=budget)[0] for budget in (1, 2, 3)}

@@ -10,8 +10,6 @@ from cps_envs.disbanding.picture.convoy import BEYOND_M, VEHICLE_M, lay_out
 from cps_envs.disbanding.picture.palette import LEVELS, speed_level
 from tests.disbanding.pictures import CONFIG, START, frame, played
 
-ATTACK, DEFENSE = "cps_envs:cps_envs/DisbandingAttack-v0", "cps_envs:cps_envs/DisbandingDefense-v0"
-
 pygame = pytest.importorskip("pygame")
 
 

@@ -16,14 +16,8 @@ from cps_envs.fdi.picture.viewer import Viewer
 from tests.pictured import Pictured, bumped
 
 EVERY = np.ones(1, np.bool_)
-
-
 CONFIG = FdiConfig()
-
-
 DRAWN = "x4>4 xv1,2>1 v1,2,3,4>3"
-
-
 CRASH = [-10, -10, -10, -10, -11, -11, -11, -3, 4, 10, 16, 22, 28, 34, 40, 46, 52, 58, 65, 71]  # levels of x4>4
 
 
@@ -60,8 +54,6 @@ def frame(scene: Scene, config: FdiConfig = CONFIG) -> Array:
 
 
 START, UNDER_WAY, COLLISION = (played(CONFIG, CRASH[:steps]) for steps in (0, 12, 20))
-
-
 ODD = (
     *(replace(preset, tasks=preset.tasks and DRAWN) for preset in PRESETS.values()),
     replace(CONFIG, desired_gap_m=0.5),

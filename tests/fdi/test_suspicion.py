@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from cps_baselines.family import find_family
 from cps_baselines.fdi.bank import Bank, honest_sets
 from cps_baselines.fdi.disturbance_filter import DRIFT_MPS2, hypothesis_filters
 from cps_baselines.fdi.hypotheses import Hypotheses
@@ -24,7 +23,6 @@ from tests.fdi.episodes import QUIET, Filter, place, play, spec_of, started, wat
 
 SPEC = spec_of("defender", preset="learning")
 HONEST = {"preset": "learning", "attack_share": 0.0}
-FAMILY = find_family("fdi-hypotheses")
 LOOSE = 1e6  # deviations: nothing is an outlier
 
 

@@ -17,7 +17,6 @@ from cps_envs.fdi.picture.scene import Scene
 from cps_envs.fdi.picture.viewer import plots, with_illegal_readings
 from tests.fdi.pictures import COLLISION, CONFIG, CRASH, EVERY, START, UNDER_WAY, frame, inject, opened, played
 
-ATTACK, DEFENSE = "cps_envs:cps_envs/FdiAttack-v0", "cps_envs:cps_envs/FdiDefense-v0"
 DEFENDED = replace(CLIP, attacked="x1,4+v2")
 ROAD = (0.0, 0.0, 900.0, 118.0)
 

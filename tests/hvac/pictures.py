@@ -19,14 +19,8 @@ from tests.hvac.games import go, started
 from tests.pictured import Pictured, bumped
 
 DAY: dict[str, Any] = {"num_steps": 150, "window_steps": 100, "onset_step": 105}
-
-
 CONFIG = HvacConfig(**DAY)
-
-
 MODEL = 15  # the last choice with four sensors
-
-
 SHOWN_C = 22.0
 
 
@@ -67,8 +61,6 @@ def ring(zones: int, **overrides: Any) -> HvacConfig:
 
 
 START, UNDER_WAY = played(0), played(120, 3)
-
-
 OTHER_DAYS: Sequence[Mapping[str, Any]] = (
     {"num_sensors": 8},
     {"noise_std_c": 0.0},

@@ -161,12 +161,6 @@ def test_who_is_told_says_so(name: str) -> None:
         policy.predict(np.zeros((1, policy.spec.fields.size), np.float32))
 
 
-@pytest.mark.parametrize("name", ["cusum", "largest", "informed"])
-def test_without_filters_they_say_what_to_do(name: str) -> None:
-    with pytest.raises(ConfigurationError, match="kalman_filters=true"):
-        resolve_policy(name, spec_of("defender", preset="paper"))
-
-
 def test_filters_are_named_by_the_sensors_that_are_wanted() -> None:
     filters = FilterChoices(LEARNING)
     wanted = np.array([[1, 1, 1, 1], [0, 0, 0, 0], [1, 0, 1, 1], [0, 1, 0, 0]], bool)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from cps_baselines.family import Members, find_family
 from cps_baselines.hvac.bayes import MOST_SQUARED, Bayes, choose
 from cps_baselines.hvac.hypotheses import BIAS_KEPT, START, hypotheses, liar_sets
 from cps_envs.core.errors import ConfigurationError
@@ -24,7 +23,6 @@ from cps_envs.hvac.sensors import filter_choice, filter_sets, membership, sensor
 from tests.hvac.games import go, play, seen, spec_of, started, watched
 
 FULL, EMPTY = (1, 2, 3, 4), ()
-FAMILY = find_family("hvac-bayes")
 KINDS = 3  # slow, bold and still liars
 
 
@@ -271,15 +269,6 @@ def test_the_choice_has_the_least_expected_error(too_cold: Any) -> None:
     error = offered[:, :, np.newaxis] - z[:, np.newaxis, :, :4]
     cost = (np.where(error < 0, too_cold, 1.0) * error**2).sum(axis=3)
     np.testing.assert_array_equal(choice, np.einsum("bah,bh->ba", cost, np.exp(weights)).argmin(axis=1))
-
-
-def test_each_episode_is_played_by_its_own_beliefs() -> None:
-    spec, days = spec_of("defender"), {"num_steps": 330, "onset_step": 220}
-    values = FAMILY.values(np.random.default_rng(1).standard_normal((3, len(FAMILY.numbers))))
-    together = play("tracker", Members(spec, FAMILY, values), [1, 2, 3], "learning", **days)["return"]
-    for row in range(3):
-        alone = play("tracker", FAMILY.build(spec, values[row : row + 1]), [row + 1], "learning", **days)["return"]
-        np.testing.assert_allclose(together[row], alone[0], rtol=1e-12)
 
 
 def test_wrong_beliefs_and_configurations_are_refused() -> None:

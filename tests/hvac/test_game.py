@@ -13,18 +13,17 @@ from hypothesis import strategies as st
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import view
-from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.hvac.attack import absolute_action, bias_action
 from cps_envs.hvac.config import PRESETS
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.observation import BY_CHOICE, observe_attacker, observe_defender
-from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
-from tests.hvac.games import QUIET, SHORT, go, seen, started
+from tests.hvac.games import QUIET, SHORT, go, play, seen, started
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 MODEL = 15  # the last choice with four sensors
+CONSTANT = "tests.hvac.players:Constant"
 READS_22 = np.array([-0.2, -0.2, -0.2, -0.2, 1.0])
 
 
@@ -66,27 +65,23 @@ def test_the_constant_attack_hurts_as_in_the_specification(
     sensors: int, defender: str, expected: Sequence[float], tolerance: float
 ) -> None:
     name = "Always" if defender == "always" else f"MovingTarget?mark={defender}"
-    players = {"attacker": "tests.hvac.players:Constant", "defender": f"tests.hvac.players:{name}"}
     for size, impact in enumerate(expected, 1):
-        config = HVAC.config("paper", {"num_compromised": size, "num_sensors": sensors})
-        outcome = play_episodes(HVAC, config, players, range(10))
+        outcome = play(CONSTANT, f"tests.hvac.players:{name}", num_compromised=size, num_sensors=sensors)
         assert outcome["a_impact"].mean() == pytest.approx(impact, rel=tolerance), size
         if defender == "passes" and size < sensors:
             assert outcome["flawed_steps"].mean() < 0.02 * 520
 
 
 def test_eight_sensors_resist_with_one_intact() -> None:
-    config = HVAC.config("paper", {"num_compromised": 7, "num_sensors": 8})
-    players = {"attacker": "tests.hvac.players:Constant", "defender": "tests.hvac.players:MovingTarget"}
-    assert play_episodes(HVAC, config, players, range(4))["a_impact"].mean() == pytest.approx(1.2, rel=0.05)
+    outcome = play(CONSTANT, "tests.hvac.players:MovingTarget", range(4), num_compromised=7, num_sensors=8)
+    assert outcome["a_impact"].mean() == pytest.approx(1.2, rel=0.05)
 
 
 @pytest.mark.parametrize(("choice", "sensors", "expected"), [(0, 4, 9.5), (0, 8, 5.0), (15, 4, 1.17)])
 def test_without_attack_noise_alone_costs_what_the_specification_says(
     choice: int, sensors: int, expected: float
 ) -> None:
-    config = HVAC.config("paper", {"num_sensors": sensors})
-    outcome = play_episodes(HVAC, config, {"defender": f"tests.hvac.players:Always?choice={choice}"}, range(10))
+    outcome = play("none", f"tests.hvac.players:Always?choice={choice}", num_sensors=sensors)
     assert outcome["a_impact"].mean() == pytest.approx(expected, rel=0.05)
 
 

@@ -18,8 +18,6 @@ from cps_envs.hvac.sensors import membership
 from tests.hvac.games import go, started
 from tests.hvac.pictures import CONFIG, DAY, MODEL, UNDER_WAY, attacked, frame, ring
 
-ATTACK, DEFENSE = "cps_envs:cps_envs/HvacAttack-v0", "cps_envs:cps_envs/HvacDefense-v0"
-
 pygame = pytest.importorskip("pygame")
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")
 

@@ -17,14 +17,8 @@ from cps_envs.rogue.picture.viewer import Viewer
 from tests.pictured import Pictured, bumped
 
 EVERY = np.ones(1, np.bool_)
-
-
 CONFIG = RogueConfig()
-
-
 SOLID = replace(CONFIG, contact="solid", power_ratio=1.3, duration_s=60.0)
-
-
 DETECTING, HUMAN = CONTROLLERS.index("detecting"), CONTROLLERS.index("human")
 
 
@@ -57,8 +51,6 @@ def frame(scene: Scene, config: RogueConfig = CONFIG) -> Array:
 
 
 START, UNDER_WAY, SCATTERED = (played(CONFIG, seconds) for seconds in (0, 4, 60))
-
-
 PUSHED = played(SOLID, 8)
 
 

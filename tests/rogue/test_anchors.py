@@ -12,7 +12,6 @@ from cps_baselines.rogue.disband import Disband
 from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.conformance import check_refinement
-from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.match import Match
 from cps_envs.core.play import finish, play_episodes
 from cps_envs.core.policy import Policy
@@ -87,11 +86,7 @@ def test_the_largest_couplings_are_eigenvalues(num_vehicles: int) -> None:
         assert largest_ahead(num_vehicles - place) == pytest.approx(np.linalg.eigvalsh(whole[place:, place:])[-1])
 
 
-def test_a_hundred_vehicles_and_the_step_they_need() -> None:
-    with pytest.raises(ConfigurationError, match=r"100 vehicles .* below 0\.000832 s\. Choose dt_s=0\.0005 or"):
-        make(num_vehicles=100)
-    with pytest.raises(ConfigurationError, match=r"Choose dt_s=0\.0001 or"):
-        make(num_vehicles=100, boundary_layer_mps=0.005)
+def test_a_hundred_vehicles_with_the_step_they_need() -> None:
     assert make(num_vehicles=100, attacker_index=(1, 99), dt_s=0.0005).num_intact == 99
 
 

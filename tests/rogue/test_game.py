@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 
 from cps_envs.core.kernels import records, view
-from cps_envs.core.lookup import NEED_OPTIONS, policy_names
-from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import DRIVEN
@@ -67,9 +65,7 @@ def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed() -
 
 
 def test_the_payoff_is_damage_plus_the_price_of_scattering() -> None:
-    config = ROGUE.config("easy", {"duration_s": 20.0})
-    players = {"attacker": "square", "defender": "sliding"}
-    outcome = play_episodes(ROGUE, config, players, range(4))
+    outcome = episodes.play(ROGUE, "square", "sliding", range(4), "easy", duration_s=20.0)
     assert outcome["return"] == pytest.approx(outcome["damage"] + outcome["formation_charge"])
     assert outcome["formation_charge"] == pytest.approx(0.5 * outcome["formation_cost_s"])
     assert np.all(outcome["formation_cost_s"] > 0)
@@ -191,15 +187,6 @@ def test_a_scene_is_a_copy() -> None:
     assert later.time_s == pytest.approx(2.0)
     assert later.reference_m == pytest.approx(36 + 50)
     assert "sliding" in later.law
-
-
-@pytest.mark.parametrize("name", sorted({*policy_names("rogue", "defender")} - {*NEED_OPTIONS}))
-@pytest.mark.parametrize("preset", ["easy", "learning"])
-def test_registered_defenders_play(name: str, preset: str) -> None:
-    if (name, preset) == ("monitor", "easy"):
-        pytest.skip("it gives orders to all vehicles")
-    config = ROGUE.config(preset, {"duration_s": 2.0, "onset_s": 0.0})
-    assert np.isfinite(play_episodes(ROGUE, config, {"attacker": "none", "defender": name}, [0])["return"]).all()
 
 
 @pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")

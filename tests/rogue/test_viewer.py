@@ -16,7 +16,6 @@ from tests.agents.command_line import invoke
 from tests.pictured import bumped
 from tests.rogue.pictures import CONFIG, EVERY, PUSHED, SCATTERED, SOLID, START, UNDER_WAY, drive, frame, opened
 
-ATTACK, DEFENSE = "cps_envs:cps_envs/RogueAttack-v0", "cps_envs:cps_envs/RogueDefense-v0"
 ROAD = (16.0, 118.0, 928.0, 74.0)
 
 pygame = pytest.importorskip("pygame")

@@ -28,8 +28,8 @@ from cps_baselines.rogue.yardsticks import (
     shipped,
     tables,
 )
-from cps_envs.core.play import play_episodes
 from cps_envs.rogue.problem import ROGUE
+from tests.episodes import watched
 
 pytest.importorskip("cma")
 PROTOTYPE = {  # best of three searches of an independent implementation, m/s
@@ -124,14 +124,8 @@ def test_answers_that_are_given_are_played_after_the_probe() -> None:
     spec = ROGUE.game(config, 1).spec("attacker")
     probe, other = np.array([0.0, 0, 0, 0, 0, 1, 0]), np.array([0.0, 0, 0, 0, 0, -1, 0])
     knowledge = Known((), np.stack([probe, other]), np.empty((0, 5)), probe, 5.2)
-    efforts = []
-    play_episodes(
-        ROGUE,
-        config,
-        {"attacker": Identify(spec, knowledge, np.array([0, 1])), "defender": "pd"},
-        [0, 1],
-        on_step=lambda game: efforts.append(game.state.held_effort.copy()),
-    )
+    attacker = Identify(spec, knowledge, np.array([0, 1]))
+    efforts = watched(ROGUE, lambda game: game.state.held_effort.copy(), attacker, "pd", [0, 1], **vars(config))
     found = np.array(efforts[1:])
     assert np.all(found[:, 0] == 1.0)
     assert np.all(found[:52, 1] == 1.0)

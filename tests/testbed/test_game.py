@@ -200,8 +200,8 @@ def test_looking_changes_nothing() -> None:
         game.metrics()
         game.scene(0)
 
-    players = {"attacker": EARLY, "defender": "none"}
-    looked_at = play_episodes(TESTBED, SHORT, players, (0,), on_step=look)  # type: ignore[arg-type]
+    players: dict[Any, Any] = {"attacker": EARLY, "defender": "none"}
+    looked_at = play_episodes(TESTBED, SHORT, players, (0,), on_step=look)
     assert looked_at["velocity_error"] == play("none", SHORT, (0,), EARLY)[0]["velocity_error"]
 
 

@@ -1,0 +1,55 @@
+"""Every registered policy plays: short episodes, in a configuration that the policy is made for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cps_baselines.fdi.contest import CONTEST
+from cps_envs import PROBLEMS
+from cps_envs.core.lookup import NEED_OPTIONS, policy_names
+from cps_envs.core.types import ROLES, Role
+from tests.episodes import play
+
+RIVALS = {  # whom the others meet
+    "disbanding": {"attacker": "lead", "defender": "none"},
+    "fdi": {"attacker": "bang_bang", "defender": "none"},
+    "hvac": {"attacker": "constant", "defender": "mtd2"},
+    "rogue": {"attacker": "none", "defender": "none"},
+}
+OPTIONS = {"plan": "plan?events=[[4,2]]", "ga": "ga?generations=2&population=6"}
+CHOOSE_FILTERS = {"cusum", "largest", "informed", "tracker", "listener"}  # who need a configuration that offers some
+
+
+def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
+    """The configurations, and their preset, that a policy plays in."""
+    if problem == "disbanding":
+        return [{"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}]
+    if problem == "fdi":
+        side, exact = {"attacker": (CONTEST.attackers, "paper"), "defender": (CONTEST.defenders, "clip")}[role]
+        return [{"preset": exact if name in ("none", *side.left_out) else "learning"}]
+    if problem == "hvac":
+        filters = {"kalman_filters": name in CHOOSE_FILTERS}
+        return [{"num_steps": 230, "num_sensors": sensors, **filters} for sensors in (4, 8)]
+    presets = ("learning",) if name == "monitor" else ("easy", "learning")  # it gives orders to all vehicles
+    return [{"preset": preset, "duration_s": 2.0, "onset_s": 0.0} for preset in presets]
+
+
+def cases() -> Iterator[tuple[str, Role, str]]:
+    for problem in PROBLEMS:
+        for role in ROLES if problem != "rogue" else ("defender",):  # its attackers: tests/rogue
+            for name in sorted(
+                set(policy_names(problem, role)) - {*NEED_OPTIONS} | {*OPTIONS} & {*policy_names(problem, role)}
+            ):
+                yield problem, role, name
+
+
+@pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
+@pytest.mark.parametrize(("problem", "role", "name"), list(cases()))
+def test_every_registered_policy_plays(problem: str, role: Role, name: str) -> None:
+    players = RIVALS[problem] | {role: OPTIONS.get(name, name)}
+    for overrides in settings(problem, role, name):
+        assert np.isfinite(play(PROBLEMS[problem], **players, seeds=range(3), **overrides)["return"]).all()
