@@ -108,6 +108,7 @@ CONTEST = Contest(
     notes=(
         "An alarm is a reading that is replaced for 0.5 s without a break; it is false where the reading is honest.",
         "Nothing bounds an attack on a defended platoon from above: those values are the best that a search found.",
+        "`zoo:fdi-defense-cma` infers nearly all that `informed` is told: variant `xv4` leaves more to win.",
         "`chi2` lets its gate reject honest sensors once the filter is deceived: it can be worse than no defence.",
     ),
 )
