@@ -8,6 +8,8 @@ from typing import Any, Literal
 
 from cps_baselines.arena import Contestant
 
+SELF_PLAY = "a mixture of policies like these; docs/league.md says what it reaches"
+
 
 @dataclass(frozen=True)
 class Search:

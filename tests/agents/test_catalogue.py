@@ -14,6 +14,8 @@ from cps_agents.benchmark.suite import find_benchmark
 from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
 from cps_agents.contest.contest import find_contests
 from cps_agents.declarations import UnreadableError, declaration, missing_package
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.files import find, shipped_names
 from cps_baselines.arena import Contestant
 from cps_baselines.contest import Contest, Side
 from cps_baselines.schedule import Setting
@@ -140,9 +142,11 @@ def asked(side: Side) -> tuple[Contestant, ...]:
 def test_a_contest_plays_every_registered_policy_or_says_why_not(contest: Contest, role: Role) -> None:
     side = side_of(contest, role)
     playing = {each.reference.partition("?")[0] for each in asked(side)}
-    left_out = {name for name in side.left_out if not name.startswith("zoo:")} - {*NEED_OPTIONS}
-    assert playing | left_out == {*policy_names(contest.problem, role)} - {*NEED_OPTIONS}
-    assert not playing & left_out
+    cards = (read_card(find(name)) for name in shipped_names())
+    shipped = {f"zoo:{card.name}" for card in cards if (card.problem, card.role) == (contest.problem, role)}
+    everybody = {*policy_names(contest.problem, role)} | shipped
+    assert playing | {*side.left_out} | {*NEED_OPTIONS} == everybody | {*NEED_OPTIONS}
+    assert not playing & {*side.left_out}
     assert all(side.left_out.values())
     assert "none" in {each.name for each in side.policies}
     assert len({each.name for each in asked(side)}) == len(asked(side))

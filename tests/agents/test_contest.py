@@ -29,6 +29,7 @@ from tests.agents.command_line import invoke
 TINY = Effort(
     budget_s=0.5, screening_episodes=1, validation_episodes=2, finalists=2, final_responses=2, final_episodes=4
 )
+SOLVED = {"fdi": {("something is left to infer", "defender")}}  # by `zoo:fdi-defense-cma`; docs/contest.md says so
 PUBLISHED = Path(__file__).parents[2] / "docs" / "contest.json"
 QUIET = Column("damage", "quiet", "median", "{:.1f}", against="none")
 SHORT = {"duration_s": 6.0, "contact": "solid"}
@@ -324,4 +325,5 @@ def test_every_problem_is_a_contest(contest: Contest, tmp_path: Path) -> None:
     """With short searches: what they find is less, and every rule has to hold all the same."""
     effort = Effort(budget_s=20.0)
     played = play_contest(contest, contest.variants[0], effort, Store(tmp_path), available_cores())
-    assert [finding for finding in judge(played) if not finding.holds] == []
+    broken = {(finding.rule, finding.role) for finding in judge(played) if not finding.holds}
+    assert broken == SOLVED.get(contest.problem, set())

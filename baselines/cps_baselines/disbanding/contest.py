@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Column, Contest, Search, Side, Variant
+from cps_baselines.contest import SELF_PLAY, Column, Contest, Search, Side, Variant
 from cps_envs.disbanding.config import LEARNING
 
 ATTACKS = LEARNING.num_attacks
@@ -80,6 +80,7 @@ CONTEST = Contest(
             "every_other": "needs a budget of five platoons",
             "ga": "plans on copies of each episode for half a minute, and knows what will be drawn in it",
             "zoo:disbanding-attack-ppo": OTHER_SPACES,
+            "zoo:disbanding-attack-mixture": SELF_PLAY,
             "zoo:disbanding-attack-cma": NO_JAM,
         },
     ),
@@ -97,6 +98,7 @@ CONTEST = Contest(
             "mpc_tuned": f"half a second for an episode; {MEASURED}",
             "joint": f"a second for an episode; {MEASURED}",
             "zoo:disbanding-defense-ppo": OTHER_SPACES,
+            "zoo:disbanding-defense-mixture": SELF_PLAY,
             **dict.fromkeys(("zoo:disbanding-defense-cma", "zoo:disbanding-defense-local-cma"), OTHER_WARNING),
         },
     ),

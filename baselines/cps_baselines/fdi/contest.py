@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Column, Contest, Search, Side, Variant
+from cps_baselines.contest import SELF_PLAY, Column, Contest, Search, Side, Variant
 
 VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
 PAIRED = VEHICLES - 1  # gaps with a rear sensor
@@ -57,7 +57,10 @@ CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 
 CONTEST = Contest(
     problem="fdi",
     attackers=Side(
-        policies=tuple(map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker"))),
+        policies=(
+            *map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker")),
+            Contestant("zoo:fdi-attack-cma"),
+        ),
         constants=tuple(constant_attacks()),
         searches=(
             Search("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
@@ -67,10 +70,15 @@ CONTEST = Contest(
         left_out={
             **dict.fromkeys(("bnb", "lp_greedy", "oracle", "shielded"), EXACT),
             **dict.fromkeys(("zoo:fdi-attack-ppo", "zoo:fdi-attack-disturbed-ppo"), OTHER_SPACES),
+            "zoo:fdi-attack-drawn-cma": "plans for preset `drawn`, where sensors are exact",
+            "zoo:fdi-attack-mixture": SELF_PLAY,
         },
     ),
     defenders=Side(
-        policies=tuple(map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only"))),
+        policies=(
+            *map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only")),
+            Contestant("zoo:fdi-defense-cma"),
+        ),
         constants=tuple(constant_defences()),
         informed=(Contestant("informed"),),
         searches=(Search("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
@@ -79,6 +87,7 @@ CONTEST = Contest(
         left_out={
             **dict.fromkeys(("kinematic", "redundancy", "model"), UNFILTERED),
             "zoo:fdi-defense-ppo": OTHER_SPACES,
+            "zoo:fdi-defense-mixture": SELF_PLAY,
         },
     ),
     variants=(
@@ -100,6 +109,7 @@ CONTEST = Contest(
     notes=(
         "An alarm is a reading that is replaced for 0.5 s without a break; it is false where the reading is honest.",
         "Nothing bounds an attack on a defended platoon from above: those values are the best that a search found.",
+        "`zoo:fdi-defense-cma` infers nearly all that `informed` is told: variant `xv4` leaves more to win.",
         "`chi2` lets its gate reject honest sensors once the filter is deceived: it can be worse than no defence.",
     ),
 )

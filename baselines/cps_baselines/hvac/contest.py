@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Column, Contest, Search, Side, Variant
+from cps_baselines.contest import SELF_PLAY, Column, Contest, Search, Side, Variant
 
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
 SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
@@ -23,6 +23,7 @@ BRINK = {"margin_c2": (0.0, 0.35), "gain": (0.05, 1.0), "most": (0.5, 8.0)}
 TRACK = {"level": (0.05, 1.5), "gain": (0.05, 1.0), "noise": (0.3, 1.5), "cap_c": (0.5, 15.0)}
 A_RAMP = {"rate_c_per_h": 0.7, "exponent": 1.0, "cap_c": 12.0, "delay_h": 0.3, **dict.fromkeys(ONE_SIGN, 0.8)}
 A_TRACKER = {"level": 0.4, "gain": 0.5, "noise": 1.0, "cap_c": 12.0}
+OLD_PRESET = "found in preset `paper`, against MTD2 that shows what it chooses"
 UNFIT = "trained in `easy`: it sees and chooses other estimates"
 
 
@@ -56,6 +57,7 @@ ATTACKERS = Side(
         Contestant("constant_28", policy="constant?reading_c=28", title="constant, 28 C"),
         Contestant("constant_40", policy="constant?reading_c=40", title="constant, 40 C"),
         *_signed(),
+        Contestant("zoo:hvac-attack-cma"),
     ),
     constants=tuple(_forged()),
     searches=(
@@ -72,10 +74,15 @@ ATTACKERS = Side(
         "opportunist": "judges a defender by its choices, which `learning` hides from the attacker",
         "zoo:hvac-attack-ppo": UNFIT,
         "zoo:hvac-attack-mtd1-ppo": UNFIT,
+        "zoo:hvac-attack-mtd2-cma": OLD_PRESET,
+        "zoo:hvac-attack-mixture": SELF_PLAY,
     },
 )
 DEFENDERS = Side(
-    policies=tuple(Contestant(name) for name in ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),
+    policies=(
+        *map(Contestant, ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),
+        Contestant("zoo:hvac-defense-cma"),
+    ),
     constants=tuple(f"always?action={choice}" for choice in range(CHOICES)),
     informed=(Contestant("informed"), Contestant("truth")),
     searches=(
@@ -96,6 +103,7 @@ DEFENDERS = Side(
     margin_neutral=20.0,
     left_out={
         "zoo:hvac-defense-ppo": UNFIT,
+        "zoo:hvac-defense-mixture": SELF_PLAY,
         "mtd2_calibrated": "no threshold is shipped for `learning`: its recipe makes MTD2 worse where heat drifts",
     },
 )

@@ -9,7 +9,7 @@ import json
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
+from cps_baselines.contest import SELF_PLAY, Column, Constraint, Contest, Search, Side, Variant
 from cps_baselines.rogue.contested_search import DEFENDERS as RESPONDED_TO
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
@@ -86,10 +86,11 @@ CONTEST = Contest(
             "probe": "knows the six controllers of preset `paper`; `identify` does the same for this one",
             "beam": "plans every episode anew for seconds, on copies of the world; see docs/rogue.md",
             **dict.fromkeys(("zoo:rogue-attack-ppo", "zoo:rogue-attack-recurrent"), OTHER_SPACES),
+            "zoo:rogue-attack-mixture": SELF_PLAY,
         },
     ),
     defenders=Side(
-        policies=(*DEFENDERS, Contestant("pd_detection")),
+        policies=(*DEFENDERS, Contestant("pd_detection"), Contestant("zoo:rogue-defense-monitor-cma")),
         constants=(
             *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
             *(constant((law,) * 3, 1) for law in range(2, len(CONTROLLERS)) if CONTROLLERS[law] != "human"),
@@ -99,7 +100,8 @@ CONTEST = Contest(
         margin_informed=1.0,
         margin_neutral=5.0,
         left_out={
-            "zoo:rogue-defense-ppo": OTHER_SPACES,
+            **dict.fromkeys(("zoo:rogue-defense-ppo", "zoo:rogue-defense-cma"), OTHER_SPACES),
+            "zoo:rogue-defense-mixture": SELF_PLAY,
         },
     ),
     variants=(
