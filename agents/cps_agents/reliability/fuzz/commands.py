@@ -35,9 +35,9 @@ WORDS = (
 
 def commands(chunk: Chunk, tally: Tally) -> None:
     """Each command with options and values drawn from real and odd ones, in an empty folder."""
-    for name in LIBRARIES:  # now: an import that is stopped half-way leaves a library that does not work
+    for library in LIBRARIES:  # now: an import that is stopped half-way leaves a library that does not work
         with suppress(ImportError):
-            import_module(name)
+            import_module(library)
     rng = np.random.default_rng([chunk.number, 8])
     Path("here.json").write_text("{}", encoding="utf-8")
     Path("broken.json").write_text("{", encoding="utf-8")
