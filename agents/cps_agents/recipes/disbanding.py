@@ -210,7 +210,7 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
 
 ATTACKED: Mapping[str, Any] = {"quiet_share": 0.0}
 LOSSY: Mapping[str, Any] = {**ATTACKED, "hop_delay_s": 0.1, "hop_loss": 0.3}
-JAMMED = 'mixture?policies=["timed?jam=1","timed?jam=2","timed?jam=3&jam_s=0"]'
+JAMMED = 'mixture?policies=["timed?jam=1","timed?jam=2","timed?jam=3"]'
 
 
 @dataclass(frozen=True)

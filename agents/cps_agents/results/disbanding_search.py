@@ -106,4 +106,45 @@ ROBUST = Block(
     notes=(f"{COLLISIONS} is the percentage of episodes in which an intact vehicle collides.",),
     left_out=LEFT_OUT,
 )
-BLOCKS = (CELLS, ROBUST)
+
+
+RADIO = Contestant("radio", "zoo:disbanding-defense-radio-cma", "searched, late warning")
+LOSSY: Mapping[str, Any] = {"hop_delay_s": 0.1, "hop_loss": 0.3, "quiet_share": 0.0}
+PAUSES = ",".join(f'"timed?pause_s={pause_s}"' for pause_s in (5, 20, 40, 75, 130))
+TWO = f"mixture?policies=[{PAUSES}]"
+RARE = Bar(value=5.0, metric=COLLISIONS, or_equal=True, by_mean=True)
+
+
+def _radio(title: str, attack: str, *bars: Bar, **overrides: Any) -> Row:
+    venue = Venue("disbanding", "learning", {**LOSSY, **overrides})
+    return Row(title, (Challenge(venue, "defender", attack, EPISODES),), bars)
+
+
+LATE = Block(
+    name="disbanding-defense-radio",
+    title="disbanding defender by policy search where the warning comes late",
+    target="with 0.1 s and 30 % lost per link at most 18.0 against the lead attack and 30.2 against two attacks, with "
+    "collisions in at most 5 % of the episodes; below every analytic defender.",
+    problem="disbanding",
+    role="defender",
+    metric="return",
+    learned=(RADIO,),
+    baselines=(Contestant("string"), Contestant("informed", title="informed, told at once", optimum=True)),
+    rows=(
+        _radio("lead", "lead", Bar(value=18.0, or_equal=True, by_mean=True), RARE, Bar(every=True)),
+        _radio(
+            "two attacks, 5 to 130 s apart", TWO, Bar(value=30.2, or_equal=True, by_mean=True), RARE, Bar(every=True)
+        ),
+        _radio("two attacks, lag 0.08 to 0.55 s", TWO, tau_s=(0.08, 0.55)),
+        _radio("nobody attacks", "none"),
+    ),
+    unit="points of E_v and of the penalty for collisions",
+    shown=(COLLISIONS, GAP),
+    notes=(
+        "Preset `learning` with 0.1 s and 30 % of the messages lost per link, where a row says nothing else. Actuators "
+        "have noise of 0.5 m/s2, and 30 % of the drivers brake.",
+        f"{COLLISIONS} is the percentage of episodes in which an intact vehicle collides.",
+    ),
+    left_out=dict.fromkeys(("joint", "mpc_tuned"), "takes half a second or more for an episode"),
+)
+BLOCKS = (CELLS, ROBUST, LATE)

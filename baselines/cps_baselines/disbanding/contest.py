@@ -85,7 +85,7 @@ CONTEST = Contest(
         },
     ),
     defenders=Side(
-        policies=DEFENDERS,
+        policies=(*DEFENDERS, Contestant("zoo:disbanding-defense-radio-cma")),
         constants=tuple(constant_corrections()),
         informed=(Contestant("informed"),),
         searches=(
