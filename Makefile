@@ -1,6 +1,7 @@
 # `make help` lists what there is. Needs Python 3.10 to 3.14, GNU make and a package index.
 #   PYTHON=python3.12   the interpreter that makes the virtual environment
 #   VENV=.venv          where the virtual environment lies
+#   HASHES=1            install only files whose hashes stand in requirements/
 #   ARGS="..."          more arguments for the command behind test, test-slow, train, results, bench and benchmark
 
 VENV ?= .venv
@@ -14,7 +15,9 @@ PYTHON ?= python3
 BIN := $(VENV)/bin
 endif
 
-INSTALL := $(BIN)/python -m pip install --no-input --disable-pip-version-check --constraint constraints.txt
+PIP := $(BIN)/python -m pip install --no-input --disable-pip-version-check
+INSTALL := $(PIP) --constraint constraints.txt
+ONLY_OURS := $(PIP) --no-deps --no-build-isolation --editable .
 
 # Stamps of what the environment holds. `all` includes `light`, `browser` includes both; all are renewed when their inputs change.
 LIGHT := $(VENV)/.installed-light
@@ -94,12 +97,22 @@ $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)
 
 $(LIGHT): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
+ifdef HASHES
+	$(PIP) --require-hashes --no-deps --requirement requirements/light.txt
+	$(ONLY_OURS)
+else
 	$(INSTALL) --editable ".[cli,baselines,genetic,render]"
+endif
 	@touch $@
 
 $(ALL): pyproject.toml constraints.txt | $(VENV)/pyvenv.cfg
+ifdef HASHES
+	$(PIP) --require-hashes --no-deps --requirement requirements/all.txt
+	$(ONLY_OURS)
+else
 	$(INSTALL) --upgrade "pip>=25.1"
 	$(INSTALL) --editable ".[all]" --group dev
+endif
 	@touch $(LIGHT) $@
 
 $(BROWSER): $(ALL)

@@ -15,6 +15,7 @@ from gymnasium import spaces
 from cps_envs.core.documents import typed
 from cps_envs.core.errors import ConfigurationError, MissingExtraError, UnknownNameError, extra_of, near, shown
 from cps_envs.core.policy import Policy, RoleSpec, is_decentralised
+from cps_envs.core.policy_options import check_policy_options
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import Role
 
@@ -77,13 +78,14 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
     target = _load(name, spec)
     if not isinstance(target, type) and hasattr(target, "predict"):
         return _checked(target, reference, spec, options)
+    check_policy_options(target, options)
     try:
         built = target(spec, **options)
     except TypeError as error:
         raise TypeError(f"the policy {reference!r} could not be built: {error}") from error
     except ConfigurationError:
         raise
-    except (ValueError, AttributeError, ArithmeticError, IndexError, RecursionError) as error:
+    except (ValueError, AttributeError, ArithmeticError, IndexError, KeyError, RecursionError) as error:
         if not options:
             raise
         raise ConfigurationError(f"the policy {reference!r} cannot be built with these options: {error}") from error

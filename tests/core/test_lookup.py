@@ -4,6 +4,7 @@ from dataclasses import replace
 from importlib.metadata import EntryPoint
 from typing import Any
 
+import numpy as np
 import pytest
 from gymnasium import spaces
 
@@ -22,10 +23,28 @@ ENTRIES = {
 }
 
 
+class Picky(Idle):
+    def __init__(
+        self,
+        spec: RoleSpec,
+        count: int = 1,
+        share: float | None = 0.5,
+        word: str = "",
+        other: Any = None,
+        rival: Guess | None = None,
+    ) -> None:
+        super().__init__(spec)
+        self.share = share
+
+
 class Guess(Idle):
     def __init__(self, spec: RoleSpec, level: Any = 0, *, name: str = "") -> None:
         super().__init__(spec)
         self.level, self.name = level, name
+
+
+def looked_up(spec: RoleSpec, word: str) -> Any:
+    return {"something": READY}[word]
 
 
 READY = Guess(ToyGame(ToyConfig(), 1).spec("defender"))
@@ -53,6 +72,33 @@ def test_name_full_name_and_module(reference: str, spec: RoleSpec) -> None:
     policy = resolve_policy(reference, spec)
     assert isinstance(policy, Chase)
     assert policy.spec is spec
+
+
+@pytest.mark.parametrize(
+    ("query", "wanted"),
+    [
+        ("count=0.5", "count = 0.5 must be a whole number"),
+        ("count=null", "count = None must be a whole number"),
+        ("share='null'", r"share = .*null.* must be a number"),
+        ("share=[]", r"share = \[\] must be a number"),
+        ("word=-9", "word = -9 must be a word"),
+        ("rival='null'", r"rival = .*null.* must be an object of Guess, which only code can hand over or null"),
+    ],
+)
+def test_options_are_of_the_kind_that_the_policy_says(query: str, wanted: str, spec: RoleSpec) -> None:
+    with pytest.raises(ConfigurationError, match=wanted):
+        resolve_policy(f"{__name__}:Picky?{query}", spec)
+
+
+@pytest.mark.parametrize("query", ["count=2", "share=1", "share=null", "share=.5", "word=yes&other=[1]", ""])
+def test_options_of_the_right_kind_are_taken(query: str, spec: RoleSpec) -> None:
+    assert isinstance(resolve_policy(f"{__name__}:Picky?{query}", spec), Picky)
+    assert resolve_policy(f"{__name__}:Picky", spec, share=np.float32(0.25), count=np.int64(3)).share == 0.25  # type: ignore[attr-defined]
+
+
+def test_a_name_that_a_policy_does_not_know_is_no_accident(spec: RoleSpec) -> None:
+    with pytest.raises(ConfigurationError, match="cannot be built with these options"):
+        resolve_policy(f"{__name__}:looked_up?word=nothing", spec)
 
 
 def test_objects_are_used_as_they_are(spec: RoleSpec) -> None:

@@ -27,6 +27,12 @@ def test_seeds_are_seed_sequences(entropy: int) -> None:
     assert ours.n_children_spawned == theirs.n_children_spawned
 
 
+@pytest.mark.parametrize("place", [0, 2**32 - 2, 2**32 - 1, 2**32, 2**40])
+def test_a_child_of_any_place_is_that_of_a_seed_sequence(place: int) -> None:
+    theirs = np.random.SeedSequence(7, spawn_key=(place,)).generate_state(4, np.uint64)
+    assert Seeds(7, (place,)).generate_state(4, np.uint64).tolist() == theirs.tolist()
+
+
 @pytest.mark.parametrize("bits", [np.random.PCG64, np.random.PCG64DXSM, np.random.Philox])
 def test_a_quickly_spawning_generator_is_the_same(bits: type[np.random.BitGenerator]) -> None:
     ours, theirs = (np.random.Generator(bits(np.random.SeedSequence(9))) for _ in range(2))

@@ -9,9 +9,12 @@ import pytest
 
 from cps_baselines.disbanding.genetic import GeneticAlgorithm
 from cps_baselines.disbanding.plan_search import SearchResult, search_plan
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.disbanding.problem import DISBANDING
+from tests import episodes
 
 
 def rewards_for_the_front(times: Array) -> Array:
@@ -22,6 +25,27 @@ def rewards_for_the_front(times: Array) -> Array:
 
 def search(seed: int = 0, budget: int = 3, **overrides: Any) -> SearchResult:
     return search_plan(rewards_for_the_front, num_platoons=10, budget=budget, latest_s=180, seed=seed, **overrides)
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("population=2", "population = 2 must be above the 2"),
+        ("population=null", "whole number"),
+        ("generations=0", "generations = 0 must be 1 or more"),
+        ("objective=intactt", "Did you mean 'intact'"),
+        ("progress=0.1", "progress = 0.1 must be a function"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(option: str, message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        resolve_policy(f"ga?{option}", episodes.spec_of(DISBANDING, "attacker", preset="learning"))
+
+
+def test_in_a_quiet_episode_there_is_nothing_to_plan() -> None:
+    config = DISBANDING.config("learning", {"quiet_share": 1.0, "duration_s": 5.0})
+    outcome = play_episodes(DISBANDING, config, {"attacker": "ga?generations=1&population=4"}, range(2))
+    assert np.isfinite(outcome["return"]).all()
 
 
 def test_plans_are_distinct_whole_and_within_bounds() -> None:

@@ -145,6 +145,12 @@ def test_random_plans_differ_by_seed_and_repeat() -> None:
     assert np.isfinite(times[0]).sum() == 2
 
 
+@pytest.mark.parametrize("latest_s", [0.5, -1, float("nan"), float("inf")])
+def test_random_plans_need_a_time_to_attack_in(latest_s: float) -> None:
+    with pytest.raises(ConfigurationError, match=r"latest_s = .* must be 1 or more"):
+        RandomPlan(spec_of("attacker"), latest_s=latest_s)
+
+
 def test_random_plans_use_the_front_with_a_bias() -> None:
     policy = RandomPlan(spec_of("attacker"), front_bias=200.0)
     times = policy.begin([np.random.default_rng(seed) for seed in range(20)], [{}] * 20)[0]

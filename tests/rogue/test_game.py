@@ -224,3 +224,9 @@ def test_what_is_measured_is_what_the_state_says(step: int, attacked: int) -> No
     assert (score.collisions, score.alarms, score.attacked) == (2 * pairs, vehicles, attacked)
     assert score.formation_charge == 4.0
     assert score.reference_error_m == pytest.approx(100.0 + step - episode.position[-1])
+
+
+def test_only_where_nobody_knows_the_attacker_is_it_told_who_attacks() -> None:
+    marked, hidden = (set(started(preset=preset).metrics()) for preset in ("paper", "learning"))
+    assert hidden - marked == {"false_alarms", "attacked"}
+    assert {"damage", "alarms", "humans", "reference_error_m"} <= marked <= hidden

@@ -13,11 +13,13 @@ from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shi
 from cps_baselines.rogue.switching import Switching
 from cps_baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from tests import episodes
 
 SEEDS = range(8_100, 8_104)
 
@@ -119,3 +121,15 @@ def test_a_tiny_search_writes_a_file_that_plays(monkeypatch: pytest.MonkeyPatch)
     assert known.at.tolist() == [[0, 1, 1, 2, 2, 2]]
     config = world_config(1.0)
     assert len(signs(Probe(spec_of(config), answers=known), config)) > 0
+
+
+@pytest.mark.parametrize("option", ["answers=[0.1]", "answers=99", "answers=-1", "answers=[[0]]", "knowledge=words"])
+def test_identify_takes_rows_of_its_table_only(option: str) -> None:
+    with pytest.raises(ConfigurationError, match="must be"):
+        resolve_policy(f"identify?{option}", episodes.spec_of(ROGUE, "attacker", preset="learning"))
+
+
+@pytest.mark.parametrize("option", ["row=0.5", "row=-2", "answers=1"])
+def test_probe_takes_rows_of_its_table_only(option: str) -> None:
+    with pytest.raises(ConfigurationError, match="must be"):
+        resolve_policy(f"probe?{option}", episodes.spec_of(ROGUE, "attacker"))

@@ -11,6 +11,7 @@ from gymnasium.utils import seeding
 from cps_baselines.arena import Prepared
 from cps_baselines.disbanding.plan_search import Progress, SearchResult, SearchSettings, search_plan
 from cps_baselines.disbanding.plans import NEVER, PlannedAttack
+from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.game import Game
 from cps_envs.core.match import Match
 from cps_envs.core.play import finish
@@ -43,6 +44,10 @@ class GeneticAlgorithm(PlannedAttack):
         progress: Progress | None = None,
     ) -> None:
         super().__init__(spec)
+        if objective not in OBJECTIVES:
+            raise ConfigurationError(f"objective = {objective!r} is not known. {near(objective, OBJECTIVES)}")
+        if progress is not None and not callable(progress):
+            raise ConfigurationError(f"progress = {progress!r} must be a function, or left out")
         self.settings = SearchSettings(generations=generations, population=population)
         self.metric = OBJECTIVES[objective]
         self.progress = progress
@@ -60,7 +65,9 @@ class GeneticAlgorithm(PlannedAttack):
 
     def _plan(self, generator: np.random.Generator, known: Mapping[str, Any]) -> FloatArray:
         model, seed = known["model"], int(generator.integers(2**31))
-        start = model(1)
+        start, times = model(1), np.full(self.spec.config.max_platoons, NEVER)
+        if start.budget[0] == 0:  # a quiet episode
+            return times
         key = start.fingerprint()
         if key not in self.reports:
             config = self.spec.config
@@ -74,7 +81,6 @@ class GeneticAlgorithm(PlannedAttack):
                 settings=self.settings,
                 progress=self.progress,
             )
-        times = np.full(self.spec.config.max_platoons, NEVER)
         found = self.reports[key].times
         times[: len(found)] = found
         return times

@@ -20,6 +20,7 @@ from pymoo.core.survival import Survival
 from pymoo.operators.selection.tournament import TournamentSelection
 
 from cps_baselines.disbanding.plans import NEVER
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array, FloatArray, IntArray
 
 Evaluate = Callable[[FloatArray], FloatArray]  # disbanding times (P, N) -> values (P,)
@@ -39,6 +40,12 @@ class SearchSettings:
     time_mutation: float = 0.3  # per pair
     time_redraw: float = 0.3  # share of the time mutations that draw uniformly; the others move by
     time_step_s: float = 10.0  # a normal step of this deviation
+
+    def __post_init__(self) -> None:
+        if self.generations < 1:
+            raise ConfigurationError(f"generations = {self.generations} must be 1 or more")
+        if self.population <= self.elites:
+            raise ConfigurationError(f"population = {self.population} must be above the {self.elites} that are kept")
 
 
 @dataclass

@@ -93,11 +93,16 @@ class RandomPlan(PlannedAttack):
 
     A uniformly random *action* would spend the budget in the first seconds, which is nearly the best timing.
     `front_bias` weighs platoon i by exp(front_bias * i / N): 0 is uniform, larger prefers the front.
+
+    Raises:
+        ConfigurationError: `latest_s` is no time from 1 s on.
     """
 
     def __init__(self, spec: RoleSpec, latest_s: float | None = None, front_bias: float = 0.0) -> None:
         super().__init__(spec)
         self.latest_s = spec.config.duration_s if latest_s is None else latest_s
+        if not 1 <= self.latest_s < np.inf:
+            raise ConfigurationError(f"latest_s = {latest_s} must be 1 or more: attacks start at 1 s")
         weights = np.exp(front_bias * np.arange(1, spec.config.max_platoons + 1) / spec.config.max_platoons)
         self._shares = weights / weights.sum()
 

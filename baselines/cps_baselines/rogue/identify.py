@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.rogue.switching import Switching, switch
-from cps_envs.core.errors import ConfigurationError, near
+from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray
@@ -49,7 +49,7 @@ class Identify(AnalyticPolicy):
     def __init__(self, spec: RoleSpec, knowledge: Known | None = None, answers: Array | None = None) -> None:
         super().__init__(spec)
         self.known = knowledge or known()
-        self.answers = answers
+        self.answers = checked_rows("answers", answers, len(self.known.weights))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions (B, 1), each -1 or 1; the state holds signs, onsets in s and the rows in use (B,), -1 first."""
@@ -64,6 +64,20 @@ class Identify(AnalyticPolicy):
         sets = np.concatenate([self.known.weights, self.known.probe[np.newaxis]])[row]  # the last row is the probe
         sign = switch(seen, self.spec.config.separation_m, sets, sign)
         return sign[:, np.newaxis], (sign, onset_s, row)
+
+
+def checked_rows(name: str, rows: Array | None, count: int) -> Array | None:
+    """Rows (B,) of a table that has `count`, or one for all; None where none were given.
+
+    Raises:
+        ConfigurationError: they are no rows of that table.
+    """
+    if rows is None:
+        return None
+    found = np.asarray(rows)
+    if found.dtype.kind not in "iu" or found.ndim > 1 or not ((found >= 0) & (found < count)).all():
+        raise ConfigurationError(f"{name} = {shown(rows)} must be whole numbers from 0 to {count - 1}")
+    return found
 
 
 def trace_of(seen: Seen) -> FloatArray:

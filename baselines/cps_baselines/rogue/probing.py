@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.identify import trace_of
+from cps_baselines.rogue.identify import checked_rows, trace_of
 from cps_baselines.rogue.reading import recalled
 from cps_baselines.rogue.switching import switch
 from cps_envs.core.errors import ConfigurationError, near
@@ -77,7 +77,7 @@ class Probe(AnalyticPolicy):
     ) -> None:
         super().__init__(spec)
         self.answers = answers or shipped_answers()
-        self.row = row
+        self.row = checked_rows("row", row, self.answers.weights.shape[1])
         if against:
             if against not in self.answers.against:
                 raise ConfigurationError(

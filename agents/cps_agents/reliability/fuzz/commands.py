@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -19,6 +21,7 @@ from cps_agents.reliability.fuzz.values import Generator, pick
 
 INPUTS = 150  # of a chunk
 PATIENCE_S = 1.5  # CPU seconds for a command that was accepted
+LIBRARIES = ("cma", "cvxpy", "matplotlib.pyplot", "optuna", "pymoo.core.algorithm", "stable_baselines3")
 LEFT_OUT = ("reliability", "warm", "bench")  # nothing in them but time, or this command itself
 NO_OPTIONS = ("--help", "--publish", "--trust", "--jobs", "--debug")  # said of each, or nothing to be tried here
 WORDS = (
@@ -32,6 +35,9 @@ WORDS = (
 
 def commands(chunk: Chunk, tally: Tally) -> None:
     """Each command with options and values drawn from real and odd ones, in an empty folder."""
+    for name in LIBRARIES:  # now: an import that is stopped half-way leaves a library that does not work
+        with suppress(ImportError):
+            import_module(name)
     rng = np.random.default_rng([chunk.number, 8])
     Path("here.json").write_text("{}", encoding="utf-8")
     Path("broken.json").write_text("{", encoding="utf-8")

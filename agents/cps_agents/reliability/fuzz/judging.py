@@ -96,14 +96,17 @@ def place_of(error: BaseException) -> str:
 
 
 def stop_after(seconds: float, fired: list[bool]) -> None:
-    """Raise EnoughError in this process after so many CPU seconds, and note it in `fired`; 0 calls it off."""
+    """Raise EnoughError in this process after so many CPU seconds, and note it in `fired`; 0 calls it off.
+
+    It is raised again after as many more: a library may have swallowed it.
+    """
 
     def stop(number: int, frame: FrameType | None) -> None:
         fired.append(True)
         raise EnoughError
 
     signal.signal(signal.SIGPROF, stop)
-    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_PROF, seconds, seconds)
 
 
 def limited(act: Callable[[], str | None], seconds: float = ENOUGH_S) -> Callable[[], str | None]:

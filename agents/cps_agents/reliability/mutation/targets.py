@@ -42,10 +42,21 @@ DISBANDING = _of(
     "a_platoon_is_disbanded_once_and_the_budget_ends",
     "local_swarm_rewards_sum_to_the_vehicles_own_errors",
 )
+ROGUE = _of(
+    "tests/rogue/test_game.py",
+    "what_is_measured_is_what_the_state_says",
+    "only_where_nobody_knows_the_attacker_is_it_told_who_attacks",
+    "learning_draws_within_its_ranges",
+    "the_payoff_is_damage_plus_the_price_of_scattering",
+)
 FDI = tuple(f"tests/fdi/test_{name}.py" for name in ("game", "model", "duel", "instability"))
 TARGETS = (
     Target("cps_envs/core/match.py", _core(*CORE), 40),
-    Target("cps_envs/core/interfaces/vector_env.py", _core("reset_masks", "environments", "frame_skip", "edges"), 40),
+    Target(
+        "cps_envs/core/interfaces/vector_env.py",
+        _core("reset_masks", "environments", "frame_skip", "edges", "rendering"),
+        40,
+    ),
     Target("cps_envs/core/actions.py", _core("actions")),
     Target("cps_envs/core/clock.py", _core("clock", "match", "environments")),
     Target("cps_envs/core/mixture.py", _core("mixture", "policy")),
@@ -54,14 +65,16 @@ TARGETS = (
     Target(
         "agents/cps_agents/zoo/network.py", ("tests/agents/test_zoo_network.py", "tests/agents/test_zoo_damage.py"), 40
     ),
-    Target("cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_reference.py",)),
+    Target(
+        "cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_contact.py", "tests/disbanding/test_reference.py")
+    ),
     Target("cps_envs/disbanding/payoff.py", DISBANDING),
     Target("cps_envs/fdi/dynamics.py", FDI),
     Target("cps_envs/fdi/payoff.py", FDI),
-    Target("cps_envs/hvac/dynamics.py", ("tests/hvac/test_building.py", "tests/hvac/test_reference.py")),
-    Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_game.py", "tests/hvac/test_reference.py")),
+    Target("cps_envs/hvac/dynamics.py", ("tests/hvac/test_reference.py", "tests/hvac/test_building.py")),
+    Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_payoff.py",)),
     Target("cps_envs/rogue/dynamics.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")),
-    Target("cps_envs/rogue/payoff.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_game.py")),
+    Target("cps_envs/rogue/payoff.py", ROGUE),
     Target("agents/cps_agents/arena/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
     Target("agents/cps_agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py",), 40),
 )

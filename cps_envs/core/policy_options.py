@@ -1,0 +1,51 @@
+"""Whether the options of a policy are of the kind that it says it takes."""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from numbers import Integral, Real
+from types import NoneType
+from typing import Any
+
+from cps_envs.core.errors import ConfigurationError, shown
+
+KINDS: Mapping[str, tuple[type, str]] = {  # by annotation
+    "int": (Integral, "a whole number"),
+    "float": (Real, "a number"),
+    "str": (str, "a word"),
+    "None": (NoneType, "null"),
+}
+
+
+def check_policy_options(target: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    """That options are what the annotations of `target`, which builds a policy, say: numbers, words or objects.
+
+    What annotations of other kinds mean is the policy's own business.
+
+    Raises:
+        ConfigurationError: an option is of another kind.
+    """
+    parameters = inspect.signature(target).parameters if options else {}
+    for name in options.keys() & parameters.keys():
+        kinds = [_kind(word, target) for word in _words(parameters[name].annotation)]
+        known = [each for each in kinds if each is not None]
+        if len(known) == len(kinds) and not any(isinstance(options[name], kind) for kind, _ in known):
+            wanted = " or ".join(words for _, words in known)
+            raise ConfigurationError(f"the option {name} = {shown(options[name])} must be {wanted}")
+
+
+def _words(annotation: Any) -> list[str]:
+    """The alternatives of an annotation."""
+    text = annotation if isinstance(annotation, str) else getattr(annotation, "__name__", str(annotation))
+    return [each.strip() for each in text.split("|")]
+
+
+def _kind(word: str, target: Callable[..., Any]) -> tuple[type, str] | None:
+    """A type and what to call it; None where any value may do."""
+    module = sys.modules.get(getattr(target, "__module__", ""))
+    found = getattr(module, word, None)
+    if found is Any or not inspect.isclass(found) or hasattr(found, "__origin__"):
+        return KINDS.get(word)
+    return found, f"an object of {word}, which only code can hand over"
