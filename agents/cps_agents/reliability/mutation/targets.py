@@ -69,7 +69,7 @@ TARGETS = (
         "cps_envs/disbanding/dynamics.py", ("tests/disbanding/test_contact.py", "tests/disbanding/test_reference.py")
     ),
     Target("cps_envs/disbanding/payoff.py", DISBANDING),
-    Target("cps_envs/fdi/dynamics.py", FDI),
+    Target("cps_envs/fdi/dynamics.py", ("tests/fdi/test_correcting.py", *FDI)),
     Target("cps_envs/fdi/payoff.py", FDI),
     Target("cps_envs/hvac/dynamics.py", ("tests/hvac/test_reference.py", "tests/hvac/test_building.py")),
     Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_payoff.py",)),
