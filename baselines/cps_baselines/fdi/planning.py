@@ -130,7 +130,7 @@ def platoon_of(c: Constants, views: View, gains: FloatArray, b: int) -> Platoon:
 def drawn(draw: IntArray) -> float:
     """A random number above 0 and at most 1."""
     draw[0] = (draw[0] * MULTIPLIER + INCREMENT) % MODULUS
-    return (draw[0] // 2**8 + 1) / (MODULUS // 2**8)
+    return float((draw[0] // 2**8 + 1) / (MODULUS // 2**8))
 
 
 @inlined
@@ -182,12 +182,12 @@ def play(
         row = path[k]
         cost = EXCESS_S * row[2 * n]
         if k > 0 and row[p.target] <= -p.gap_m - TOLERANCE:
-            return cost + row[n + p.target]
+            return float(cost + row[n + p.target])
         early = False
         for i in range(n):
             early |= k > 0 and row[i] <= -touch_m
         if early or k == left:
-            return cost + missed * max(row[p.target] + p.gap_m, 0.0) + (TOO_EARLY_MPS if early else 0.0)
+            return float(cost + missed * max(row[p.target] + p.gap_m, 0.0) + (TOO_EARLY_MPS if early else 0.0))
         move(p, row, level_of(p, row, plan[k], command), command, path[k + 1])
     return math.inf
 
