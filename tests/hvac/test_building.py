@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
-from cps_baselines.hvac.reproduction.clear_day import reference
 from cps_envs.core.types import Array
 from cps_envs.hvac.building import Building, conductances, discretise, outdoor, transition, weather
 from cps_envs.hvac.config import PAPER, HvacConfig
@@ -20,6 +19,7 @@ from cps_envs.hvac.controller import feedforward, gains, predict
 from cps_envs.hvac.model import build_model
 from cps_envs.hvac.moving_horizon import ObservabilityWarning, observability, powers, set_gains
 from cps_envs.hvac.sensors import attack_order, membership, sensor_sets, zones_of_sensors
+from tests.hvac import reference
 from tests.hvac.games import go, started
 
 PRINTED_A = """0.965797 0.014423 0.019231 0; 0.010135 0.978704 0 0.009539;
