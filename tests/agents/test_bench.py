@@ -79,7 +79,6 @@ def test_the_table_of_sizes_names_problems_and_is_valid() -> None:
         assert not than or any((other.problem, other.name) == (size.problem, than) for other in SIZES)
 
 
-@pytest.mark.usefixtures("few")
 def _slower_than_none(policy: str) -> bool:
     """Measured for longer, three times at most."""
     plans = plan([PROBLEM], ["opponents"])
@@ -87,6 +86,7 @@ def _slower_than_none(policy: str) -> bool:
     return any(row.values["times_none_1"] > 1 for each in found for row in each.rows if row.name == policy)
 
 
+@pytest.mark.usefixtures("few")
 def test_everything_is_measured() -> None:
     reports: list[tuple[int, int]] = []
     plans = plan([PROBLEM], ["sizes", "threads", "interfaces", "added", "opponents"])
