@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cps_agents.arena.challenge import Challenge
+from cps_agents.recipes.disbanding import LOSSY
 from cps_agents.results.block import Bar, Block, Row
 from cps_baselines.arena import Contestant, Venue
 
@@ -109,7 +110,6 @@ ROBUST = Block(
 
 
 RADIO = Contestant("radio", "zoo:disbanding-defense-radio-cma", "searched, late warning")
-LOSSY: Mapping[str, Any] = {"hop_delay_s": 0.1, "hop_loss": 0.3, "quiet_share": 0.0}
 PAUSES = ",".join(f'"timed?pause_s={pause_s}"' for pause_s in (5, 20, 40, 75, 130))
 TWO = f"mixture?policies=[{PAUSES}]"
 RARE = Bar(value=5.0, metric=COLLISIONS, or_equal=True, by_mean=True)
