@@ -90,6 +90,19 @@ def test_a_lie_works_one_step_later_and_not_before_the_onset() -> None:
         advance(game, lie)
 
 
+def test_an_alarm_takes_so_many_doubted_readings_in_a_row() -> None:
+    game = started(**QUIET, tasks="v4>4")
+    needed, trusting = round(game.config.alarm_after_s / game.config.dt_s), NEUTRAL
+    assert needed > 1
+    doubting = NEUTRAL - (np.arange(18) == place("v4"))
+    for defense in (*[doubting] * (needed - 1), trusting, *[doubting] * (needed - 1)):
+        advance(game, defense=defense)
+        assert game.metrics()["detected"][0] == 0
+    advance(game, defense=doubting)
+    assert game.metrics()["detected"][0] == 1
+    assert game.metrics()["time_s"][0] == pytest.approx(2 * needed * game.config.dt_s)
+
+
 def test_without_attack_nothing_is_ever_injected() -> None:
     game = started(**{**QUIET, "attack_share": 0.0}, tasks="v4>4")
     for _ in range(99):

@@ -129,6 +129,13 @@ def test_a_plan_does_not_depend_on_the_plan_before() -> None:
         np.testing.assert_allclose(other.state.plan, game.state.plan, atol=1e-6)
 
 
+def test_the_first_step_of_a_plan_is_applied() -> None:
+    game, actions = tried(1, max_heating_w=100.0, **COLD)
+    for k, (_, plan) in enumerate(planned(game, 40, actions)):
+        np.testing.assert_array_equal(game.state.integrator[0], plan[0])
+        assert k == 0 or not np.array_equal(plan[0], plan[1])
+
+
 def test_without_limits_it_is_the_gains() -> None:
     """On a cold day without noise the heating never meets a limit."""
     day = {**QUIET, **COLD, "initial_c": 25.0, "num_steps": 400, "onset_step": 399, "max_heating_w": 1e5}

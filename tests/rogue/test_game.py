@@ -12,7 +12,7 @@ import pytest
 from cps_envs.core.kernels import records, view
 from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
-from cps_envs.rogue.controllers import DRIVEN
+from cps_envs.rogue.controllers import DRIVEN, HUMAN, SLIDING
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.noise import noise
 from cps_envs.rogue.payoff import Metrics, measure
@@ -202,6 +202,7 @@ def test_what_is_measured_is_what_the_state_says(step: int, attacked: int) -> No
     pairs, vehicles = episode.damage.size, episode.alarm.size
     episode.damage[:], episode.collisions[:] = np.arange(1.0, pairs + 1), 2
     episode.alarm[:], episode.step[0] = np.where(np.arange(vehicles) % 2, 1, -1), step
+    episode.controller[:], episode.controller[:2] = SLIDING, HUMAN
     drawn: Any = SimpleNamespace(attacker=2, onset_step=5, reference_start_m=100.0, reference_speed_mps=10.0)
     rules: Any = SimpleNamespace(formation_weight_mps2=0.5, dt_s=0.1)
     score = records(Metrics, 1).view(np.recarray)[0]  # as plain Python needs it
@@ -209,7 +210,7 @@ def test_what_is_measured_is_what_the_state_says(step: int, attacked: int) -> No
     measure(episode, score, drawn, rules)
     assert (score.damage, score.damage_ahead) == (episode.damage.sum(), episode.damage[2:].sum())
     assert (score.collisions, score.alarms, score.attacked) == (2 * pairs, vehicles, attacked)
-    assert score.formation_charge == 4.0
+    assert (score.humans, score.formation_charge) == (2, 4.0)
     assert score.reference_error_m == pytest.approx(100.0 + step - episode.position[-1])
 
 

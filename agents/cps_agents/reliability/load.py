@@ -24,6 +24,7 @@ EPISODES, BATCH_STEPS, BATCH_CHUNKS = 1024, 1_000_000, 10  # side by side; steps
 SINGLE_STEPS, SINGLE_CHUNKS = 100_000, 10
 COPIED_STEPS = 40
 POOL = 32  # batches of random actions, used in turn
+NOTED = 100  # calls between two signs of life
 WARM_UP = 0.2  # share of the steps after which memory is looked at for the first time
 SPARE_KB = 8 * 1024  # growth that is no leak
 PRESET = "learning"
@@ -82,7 +83,7 @@ def _long(step: Callable[[int], tuple[Array, Any]], calls: int, size: int, journ
             counts["not_finite"] += 1
         if place == int(WARM_UP * calls):
             start = _memory_kb()
-        if place % 1000 == 0:
+        if place % NOTED == 0:
             journal.begin(place, "steps")
     growth = _memory_kb() - start
     counts |= {"growth_kb": max(growth, 0), "leak": int(growth > SPARE_KB)}

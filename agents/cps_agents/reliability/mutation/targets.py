@@ -50,6 +50,12 @@ ROGUE = _of(
     "the_payoff_is_damage_plus_the_price_of_scattering",
 )
 FDI = tuple(f"tests/fdi/test_{name}.py" for name in ("game", "model", "duel", "instability"))
+HVAC = (
+    *_of("tests/hvac/test_disturbance.py", "the_plant_follows_the_drawn_courses"),
+    *_of("tests/hvac/test_planning.py", "the_first_step_of_a_plan_is_applied", "fine_levels_are_none"),
+    "tests/hvac/test_reference.py",
+    "tests/hvac/test_building.py",
+)
 TARGETS = (
     Target("cps_envs/core/match.py", _core(*CORE), 40),
     Target(
@@ -71,7 +77,7 @@ TARGETS = (
     Target("cps_envs/disbanding/payoff.py", DISBANDING),
     Target("cps_envs/fdi/dynamics.py", ("tests/fdi/test_correcting.py", *FDI)),
     Target("cps_envs/fdi/payoff.py", FDI),
-    Target("cps_envs/hvac/dynamics.py", ("tests/hvac/test_reference.py", "tests/hvac/test_building.py")),
+    Target("cps_envs/hvac/dynamics.py", HVAC),
     Target("cps_envs/hvac/payoff.py", ("tests/hvac/test_payoff.py",)),
     Target("cps_envs/rogue/dynamics.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")),
     Target("cps_envs/rogue/payoff.py", ROGUE),
