@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,8 +15,9 @@ from cps_agents.commands.self_play import _unmixable
 from cps_agents.errors import CommandError
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo import remaking
+from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
-from cps_agents.zoo.remaking import calls, remake, steps
+from cps_agents.zoo.remaking import calls, compare, remake, steps
 from cps_baselines.arena import Venue
 from cps_envs import PROBLEMS
 from tests.agents.trained import save_tiny
@@ -88,3 +91,14 @@ def test_self_play_does_not_begin_with_mixtures_of_an_earlier_one() -> None:
     venue = Venue("rogue", "learning")
     assert "mixture itself" in _unmixable("zoo:rogue-attack-mixture", venue)
     assert not _unmixable("contested", venue)
+
+
+def test_a_policy_made_anew_is_compared_with_the_shipped_one(tmp_path: Path) -> None:
+    name = "hvac-attack-mtd2-cma"
+    shipped = read_card(SHIPPED / f"{name}.json")
+    for suffix in ("json", "safetensors"):
+        shutil.copy(SHIPPED / f"{name}.{suffix}", tmp_path)
+    assert compare(shipped, tmp_path) == f"{name} is the shipped policy, bit for bit."
+    other = replace(shipped, weights="0" * 64)
+    value = f"{shipped.seeds[str(shipped.best)]['validation']:.4g}"
+    assert compare(other, tmp_path).endswith(f": {value} on validation seeds, {value} as shipped.")

@@ -138,11 +138,12 @@ def remake(
     """Make the shipped policies anew, each by the command in its card.
 
     Training comes first, then self-play, whose final mixed strategies are policies too. All of it takes hours. Press
-    Ctrl-C at any time: the same command continues.
+    Ctrl-C at any time: the same command continues. At the end of each, a line says whether the shipped policy came out.
     """
     from dataclasses import asdict
 
-    from cps_agents.zoo.remaking import remake, steps
+    from cps_agents.zoo.card import SHIPPED, read_card
+    from cps_agents.zoo.remaking import compare, remake, steps
 
     planned = steps(names or ())
     if as_json:
@@ -155,7 +156,10 @@ def remake(
         out().print("The cards say what it took until the networks that were chosen; runs go on beyond them.")
     for step in () if dry_run else planned:
         err().print(f"$ {step.command}", markup=False, soft_wrap=True)
+        shipped = [read_card(SHIPPED / f"{name}.json") for name in step.policies]
         remake(step, runs, folder, jobs)
+        for card in shipped:
+            err().print(compare(card, folder), soft_wrap=True)
 
 
 @app.command()

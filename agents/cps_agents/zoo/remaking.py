@@ -85,6 +85,17 @@ def remake(step: Step, runs: Path, to: Path, jobs: int | None) -> None:
             raise CommandError(f"`cps-envs {shlex.join(arguments)}` ended with exit code {code}: it continues there")
 
 
+def compare(shipped: Card, to: Path) -> str:
+    """A sentence on a policy that was made anew in the folder `to`: whether it is the shipped one, bit for bit."""
+    made = read_card(to / f"{shipped.name}.json")
+    if made.weights == shipped.weights:
+        return f"{shipped.name} is the shipped policy, bit for bit."
+    now, then = (card.seeds.get(str(card.best), {}).get("validation") for card in (made, shipped))
+    if now is None or then is None:
+        return f"{shipped.name} differs from the shipped policy."
+    return f"{shipped.name} differs from the shipped policy: {now:.4g} on validation seeds, {then:.4g} as shipped."
+
+
 def _run(arguments: Sequence[str]) -> int:
     """Run `cps-envs` to its end; it ends with this process."""
     with subprocess.Popen([*PROGRAM, *arguments]) as child:
