@@ -159,20 +159,25 @@ def test_the_last_attack_answers_the_defender_that_it_sees() -> None:
 
 
 def test_times_follow_the_lag() -> None:
-    early, late = (times_s("none", 2, tau_s, last_3=105.0, last_per_lag=50.0)[1] for tau_s in (0.1, 0.5))
-    assert 95.0 <= early < 105.0 < late <= 115.0
+    early, late = (times_s("none", 2, tau_s)[1] for tau_s in (0.1, 0.5))
+    assert 105.0 <= early < 120.0 < late <= 132.0
+    second, third, last = (
+        times_s("none", 4, 0.3, second_lag_3=9.0, third_lag_3=0.5, last_0_lag_3=100.0)[i] for i in (1, 2, 3)
+    )
+    assert second == 10.0
+    assert third - second == pytest.approx((last - second) / 2, abs=1.0)
 
 
 def test_it_looks_before_its_last_attack() -> None:
-    assert times_s("none", 2, last_0=5.0, last_3=5.0)[1] == 47.0
+    assert times_s("none", 2, last_0_lag_3=5.0, last_3=5.0)[1] == 47.0
 
 
 def test_each_episode_of_a_batch_has_its_own_numbers() -> None:
     config = DISBANDING.config("easy", {"attack_budget": 2, "tau_s": 0.3})
     points = np.zeros((2, len(REPLANNING.numbers)))
-    points[1, REPLANNING.names.index("last_0")] = -1.0
+    points[1, REPLANNING.names.index("last_0_lag_3")] = -1.0
     attacker = Members(DISBANDING.game(config, 1).spec("attacker"), REPLANNING, REPLANNING.values(points))
     games: list[Any] = []
     play_episodes(DISBANDING, config, {"attacker": attacker}, [0, 0], on_step=games.append)
     first, second = (games[-1].truth(b)["disbanding_s"][1] for b in range(2))
-    assert 4.0 <= first - second <= 8.0
+    assert 2.0 <= first - second <= 4.0

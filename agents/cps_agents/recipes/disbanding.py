@@ -273,11 +273,11 @@ class DisbandingAttackSearch(Recipe):
     opponent: str = "none"
     scenes: tuple[Scene, ...] = (
         *(Scene(episodes, defender, overrides=TWO) for defender, episodes in DEFENDERS.items()),
-        Scene(1, overrides={"attack_budget": 3}),
-        Scene(4, overrides={"attack_budget": 4}),
+        Scene(2, overrides={"attack_budget": 3}),
+        *(Scene(2, overrides={"attack_budget": 4, "tau_s": tau_s}) for tau_s in (0.1, 0.3, 0.5)),
     )
-    population: int = 8
-    search_deviation: float = 0.4  # set by hand from grids of plans, the start is good; the search hardly improves it
-    total_steps: int = 8 * 14 * 6  # 6 generations
+    population: int = 10
+    search_deviation: float = 0.4  # the start is good: set by hand from plans that were played on grids
+    total_steps: int = 10 * 17 * 10  # 10 generations
     evaluations: int = 2
     evaluation_episodes: int = 84

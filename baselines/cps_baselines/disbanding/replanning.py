@@ -12,33 +12,38 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
 SPEEDS_MPS = np.array([0.0, 3.0, 8.0, 20.0, 25.0, 30.0])  # of the rear half, between which plans are interpolated
-MIDDLE_LAG_S = 0.3  # for which the numbers of an undefended road are given
+LAGS_S = np.array([0.1, 0.3, 0.5])  # between which the plans of an undefended road are interpolated
 PASSED_S = 38.0  # after the first attack: by then the wave has reached the rear
 TIGHT_MPS = 15.0  # of the rear half, from which on small gaps are no jam
 
 
 class Numbers(NamedTuple):
-    """What decides the plans; each an array (B,), one entry per episode.
+    """What decides the plans; each an array with one entry per episode, (B,), or (1,) for all.
 
-    The last attack comes at `last_*`, by what the rear half drives when the attacker looks. Of the time that is left
-    till then, a part passes before the next attack: on a road that nobody defends `two_left` and `three_left`, by how
-    many attacks are left, else equal parts.
+    The last attack comes at `last_*`, by what the rear half drives when the attacker looks. On a road that nobody
+    defends the second attack comes `second_*` after the first. The third comes when a part `third_*` of the time left
+    till the last has passed; three names say 1, 3, 5 for a lag of 0.1, 0.3, 0.5 s. On other roads, and with more
+    attacks, the time that is left is parted equally.
     """
 
     look_s: FloatArray  # after the first attack
-    last_0: FloatArray  # s; the rear half stands: nobody defends
+    last_0_lag_1: FloatArray  # s; the rear half stands: nobody defends
+    last_0_lag_3: FloatArray
+    last_0_lag_5: FloatArray
     last_3: FloatArray  # s; it drives at 3 m/s, and so on
     last_8: FloatArray
     last_20: FloatArray
     last_25: FloatArray
     last_30: FloatArray
-    last_per_lag: FloatArray  # s for each s of lag above 0.3 s, undefended
     last_per_attack: FloatArray  # s for each attack of the budget beyond two, undefended
-    two_left: FloatArray  # part of the time left, undefended, at a lag of 0.3 s
-    two_left_per_lag: FloatArray  # for each s of lag above that
-    three_left: FloatArray
-    three_left_per_lag: FloatArray
-    tight_gap: FloatArray  # in desired gaps; a defender whose smallest inner gap is below when the wave has passed,
+    second_lag_1: FloatArray  # s after the first attack, undefended, where it is not the last
+    second_lag_3: FloatArray
+    second_lag_5: FloatArray
+    third_lag_1: FloatArray  # part of the time left, undefended, where it is not the last
+    third_lag_3: FloatArray
+    third_lag_5: FloatArray
+    tight_least: FloatArray  # in desired gaps; a defender whose smallest inner gap is between this
+    tight_gap: FloatArray  # and this once the wave has passed (others close up earlier),
     tight_below: FloatArray  # m/s; and whose rear half is still slower than this,
     tight_last: FloatArray  # s; follows closely: this is when the last attack comes, whether it has looked or not
 
@@ -85,31 +90,41 @@ class Replanning(AnalyticPolicy):
         looks = ~looked & (since_s >= np.rint(self.numbers.look_s) - TOLERANCE_S)
         passed = ~looked & (since_s >= PASSED_S - TOLERANCE_S)
         recovers = (rear_mps > TIGHT_MPS) & (rear_mps < self.numbers.tight_below)
-        close = passed & recovers & (gap < self.numbers.tight_gap)
+        close = passed & recovers & (self.numbers.tight_least < gap) & (gap < self.numbers.tight_gap)
         return looked | looks, np.where(looks, rear_mps, speed), tight | close
 
     def _due_s(self, seen: Seen, speed: FloatArray, tight: BoolArray, disbanded: BoolArray) -> FloatArray:
         """When the next attack comes (B,), s."""
-        it, lag_s = self.numbers, seen["tau_s"] - MIDDLE_LAG_S
+        it, lag = self.numbers, _weights(seen["tau_s"], LAGS_S)
         attacks, left = disbanded.sum(axis=1), np.maximum(np.rint(seen["budget_left"]), 1)
         undefended = np.clip(1.0 - speed / SPEEDS_MPS[1], 0.0, 1.0)
-        lasts = np.stack([it.last_0, it.last_3, it.last_8, it.last_20, it.last_25, it.last_30], axis=1)
-        last_s = (lasts * _weights(speed)).sum(axis=1)
-        last_s = last_s + undefended * (it.last_per_lag * lag_s + it.last_per_attack * (attacks + left - 2))
+        alone_s = _mixed(lag, it.last_0_lag_1, it.last_0_lag_3, it.last_0_lag_5)
+        alone_s = alone_s + it.last_per_attack * np.maximum(attacks + left - 2, 0)
+        by_speed = _weights(speed, SPEEDS_MPS)
+        last_s = _mixed(by_speed, alone_s, it.last_3, it.last_8, it.last_20, it.last_25, it.last_30)
         last_s = np.where(tight, it.tight_last, last_s)
-        two, three = (it.two_left + it.two_left_per_lag * lag_s, it.three_left + it.three_left_per_lag * lag_s)
-        part = np.where(left == 2, two, np.where(left == 3, three, 1 / left))
-        part = np.clip(1 / left + undefended * (part - 1 / left), 0.0, 1.0)
         since_s = np.where(disbanded, seen["since_disbanding_s"], np.inf).min(axis=1)
         before_s = np.maximum(seen["time_s"] - since_s, 0.0)  # before the first attack nobody asks
-        due_s: FloatArray = before_s + np.maximum(last_s - before_s, 0.0) * part
+        left_s = np.maximum(last_s - before_s, 0.0)
+        second_s = np.minimum(_mixed(lag, it.second_lag_1, it.second_lag_3, it.second_lag_5), left_s)
+        third_s = np.clip(_mixed(lag, it.third_lag_1, it.third_lag_3, it.third_lag_5), 0.0, 1.0) * left_s
+        equal_s = left_s / left
+        alone_s = np.where(attacks == 1, second_s, np.where(attacks == 2, third_s, equal_s))
+        wait_s = np.where(left == 1, left_s, undefended * alone_s + (1.0 - undefended) * equal_s)
+        due_s: FloatArray = before_s + wait_s
         return due_s
 
 
-def _weights(speed: FloatArray) -> FloatArray:
-    """Of the speeds `SPEEDS_MPS`, (B, 6), in a linear interpolation at `speed` (B,)."""
-    corners = np.eye(len(SPEEDS_MPS))
-    return np.stack([np.interp(speed, SPEEDS_MPS, corner) for corner in corners], axis=1)
+def _weights(value: FloatArray, places: FloatArray) -> FloatArray:
+    """Of `places` (P,) in a linear interpolation at `value` (B,): (B, P)."""
+    corners = np.eye(len(places))
+    return np.stack([np.interp(value, places, corner) for corner in corners], axis=1)
+
+
+def _mixed(weights: FloatArray, *values: FloatArray) -> FloatArray:
+    """The sum (B,) of values, each (B,) or (1,), by weights (B, P)."""
+    mixed: FloatArray = (np.stack(np.broadcast_arrays(*values), axis=1) * weights).sum(axis=1)
+    return mixed
 
 
 def _target(disbanded: BoolArray, present: IntArray) -> IntArray:
