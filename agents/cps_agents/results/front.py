@@ -33,7 +33,7 @@ FRONTS = (
         "disbanding, attacker",
         "slower traffic, collisions ↑",
         "disbanding-attack-plans",
-        "every K and tau",
+        "one to four platoons",
         "learned",
         "ga",
     ),
