@@ -25,17 +25,17 @@ def list_policies(
     as_json: JSON = False,
 ) -> None:
     """List the policies in a folder; default: those of the package."""
-    from cps_agents.zoo.card import SHIPPED, read_card
-    from cps_agents.zoo.files import shipped_names
+    from cps_agents.zoo.card import SHIPPED
+    from cps_agents.zoo.rivals import better_rival
 
-    home = folder or SHIPPED
-    cards = [read_card(home / f"{name}.json") for name in shipped_names(home)]
+    cards = _cards(folder or SHIPPED)
     if as_json:
         print_json([card.to_json() for card in cards])
         return
     rows = [(card.name, card.problem, card.role, card.algorithm, card.opponent, str(len(card.seeds))) for card in cards]
     columns = ("zoo:", "problem", "role", "algorithm", "trained against", "seeds")
-    out().print(Table("Trained policies", columns, rows, left=5))
+    better = [f"{card.name}: {text}" for card in cards if (text := better_rival(card, cards))]
+    out().print(Table("Trained policies", columns, rows, left=5, caption=better))
 
 
 @app.command()
@@ -44,14 +44,17 @@ def show(
     as_json: JSON = False,
 ) -> None:
     """Show how a policy was trained, what it reached on validation seeds, and its named numbers."""
-    from cps_agents.zoo.card import read_card
+    from cps_agents.zoo.card import SHIPPED, read_card
     from cps_agents.zoo.files import find
+    from cps_agents.zoo.rivals import better_rival
 
     card = read_card(find(name))
     if as_json:
         print_json(card.to_json())
         return
     _print(card)
+    if better := better_rival(card, _cards(SHIPPED)):
+        out().print(better, markup=False, soft_wrap=True)
     if card.numbers:
         _print_numbers(card, find(name))
 
@@ -65,11 +68,11 @@ def print_card(
 ) -> None:
     """Print a policy's card as Markdown, with the header that model hubs read."""
     from cps_agents.files import write_text
-    from cps_agents.zoo.card import read_card
+    from cps_agents.zoo.card import SHIPPED, read_card
     from cps_agents.zoo.files import find
     from cps_agents.zoo.markdown import to_markdown
 
-    text = to_markdown(read_card(find(name)))
+    text = to_markdown(read_card(find(name)), _cards(SHIPPED))
     if to is None:
         typer.echo(text, nl=False)
         return
@@ -212,11 +215,17 @@ def judge(
 
 def _unjudged() -> list[str]:
     """The shipped policies whose cards have no judgement."""
-    from cps_agents.zoo.card import SHIPPED, read_card
+    from cps_agents.zoo.card import SHIPPED
+
+    return [card.name for card in _cards(SHIPPED) if not (card.exploitability or card.share)]
+
+
+def _cards(folder: Path) -> list[Card]:
+    """The cards of a folder, by name."""
+    from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import shipped_names
 
-    cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
-    return [card.name for card in cards if not (card.exploitability or card.share)]
+    return [read_card(folder / f"{name}.json") for name in shipped_names(folder)]
 
 
 def _print(card: Card) -> None:

@@ -50,8 +50,6 @@ class DisbandingAttack(Recipe):
     evaluation_episodes: int = 64
 
 
-BROADCAST = ("since_disbanding_s", "ahead_speed", "ahead_acceleration", "ahead_distance")
-REAR = ("rear_gap_error", "rear_relative_speed")
 SETTING: Mapping[str, Any] = {
     "swarm_reward": "local",  # of all vehicles together nobody could tell whose merit a reward is
     "collision_penalty": 1.0,  # points, more than the 0.3 of the preset
@@ -108,37 +106,6 @@ class DisbandingDefense(Recipe):
         able = (nearest >= 0) & ~disbanded
         relative = rewards + np.repeat(error, size, axis=1).ravel()
         return np.where(np.repeat(able, size, axis=1).ravel(), relative, 0.0)
-
-
-@dataclass(frozen=True)
-class DisbandingDefenseLocal(DisbandingDefense):
-    """The same without the broadcast: every vehicle by its own sensors and its predecessor's radio alone.
-
-    An imitation of the model-predictive mitigation, corrected where it drives itself; learning by reward added nothing.
-    """
-
-    name: str = "disbanding-defense-local-ppo"
-    opponent: str = 'mixture?policies=["lead","table_2_3","random?front_bias=3"]&weights=[3,1,1]'
-    overrides: Mapping[str, Any] = field(
-        default_factory=lambda: {
-            **SETTING,
-            "desired_gap_m": (3.8, 5.6),
-            "num_platoons": 5,  # the teacher solves a program for each vehicle and decision
-            "duration_s": 120.0,
-        }
-    )
-    unseen: tuple[str, ...] = ("place", *BROADCAST, *REAR)
-    hold: int = 2  # held for 1 s the teacher's actions collide, and it is asked what to do in wrecks
-    teacher: str = "mpc_tuned"  # needs no broadcast; `feedback` without it collides
-    teacher_noise: float = 0.05  # its own episodes alone let the imitation stop the traffic
-    teacher_episodes: int = 5
-    teacher_rounds: int = 6
-    teacher_epochs: int = 12
-    total_steps: int = 20_000
-    steps_per_update: int = 20
-    batch_size: int = 4320
-    evaluations: int = 1
-    evaluation_episodes: int = 8
 
 
 # The chapter's own attacks, on the roads of its tables and a little beyond.

@@ -33,8 +33,8 @@ FRONTS = (
         "disbanding, attacker",
         "slower traffic, collisions ↑",
         "disbanding-attack-plans",
-        "every K and tau",
-        "learned",
+        "one to four platoons",
+        "searched",
         "ga",
     ),
     Front(

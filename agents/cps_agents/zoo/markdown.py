@@ -7,13 +7,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from cps_agents.zoo.card import Card
+from cps_agents.zoo.rivals import better_rival
 
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"
 
 
-def to_markdown(card: Card) -> str:
-    """What it does, how to play it, how it was trained, what it reached and on which episodes, what it knows not."""
-    parts = (_header(card), _use(card), _training(card), _results(card), _judged(card), _limits(card), _knobs(card))
+def to_markdown(card: Card, rivals: Sequence[Card] = ()) -> str:
+    """What it does, how to play it, how it was trained, what it reached and on which episodes, what it knows not.
+
+    `rivals` are the policies of which one may do better.
+    """
+    results = f"{_results(card)}\n\n{better_rival(card, rivals)}".rstrip()
+    parts = (_header(card), _use(card), _training(card), results, _judged(card), _limits(card), _knobs(card))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 

@@ -15,7 +15,7 @@ CONTROLLERS = {"baseline": "none", "heuristic": "heuristic", "mpc": "mpc"}
 DEFENDERS = (
     *(Contestant(name) for name in ("none", "heuristic", "mpc", "mpc_tuned", "copy", "feedback")),
     Contestant("learned", policy="zoo:disbanding-defense-ppo"),
-    Contestant("local", policy="zoo:disbanding-defense-local-ppo"),
+    Contestant("searched", policy="zoo:disbanding-defense-local-cma"),
 )
 LEARNED = Contestant("learned", policy="zoo:disbanding-attack-ppo")
 ATTACKERS = (
@@ -83,6 +83,6 @@ BENCHMARK = Benchmark(
         "`random`: means over random plans; their deviation is in benchmark.csv.",
         "Mitigations act every 0.1 s here; `cps-envs reproduce ch2` runs the heuristic at every integration step.",
         "`mpc` is tuned to the paper's Table 2.2; `mpc_tuned`, `copy` and `feedback` go beyond the paper.",
-        "`learned` and `local` are trained policies, the best of their training seeds; `local` needs no broadcast.",
+        "`learned` and `searched` are trained, each the best of its training seeds; `searched` needs no broadcast.",
     ),
 )
