@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cps_agents.learning.recipe import IMITATION, SEARCH, Recipe, Scene
-from cps_baselines.rogue.families import WEIGHTS as TUNED
 from cps_envs.core.types import Role
 
 CONTROLLERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
@@ -157,12 +156,8 @@ EXPLOITERS = (
     (4.34, -1.67, -0.296, 0.942, 0.482, 1.19, 0.485),
     (2.85, -0.505, -0.304, 1.06, 0.731, -0.343, -0.489),
 )
-EXPLOITING = _any_of(
-    *(
-        "tuned?" + "&".join(f"{name}={weight}" for name, weight in zip(TUNED, weights, strict=True))
-        for weights in EXPLOITERS
-    )
-)
+TUNED = "tuned?front_gap={}&front_rate={}&rear_gap={}&rear_rate={}&excess={}&bias={}&hysteresis={}"
+EXPLOITING = _any_of(*(TUNED.format(*weights) for weights in EXPLOITERS))
 
 
 @dataclass(frozen=True)
