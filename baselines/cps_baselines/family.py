@@ -32,7 +32,7 @@ FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module
     "hvac-brink": "cps_baselines.hvac.families:BRINK",
     "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
     "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
-    "rogue-giving-way": "cps_baselines.rogue.families:GIVING_WAY",
+    "rogue-boxing-in": "cps_baselines.rogue.families:BOXING_IN",
     "rogue-monitor": "cps_baselines.rogue.families:MONITOR",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
