@@ -13,6 +13,7 @@ from cps_agents.recipes.disbanding import (
     DisbandingDefenseLocal,
     DisbandingDefenseLocalSearch,
     DisbandingDefenseRadioSearch,
+    DisbandingDefenseResidual,
     DisbandingDefenseSearch,
 )
 from cps_agents.recipes.fdi import (
@@ -54,6 +55,7 @@ RECIPES: dict[str, Recipe] = {
         DisbandingDefenseSearch(),
         DisbandingDefenseLocalSearch(),
         DisbandingDefenseRadioSearch(),
+        DisbandingDefenseResidual(),
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiAttackSearch(),
