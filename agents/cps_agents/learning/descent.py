@@ -12,10 +12,11 @@ import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
-from cps_agents.learning.family_run import FamilyRun, episodes_of
+from cps_agents.learning.family_run import FamilyRun, episodes_of, family_of
 from cps_agents.learning.learner import Report
 from cps_agents.learning.run import Job, recording
 from cps_agents.learning.tracking import Tracker
+from cps_baselines.family import Family
 from cps_envs.core.documents import read_entry
 from cps_envs.core.types import FloatArray
 
@@ -46,8 +47,11 @@ def descend(job: Job, report: Report) -> None:
     Raises:
         CommandError: a damaged checkpoint to go on from, or a recipe without a family that has gradients.
     """
+    family = family_of(job.recipe, job.seed)
+    if family.gradients is None:
+        raise CommandError(f"the family {job.recipe.family} has no gradients: search it with --algo cma-es")
     with recording(job) as tracker:
-        Descent(job, tracker).go_on(report)
+        Descent(job, family, tracker).go_on(report)
 
 
 def shortened(gradients: FloatArray) -> FloatArray:
@@ -63,10 +67,8 @@ class Descent(FamilyRun):
 
     candidates = 1
 
-    def __init__(self, job: Job, tracker: Tracker) -> None:
-        super().__init__(job, tracker)
-        if self.family.gradients is None:
-            raise CommandError(f"the family {self.recipe.family} has no gradients: search it with --algo cma-es")
+    def __init__(self, job: Job, family: Family, tracker: Tracker) -> None:
+        super().__init__(job, family, tracker)
         self._adam = self._kept()
 
     @property

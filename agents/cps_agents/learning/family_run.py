@@ -62,7 +62,7 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
 
 
 def family_of(recipe: Recipe, seed: int = 0) -> Family:
-    """The family whose numbers a recipe chooses; with a teacher, it starts at what the teacher's `seed` has found.
+    """The family whose numbers a recipe chooses; what it does not search are the numbers of the teacher's `seed`.
 
     Raises:
         CommandError: it names none, or one of another role, or the teacher lacks numbers that are not searched.
@@ -76,8 +76,10 @@ def family_of(recipe: Recipe, seed: int = 0) -> Family:
             f"the family {recipe.family} has {family.role}s of {family.problem}; {recipe.name} trains the "
             f"{recipe.role} of {recipe.problem}"
         )
-    taught = numbers_of(recipe.teacher, seed) if recipe.teacher else {}
     kept = [name for name, moves in zip(family.names, family.free.tolist(), strict=True) if not moves]
+    if not kept:
+        return family
+    taught = numbers_of(recipe.teacher, seed) if recipe.teacher.startswith(ZOO) else {}
     if missing := [name for name in kept if name not in taught]:
         raise CommandError(
             f"{recipe.family} needs a teacher that has its numbers; {missing[0]} is missing: "
@@ -101,9 +103,9 @@ class FamilyRun(ABC):
 
     candidates: int  # that play the episodes of an update
 
-    def __init__(self, job: Job, tracker: Tracker) -> None:
-        self.run, self.recipe, self.family = job.run, job.recipe, family_of(job.recipe, job.seed)
-        self.tracker, self.done = tracker, 0  # updates so far
+    def __init__(self, job: Job, family: Family, tracker: Tracker) -> None:
+        self.run, self.recipe, self.family, self.tracker = job.run, job.recipe, family, tracker
+        self.done = 0  # updates so far
         self.episodes = count_episodes(self.recipe.scenes)
         self.updates = max(self.recipe.total_steps // (self.candidates * self.episodes), 1)
         self._cpu_before_s, self._started_s = float(job.run.read().get("cpu_s", 0.0)), time.process_time()

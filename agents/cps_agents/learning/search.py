@@ -10,10 +10,11 @@ import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
-from cps_agents.learning.family_run import FamilyRun, play_scenes
+from cps_agents.learning.family_run import FamilyRun, family_of, play_scenes
 from cps_agents.learning.learner import Report
 from cps_agents.learning.run import Job, recording
 from cps_agents.learning.tracking import Tracker
+from cps_baselines.family import Family
 from cps_envs.core.documents import read_entry
 from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray
@@ -29,18 +30,19 @@ def search(job: Job, report: Report) -> None:
         MissingExtraError: cma is not installed.
     """
     require("cma", extra="baselines", purpose="policy search")
+    family = family_of(job.recipe, job.seed)
     with recording(job) as tracker:
-        Search(job, tracker).go_on(report)
+        Search(job, family, tracker).go_on(report)
 
 
 class Search(FamilyRun):
     """A run of the strategy, an update of which is a generation."""
 
-    def __init__(self, job: Job, tracker: Tracker) -> None:
+    def __init__(self, job: Job, family: Family, tracker: Tracker) -> None:
         from cps_baselines.evolution import make_strategy
 
         self.candidates = job.recipe.population
-        super().__init__(job, tracker)
+        super().__init__(job, family, tracker)
         origin, deviation = np.zeros(self.family.free.sum()), self.recipe.search_deviation
         self._strategy = make_strategy(origin, deviation, population=self.candidates, seed=[job.seed])
         self._reached = self._replay()
