@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -18,11 +18,13 @@ from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, 
 from cps_envs.core.problem import Problem
 from cps_envs.core.seen import Seen
 from cps_envs.core.trust import require_trust
-from cps_envs.core.types import Array, FloatArray, Role, other
+from cps_envs.core.types import Array, BoolArray, FloatArray, Role, other
 
 FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
+    "disbanding-broadcast-residual": "cps_baselines.disbanding.residual_families:BROADCAST",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
+    "disbanding-local-residual": "cps_baselines.disbanding.residual_families:LOCAL",
     "disbanding-radio": "cps_baselines.disbanding.families:RADIO",
     "disbanding-replanning": "cps_baselines.disbanding.families:REPLANNING",
     "fdi-hypotheses": "cps_baselines.fdi.families:HYPOTHESES",
@@ -32,7 +34,7 @@ FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module
     "hvac-brink": "cps_baselines.hvac.families:BRINK",
     "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
     "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
-    "rogue-giving-way": "cps_baselines.rogue.families:GIVING_WAY",
+    "rogue-boxing-in": "cps_baselines.rogue.families:BOXING_IN",
     "rogue-monitor": "cps_baselines.rogue.families:MONITOR",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
@@ -44,8 +46,12 @@ class Number:
 
     name: str
     start: float
-    step: float  # how far it is worth moving: the unit of the search
+    step: float  # how far it is worth moving: the unit of the search; 0: it stays where it starts
     by_factors: bool = False  # moves by factors of exp(step), and keeps its sign
+
+
+Differentiated: TypeAlias = tuple[dict[str, Array], FloatArray]
+Slopes: TypeAlias = Callable[[Mapping[str, Array]], Mapping[str, FloatArray]]
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,9 @@ class Family:
 
     `build(spec, values)` makes a policy that plays episode b of a batch by row b of `values` (B, k), in the order of
     `numbers`. `loop(config, num_envs, values)` may make a game in which that policy plays its role by itself, which
-    saves the way through Python; the episodes have to be the same.
+    saves the way through Python; the episodes have to be the same. `gradients(config, values, opponent, seeds, slopes)`
+    may play such episodes and tell what moves them: the outcome, and derivatives (B, f) by the free numbers of what
+    `slopes(outcome)` gives the derivatives (B,) of, by entries of the outcome.
     """
 
     problem: str
@@ -62,19 +70,38 @@ class Family:
     numbers: tuple[Number, ...]
     build: Callable[[RoleSpec, FloatArray], Policy]
     loop: Callable[[Any, int, FloatArray], Game] | None = None
+    gradients: Callable[[Any, FloatArray, PolicyReference, Sequence[int], Slopes], Differentiated] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the numbers, in order."""
         return tuple(number.name for number in self.numbers)
 
+    @property
+    def free(self) -> BoolArray:
+        """Which numbers (k,) a search moves, f of them."""
+        return np.array([number.step > 0 for number in self.numbers])
+
+    def beginning_at(self, starts: Mapping[str, float]) -> Family:
+        """The same family with other starts, by name."""
+        numbers = tuple(replace(each, start=starts.get(each.name, each.start)) for each in self.numbers)
+        return replace(self, numbers=numbers)
+
     def values(self, points: FloatArray) -> FloatArray:
-        """The numbers (P, k) at points (P, k) of the search, whose origin is the start and whose unit is the step."""
+        """The numbers (P, k) at points (P, f) of the search, whose origin is the start and whose unit is the step."""
         start, step = np.array([(number.start, number.step) for number in self.numbers]).T
         by_factors = np.array([number.by_factors for number in self.numbers])
-        moved = points * step
+        moved = np.zeros((len(points), len(start)))
+        moved[:, self.free] = points * step[self.free]
         found: FloatArray = np.where(by_factors, start * np.exp(np.where(by_factors, moved, 0.0)), start + moved)
         return found
+
+    def by_steps(self, values: FloatArray, gradients: FloatArray) -> FloatArray:
+        """Derivatives (B, f) by the points of a search, from those by the free numbers of `values` (B, k)."""
+        step = np.array([number.step for number in self.numbers])
+        by_factors = np.array([number.by_factors for number in self.numbers])
+        pace: FloatArray = step * np.where(by_factors, values, 1.0)
+        return gradients * pace[:, self.free]
 
 
 def play_family(

@@ -51,9 +51,9 @@ def known_in(where: str) -> list[Figure]:
 
 
 def figures_of(row: dict[str, Any]) -> Iterator[Figure]:
-    """What everybody reached in a row of a published table, and the differences; shares also in percent."""
+    """What everybody reached in a row of a published table, differences and bars; shares also in percent."""
     differences = [each for mine in row["differences"].values() for each in mine.values()]
-    for each in (*row["scores"].values(), *differences):
+    for each in (*row["scores"].values(), *differences, *row["judgements"]):
         if each["low"] is not None:
             yield figure_of(each)
             yield tuple(100.0 * value for value in figure_of(each))

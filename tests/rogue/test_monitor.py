@@ -1,4 +1,4 @@
-"""The monitor finds who disobeys and suspects nobody for nothing; who gives way avoids the attacker."""
+"""The monitor finds who disobeys and suspects nobody for nothing; who boxes the attacker in leaves it no gap."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cps_baselines.family import Family, play_family
-from cps_baselines.rogue.families import GIVING_WAY, MONITOR
-from cps_baselines.rogue.giving_way import GivingWay
+from cps_baselines.rogue.boxing_in import BoxingIn, squeeze
+from cps_baselines.rogue.families import BOXING_IN, MONITOR
 from cps_baselines.rogue.monitor import NOBODY, Monitor, strength
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
@@ -23,7 +23,7 @@ from tests.rogue.test_contested import play, spec_of, watched
 
 SOLID = {"contact": "solid", "duration_s": 20.0}
 COMMANDED = ROGUE.config("paper", {**SOLID, "defense_action": "command"})
-START = GIVING_WAY.values(np.zeros((1, len(GIVING_WAY.numbers))))
+START = BOXING_IN.values(np.zeros((1, len(BOXING_IN.numbers))))
 
 
 class Watched(Monitor):
@@ -88,31 +88,42 @@ def test_strength_is_what_lies_beyond_full_effort_on_the_nearer_side() -> None:
 
 
 @pytest.mark.parametrize("config", [ROGUE.config("paper", SOLID), LEARNING])
-def test_giving_way_refuses_what_it_cannot_play(config: RogueConfig) -> None:
+def test_boxing_in_refuses_what_it_cannot_play(config: RogueConfig) -> None:
     with pytest.raises(ConfigurationError, match="defense_action"):
-        GivingWay(ROGUE.game(config, 1).spec("defender"), START)
+        BoxingIn(ROGUE.game(config, 1).spec("defender"), START)
 
 
-def test_giving_way_wants_all_its_numbers() -> None:
-    with pytest.raises(ConfigurationError, match="24 numbers"):
-        GivingWay(ROGUE.game(COMMANDED, 1).spec("defender"), START[:, 1:])
+def test_boxing_in_wants_all_its_numbers() -> None:
+    with pytest.raises(ConfigurationError, match="36 numbers"):
+        BoxingIn(ROGUE.game(COMMANDED, 1).spec("defender"), START[:, 1:])
 
 
 def test_vehicles_keep_their_places_when_nobody_attacks() -> None:
-    outcome = play_family(GIVING_WAY, ROGUE, COMMANDED, "none", START, [0])
+    outcome = play_family(BOXING_IN, ROGUE, COMMANDED, "none", START, [0])
     assert outcome["damage"] == 0.0
     assert outcome["formation_cost_s"] < 1.0
 
 
 @pytest.mark.parametrize("attacker", ["switching", "square"])
-def test_giving_way_allows_less_damage_than_the_linear_law(attacker: str) -> None:
-    given = play_family(GIVING_WAY, ROGUE, COMMANDED, attacker, START, [0])["damage"]
+def test_boxing_in_allows_less_damage_than_the_linear_law(attacker: str) -> None:
+    given = play_family(BOXING_IN, ROGUE, COMMANDED, attacker, START, [0])["damage"]
     config = ROGUE.config("paper", SOLID)
     assert given < play_episodes(ROGUE, config, {"attacker": attacker, "defender": "pd"}, [0])["damage"]
 
 
+@pytest.mark.parametrize("free", [-9.0, -3.0, 0.0, 4.0])
+@pytest.mark.parametrize("wanted", [-2.0, 0.0, 1.0])
+def test_an_attacker_that_is_squeezed_opens_no_gap(free: float, wanted: float) -> None:
+    """Whatever its effort; the pressures and the limits are those of a game at 25 m/s, with an engine of ratio 1.3."""
+    rear, front = squeeze(wanted, free, 1.0, 1.5, (7.5, 2.5))
+    assert rear > 0.5 * (free + front)  # what the other two do without it
+    assert front < 0.5 * (free + rear)
+    assert rear <= 2.5
+    assert front >= -7.5
+
+
 @pytest.mark.parametrize(
-    ("family", "config"), [(GIVING_WAY, COMMANDED), (MONITOR, ROGUE.config("learning", {"duration_s": 10.0}))]
+    ("family", "config"), [(BOXING_IN, COMMANDED), (MONITOR, ROGUE.config("learning", {"duration_s": 10.0}))]
 )
 def test_every_episode_is_played_by_its_own_row(family: Family, config: RogueConfig) -> None:
     values = family.values(np.array([np.zeros(len(family.numbers)), np.ones(len(family.numbers))]))

@@ -232,7 +232,7 @@ def _families(problem: str, role: Role) -> Iterator[Oracle]:
 @cache
 def _plays(family: str, problem: str, role: Role) -> bool:
     found = find_family(family)
-    return (found.problem, found.role) == (problem, role)
+    return (found.problem, found.role) == (problem, role) and bool(found.free.all())
 
 
 def _plain(recipe: Recipe) -> Recipe:

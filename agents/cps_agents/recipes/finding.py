@@ -12,6 +12,7 @@ from cps_agents.recipes.disbanding import (
     DisbandingDefense,
     DisbandingDefenseLocalSearch,
     DisbandingDefenseRadioSearch,
+    DisbandingDefenseResidual,
     DisbandingDefenseSearch,
 )
 from cps_agents.recipes.fdi import (
@@ -52,6 +53,7 @@ RECIPES: dict[str, Recipe] = {
         DisbandingDefenseSearch(),
         DisbandingDefenseLocalSearch(),
         DisbandingDefenseRadioSearch(),
+        DisbandingDefenseResidual(),
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiAttackSearch(),

@@ -147,41 +147,48 @@ CONTESTED = _any_of(  # the attackers of the contest
     "strike",
     "strike?effort=-1",
 )
-# What a search found at the ratio 1.3 against a defender that had not met it.
-EXPLOITER = (
-    "tuned?front_gap=0.344&front_rate=-0.668&rear_gap=0.821&rear_rate=-1.359&excess=-0.682&bias=-0.036&hysteresis=0.26"
+# Weights of `tuned` that searches found at the ratio 1.3, each against a defender that had not met them.
+EXPLOITERS = (
+    (0.344, -0.668, 0.821, -1.36, -0.682, -0.036, 0.26),
+    (12.5, -12.7, 0.165, 4.51, 11.2, -21.9, 8.64),
+    (4.87, -2.87, 0.0324, -0.558, 1.6, -2.38, 1.33),
+    (11.7, -8.48, 0.51, -0.778, -0.328, -2.55, 0.0257),
+    (4.34, -1.67, -0.296, 0.942, 0.482, 1.19, 0.485),
+    (2.85, -0.505, -0.304, 1.06, 0.731, -0.343, -0.489),
 )
+TUNED = "tuned?front_gap={}&front_rate={}&rear_gap={}&rear_rate={}&excess={}&bias={}&hysteresis={}"
+EXPLOITING = _any_of(*(TUNED.format(*weights) for weights in EXPLOITERS))
 
 
 @dataclass(frozen=True)
 class RogueDefenseSearch(Recipe):
-    """How vehicles give way to an attacker that they know, in the setting of `RogueDefense`."""
+    """How vehicles box in an attacker that they know, or give way to it, in the setting of `RogueDefense`."""
 
     name: str = "rogue-defense-cma"
     problem: str = "rogue"
     role: Role = "defender"
     algorithm: str = SEARCH
-    family: str = "rogue-giving-way"
+    family: str = "rogue-boxing-in"
     preset: str = "paper"
     opponent: str = LEARNED  # training seeds 0 to 2; the others are left for judging
     overrides: Mapping[str, Any] = field(
         default_factory=lambda: {
             **RogueDefense().overrides,
             "defense_action": "command",
-            "formation_weight_mps2": 2.0,  # at 0.5 the vehicles scatter: damage 8 m/s, cost 18 s
+            "formation_weight_mps2": 0.7,  # at 2 the attacker is left alone below 21 m/s
         }
     )
     scenes: tuple[Scene, ...] = (
         Scene(10),
         Scene(6, SEARCHED),
         Scene(6, WAVES),
-        Scene(6, EXPLOITER, overrides={"power_ratio": [1.2, 1.3]}),
+        Scene(12, EXPLOITING, overrides={"power_ratio": [1.2, 1.3]}),
     )
     population: int = 14
-    search_deviation: float = 0.4
-    total_steps: int = 14 * 28 * 9  # 9 generations
+    search_deviation: float = 0.2  # the family starts where an earlier search ended
+    total_steps: int = 14 * 34 * 9  # 9 generations
     evaluations: int = 3
-    evaluation_episodes: int = 84
+    evaluation_episodes: int = 102
 
 
 @dataclass(frozen=True)

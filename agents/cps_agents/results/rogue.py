@@ -28,15 +28,15 @@ ORACLE = Contestant("beam", "beam?width=96", episodes=2, title="beam search, tol
 AIMS = {1.0: 70.0, 1.1: 80.0, 1.2: 80.0, 1.3: 96.0}  # m/s by power ratio, mean over the controllers
 TAUGHT = Bar(beat=(TEACHER.name,), factor=0.95, or_equal=True, of=(RECURRENT.name,))  # who is told what it finds out
 DEFENDER = Contestant("learned", "zoo:rogue-defense-ppo", "learned, chooses laws")
-GIVES_WAY = Contestant("searched", "zoo:rogue-defense-cma", "searched, gives way")
+BOXES_IN = Contestant("searched", "zoo:rogue-defense-cma", "searched, boxes in")
 ASSIGNED = Contestant("shll", "assigned?laws=shll", "best fixed assignment, shll")
 WAVES = ("duty_square", "square")
 JUDGES = ("zoo:rogue-attack-ppo", "switching", *WAVES)
-FRESH = {  # what searches found against the shipped GIVES_WAY, see docs/rogue.md
-    1.0: "tuned?front_gap=4.164&front_rate=-3.232&rear_gap=-0.284&rear_rate=3.7&excess=3.433&bias=-3.982"
-    "&hysteresis=2.126",
-    1.3: "tuned?front_gap=2.068&front_rate=-1.166&rear_gap=1.395&rear_rate=-2.825&excess=-0.738&bias=-2.416"
-    "&hysteresis=-0.121",
+FRESH = {  # what searches found against the shipped BOXES_IN, see docs/rogue.md
+    1.0: "tuned?front_gap=1.958&front_rate=0.3993&rear_gap=0.3928&rear_rate=-0.04362&excess=-0.4176&bias=0.02732"
+    "&hysteresis=-0.3296",
+    1.3: "tuned?front_gap=0.4906&front_rate=-0.3043&rear_gap=-0.4983&rear_rate=1.537&excess=-3.183&bias=0.6028"
+    "&hysteresis=-0.1656",
 }
 WORLDS = 16
 KNOWN = shipped()
@@ -126,7 +126,7 @@ DEFENSE = Block(
     problem="rogue",
     role="defender",
     metric="damage",
-    learned=(DEFENDER, GIVES_WAY),
+    learned=(DEFENDER, BOXES_IN),
     baselines=(*map(Contestant, CONTROLLERS), ASSIGNED),
     rows=(
         Row(
@@ -142,9 +142,9 @@ DEFENSE = Block(
         *(_defended(attacker, ratio) for attacker in JUDGES for ratio in RATIOS),
         *(
             Row(
-                f"fresh search against the one that gives way, ratio {ratio:g}",
+                f"fresh search against the one that boxes in, ratio {ratio:g}",
                 (_challenge(attacker, ratio),),
-                (Bar(value=45.0, or_equal=True, of=(GIVES_WAY.name,)),),
+                (Bar(value=45.0, or_equal=True, of=(BOXES_IN.name,)),),
             )
             for ratio, attacker in FRESH.items()
         ),
@@ -166,8 +166,7 @@ DEFENSE = Block(
     notes=(
         VERIFIED,
         "Tracking is the integral of the formation's scattering, formation_cost_s.",
-        "The fresh searches were against the training seed that plays by default. It allows more than the mean: "
-        "about 66 m/s at ratio 1.3.",
+        "The fresh searches were against the training seed that plays by default.",
     ),
     left_out={"monitor": "gives orders to the seized vehicle too, which this setting does not allow"},
 )

@@ -41,7 +41,7 @@ def _gains(start: Sequence[Gains], *unused: str) -> tuple[Number, ...]:
     )
 
 
-def _table(numbers: tuple[Number, ...], values: FloatArray) -> FloatArray:
+def table(numbers: tuple[Number, ...], values: FloatArray) -> FloatArray:
     """The gains (B, 2, 17) of values (B, k); gains without a number are zero."""
     gains = np.zeros((len(values), *SHAPE))
     places = {f"{v}.{name}": (i, j) for i, v in enumerate(VEHICLES) for j, name in enumerate(Gains._fields)}
@@ -52,11 +52,11 @@ def _table(numbers: tuple[Number, ...], values: FloatArray) -> FloatArray:
 
 
 def _broadcast(spec: RoleSpec, values: FloatArray) -> StringController:
-    return StringController(spec, form="informed", gains=_table(BROADCAST.numbers, values), detection_mps=math.inf)
+    return StringController(spec, form="informed", gains=table(BROADCAST.numbers, values), detection_mps=math.inf)
 
 
 def _local(spec: RoleSpec, values: FloatArray) -> StringController:
-    gains = _table(LOCAL.numbers, values)
+    gains = table(LOCAL.numbers, values)
     return StringController(spec, form="local", gains=gains, detection_mps=ALWAYS)
 
 
@@ -82,7 +82,7 @@ RADIO_NUMBERS = (
 
 
 def _radio(spec: RoleSpec, values: FloatArray) -> StringController:
-    gains = _table(RADIO_NUMBERS, values)
+    gains = table(RADIO_NUMBERS, values)
     return StringController(spec, form="warned", gains=gains, detection_mps=values[:, -1])
 
 

@@ -3,40 +3,52 @@
 from __future__ import annotations
 
 from cps_baselines.family import Family, Number
-from cps_baselines.rogue.giving_way import GivingWay, Manners
+from cps_baselines.rogue.boxing_in import BoxingIn, Manners
 from cps_baselines.rogue.monitor import Monitor
 from cps_baselines.rogue.switching import Switching
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
-BEHIND = Manners(  # these and the next came out of a first search, from numbers set by hand: see docs/rogue.md
-    wanted_m=2.8,
-    headway_s=0.25,
-    gap=1.25,
-    closing=7.0,
-    pushed=0.24,
-    stopping=1.2,
-    pair_gap=0.18,
-    pair_closing=3.75,
-    pair_pushed=1.2,
-    place=0.046,
-    speed=5.9,
-    limit_mps=4.9,
+BEHIND = Manners(  # these and the next came out of a first search: see docs/rogue.md
+    wanted_m=5.8,
+    headway_s=0.41,
+    gap=2.3,
+    closing=5.2,
+    pushed=0.1,
+    stopping=1.7,
+    pair_gap=0.26,
+    pair_closing=4.8,
+    pair_pushed=0.66,
+    place=0.0094,
+    speed=2.9,
+    limit_mps=5.0,
+    near_m=2.9,
+    slow_mps=0.068,
+    touch_mps=0.049,
+    approach=0.087,
+    grip=4.8,
+    press=0.82,
 )
 AHEAD = Manners(
-    wanted_m=5.1,
-    headway_s=0.16,
-    gap=0.46,
-    closing=3.1,
-    pushed=1.0,
-    stopping=0.54,
-    pair_gap=0.34,
-    pair_closing=6.6,
-    pair_pushed=0.37,
-    place=0.3,
-    speed=0.71,
-    limit_mps=8.4,
+    wanted_m=8.3,
+    headway_s=0.17,
+    gap=0.042,
+    closing=2.0,
+    pushed=0.25,
+    stopping=1.4,
+    pair_gap=0.39,
+    pair_closing=20.0,
+    pair_pushed=0.38,
+    place=0.35,
+    speed=1.9,
+    limit_mps=36.0,
+    near_m=1.1,
+    slow_mps=16.0,
+    touch_mps=0.061,
+    approach=1.3,
+    grip=3.2,
+    press=0.57,
 )
 # The options of `Monitor` and how far the logarithm of each is worth moving. Four start where changing one after the
 # other had led on validation seeds; the others as the monitor has them.
@@ -60,7 +72,7 @@ def _monitor(spec: RoleSpec, values: FloatArray) -> Monitor:
 SWITCHING = Family(
     "rogue", "attacker", tuple(Number(name, float(name == "front_gap"), 1.0) for name in WEIGHTS), Switching
 )
-GIVING_WAY = Family(
+BOXING_IN = Family(
     "rogue",
     "defender",
     tuple(
@@ -68,7 +80,7 @@ GIVING_WAY = Family(
         for side, numbers in (("behind", BEHIND), ("ahead", AHEAD))
         for name, start in numbers._asdict().items()
     ),
-    GivingWay,
+    BoxingIn,
 )
 MONITOR = Family(
     "rogue",
