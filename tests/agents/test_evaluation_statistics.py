@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import stats
 
-from cps_agents.arena.statistics import _factors, difference, estimate, interquartile_mean, mean
+from cps_agents.arena.statistics import _factors, _stretch, difference, estimate, interquartile_mean, mean
 
 NUMBERS = st.floats(-1e3, 1e3).map(lambda value: round(value, 3))
 SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 8))
@@ -222,3 +222,13 @@ def test_each_resample_has_a_middle_half_of_its_own() -> None:
     expected = [stats.trim_mean(resample.ravel(), 0.25) for resample in scores]
     np.testing.assert_allclose(interquartile_mean([scores]), expected)
     np.testing.assert_allclose(interquartile_mean([scores[:, :1], scores[:, 1:]]), expected)
+
+
+def test_the_stretch_weighs_seeds_and_the_episodes_of_each_stratum() -> None:
+    strata = [np.random.default_rng(k).normal(size=(5, 8)) for k in range(2)]
+    factors = [(np.mean(strata, axis=0).mean(axis=1), 1.0), *((values.mean(axis=0), 0.25) for values in strata)]
+    parts = np.array([squared * values.var(ddof=1) / len(values) for values, squared in factors])
+    counts = np.array([len(values) for values, _ in factors])
+    degrees = parts.sum() ** 2 / (parts**2 / (counts - 1)).sum()
+    length = np.sqrt(parts.sum() / (parts * (counts - 1) / counts).sum())
+    assert _stretch([strata], 0.95) == pytest.approx(length * stats.t.ppf(0.975, degrees) / stats.norm.ppf(0.975))

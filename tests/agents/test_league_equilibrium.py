@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -125,3 +126,18 @@ def test_domination_by_one_and_by_a_mixture() -> None:
 def test_what_is_no_game(wrong: np.ndarray[Any, Any]) -> None:
     with pytest.raises(ValueError, match="matrix game"):
         solve(wrong)
+
+
+def test_domination_does_not_depend_on_the_scale() -> None:
+    for scale in (1e-7, 1.0, 1e7):
+        found = dominating(scale * np.array([[1.0, 2.0], [2.0, 3.0]]))
+        assert found[0] is not None
+        assert found[0].tolist() == [0.0, 1.0]
+        assert found[1] is None
+
+
+def test_a_program_that_is_not_solved_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    failed = SimpleNamespace(success=False, message="time is over", x=np.full(3, 1 / 3))
+    monkeypatch.setattr("scipy.optimize.linprog", lambda *_, **__: failed)
+    with pytest.raises(ArithmeticError, match="time is over"):
+        solve(np.array([[1.0, -1.0], [-1.0, 1.0]]))

@@ -10,6 +10,8 @@ import pytest
 
 pytest.importorskip("scipy")
 
+from scipy import stats
+
 from cps_agents.league.equilibrium import game_value, guaranteed, solve
 
 Games = Callable[[np.random.Generator], np.ndarray[Any, Any]]
@@ -81,3 +83,24 @@ def test_what_is_guaranteed_is_the_least_and_the_most() -> None:
     paid, conceded = np.array([[1.0, 1.0], [0.5, 0.5]]), np.array([[2.0, 2.0], [3.0, 3.0]])
     found = guaranteed(paid, conceded, np.array([1.5, 1.5]))
     assert (found.mean, found.low, found.high) == (1.5, 0.5, 3.0)
+
+
+def test_a_single_episode_has_a_value_and_no_interval() -> None:
+    found = game_value(PENNIES[:, :, None])
+    assert (found.mean, found.low, found.high, found.seeds, found.episodes) == (0.0, None, None, 1, 1)
+    assert game_value(np.dstack([PENNIES, 2 * PENNIES])).low is not None
+
+
+def test_nobody_chooses_on_the_episodes_that_it_is_valued_on() -> None:
+    lucky = np.zeros((2, 1, 10))
+    lucky[0, 0, ::2] = lucky[1, 0, 1::2] = 1.0  # each row wins in one half of the episodes
+    assert game_value(lucky).mean == 0.0
+
+
+def test_limits_are_student_s() -> None:
+    generator = np.random.default_rng(3)
+    paid, conceded = generator.normal(size=(3, 12)), generator.normal(5.0, 1.0, size=(2, 12))
+    found = guaranteed(paid, conceded, np.full(12, 2.0), level=0.9)
+    ends = [stats.ttest_1samp(values, 0.0, axis=1).confidence_interval(0.9) for values in (paid, conceded)]
+    assert found.low == pytest.approx(ends[0].low.min())
+    assert found.high == pytest.approx(ends[1].high.max())

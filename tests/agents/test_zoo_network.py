@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_agents.zoo.network import CLIP, MOST_LOG_DEVIATION, PART, Memory, Network, check_fit, network_of
+from cps_agents.zoo.network import MOST_LOG_DEVIATION, PART, Memory, Network, check_fit, network_of
 
 torch = pytest.importorskip("torch")
 
@@ -32,7 +32,7 @@ def make_network(seed: int, activation: str = "tanh", units: int = 0, inputs: in
 
 
 def by_torch(network: Network, observation: np.ndarray, hidden: np.ndarray, cell: np.ndarray) -> list[np.ndarray]:
-    values = torch.as_tensor((observation[:, network.columns] - network.mean) / network.deviation).clamp(-CLIP, CLIP)
+    values = torch.as_tensor((observation[:, network.columns] - network.mean) / network.deviation).clamp(-5.0, 5.0)
     state = [torch.as_tensor(hidden), torch.as_tensor(cell)]
     if network.memory is not None:
         lstm = torch.nn.LSTMCell(len(network.columns), network.units)

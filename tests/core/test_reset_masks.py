@@ -7,6 +7,7 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
 
+from cps_envs.core.picture.rendering import Renderer
 from tests.core.toy import ToyAttackVectorEnv
 
 WRONG: list[Any] = [
@@ -53,3 +54,27 @@ def test_every_ended_environment_has_to_be_reset() -> None:
         envs.step(nothing)
     envs.reset(options={"reset_mask": np.array([False, True, True])})
     envs.step(nothing)
+
+
+def test_an_ended_environment_starts_again_in_the_same_step() -> None:
+    envs = ToyAttackVectorEnv(2, autoreset_mode=AutoresetMode.SAME_STEP, duration_s=3.0)
+    envs.reset(seed=0)
+    ended, info = np.zeros(2, np.bool_), {}
+    while not ended.any():
+        assert "final_obs" not in info
+        observation, _, terminated, truncated, info = envs.step(np.zeros(2, np.int64))
+        ended = terminated | truncated
+    np.testing.assert_array_equal(info["_final_obs"], ended)
+    assert (envs.game.elapsed[ended] == 0).all()
+    assert all(not np.array_equal(info["final_obs"][b], observation[b]) for b in np.flatnonzero(ended))
+
+
+@pytest.mark.parametrize(("mode", "shown"), [("human", 1), ("rgb_array", 0), (None, 0)])
+def test_only_people_are_shown_every_step(mode: str | None, shown: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    envs = ToyAttackVectorEnv(2, render_mode=mode)
+    frames: list[int] = []
+    monkeypatch.setattr(Renderer, "show", lambda _: frames.append(1))
+    envs.reset(seed=0)
+    assert len(frames) == shown
+    envs.step(np.zeros(2, np.int64))
+    assert len(frames) == 2 * shown

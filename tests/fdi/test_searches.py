@@ -24,7 +24,7 @@ from cps_baselines.fdi.highs import Program
 from cps_baselines.fdi.lifted import Rows
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_baselines.fdi.sweep import best_start, open_tasks, paper_tasks, sweep
-from cps_envs.core.errors import MissingExtraError
+from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import CLIP, A, FdiConfig
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record, known
@@ -188,7 +188,7 @@ def test_the_fastest_part_is_the_start() -> None:
 
 
 def test_unknown_and_missing_backends(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ValueError, match="no_such_backend"):
+    with pytest.raises(ConfigurationError, match="no_such_backend.* is unknown"):
         list(sweep(SHORT, TASKS, {}, jobs=2, backend="no_such_backend"))
     for backend, package in (("dask", "distributed"), ("ray", "ray")):
         monkeypatch.setitem(__import__("sys").modules, package, None)

@@ -23,7 +23,7 @@ from cps_baselines.fdi.highs import Limits, Program, solve
 from cps_baselines.fdi.lifted import STRICT_GAP_M, end_rows, legal_rows, lift, stack
 from cps_baselines.fdi.replay import NoReplayError, replay
 from cps_baselines.optional import optional
-from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.game import FdiGame
@@ -112,7 +112,15 @@ def best_start(task: Task, records: Iterable[Record]) -> IntArray | None:
 
 @contextmanager
 def ready(backend: str) -> Iterator[None]:
-    """While a backend is connected or registered that joblib does not set up by itself."""
+    """While a backend is connected or registered that joblib does not set up by itself.
+
+    Raises:
+        ConfigurationError: there is no such backend.
+        MissingExtraError: it is not installed.
+    """
+    known = {*joblib.parallel.BACKENDS, "dask", "ray"}
+    if backend not in known:
+        raise ConfigurationError(f"backend = {backend!r} is unknown. {near(backend, known)}")
     if backend == "dask":
         with optional("distributed", install="distributed", purpose="the backend 'dask'").Client():
             yield

@@ -56,6 +56,12 @@ HVAC = (
     "tests/hvac/test_reference.py",
     "tests/hvac/test_building.py",
 )
+VALUE = _of(
+    "tests/agents/test_league_value.py",
+    "a_single_episode_has_a_value_and_no_interval",
+    "nobody_chooses_on_the_episodes_that_it_is_valued_on",
+    "limits_are_student_s",
+)
 TARGETS = (
     Target("cps_envs/core/match.py", _core(*CORE), 40),
     Target(
@@ -82,5 +88,5 @@ TARGETS = (
     Target("cps_envs/rogue/dynamics.py", ("tests/rogue/test_dynamics.py", "tests/rogue/test_reference.py")),
     Target("cps_envs/rogue/payoff.py", ROGUE),
     Target("agents/cps_agents/arena/statistics.py", ("tests/agents/test_evaluation_statistics.py",), 40),
-    Target("agents/cps_agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py",), 40),
+    Target("agents/cps_agents/league/equilibrium.py", ("tests/agents/test_league_equilibrium.py", *VALUE), 40),
 )
