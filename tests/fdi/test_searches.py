@@ -188,7 +188,7 @@ def test_the_fastest_part_is_the_start() -> None:
 
 
 def test_unknown_and_missing_backends(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ConfigurationError, match="no_such_backend.* is unknown"):
+    with pytest.raises(ConfigurationError, match=r"no_such_backend.* is unknown"):
         list(sweep(SHORT, TASKS, {}, jobs=2, backend="no_such_backend"))
     for backend, package in (("dask", "distributed"), ("ray", "ray")):
         monkeypatch.setitem(__import__("sys").modules, package, None)
