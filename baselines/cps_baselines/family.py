@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -50,19 +50,13 @@ class Number:
     by_factors: bool = False  # moves by factors of exp(step), and keeps its sign
 
 
-Differentiated: TypeAlias = tuple[dict[str, Array], FloatArray]
-Slopes: TypeAlias = Callable[[Mapping[str, Array]], Mapping[str, FloatArray]]
-
-
 @dataclass(frozen=True)
 class Family:
     """Policies of one role that differ in their numbers only.
 
     `build(spec, values)` makes a policy that plays episode b of a batch by row b of `values` (B, k), in the order of
     `numbers`. `loop(config, num_envs, values)` may make a game in which that policy plays its role by itself, which
-    saves the way through Python; the episodes have to be the same. `gradients(config, values, opponent, seeds, slopes)`
-    may play such episodes and tell what moves them: the outcome, and derivatives (B, f) by the free numbers of what
-    `slopes(outcome)` gives the derivatives (B,) of, by entries of the outcome.
+    saves the way through Python; the episodes have to be the same.
     """
 
     problem: str
@@ -70,7 +64,6 @@ class Family:
     numbers: tuple[Number, ...]
     build: Callable[[RoleSpec, FloatArray], Policy]
     loop: Callable[[Any, int, FloatArray], Game] | None = None
-    gradients: Callable[[Any, FloatArray, PolicyReference, Sequence[int], Slopes], Differentiated] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -95,13 +88,6 @@ class Family:
         moved[:, self.free] = points * step[self.free]
         found: FloatArray = np.where(by_factors, start * np.exp(np.where(by_factors, moved, 0.0)), start + moved)
         return found
-
-    def by_steps(self, values: FloatArray, gradients: FloatArray) -> FloatArray:
-        """Derivatives (B, f) by the points of a search, from those by the free numbers of `values` (B, k)."""
-        step = np.array([number.step for number in self.numbers])
-        by_factors = np.array([number.by_factors for number in self.numbers])
-        pace: FloatArray = step * np.where(by_factors, values, 1.0)
-        return gradients * pace[:, self.free]
 
 
 def play_family(

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_agents.learning.family_run import family_of, play_scenes
 from cps_agents.learning.recipe import count_episodes
+from cps_agents.learning.search import family_of, play_scenes
 from cps_agents.recipes.fdi import FALSE_ALARM_MPS, HONEST_ALARM_MPS, FdiAttackSearch, FdiDefenseSearch
 
 

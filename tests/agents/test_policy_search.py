@@ -21,7 +21,7 @@ from cps_agents.learning.run import Job
 from cps_agents.learning.search import CHECKPOINT
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import read_card
-from cps_agents.zoo.files import load
+from cps_agents.zoo.files import find, load
 from cps_agents.zoo.merging import merge
 from cps_baselines.disbanding.string_controller import StringController
 from cps_envs.core.documents import DamagedFileError
@@ -50,6 +50,9 @@ def job(folder: Path, recipe: Recipe = RECIPE, **changes: Any) -> Job:
 
 def numbers(folder: Path) -> np.ndarray:
     return load(folder / "policy.json")[1].tensors()["numbers"]
+
+
+BESIDE = replace(RECIPE, family="disbanding-broadcast-residual", teacher="zoo:disbanding-defense-cma")
 
 
 def rows(folder: Path) -> list[dict[str, Any]]:
@@ -163,6 +166,30 @@ def test_recipes_that_cannot_be_searched_are_explained(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="at least 1"):
         changed(RECIPE, {"scenes": [{"episodes": 0}]})
     assert changed(RECIPE, {"scenes": [{"episodes": 2}]}).scenes == (Scene(2),)
+
+
+@pytest.mark.parametrize("seed", [1, 9])
+def test_numbers_that_are_not_searched_are_those_of_the_teacher(tmp_path: Path, seed: int) -> None:
+    """Training seed 9, which the teacher does not have, takes its best."""
+    learn(job(tmp_path, replace(BESIDE, total_steps=6 * 3 * 2), seed=seed))
+    taught = load(find(BESIDE.teacher.removeprefix("zoo:")), seed if seed < 5 else None)[1].tensors()["numbers"]
+    found = numbers(tmp_path)
+    np.testing.assert_array_equal(found[: len(taught)], taught)
+    kept = json.loads((tmp_path / CHECKPOINT).read_text())
+    assert len(kept["mean"]) == len(found) - len(taught) == 104
+
+
+@pytest.mark.parametrize(
+    ("teacher", "message"),
+    [
+        ("", "needs a teacher"),
+        ("zoo:disbanding-defense-ppo", "needs a teacher"),
+        ("zoo:disbanding-defense-local-cma", "ahead_closing is missing"),
+    ],
+)
+def test_numbers_that_are_not_searched_need_a_teacher(tmp_path: Path, teacher: str, message: str) -> None:
+    with pytest.raises(CommandError, match=message):
+        learn(job(tmp_path, replace(BESIDE, teacher=teacher)))
 
 
 def copied(whole: Path, folder: Path, **changes: Any) -> Path:

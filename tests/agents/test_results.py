@@ -341,7 +341,7 @@ def test_every_policy_of_the_role_is_a_baseline(block: Block) -> None:
     assert all(block.left_out.values())
     for each in block.learned:
         teacher = teacher_of(each)
-        assert not teacher or teacher in {found.reference for found in block.baselines}
+        assert not teacher or teacher in {found.reference for found in block.contestants}
     for bar in (bar for row in block.rows for bar in block.bars_of(row) if bar.every):
         assert set(block.rivals_of(bar)) == {each.name for each in block.baselines if not each.optimum}
 

@@ -37,7 +37,6 @@ def test_numbers_without_a_step_stay_where_they_begin() -> None:
     assert family.free.tolist() == [False, True, True]
     values = family.values(np.array([[0.0, 2.0], [10.0, 0.0]]))
     np.testing.assert_allclose(values, [[7, 3, 2], [7, 3 * np.e, 1]])
-    np.testing.assert_allclose(family.by_steps(values, np.ones((2, 2))), [[0.3, 0.5], [0.3 * np.e, 0.5]])
 
 
 def test_every_family_has_a_name_and_other_names_are_explained() -> None:

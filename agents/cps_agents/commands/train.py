@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
 SHIP = "Combine the seeds' best networks into one policy in this folder."
-ALGORITHM = "Algorithm: ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn, cma-es, gradient."
+ALGORITHM = "Algorithm: ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
 CONFIG = "Repeat the run of this run.json exactly, but for other options that you give."
 TRACKER = "Send curves to tensorboard, wandb, mlflow or none."
 EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed.
@@ -48,7 +48,7 @@ def train(
     seeds: Annotated[int | None, typer.Option(min=1, help="Use so many training seeds; default: 5.")] = None,
     first_seed: Annotated[int | None, typer.Option(min=0, help="First training seed; default: 0.")] = None,
     steps: Annotated[
-        int | None, typer.Option(min=1, help="Train for so many decisions per seed; of a family: episodes.")
+        int | None, typer.Option(min=1, help="Train for so many decisions per seed; with cma-es: episodes.")
     ] = None,
     folder: Annotated[
         Path, typer.Option("--out", help="Write runs to this folder, one subfolder for each seed.")
@@ -69,8 +69,8 @@ def train(
     configuration, versions, command, curves, evaluations on validation seeds, a checkpoint and the best policy so far.
     That policy plays everywhere as zoo:FOLDER.
 
-    Press Ctrl-C at any time: the policy so far is usable, and --resume continues. cma-es and gradient choose the
-    numbers of a family of policies; there a step is an episode.
+    Press Ctrl-C at any time: the policy so far is usable, and --resume continues. cma-es searches the numbers of a
+    family of policies; there a step is an episode.
     """
     from cps_agents.learning.recipe import changed
     from cps_agents.learning.run import read_earlier
@@ -103,11 +103,11 @@ def train(
 
 
 def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
-    from cps_agents.learning.recipe import OF_FAMILIES
+    from cps_agents.learning.recipe import SEARCH
     from cps_agents.learning.run import Job
     from cps_envs.core.errors import require
 
-    if recipe.algorithm not in OF_FAMILIES:
+    if recipe.algorithm != SEARCH:
         require("stable_baselines3", extra="train", purpose="training")
 
     command = describe()["command"]

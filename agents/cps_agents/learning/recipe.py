@@ -10,8 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_envs.core.errors import near
@@ -37,12 +35,10 @@ def count_episodes(scenes: Sequence[Scene]) -> int:
 
 
 SEARCH = "cma-es"
-DESCENT = "gradient"
-OF_FAMILIES = (SEARCH, DESCENT)  # choose the numbers of a family of policies
 LEAST_POPULATION = 4
 IMITATION = "recurrent-imitation"
 RECURRENT = ("recurrent-ppo", IMITATION)
-ALGORITHMS = ("ppo", "maskable-ppo", *RECURRENT, "sac", "dqn", *OF_FAMILIES)
+ALGORITHMS = ("ppo", "maskable-ppo", *RECURRENT, "sac", "dqn", SEARCH)
 ACTIVATIONS = ("tanh", "relu")
 LOSSES = ("squared", "logistic")
 
@@ -111,7 +107,7 @@ class Recipe:
     teacher_epochs: int = 20  # over all demonstrations, in a round
     value_warm_up: int = 0  # updates of the value alone before the imitated policy may change
 
-    family: str = ""  # of policies whose numbers are chosen (CMA-ES, gradient; a step is an episode)
+    family: str = ""  # of policies whose numbers are searched (CMA-ES, of which a step is an episode)
     population: int = 14  # candidates in a generation
     search_deviation: float = 0.4  # of the first generation, in the steps of the family's numbers
     scenes: tuple[Scene, ...] = (Scene(16),)  # what judges a candidate
@@ -165,10 +161,6 @@ class Recipe:
         """What episodes that end with `outcome`, (B,) each, are worth, the higher the better: what is searched for."""
         worth: FloatArray = SIGN[self.role] * outcome[self.evaluation_metric]
         return worth
-
-    def slopes(self, outcome: Mapping[str, Array]) -> Mapping[str, FloatArray]:
-        """Derivatives (B,) of `values` by entries of the outcome, for algorithms that follow gradients."""
-        return {self.evaluation_metric: np.full(len(outcome["return"]), SIGN[self.role])}
 
     def score(self, outcome: Mapping[str, Array]) -> float:
         """What chooses the best checkpoint, the higher the better, from what validation episodes end with (B,) each."""

@@ -6,19 +6,50 @@ search distribution, which the chance of a generation's episodes moves less than
 
 from __future__ import annotations
 
+import time
+from typing import Any
+
 import numpy as np
+from gymnasium import spaces
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
-from cps_agents.learning.family_run import FamilyRun, family_of, play_scenes
 from cps_agents.learning.learner import Report
-from cps_agents.learning.run import Job, recording
+from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
+from cps_agents.learning.run import Job, Run, recording
+from cps_agents.learning.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_agents.learning.tracking import Tracker
-from cps_baselines.family import Family
+from cps_agents.machine import versions
+from cps_agents.zoo.card import Card, read_card
+from cps_agents.zoo.files import find, load, save
+from cps_agents.zoo.numbers import Numbers
+from cps_agents.zoo.policy import count_actions
+from cps_baselines.family import Family, find_family, play_family
 from cps_envs.core.documents import read_entry
 from cps_envs.core.errors import require
-from cps_envs.core.types import FloatArray
+from cps_envs.core.types import FloatArray, other
+from cps_envs.registration import find_problem
 
+
+def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: int, times: int = 1) -> FloatArray:
+    """What each candidate reached, (P, episodes), by its numbers (P, k); the same episodes for all.
+
+    `times` as many episodes of each scene as a candidate is judged by in a search.
+    """
+    problem, reached = find_problem(recipe.problem), []
+    for scene in recipe.scenes:
+        preset = scene.preset or recipe.preset
+        config = problem.config(preset, {**recipe.overrides, **scene.overrides})
+        episodes = scene.episodes * times
+        opponent = scene.opponent or recipe.opponent or problem.opponents[preset][other(recipe.role)]
+        seeds = [first_seed + episode for episode in range(episodes)] * len(values)
+        outcome = play_family(family, problem, config, opponent, np.repeat(values, episodes, axis=0), seeds)
+        reached.append(recipe.values(outcome).reshape(len(values), episodes))
+        first_seed += episodes
+    return np.concatenate(reached, axis=1)
+
+
+ZOO = "zoo:"
 CHECKPOINT = "generations.json"  # what every candidate of every generation reached
 
 
@@ -35,40 +66,91 @@ def search(job: Job, report: Report) -> None:
         Search(job, family, tracker).go_on(report)
 
 
-class Search(FamilyRun):
-    """A run of the strategy, an update of which is a generation."""
+def family_of(recipe: Recipe, seed: int = 0) -> Family:
+    """The family that a recipe searches; what it does not search are the numbers of the teacher's `seed`.
+
+    Raises:
+        CommandError: it names none, or one of another role, or the teacher lacks numbers that are not searched.
+        UnknownNameError: there is no such family or teacher.
+    """
+    if not recipe.family:
+        raise CommandError(f"{recipe.name} names no family of policies to search: add --knob family=NAME")
+    family = find_family(recipe.family)
+    if (family.problem, family.role) != (recipe.problem, recipe.role):
+        raise CommandError(
+            f"the family {recipe.family} has {family.role}s of {family.problem}; {recipe.name} trains the "
+            f"{recipe.role} of {recipe.problem}"
+        )
+    kept = [name for name, moves in zip(family.names, family.free.tolist(), strict=True) if not moves]
+    if not kept:
+        return family
+    taught = numbers_of(recipe.teacher, seed) if recipe.teacher.startswith(ZOO) else {}
+    if missing := [name for name in kept if name not in taught]:
+        raise CommandError(
+            f"{recipe.family} needs a teacher that has its numbers; {missing[0]} is missing: "
+            "add --knob teacher=zoo:NAME"
+        )
+    return family.beginning_at(taught)
+
+
+def numbers_of(teacher: str, seed: int) -> dict[str, float]:
+    """The numbers of a trained policy, `zoo:NAME`, by name: of this training seed, or of the best where it has none."""
+    path = find(teacher.removeprefix(ZOO))
+    card, found = load(path, seed if str(seed) in read_card(path).seeds else None)
+    return dict(zip(card.numbers, found.values.tolist(), strict=True)) if isinstance(found, Numbers) else {}
+
+
+class Search:
+    """A run of the strategy, brought to where its checkpoint ends."""
 
     def __init__(self, job: Job, family: Family, tracker: Tracker) -> None:
         from cps_baselines.evolution import make_strategy
 
-        self.candidates = job.recipe.population
-        super().__init__(job, family, tracker)
-        origin, deviation = np.zeros(self.family.free.sum()), self.recipe.search_deviation
-        self._strategy = make_strategy(origin, deviation, population=self.candidates, seed=[job.seed])
+        self.run, self.recipe, self.family, self._tracker = job.run, job.recipe, family, tracker
+        self.episodes = count_episodes(self.recipe.scenes)
+        self.generations = max(self.recipe.total_steps // (self.recipe.population * self.episodes), 1)
+        origin = np.zeros(family.free.sum())
+        deviation, population = self.recipe.search_deviation, self.recipe.population
+        self._strategy = make_strategy(origin, deviation, population=population, seed=[job.seed])
+        self._cpu_before_s, self._started_s = float(job.run.read().get("cpu_s", 0.0)), time.process_time()
         self._reached = self._replay()
-        self.done = len(self._reached)
 
     @property
-    def point(self) -> FloatArray:
-        """The middle of the search distribution."""
-        middle: FloatArray = self._strategy.mean
-        return middle
+    def cpu_s(self) -> float:
+        """CPU seconds of this run so far."""
+        return round(self._cpu_before_s + time.process_time() - self._started_s, 1)
 
-    def note(self) -> str:
-        """How wide the distribution is."""
-        return f"deviation {self._strategy.sigma:.2g}"
+    @property
+    def steps(self) -> int:
+        """Episodes played to judge candidates so far."""
+        return len(self._reached) * self.recipe.population * self.episodes
 
-    def update(self, first_seed: int) -> dict[str, float]:
-        """One generation."""
+    def go_on(self, report: Report) -> None:
+        """Search to the end, with a checkpoint after each generation and validation at equal distances."""
+        distance = max(self.generations // max(self.recipe.evaluations, 1), 1)
+        while len(self._reached) < self.generations and not 0 < self.recipe.most_cpu_s <= self.cpu_s:
+            if len(self._reached) % distance == 0:
+                self._validate()
+            report(self.steps, self._note())
+            self._step()
+        self._validate()
+        report(self.steps, self._note())
+
+    def values(self) -> FloatArray:
+        """The numbers (1, k) in the middle of the search distribution."""
+        return self.family.values(self._strategy.mean[np.newaxis])
+
+    def _step(self) -> None:
+        """One generation, and the checkpoint that holds it."""
         points = self._strategy.ask()
-        values = self.family.values(np.array(points))
-        reached = play_scenes(self.recipe, self.family, values, first_seed).mean(axis=1)
+        first = training_seed(self.run.seed) + len(self._reached) * self.episodes % SEEDS_PER_RUN
+        reached = play_scenes(self.recipe, self.family, self.family.values(np.array(points)), first).mean(axis=1)
         self._strategy.tell(points, (-reached).tolist())
         self._reached.append(reached.tolist())
-        self.done = len(self._reached)
         write_json(self.run.folder / CHECKPOINT, {"reached": self._reached, "mean": self._strategy.mean.tolist()})
+        self.run.write(steps=self.steps, cpu_s=self.cpu_s)
         curves = {"generation/mean": float(reached.mean()), "generation/best": float(reached.max())}
-        return {**curves, "generation/deviation": float(self._strategy.sigma)}
+        self._tracker.log({**curves, "generation/deviation": float(self._strategy.sigma)}, self.steps)
 
     def _replay(self) -> list[list[float]]:
         """Tell the strategy what the checkpoint's generations reached: it draws the same candidates again.
@@ -81,8 +163,8 @@ class Search(FamilyRun):
         if not path.is_file():
             return []
         kept = read_entry(path, "checkpoint of policy search", "Delete the folder and train again.")
-        reached = np.array([row.numbers(self.candidates) for row in kept["reached"].rows()])
-        mean = np.array(kept["mean"].numbers(len(self.point)))
+        reached = np.array([row.numbers(self.recipe.population) for row in kept["reached"].rows()])
+        mean = np.array(kept["mean"].numbers(len(self._strategy.mean)))
         for row in reached:
             self._strategy.tell(self._strategy.ask(), (-row).tolist())
         if not np.array_equal(self._strategy.mean, mean):
@@ -92,3 +174,52 @@ class Search(FamilyRun):
             )
         rows: list[list[float]] = reached.tolist()
         return rows
+
+    def _validate(self) -> None:
+        """Play validation episodes with the middle of the distribution; if it is the best so far, keep it."""
+        rows = list(self.run.evaluations())
+        if any(row["steps"] == self.steps for row in rows):
+            return
+        times = max(self.recipe.evaluation_episodes // self.episodes, 1)
+        reached = play_scenes(self.recipe, self.family, self.values(), VALIDATION[0], times)
+        row = {"steps": self.steps, "cpu_s": self.cpu_s, "validation": float(reached.mean())}
+        if row["validation"] > max((float(each["validation"]) for each in rows), default=-np.inf):
+            numbers = Numbers(self.values()[0])
+            save(self.run.card, make_card(self.run, self.family, row), {self.run.seed: numbers})
+            self.run.write(best_score=row["validation"])
+        self.run.append_evaluation(row)
+        self._tracker.log({"validation/score": row["validation"]}, self.steps)
+
+    def _note(self) -> str:
+        scores = [float(row["validation"]) for row in self.run.evaluations()]
+        return f"validation {scores[-1]:.4g}, best {max(scores):.4g}, deviation {self._strategy.sigma:.2g}"
+
+
+def make_card(run: Run, family: Family, facts: dict[str, Any]) -> Card:
+    """The card of a search with the `facts` about its training seed."""
+    recipe, problem = run.recipe, find_problem(run.recipe.problem)
+    spec = problem.game(problem.config(recipe.preset, recipe.overrides), 1).spec(recipe.role)
+    space: spaces.Space[Any] = spec.action_space
+    return Card(
+        name=recipe.name,
+        problem=recipe.problem,
+        version=problem.version,
+        role=recipe.role,
+        algorithm=recipe.algorithm,
+        opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
+        preset=recipe.preset,
+        overrides=dict(recipe.overrides),
+        recipe=knobs_of(recipe),
+        activation="",
+        head="family",
+        decentralised=False,
+        hold=1,
+        observation_size=spec.fields.size,
+        actions=count_actions(space),
+        best=run.seed,
+        seeds={str(run.seed): facts},
+        command=run.command,
+        versions=versions(),
+        family=recipe.family,
+        numbers=family.names,
+    )

@@ -141,6 +141,7 @@ def _rows(name: str, role: Role) -> Iterator[Row]:
 def completed(block: Block) -> Block:
     """The block with every registered policy of its role and every teacher of its learned policies as a baseline.
 
+    A teacher that is one of the learned policies stays one.
     Policies that know more than they observe play only where a block lists them.
     """
     return replace(block, baselines=(*block.baselines, *_registered(block), *_teachers(block)))
@@ -156,7 +157,7 @@ def _registered(block: Block) -> Iterator[Contestant]:
 
 
 def _teachers(block: Block) -> Iterator[Contestant]:
-    listed = {each.reference for each in block.baselines}
+    listed = {each.reference for each in block.contestants}
     for each in block.learned:
         teacher = teacher_of(each)
         if teacher and teacher not in listed and teacher not in {found.reference for found in _registered(block)}:

@@ -18,6 +18,7 @@ LEFT_OUT = {
 }
 BROADCAST = Contestant("broadcast", "zoo:disbanding-defense-cma", "searched, broadcast")
 LOCAL = Contestant("local_signals", "zoo:disbanding-defense-local-cma", "searched, local signals")
+RESIDUAL = Contestant("residual", "zoo:disbanding-defense-residual", "searched, broadcast, network beside it")
 PPO = Contestant("learned", "zoo:disbanding-defense-ppo", "PPO, broadcast")
 BASELINES = (Contestant("feedback"),)  # and every other registered defender; see `rivals`
 COLLISIONS, GAP = "collided_intact>0", "smallest_gap_m"
@@ -56,7 +57,7 @@ CELLS = Block(
     problem="disbanding",
     role="defender",
     metric="velocity_error_intact",
-    learned=(BROADCAST, LOCAL, PPO),
+    learned=(BROADCAST, RESIDUAL, LOCAL, PPO),
     baselines=BASELINES,
     rows=tuple(
         _cell(*table, gap_m, number)

@@ -99,7 +99,9 @@ CONTEST = Contest(
             "joint": f"a second for an episode; {MEASURED}",
             "zoo:disbanding-defense-ppo": OTHER_SPACES,
             "zoo:disbanding-defense-mixture": SELF_PLAY,
-            **dict.fromkeys(("zoo:disbanding-defense-cma", "zoo:disbanding-defense-local-cma"), OTHER_WARNING),
+            "zoo:disbanding-defense-cma": OTHER_WARNING,
+            "zoo:disbanding-defense-local-cma": OTHER_WARNING,
+            "zoo:disbanding-defense-residual": OTHER_WARNING,
         },
     ),
     variants=(

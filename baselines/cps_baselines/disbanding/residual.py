@@ -1,6 +1,6 @@
 """A small network beside a controller of a string: it changes a vehicle's command by no more than a bound.
 
-One network for all vehicles, with the signals that the controller has. Its derivatives are written by hand.
+One network for all vehicles, with the signals that the controller has.
 """
 
 from __future__ import annotations
@@ -42,12 +42,6 @@ def squashed(value: float) -> float:
 
 
 @inlined
-def steepness(value: float) -> float:
-    """The derivative of `squashed`."""
-    return 1.0 / ((1.0 + abs(value)) * (1.0 + abs(value)))
-
-
-@inlined
 def activation(inputs: tuple[float, ...], weights: FloatArray, first: int) -> float:
     """What a unit sums up, whose numbers begin at `first`."""
     total = weights[first + COUNT]
@@ -57,35 +51,9 @@ def activation(inputs: tuple[float, ...], weights: FloatArray, first: int) -> fl
 
 
 @inlined
-def output(inputs: tuple[float, ...], weights: FloatArray) -> float:
-    """What all units sum up."""
+def residual(inputs: tuple[float, ...], weights: FloatArray) -> float:
+    """What the network adds to a command (m/s2); `inputs` are scaled signals, `weights` (units * WIDTH,)."""
     total = 0.0
     for first in range(0, weights.size, WIDTH):
         total += weights[first + COUNT + 1] * squashed(activation(inputs, weights, first))
-    return total
-
-
-@inlined
-def residual(inputs: tuple[float, ...], weights: FloatArray) -> float:
-    """What the network adds to a command (m/s2); `inputs` are scaled signals, `weights` (units * WIDTH,)."""
-    return BOUND_MPS2 * squashed(output(inputs, weights))
-
-
-@inlined
-def pull_residual(
-    inputs: tuple[float, ...], weights: FloatArray, pull: float, gradient: FloatArray, by: FloatArray
-) -> None:
-    """Add the derivatives by the weights, (units * WIDTH,), and `by` the signals before they were scaled, (COUNT,).
-
-    `pull` is the derivative by what the network adds.
-    """
-    pull *= BOUND_MPS2 * steepness(output(inputs, weights))
-    for first in range(0, weights.size, WIDTH):
-        unit = activation(inputs, weights, first)
-        gradient[first + COUNT + 1] += pull * squashed(unit)
-        inner = pull * weights[first + COUNT + 1] * steepness(unit)
-        gradient[first + COUNT] += inner
-        for i in range(COUNT):
-            gradient[first + i] += inner * inputs[i]
-            if -REACH < inputs[i] < REACH:
-                by[i] += inner * weights[first + i] / SCALE[i]
+    return BOUND_MPS2 * squashed(total)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,9 +10,7 @@ import numpy as np
 from cps_baselines.disbanding import families
 from cps_baselines.disbanding.residual import SIGNALS
 from cps_baselines.disbanding.string_controller import StringController, StringLoop
-from cps_baselines.disbanding.string_gradient import differentiate
-from cps_baselines.family import Differentiated, Family, Number, Slopes
-from cps_envs.core.lookup import PolicyReference
+from cps_baselines.family import Family, Number
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
@@ -43,19 +40,12 @@ def _beside(base: Family, form: str, detection_mps: float) -> Family:
         gains = families.table(base.numbers, values[:, :count])
         return StringController(spec, form=form, gains=gains, detection_mps=detection_mps, weights=values[:, count:])
 
-    def of(config: DisbandingConfig, values: FloatArray) -> StringController:
-        return build(DISBANDING.game(config, 1).spec("defender"), values)
-
     def loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> StringLoop:
-        return StringLoop(config, num_envs, of(config, values))
-
-    def gradients(
-        config: DisbandingConfig, values: FloatArray, opponent: PolicyReference, seeds: Sequence[int], slopes: Slopes
-    ) -> Differentiated:
-        return differentiate(config, of(config, values), opponent, seeds, slopes)
+        policy = build(DISBANDING.game(config, 1).spec("defender"), values)
+        return StringLoop(config, num_envs, policy)
 
     kept = tuple(replace(number, step=0.0) for number in base.numbers)
-    return Family(base.problem, base.role, (*kept, *_units()), build, loop, gradients)
+    return Family(base.problem, base.role, (*kept, *_units()), build, loop)
 
 
 BROADCAST = _beside(families.BROADCAST, "informed", math.inf)
