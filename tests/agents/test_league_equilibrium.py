@@ -13,6 +13,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 
 pytest.importorskip("scipy")
 
+from cps_agents.league import equilibrium
 from cps_agents.league.equilibrium import TOLERANCE, dominating, solve
 
 PENNIES = np.array([[1.0, -1.0], [-1.0, 1.0]])
@@ -140,4 +141,10 @@ def test_a_program_that_is_not_solved_is_an_error(monkeypatch: pytest.MonkeyPatc
     failed = SimpleNamespace(success=False, message="time is over", x=np.full(3, 1 / 3))
     monkeypatch.setattr("scipy.optimize.linprog", lambda *_, **__: failed)
     with pytest.raises(ArithmeticError, match="time is over"):
+        solve(np.array([[1.0, -1.0], [-1.0, 1.0]]))
+
+
+def test_mixtures_that_leave_a_gap_are_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(equilibrium, "maximin", lambda payoff: np.eye(len(payoff))[0])
+    with pytest.raises(ArithmeticError):
         solve(np.array([[1.0, -1.0], [-1.0, 1.0]]))

@@ -12,6 +12,7 @@ pytest.importorskip("scipy")
 
 from scipy import stats
 
+from cps_agents.arena.statistics import Estimate
 from cps_agents.league.equilibrium import game_value, guaranteed, solve
 
 Games = Callable[[np.random.Generator], np.ndarray[Any, Any]]
@@ -89,12 +90,13 @@ def test_a_single_episode_has_a_value_and_no_interval() -> None:
     found = game_value(PENNIES[:, :, None])
     assert (found.mean, found.low, found.high, found.seeds, found.episodes) == (0.0, None, None, 1, 1)
     assert game_value(np.dstack([PENNIES, 2 * PENNIES])).low is not None
+    assert guaranteed(np.zeros((2, 1)), np.ones((2, 1)), np.full(1, 0.5)) == Estimate(0.5, None, None, 1, 1)
 
 
 def test_nobody_chooses_on_the_episodes_that_it_is_valued_on() -> None:
-    lucky = np.zeros((2, 1, 10))
-    lucky[0, 0, ::2] = lucky[1, 0, 1::2] = 1.0  # each row wins in one half of the episodes
-    assert game_value(lucky).mean == 0.0
+    lucky = np.full((2, 1, 10), 5.0)
+    lucky[0, 0, ::2] = lucky[1, 0, 1::2] = 6.0  # each row wins in one half of the episodes
+    assert game_value(lucky).mean == 5.0
 
 
 def test_limits_are_student_s() -> None:
