@@ -23,7 +23,8 @@ INPUTS = 150  # of a chunk
 PATIENCE_S = 1.5  # CPU seconds for a command that was accepted
 LIBRARIES = ("cma", "cvxpy", "matplotlib.pyplot", "optuna", "pymoo.core.algorithm", "stable_baselines3")
 LEFT_OUT = ("reliability", "warm", "bench")  # nothing in them but time, or this command itself
-NO_OPTIONS = ("--help", "--publish", "--trust", "--jobs", "--debug")  # said of each, or nothing to be tried here
+SAID = {"--jobs": ("--jobs", "1"), "--dry-run": ("--dry-run",)}  # always; without them work goes on in other processes
+NO_OPTIONS = ("--help", "--publish", "--trust", "--debug", *SAID)  # nothing to be tried here
 WORDS = (
     *("", " ", "none", "nan", "-1", "0", "1", "1e400", "1_000", "0x10", "²", "%s", "\x00", "[", "a" * 3000, "../x"),
     *("rogue", "hvac", "fdi", "disbanding", "paper", "learning", "easy", "attacker", "defender", "ppo", "cpu"),
@@ -82,8 +83,7 @@ def _options(command: Any, rng: Generator) -> list[str]:
     words: list[str] = []
     for parameter in command.params:
         option = parameter.opts[0]
-        if option == "--jobs":
-            words += ["--jobs", "1"]
+        words += SAID.get(option, ())
         if option in NO_OPTIONS or rng.random() < 0.6:
             continue
         values = [] if getattr(parameter, "is_flag", False) else [pick(WORDS, rng)]
