@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,6 +29,15 @@ if TYPE_CHECKING:
     from cps_envs.fdi.task import Task
 
     Records = dict[Task, Record]
+
+
+class Backend(str, Enum):
+    """Where joblib runs the programs."""
+
+    LOKY = "loky"
+    THREADING = "threading"
+    DASK = "dask"
+    RAY = "ray"
 
 
 def oracle(
@@ -54,7 +64,7 @@ def oracle(
     jobs: Annotated[
         int | None, typer.Option(min=1, help="Solve so many tasks at a time; default: as many as cores.")
     ] = None,
-    backend: Annotated[str, typer.Option(help="Backend of joblib: loky, threading, dask or ray.")] = "loky",
+    backend: Annotated[Backend, typer.Option(help="Backend of joblib.")] = Backend.LOKY,
     improve: Annotated[bool, typer.Option("--improve", help="Continue with tasks that are not proved.")] = False,
     to: Annotated[
         Path | None,
@@ -74,7 +84,7 @@ def oracle(
     from cps_envs.fdi.task import parse_task
 
     config = FDI.config(preset, assignments(settings or []))
-    limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores(), "backend": backend}
+    limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores(), "backend": backend.value}
     if episodes is not None:
         path = to or Path("results") / "oracle" / f"{preset}-episodes.json"
         certify_episodes(config, episodes, path, **limits, as_json=as_json)
