@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from safetensors.numpy import load, save
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
@@ -15,8 +16,8 @@ from cps_agents.commands.self_play import _unmixable
 from cps_agents.errors import CommandError
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo import remaking
-from cps_agents.zoo.card import SHIPPED, read_card
-from cps_agents.zoo.files import shipped_names
+from cps_agents.zoo.card import SHIPPED
+from cps_agents.zoo.files import read_pair, shipped_names
 from cps_agents.zoo.remaking import calls, compare, remake, steps
 from cps_baselines.arena import Venue
 from cps_envs import PROBLEMS
@@ -95,10 +96,27 @@ def test_self_play_does_not_begin_with_mixtures_of_an_earlier_one() -> None:
 
 def test_a_policy_made_anew_is_compared_with_the_shipped_one(tmp_path: Path) -> None:
     name = "hvac-attack-mtd2-cma"
-    shipped = read_card(SHIPPED / f"{name}.json")
+    shipped, data = read_pair(SHIPPED / f"{name}.json")
     for suffix in ("json", "safetensors"):
         shutil.copy(SHIPPED / f"{name}.{suffix}", tmp_path)
-    assert compare(shipped, tmp_path) == f"{name} is the shipped policy, bit for bit."
-    other = replace(shipped, weights="0" * 64)
+    assert compare((shipped, data), tmp_path) == f"{name} is the shipped policy, bit for bit."
+    numbers = load(data)
+    numbers["3/numbers"][0] += 0.25
+    nearly = compare((shipped, save(numbers)), tmp_path)
     value = f"{shipped.seeds[str(shipped.best)]['validation']:.4g}"
-    assert compare(other, tmp_path).endswith(f": {value} on validation seeds, {value} as shipped.")
+    assert nearly == (
+        f"{name} differs from the shipped policy. 4 of 5 training seeds are the same, bit for bit. "
+        f"The largest difference of a number is 0.25. It scores {value} on validation seeds, {value} as shipped."
+    )
+    fewer = {key: array for key, array in numbers.items() if not key.startswith("0/")}
+    assert "bit for bit" not in compare((shipped, save(fewer)), tmp_path)
+
+
+def test_the_same_probabilities_of_other_policies_are_another_mixture(tmp_path: Path) -> None:
+    name = "fdi-attack-mixture"
+    for suffix in ("json", "safetensors"):
+        shutil.copy(SHIPPED / f"{name}.{suffix}", tmp_path)
+    shipped, data = read_pair(SHIPPED / f"{name}.json")
+    assert compare((shipped, data), tmp_path).endswith("bit for bit.")
+    other = replace(shipped, numbers=tuple(reversed(shipped.numbers)))
+    assert compare((other, data), tmp_path) == f"{name} differs from the shipped policy."

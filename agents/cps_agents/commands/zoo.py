@@ -145,7 +145,8 @@ def remake(
     """
     from dataclasses import asdict
 
-    from cps_agents.zoo.card import SHIPPED, read_card
+    from cps_agents.zoo.card import SHIPPED
+    from cps_agents.zoo.files import read_pair
     from cps_agents.zoo.remaking import compare, remake, steps
 
     planned = steps(names or ())
@@ -159,10 +160,10 @@ def remake(
         out().print("The cards say what it took until the networks that were chosen; runs go on beyond them.")
     for step in () if dry_run else planned:
         err().print(f"$ {step.command}", markup=False, soft_wrap=True)
-        shipped = [read_card(SHIPPED / f"{name}.json") for name in step.policies]
+        shipped = [read_pair(SHIPPED / f"{name}.json") for name in step.policies]
         remake(step, runs, folder, jobs)
-        for card in shipped:
-            err().print(compare(card, folder), soft_wrap=True)
+        for each in shipped:
+            err().print(compare(each, folder), soft_wrap=True)
 
 
 @app.command()

@@ -7,15 +7,19 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from graphlib import TopologicalSorter
 from pathlib import Path
 
+import numpy as np
+from safetensors.numpy import load as from_bytes
+
 from cps_agents.errors import CommandError
 from cps_agents.zoo.card import MIXTURE, SHIPPED, Card, read_card
-from cps_agents.zoo.files import shipped_names
+from cps_agents.zoo.files import read_pair, shipped_names
 from cps_envs.core.errors import near
+from cps_envs.core.types import Array
 
 PROGRAM = (sys.executable, "-c", "from cps_agents.cli import main; main()")
 
@@ -85,15 +89,35 @@ def remake(step: Step, runs: Path, to: Path, jobs: int | None) -> None:
             raise CommandError(f"`cps-envs {shlex.join(arguments)}` ended with exit code {code}: it continues there")
 
 
-def compare(shipped: Card, to: Path) -> str:
-    """A sentence on a policy that was made anew in the folder `to`: whether it is the shipped one, bit for bit."""
-    made = read_card(to / f"{shipped.name}.json")
-    if made.weights == shipped.weights:
-        return f"{shipped.name} is the shipped policy, bit for bit."
-    now, then = (card.seeds.get(str(card.best), {}).get("validation") for card in (made, shipped))
-    if now is None or then is None:
-        return f"{shipped.name} differs from the shipped policy."
-    return f"{shipped.name} differs from the shipped policy: {now:.4g} on validation seeds, {then:.4g} as shipped."
+def compare(shipped: tuple[Card, bytes], to: Path) -> str:
+    """A sentence on a policy made anew in the folder `to`: whether it is the shipped one, and how far it is from it.
+
+    `shipped` is the pair that `read_pair` returned before; the folder may be that of the package itself.
+    """
+    (then, old), (now, new) = shipped, read_pair(to / f"{shipped[0].name}.json")
+    if new == old and now.numbers == then.numbers:
+        return f"{then.name} is the shipped policy, bit for bit."
+    sentences = [f"{then.name} differs from the shipped policy"]
+    if now.numbers == then.numbers and (apart := _apart(from_bytes(old), from_bytes(new))):
+        same = sum(not difference for difference in apart.values())
+        sentences.append(f"{same} of {len(apart)} training seeds are the same, bit for bit")
+        sentences.append(f"The largest difference of a number is {max(apart.values()):.2g}")
+    score, before = (card.seeds.get(str(card.best), {}).get("validation") for card in (now, then))
+    if score is not None and before is not None:
+        sentences.append(f"It scores {score:.4g} on validation seeds, {before:.4g} as shipped")
+    return ". ".join(sentences) + "."
+
+
+def _apart(old: Mapping[str, Array], new: Mapping[str, Array]) -> dict[str, float]:
+    """For each training seed the largest difference of a weight; nothing where names or shapes are not the same."""
+    if {name: array.shape for name, array in old.items()} != {name: array.shape for name, array in new.items()}:
+        return {}
+    apart: dict[str, float] = {}
+    for name, array in old.items():
+        seed = name.partition("/")[0]
+        difference = np.abs(array.astype(float) - new[name].astype(float)).max(initial=0.0)
+        apart[seed] = max(apart.get(seed, 0.0), float(difference))
+    return apart
 
 
 def _run(arguments: Sequence[str]) -> int:
