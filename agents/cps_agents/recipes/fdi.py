@@ -158,7 +158,7 @@ class FdiDefense(Recipe):
 
 
 FALSE_ALARM_MPS = 0.4  # what an episode with a false alarm costs a defender beside its charges,
-HONEST_ALARM_MPS = 4.0  # and one in which nobody attacks
+HONEST_ALARM_MPS = 12.0  # and one in which nobody attacks: at 4.0 there were as many as those of `bank`
 SAFE_GAP_M, PER_METRE_MPS = 1.5, 2.0  # a smaller gap without an attack costs so much for each metre
 # Trackers unlike one another: the registered ones, and the answers that searches found to older defenders.
 TRACKERS = (
@@ -195,13 +195,13 @@ class FdiDefenseSearch(Recipe):
         *(Scene(4, tracker) for tracker in TRACKERS),
         *(Scene(2, tracker, overrides=UNSEEN_GAP) for tracker in TRACKERS),
         Scene(6, LOUD),
-        Scene(24, "none"),
+        Scene(48, "none"),
     )
     population: int = 12
     search_deviation: float = 0.8
-    total_steps: int = 12 * 78 * 28  # 28 generations
+    total_steps: int = 12 * 102 * 28  # 28 generations
     evaluations: int = 6
-    evaluation_episodes: int = 312
+    evaluation_episodes: int = 1020
 
     def values(self, outcome: Mapping[str, Array]) -> FloatArray:
         """Less the attacker's payoff, what false alarms cost, and what small gaps cost where nobody attacks."""
