@@ -158,6 +158,13 @@ def test_the_last_attack_answers_the_defender_that_it_sees() -> None:
     assert close < 50.0
 
 
+def test_it_tells_defenders_apart_by_the_gaps_between_platoons() -> None:
+    names = ("feedback", "zoo:disbanding-defense-cma", "zoo:disbanding-defense-local-cma", "copy")
+    times = [times_s(defender, 2, close_last=40.0, last_25_near=50.0, last_30_near=50.0)[1] for defender in names]
+    assert times[0] == 40.0
+    assert 47.0 <= times[1] < 75.0 <= min(times[2:]) < max(times[2:]) <= 95.0
+
+
 def test_times_follow_the_lag() -> None:
     early, late = (times_s("none", 2, tau_s)[1] for tau_s in (0.1, 0.5))
     assert 105.0 <= early < 120.0 < late <= 132.0

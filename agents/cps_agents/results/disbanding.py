@@ -110,7 +110,7 @@ SEARCHED_ATTACK = Block(
     problem="disbanding",
     role="attacker",
     metric="return",
-    learned=(SEARCHED_ATTACKER,),
+    learned=(SEARCHED_ATTACKER, ATTACKER),
     baselines=(Contestant("spread"),),
     rows=(
         *(
@@ -133,9 +133,9 @@ SEARCHED_ATTACK = Block(
     shown=("velocity_error_all", "collided_intact"),
     notes=(
         "Two platoons where nothing else is said; tau and x_d drawn as in the preset.",
-        "The numbers of the policy were set by hand, from plans played on grids. The search that starts at them gained "
-        "at most 0.1 points on validation seeds, although the card names it: read this table as that of a policy made "
-        "by hand.",
+        "The numbers of the searched policy were set by hand, from plans played on grids. The search that starts at "
+        "them gained at most 0.1 points on validation seeds, although the card names it: read its rows as those of a "
+        "policy made by hand.",
     ),
     left_out={
         "plan": PLANS_LEFT_OUT["plan"],
