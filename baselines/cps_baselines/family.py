@@ -31,6 +31,7 @@ FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module
     "fdi-planner": "cps_baselines.fdi.families:PLANNER",
     "fdi-task-tracker": "cps_baselines.fdi.families:TASK_TRACKER",
     "hvac-bayes": "cps_baselines.hvac.families:BAYES",
+    "hvac-bayes-together": "cps_baselines.hvac.families:BAYES_TOGETHER",
     "hvac-brink": "cps_baselines.hvac.families:BRINK",
     "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
     "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",

@@ -113,6 +113,7 @@ def test_each_episode_is_played_by_its_own_row(family: Family, overrides: dict[s
         ("fdi-hypotheses", "tracker", {}, 0.0),
         ("fdi-task-tracker", "cusum", {}, 0.0),
         ("hvac-bayes", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
+        ("hvac-bayes-together", "tracker", {"num_steps": 330, "onset_step": 220}, 1e-12),
     ],
 )
 def test_members_of_the_other_families_play_by_their_own_numbers(

@@ -222,9 +222,9 @@ def by_definition(notes: Any, beliefs: Any) -> Any:
     return z, w
 
 
-@pytest.mark.parametrize("attacker", ["tracker", "constant"])
-def test_weights_and_estimates_are_their_definition(attacker: Any) -> None:
-    beliefs = START._replace(trust=0.8, onset_per_h=2.0)
+@pytest.mark.parametrize(("attacker", "together"), [("tracker", 0.7), ("constant", 0.0)])
+def test_weights_and_estimates_are_their_definition(attacker: Any, together: Any) -> None:
+    beliefs = START._replace(trust=0.8, onset_per_h=2.0, together=together)
     days = {"num_steps": 120, "window_steps": 40, "onset_step": 60, "compromised_weights": (0, 0, 1)}
     notes = [(h, y, z, w) for h, y, z, w, _ in remembered(attacker, 3, beliefs, **days)]
     z, w = by_definition([note[:2] for note in notes], beliefs)
@@ -260,6 +260,28 @@ def test_it_finds_who_lies(attacker: Any, most: Any) -> None:
         assert (probability @ who)[[1, 0, 3, 2][liars:]].max() <= most
 
 
+def test_one_liar_tells_of_those_who_drift_with_him() -> None:
+    apart, together = (hypotheses(LEARNING, START._replace(together=each)) for each in (0.0, 0.8))
+    alone = together.lies.sum(axis=1) <= 1
+    np.testing.assert_array_equal(apart.gain[alone], together.gain[alone])
+    pairs = together.lies[:, :, np.newaxis] * together.lies[:, np.newaxis] * (1 - np.eye(4))
+    taught = [(tables.gain[:, 12:] * pairs).sum(axis=(1, 2)) for tables in (apart, together)]
+    slow = np.flatnonzero(together.lies.sum(axis=1) == 3)[::KINDS]
+    assert (taught[1][slow] > taught[0][slow]).all()
+
+
+def test_three_liars_who_drift_together_are_likelier_than_apart() -> None:
+    days = {"compromised_weights": (), "num_compromised": 3, "random_compromise": False, "onset_step": 300}
+    who = np.repeat(liar_sets(LEARNING), [1] + [KINDS] * (len(liar_sets(LEARNING)) - 1), axis=0)
+    all_three, found = (who == np.array([True, True, False, True])).all(axis=1), []
+    for together in (0.0, 0.8):
+        beliefs = START._replace(together=together)
+        played = [remembered("ramp?rate_c_per_h=0.7&keep_noise=true", day, beliefs, **days) for day in range(4)]
+        weights = [np.exp(notes[480][3]) for notes in played]
+        found.append(np.mean([each[all_three].sum() / each.sum() for each in weights]))
+    assert found[1] > found[0] + 0.1
+
+
 @pytest.mark.parametrize("too_cold", [1.0, 5.0])
 def test_the_choice_has_the_least_expected_error(too_cold: Any) -> None:
     generator = np.random.default_rng(0)
@@ -274,6 +296,9 @@ def test_the_choice_has_the_least_expected_error(too_cold: Any) -> None:
 def test_wrong_beliefs_and_configurations_are_refused() -> None:
     with pytest.raises(ConfigurationError, match="have to be positive"):
         Bayes(spec_of("defender"), beliefs=(START._replace(trust=0.0),))
+    for together in (-0.1, 1.0):
+        with pytest.raises(ConfigurationError, match="at least 0 and below 1"):
+            Bayes(spec_of("defender"), beliefs=(START._replace(together=together),))
     with pytest.raises(ConfigurationError, match="kalman_filters=true"):
         Bayes(spec_of("defender", preset="paper"))
     assert not PAPER.kalman_filters

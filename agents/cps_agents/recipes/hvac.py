@@ -156,6 +156,11 @@ BOLD = (
     '"listener?warmer=true","brink","brink?warmer=true","shaped?keep_noise=true",'
     '"shaped?keep_noise=true%26warmer=true","ramp","ramp?warmer=true"]'
 )
+# Lies of both signs at once: a defender that expects all liars to drift together would believe them.
+APART = (
+    'mixture?policies=["shaped?keep_noise=true%26rate_c_per_h=0.7%26w2=-1%26w4=-1",'
+    '"shaped?keep_noise=true%26rate_c_per_h=0.7%26w3=-1%26w4=-1"]'
+)
 
 
 @dataclass(frozen=True)
@@ -166,15 +171,16 @@ class HvacDefenseSearch(Recipe):
     problem: str = "hvac"
     role: Role = "defender"
     algorithm: str = SEARCH
-    family: str = "hvac-bayes"
+    family: str = "hvac-bayes-together"
     preset: str = "learning"
     scenes: tuple[Scene, ...] = (
         Scene(28, HIDING),
         Scene(12, BOLD),
+        Scene(4, APART),
     )
     population: int = 12
     search_deviation: float = 0.5
-    total_steps: int = 12 * 40 * 10  # 10 generations
+    total_steps: int = 12 * 44 * 6  # 6 generations
     evaluations: int = 3
     evaluation_episodes: int = 200
 

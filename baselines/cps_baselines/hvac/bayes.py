@@ -74,8 +74,11 @@ class Bayes(AnalyticPolicy):
 
 
 def _check(beliefs: Beliefs) -> None:
-    if not (min(beliefs) > 0 and np.isfinite(beliefs).all()):
-        raise ConfigurationError(f"{beliefs}: all numbers have to be positive")
+    *positive, together = beliefs
+    if not (min(positive) > 0 and np.isfinite(positive).all()):
+        raise ConfigurationError(f"{beliefs}: all numbers but `together` have to be positive")
+    if not 0 <= together < 1:
+        raise ConfigurationError(f"together = {together}: it has to be at least 0 and below 1")
 
 
 @kernel

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+import numpy as np
+
 from cps_baselines.family import Family, Number
 from cps_baselines.hvac.bayes import Bayes
 from cps_baselines.hvac.brink import Brink
@@ -27,10 +29,15 @@ STEP = Beliefs(  # of the logarithm of each number
     trust=0.2,
     too_cold=0.4,
 )
+MOST_TOGETHER = 0.85  # beyond that, liars who drift apart are taken for honest sensors
 
 
 def _bayes(spec: RoleSpec, values: FloatArray) -> Bayes:
     return Bayes(spec, beliefs=[Beliefs(*row) for row in values.tolist()])
+
+
+def _bayes_together(spec: RoleSpec, values: FloatArray) -> Bayes:
+    return _bayes(spec, np.column_stack([values[:, :-1], values[:, -1].clip(0.0, MOST_TOGETHER)]))
 
 
 def _tracker(spec: RoleSpec, values: FloatArray, *, warmer: bool) -> Tracker:
@@ -43,12 +50,14 @@ def _brink(spec: RoleSpec, values: FloatArray) -> Brink:
     return Brink(spec, margin_c2=margin_c2, gain=gain.clip(max=1.0), most=most)
 
 
-BAYES = Family(
-    "hvac",
-    "defender",
-    tuple(Number(name, start, getattr(STEP, name), by_factors=True) for name, start in START._asdict().items()),
-    _bayes,
+# Liars who drift each for himself, and liars who drift together.
+APART = tuple(
+    Number(name, start, getattr(STEP, name), by_factors=True)
+    for name, start in START._asdict().items()
+    if name != "together"
 )
+BAYES = Family("hvac", "defender", APART, _bayes)
+BAYES_TOGETHER = Family("hvac", "defender", (*APART, Number("together", 0.8, 0.1)), _bayes_together)
 TRACKED = (
     Number("level", 0.4, 0.5, by_factors=True),
     Number("gain", 0.5, 0.5, by_factors=True),

@@ -90,6 +90,7 @@ class Beliefs(NamedTuple):
     heat_w: float  # W, standard deviation of the drifting heat
     trust: float  # power of the likelihood: below 1 where the model is not to be trusted to the letter
     too_cold: float  # how many times as bad as one that is too warm is an estimate that is too cold: it overheats
+    together: float = 0.0  # correlation of how the biases of several slow liars grow: they have one aim
 
 
 START = Beliefs(
@@ -149,7 +150,7 @@ def hypotheses(config: HvacConfig, beliefs: Beliefs) -> Hypotheses:
     odds = np.array([kind[0] for kind in kinds])
     kept = float(np.exp(-config.step_s / (3600.0 * beliefs.growth_h)))
     growth_c = beliefs.growth_c_per_h * config.step_s / 3600.0 * np.sqrt(1.0 - kept**2)
-    filters = [_filter(config, who, walk_c, growth_c, kept, noise, beliefs.heat_w) for who, _, walk_c, noise in liars]
+    filters = [_filter(config, beliefs, who, walk_c, growth_c, kept, noise) for who, _, walk_c, noise in liars]
     gain, whiten, offset = (np.array(part) for part in zip(*filters, strict=True))
     prior = np.array([likely * beliefs.further_liar ** who.sum() for who, likely, _, _ in liars])
     return Hypotheses(
@@ -168,7 +169,7 @@ def hypotheses(config: HvacConfig, beliefs: Beliefs) -> Hypotheses:
 
 
 def _filter(
-    config: HvacConfig, who: BoolArray, walk_c: float, growth_c: float, kept: float, noise: float, heat_w: float
+    config: HvacConfig, beliefs: Beliefs, who: BoolArray, walk_c: float, growth_c: float, kept: float, noise: float
 ) -> tuple[FloatArray, FloatArray, float]:
     """Gain, whitening triangle and offset of one hypothesis, stationary."""
     building, zone = discretise(config), zones_of_sensors(config)
@@ -177,10 +178,12 @@ def _filter(
     F[:n, :n], F[:n, n : 2 * n], F[n : 2 * n, n : 2 * n] = building.A, np.diag(building.B), phi * np.eye(n)
     bias, growth = slice(2 * n, 2 * n + S), slice(2 * n + S, None)
     F[bias, bias], F[bias, growth], F[growth, growth] = BIAS_KEPT * np.eye(S), np.eye(S), kept * np.eye(S)
-    changes = (np.zeros(n), np.full(n, (1.0 - phi**2) * heat_w**2), who * walk_c**2, who * growth_c**2)
+    changes = (np.zeros(n), np.full(n, (1.0 - phi**2) * beliefs.heat_w**2), who * walk_c**2, who * growth_c**2)
+    Q = np.diag(np.concatenate(changes))
+    Q[growth, growth] += beliefs.together * growth_c**2 * np.outer(who, who) * ~np.eye(S, dtype=np.bool_)
     C = np.hstack([np.eye(n)[zone], np.zeros((S, n)), np.diag(who.astype(np.float64)), np.zeros((S, S))])
     R = np.diag(max(config.noise_std_c, LEAST_STD_C) ** 2 * np.where(who, noise**2, 1.0))
-    P = predicted_covariance(F, C.T @ np.linalg.solve(R, C), np.diag(np.concatenate(changes)))
+    P = predicted_covariance(F, C.T @ np.linalg.solve(R, C), Q)
     covariance = C @ P @ C.T + R
     whiten = np.linalg.inv(np.linalg.cholesky(covariance))
     gain: FloatArray = P @ C.T @ (whiten.T @ whiten)
