@@ -28,7 +28,8 @@ from cps_agents.results.report import END, START, readme_table, results_markdown
 from cps_agents.results.searches import best_wave, fixed_plan
 from cps_agents.results.tables import bar_lines, best_baseline, judged_against, overall
 from cps_agents.zoo.card import read_card
-from cps_agents.zoo.references import missing_names, weights_of
+from cps_agents.zoo.files import shipped_names
+from cps_agents.zoo.references import is_trained, missing_names, weights_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core import lookup
 from cps_envs.core.errors import UnknownNameError
@@ -321,7 +322,7 @@ def test_declared_blocks_are_sound() -> None:
         assert len(set(names)) == len(names)
         for row in block.rows:
             for bar in block.bars_of(row):
-                assert set(bar.beat) <= {each.name for each in block.baselines}
+                assert set(bar.beat) <= {each.name for each in block.contestants}
                 assert set(bar.of) <= {each.name for each in block.learned}
                 assert bar.beat or bar.every or bar.value is not None
             for challenge in row.challenges:
@@ -355,6 +356,56 @@ def test_teachers_are_rivals_of_their_learners() -> None:
         assert {"lowest", "brink", "teacher of learned"} <= set(known["hvac-attack"].rivals_of(above))
     bars = known["fdi-defense"].bars_of(known["fdi-defense"].rows[0])
     assert any("model" in known["fdi-defense"].rivals_of(bar) for bar in bars)
+
+
+def taught_by_a_trained_one() -> list[tuple[str, str]]:
+    """Each shipped policy that learned from a trained one, and that one's reference."""
+    found = [(f"zoo:{name}", teacher_of(Contestant(name, f"zoo:{name}"))) for name in shipped_names()]
+    return [(name, teacher) for name, teacher in found if is_trained(teacher) and not teacher.startswith("mixture")]
+
+
+@pytest.mark.parametrize(("policy", "teacher"), taught_by_a_trained_one())
+def test_who_learned_from_a_trained_policy_is_judged_against_it(policy: str, teacher: str) -> None:
+    blocks = [block for block in find_blocks() if policy in {each.reference for each in block.learned}]
+    assert blocks
+    for block in blocks:
+        (mine,) = (each.name for each in block.learned if each.reference == policy)
+        (its,) = (each for each in block.contestants if each.reference == teacher)
+        for row in block.rows:
+            bars = [bar for bar in block.bars_of(row) if its.name in block.rivals_of(bar)]
+            assert not block.bars_of(row) or any(not bar.of or mine in bar.of for bar in bars)
+
+
+def test_a_learned_teacher_gets_a_bar_and_a_paired_difference() -> None:
+    names = {"residual": "disbanding-defense-residual", "broadcast": "disbanding-defense-cma"}
+    learned = tuple(Contestant(name, f"zoo:{policy}") for name, policy in names.items())
+    challenge = Challenge(Venue("disbanding", "paper", {"duration_s": 5.0}), "defender", "lead", 2)
+    block = completed(
+        replace(
+            BLOCK,
+            problem="disbanding",
+            role="defender",
+            learned=learned,
+            baselines=(Contestant("square"),),
+            rows=(Row("one", (challenge,)), Row("shown", (challenge,), bars=())),
+            bars=(Bar(value=9.0),),
+            left_out=dict.fromkeys(policy_names("disbanding", "defender"), "a test"),
+        )
+    )
+    judged, shown = block.rows
+    assert block.bars_of(judged)[-1] == Bar(beat=("broadcast",), of=("residual",))
+    assert not block.bars_of(shown)
+    scattered = np.arange(5.0)[:, np.newaxis] + FIVE  # the seeds differ more than each differs from its own start
+    scores = {"residual": scattered - 0.5, "broadcast": scattered, "square": FIVE[:1]}
+    made = document([block], found(scores, block), MACHINE, False)["problems"]["disbanding"]["blocks"][0]
+    row = made["rows"][0]
+    assert set(row["differences"]["residual"]) == {"square", "broadcast"}
+    assert set(row["differences"]["broadcast"]) == {"square"}
+    (judgement,) = (each for each in row["judgements"] if each["against"])
+    assert (judgement["policy"], judgement["against"], judgement["verdict"]) == ("residual", "broadcast", REACHED)
+    assert judgement["mean"] == pytest.approx(-0.5)
+    assert judgement["high"] < 0
+    assert "Verdicts on residual are against: broadcast." in judged_against(made)
 
 
 @pytest.mark.slow

@@ -10,8 +10,9 @@ from dataclasses import dataclass, field, replace
 
 from cps_agents.arena.challenge import Challenge, able, short_name, usual
 from cps_agents.catalogue import policies
+from cps_agents.learning.recipe import SEARCH
 from cps_agents.recipes.finding import RECIPES
-from cps_agents.zoo.references import card_of, is_missing
+from cps_agents.zoo.references import card_of, is_missing, is_trained
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
 from cps_envs.core.lookup import NEED_OPTIONS
@@ -83,7 +84,7 @@ class Block:
         return self.bars if row.bars is None else row.bars
 
     def rivals_of(self, bar: Bar) -> tuple[str, ...]:
-        """The baselines that a bar asks to beat."""
+        """The contestants that a bar asks to beat."""
         return tuple(each.name for each in self.baselines if not each.optimum) if bar.every else bar.beat
 
     def metric_of(self, row: Row) -> str:
@@ -141,10 +142,35 @@ def _rows(name: str, role: Role) -> Iterator[Row]:
 def completed(block: Block) -> Block:
     """The block with every registered policy of its role and every teacher of its learned policies as a baseline.
 
-    A teacher that is one of the learned policies stays one.
-    Policies that know more than they observe play only where a block lists them.
+    A teacher that is one of the learned policies stays one. Who learned from a trained policy has to beat it in every
+    row that is judged. Policies that know more than they observe play only where a block lists them.
     """
-    return replace(block, baselines=(*block.baselines, *_registered(block), *_teachers(block)))
+    full = replace(block, baselines=(*block.baselines, *_registered(block), *_teachers(block)))
+    return replace(full, rows=tuple(replace(row, bars=(*full.bars_of(row), *_above(full, row))) for row in full.rows))
+
+
+def _above(block: Block, row: Row) -> Iterator[Bar]:
+    """Bars for those who learned from a trained policy, where the row is judged and does not ask for it already."""
+    bars = block.bars_of(row)
+    for each in block.learned if bars else ():
+        teacher = trained_teacher_of(block, each)
+        asked = {name for bar in bars if not bar.of or each.name in bar.of for name in block.rivals_of(bar)}
+        if teacher is not None and teacher.name not in asked:
+            yield Bar(beat=(teacher.name,), of=(each.name,))
+
+
+def trained_teacher_of(block: Block, learned: Contestant) -> Contestant | None:
+    """The contestant of a block that is the trained policy which another one learned from."""
+    teacher = teacher_of(learned)
+    return next((each for each in block.contestants if is_trained(teacher) and each.reference == teacher), None)
+
+
+def starts_at(learned: Contestant, other: Contestant) -> bool:
+    """Whether each training seed of a searched policy started from the same training seed of the other one."""
+    if is_missing(other.reference) or not is_trained(other.reference) or teacher_of(learned) != other.reference:
+        return False
+    mine, theirs = card_of(learned.reference), card_of(other.reference)
+    return mine is not None and theirs is not None and mine.algorithm == SEARCH and [*mine.seeds] == [*theirs.seeds]
 
 
 def _registered(block: Block) -> Iterator[Contestant]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from cps_agents.arena.challenge import Challenge
 from cps_agents.arena.statistics import ONE_SEED, Estimate, difference, estimate
-from cps_agents.results.block import Block
+from cps_agents.results.block import Block, trained_teacher_of
 from cps_agents.results.examination import Findings, missing_of
-from cps_agents.results.judging import judge, simulations_of, strata_of, worst
+from cps_agents.results.judging import judge, paired, simulations_of, strata_of, worst
 from cps_agents.zoo.references import by_training_seed, card_of, is_missing, is_trained
 from cps_baselines.arena import Contestant
 
@@ -148,14 +148,16 @@ def _shares(block: Block, number: int, findings: Findings) -> dict[str, float]:
 
 
 def _differences(block: Block, number: int, metric: str, findings: Findings) -> Document:
-    """Paired differences of each learned policy to every baseline."""
+    """Paired differences of each learned policy to every baseline, and to the trained policy that it learned from."""
     found: Document = {}
     for each in block.learned:
         learned = strata_of(block, number, each.name, metric, findings)
-        for other in block.baselines if learned is not None else ():
+        teachers = [other for other in block.learned if other is trained_teacher_of(block, each)]
+        for other in (*block.baselines, *teachers) if learned is not None else ():
             baseline = strata_of(block, number, other.name, metric, findings)
             if learned is not None and baseline is not None:
-                found.setdefault(each.name, {})[other.name] = _numbers(difference(learned, baseline))
+                same = paired(block, each.name, other.name)
+                found.setdefault(each.name, {})[other.name] = _numbers(difference(learned, baseline, same_seeds=same))
     return found
 
 

@@ -9,7 +9,7 @@ from itertools import product
 from cps_agents.arena.challenge import scores
 from cps_agents.arena.meeting import Result
 from cps_agents.arena.statistics import Estimate, Strata, difference, estimate
-from cps_agents.results.block import Bar, Block, Row
+from cps_agents.results.block import Bar, Block, Row, starts_at
 from cps_agents.results.examination import Findings
 
 REACHED, ON_AVERAGE, NOT_REACHED, MISSING = "reached", "on average", "not reached", "missing"
@@ -68,10 +68,16 @@ def judge(block: Block, number: int, findings: Findings) -> list[Judgement]:
         for other in block.rivals_of(bar):
             baseline = strata_of(block, number, other, metric, findings)
             if baseline is not None:
-                found = difference(learned, baseline, bar.factor)
+                found = difference(learned, baseline, bar.factor, same_seeds=paired(block, each.name, other))
                 limit = f"{_times(bar)}{_heading(block, other)}{_unit(block, row, bar)}"
                 judgements.append(_judgement(each.name, place, bar, block, limit, other, found, 0.0))
     return judgements
+
+
+def paired(block: Block, learned: str, other: str) -> bool:
+    """Whether the training seeds of two contestants belong together one by one."""
+    named = {each.name: each for each in block.contestants}
+    return starts_at(named[learned], named[other])
 
 
 def _judgement(
@@ -123,7 +129,7 @@ def _times(bar: Bar) -> str:
 
 
 def _heading(block: Block, name: str) -> str:
-    return next(each.heading for each in block.baselines if each.name == name)
+    return next(each.heading for each in block.contestants if each.name == name)
 
 
 def _unit(block: Block, row: Row, bar: Bar) -> str:

@@ -79,7 +79,7 @@ def signed(block: Block, row: Mapping[str, Any], value: float) -> str:
 
 def judged_against(block: Block) -> Iterator[str]:
     """Whom each learned policy was judged against, in which rows."""
-    titles = {each["name"]: each["title"] for each in block["baselines"]}
+    titles = {each["name"]: each["title"] for each in (*block["learned"], *block["baselines"])}
     for each in block["learned"]:
         groups: dict[tuple[str, ...], list[str]] = {}
         for row in block["rows"]:
