@@ -21,6 +21,7 @@ from cps_agents.league.exploitability import LeagueValue, gain_over, judge, leag
 from cps_agents.league.league import Plan, play_league
 from cps_agents.league.oracles import (
     Oracle,
+    SearchJob,
     choose_oracles,
     in_venue,
     merged,
@@ -36,7 +37,9 @@ from cps_agents.learning import learner
 from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
+from cps_baselines.contest import Search
 from cps_envs import find_problem
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Role
 from tests.agents.command_line import run
@@ -165,6 +168,19 @@ def test_oracles_that_cannot_are_left_out_and_validation_chooses(tmp_path: Path)
     assert again.found == found.found  # kept, and so not searched again
     with pytest.raises(CommandError, match=r"no oracle of the attacker has found a response\. broken: "):
         respond([broken], question, tmp_path / "c", budget, Store(tmp_path / "m"), "test")
+
+
+def test_a_search_goes_on_where_a_candidate_cannot_play() -> None:
+    small = {"num_platoons": 3, "vehicles_per_platoon": 2, "duration_s": 5.0}
+    venue = Venue("disbanding", "paper", small)
+    some = Search("timed", "timed?jam=9", {"first": (1.0, 9.0)}, {"first": 1.0})  # nobody can jam here
+    job = SearchJob(venue, "attacker", "none", some, 60.0, 1, 12, 1_000_000)
+    found = job.run()
+    assert found["score"] > 0
+    assert found["candidates"] > 1
+    none = replace(job, search=replace(some, ranges={"first": (4.0, 9.0)}, start={}))
+    with pytest.raises(ConfigurationError, match="does not exist"):
+        none.run()
 
 
 def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:

@@ -18,17 +18,19 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
 from cps_agents.learning.recipe import Recipe, Scene, changed
 from cps_agents.learning.run import Job
-from cps_agents.learning.search import CHECKPOINT
+from cps_agents.learning.search import CHECKPOINT, worth_of
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import read_card
 from cps_agents.zoo.files import find, load
 from cps_agents.zoo.merging import merge
 from cps_baselines.disbanding.string_controller import StringController
+from cps_baselines.family import find_family
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UntrustedCodeError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
+from cps_envs.testbed.problem import ATTACK
 from tests.agents.command_line import run
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
@@ -66,6 +68,26 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole")
     learn(job(folder))
     return folder
+
+
+def test_the_recipe_for_robots_plays_the_attack_of_the_test_bed() -> None:
+    assert RECIPES["disbanding-defense-testbed-cma"].opponent == ATTACK
+
+
+def test_the_scene_that_gained_least_counts_most(monkeypatch: pytest.MonkeyPatch) -> None:
+    reached = np.array([[0.0, 0.0, 5.0], [1.0, 1.0, 5.0], [0.4, 0.4, 5.4], [9.0, -9.0, 5.0]])  # the start, then three
+    monkeypatch.setattr("cps_agents.learning.search.play_scenes", lambda *_: reached)
+    family = find_family(RECIPE.family)
+    weighed = replace(RECIPE, scenes=(Scene(2), Scene(1)), least_gain_weight=5.0)
+    first, second, third = worth_of(weighed, family, np.zeros((3, len(family.numbers))), 0).tolist()
+    assert second == pytest.approx(0.4)
+    assert second > first > third
+    assert third == pytest.approx(0.0)
+    assert first == pytest.approx(-np.log((np.exp(-5.0) + 1.0) / 2.0) / 5.0)
+    plain = replace(weighed, least_gain_weight=0.0)
+    assert worth_of(plain, family, np.zeros((4, 1)), 0).tolist() == pytest.approx(reached.mean(axis=1))
+    with pytest.raises(CommandError, match="least_gain_weight = -1"):
+        changed(RECIPE, {"least_gain_weight": -1.0})
 
 
 def test_a_run_leaves_a_better_policy_with_its_numbers(whole: Path) -> None:

@@ -11,9 +11,11 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cache
 from typing import Any, ClassVar
 
+import numpy as np
+
 from cps_agents.arena.meeting import InVenue, Result
 from cps_agents.contest.jobs import judge_in
-from cps_agents.contest.search import run_search
+from cps_agents.contest.search import Judge, run_search
 from cps_agents.errors import CommandError
 from cps_agents.league.meetings import RETURN
 from cps_agents.league.strategy import Strategy
@@ -25,8 +27,8 @@ from cps_baselines.contest import Search
 from cps_baselines.family import FAMILIES, find_family
 from cps_envs import find_problem
 from cps_envs.core.documents import Entry
-from cps_envs.core.errors import near, require
-from cps_envs.core.types import Role
+from cps_envs.core.errors import ConfigurationError, near, require
+from cps_envs.core.types import FloatArray, Role
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,10 @@ class SearchJob(InVenue):
     def run(self) -> Result:
         """What the search found: `policy`, `score`, `candidates`, `episodes`."""
         judge = judge_in(self.venue, self.role, (self.opponent,))
-        found = run_search(self.search, judge, self.budget_s, self.episodes, self.first_seed, self.most_episodes)
+        forgiving = _forgiving(judge)
+        found = run_search(self.search, forgiving, self.budget_s, self.episodes, self.first_seed, self.most_episodes)
+        if found.score <= REFUSED:
+            judge(found.policy, [self.first_seed])  # says why nobody can play
         return asdict(found)
 
     def check(self, result: Entry) -> None:
@@ -60,6 +65,21 @@ class SearchJob(InVenue):
         result["score"].number()
         for name in ("candidates", "episodes", "cpu_s"):
             result[name].number(0)
+
+
+REFUSED = -1e9  # the score of a candidate that cannot play
+
+
+def _forgiving(judge: Judge) -> Judge:
+    """A judge for whom the worst candidates are those that the configuration refuses: a platoon that is not there."""
+
+    def judged(policy: str, seeds: Sequence[int]) -> FloatArray:
+        try:
+            return judge(policy, seeds)
+        except ConfigurationError:
+            return np.full(len(seeds), REFUSED)
+
+    return judged
 
 
 def venue_against(strategy: Strategy, usual: Recipe, preset: str | None, overrides: Mapping[str, Any]) -> Venue:

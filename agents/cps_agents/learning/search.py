@@ -49,6 +49,27 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
     return np.concatenate(reached, axis=1)
 
 
+MOST_GAIN = 2.0  # of an episode, in the unit of its worth: chance makes or spares a pile-up, which would decide alone
+
+
+def worth_of(recipe: Recipe, family: Family, values: FloatArray, first_seed: int, times: int = 1) -> FloatArray:
+    """What each candidate is worth (P,), by its numbers (P, k); see `play_scenes`.
+
+    With `least_gain_weight` w that is -log(mean(exp(-w gain))) / w over the scenes. A scene's gain is the mean of what
+    its episodes are worth beyond those of the search's start: the same episodes, each gain limited to `MOST_GAIN`.
+    """
+    weight = recipe.least_gain_weight
+    if weight == 0:
+        return play_scenes(recipe, family, values, first_seed, times).mean(axis=1)
+    start = family.values(np.zeros((1, int(family.free.sum()))))
+    reached = play_scenes(recipe, family, np.concatenate([start, values]), first_seed, times)
+    gains = np.clip(reached[1:] - reached[0], -MOST_GAIN, MOST_GAIN)
+    ends = np.cumsum([scene.episodes * times for scene in recipe.scenes])
+    by_scene = np.array([part.mean(axis=1) for part in np.split(gains, ends[:-1], axis=1)])
+    found: FloatArray = 0.0 - np.log(np.exp(-weight * by_scene).mean(axis=0)) / weight
+    return found
+
+
 ZOO = "zoo:"
 CHECKPOINT = "generations.json"  # what every candidate of every generation reached
 
@@ -144,7 +165,7 @@ class Search:
         """One generation, and the checkpoint that holds it."""
         points = self._strategy.ask()
         first = training_seed(self.run.seed) + len(self._reached) * self.episodes % SEEDS_PER_RUN
-        reached = play_scenes(self.recipe, self.family, self.family.values(np.array(points)), first).mean(axis=1)
+        reached = worth_of(self.recipe, self.family, self.family.values(np.array(points)), first)
         self._strategy.tell(points, (-reached).tolist())
         self._reached.append(reached.tolist())
         write_json(self.run.folder / CHECKPOINT, {"reached": self._reached, "mean": self._strategy.mean.tolist()})
@@ -181,8 +202,8 @@ class Search:
         if any(row["steps"] == self.steps for row in rows):
             return
         times = max(self.recipe.evaluation_episodes // self.episodes, 1)
-        reached = play_scenes(self.recipe, self.family, self.values(), VALIDATION[0], times)
-        row = {"steps": self.steps, "cpu_s": self.cpu_s, "validation": float(reached.mean())}
+        (reached,) = worth_of(self.recipe, self.family, self.values(), VALIDATION[0], times).tolist()
+        row = {"steps": self.steps, "cpu_s": self.cpu_s, "validation": reached}
         if row["validation"] > max((float(each["validation"]) for each in rows), default=-np.inf):
             numbers = Numbers(self.values()[0])
             save(self.run.card, make_card(self.run, self.family, row), {self.run.seed: numbers})

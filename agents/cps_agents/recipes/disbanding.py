@@ -6,13 +6,15 @@ What is searched are the numbers of the controller `string`, and of an attacker 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cps_agents.learning.recipe import SEARCH, Recipe, Scene
 from cps_envs.core.types import Array, BoolArray, FloatArray, Role
+from cps_envs.disbanding.config import PAPER
+from cps_envs.testbed.config import BASELINE
 
 if TYPE_CHECKING:
     from cps_envs.disbanding.game import DisbandingGame
@@ -175,16 +177,84 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
     gap_price_per_m: float = 1.0
 
 
+LAGS_S = ((0.08, 0.2), (0.2, 0.4), (0.4, 0.55))
+BY_LAG = tuple(
+    Scene(1, attack, overrides={**TABLE_ROADS, "tau_s": lag_s, **shorter})
+    for attack, shorter in (("lead", {"duration_s": 100.0}), ("table_2_3", {}))
+    for lag_s in LAGS_S
+)
+
+LATE: Mapping[str, Any] = {**ROADS, "attack_budget": 2, "duration_s": 180.0, "correction_noise_mps2": 0.5}
+
+
 @dataclass(frozen=True)
 class DisbandingDefenseResidual(DisbandingDefenseSearch):
-    """The searched controller with a network beside it, which changes a command by 1 m/s2 at most."""
+    """The searched controller with a network beside it, which changes a command by 1 m/s2 at most.
+
+    Each attack at short, medium and long lags is a scene of its own: none is given up for what another one gains.
+    """
 
     name: str = "disbanding-defense-residual"
     family: str = "disbanding-broadcast-residual"
     teacher: str = "zoo:disbanding-defense-cma"  # seed by seed
-    total_steps: int = 12 * 13 * 24  # 24 generations; twice as many as first tried, since 12 were still gaining
-    evaluations: int = 12
-    evaluation_episodes: int = 39
+    scenes: tuple[Scene, ...] = (
+        *BY_LAG,
+        Scene(2, "timed?pause_s=130", "easy", LATE),  # what a smaller gap costs; with 4, two attacks gained nothing
+        Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
+    )
+    least_gain_weight: float = 4.0  # gains are 0.1 to 0.7 points
+    least_gap_m: float = 1.75
+    total_steps: int = 12 * 10 * 32  # 32 generations
+    evaluations: int = 8
+    evaluation_episodes: int = 60
+
+
+@dataclass(frozen=True)
+class DisbandingDefenseLocalResidual(DisbandingDefenseResidual):
+    """The same beside the searched controller that needs no broadcast: the network is not told of it either."""
+
+    name: str = "disbanding-defense-local-residual"
+    family: str = "disbanding-local-residual"
+    teacher: str = "zoo:disbanding-defense-local-cma"
+    scenes: tuple[Scene, ...] = (
+        *BY_LAG,
+        Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),  # with 0.8 pile-ups decided
+        Scene(1, "timed?pause_s=130", "easy", LATE),
+    )
+    total_steps: int = 12 * 9 * 24  # 24 generations
+    evaluations: int = 6
+    evaluation_episodes: int = 54
+
+
+ROBOTS: Mapping[str, Any] = {  # the string of the test bed on this problem's own road, where it differs from `paper`
+    name: value for name, value in asdict(BASELINE.road).items() if value != getattr(PAPER, name)
+}
+
+
+@dataclass(frozen=True)
+class DisbandingDefenseTestbedSearch(DisbandingDefenseSearch):
+    """For nine robots on a circle: trained on a road of their size, never on the test bed.
+
+    Noise and lags stand for what a road lacks: camera, filter, wheels. Longer searches fit the road, not the robots.
+    """
+
+    name: str = "disbanding-defense-testbed-cma"
+    overrides: Mapping[str, Any] = field(
+        default_factory=lambda: {
+            **ROBOTS,
+            "duration_s": 50.0,
+            "tau_s": (0.1, 0.5),
+            "correction_noise_mps2": 0.5,
+            "collision_penalty": 1.0,
+            "report": "safety",
+        }
+    )
+    opponent: str = "plan?events=[[3, 20]]"  # that of the test bed, whose module would load the compiler here
+    scenes: tuple[Scene, ...] = (Scene(6),)
+    total_steps: int = 12 * 6 * 20  # 20 generations
+    evaluations: int = 4
+    evaluation_episodes: int = 60
+    least_gap_m: float = 1.5  # between centres; bodies touch at 1 m
 
 
 ATTACKED: Mapping[str, Any] = {"quiet_share": 0.0}

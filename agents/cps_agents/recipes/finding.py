@@ -10,10 +10,12 @@ from cps_agents.recipes.disbanding import (
     DisbandingAttack,
     DisbandingAttackSearch,
     DisbandingDefense,
+    DisbandingDefenseLocalResidual,
     DisbandingDefenseLocalSearch,
     DisbandingDefenseRadioSearch,
     DisbandingDefenseResidual,
     DisbandingDefenseSearch,
+    DisbandingDefenseTestbedSearch,
 )
 from cps_agents.recipes.fdi import (
     FdiAttack,
@@ -54,6 +56,8 @@ RECIPES: dict[str, Recipe] = {
         DisbandingDefenseLocalSearch(),
         DisbandingDefenseRadioSearch(),
         DisbandingDefenseResidual(),
+        DisbandingDefenseLocalResidual(),
+        DisbandingDefenseTestbedSearch(),
         FdiAttack(),
         FdiAttackDisturbed(),
         FdiAttackSearch(),

@@ -153,14 +153,15 @@ def _mitigation(period_s: float) -> Contestant:
     return Contestant(f"mitigation-{period_s}", policy, f"mitigation, t_s = {period_s:g} s", overrides=MITIGATED)
 
 
+ROAD_OF_ROBOTS = Contestant("searched_robots", "zoo:disbanding-defense-testbed-cma", "searched on a road of their size")
 ROBOTS = Block(
     name="disbanding-defense-testbed",
     title="disbanding defenders on the nine robots of the test bed",
-    target="transfer of what was learned on the road: below collision avoidance alone, without a collision.",
+    target="transfer of what was learned on the road: below collision avoidance alone and below 22.0, no collision.",
     problem="disbanding",
     role="defender",
     metric="velocity_error",
-    learned=(PPO, BROADCAST, LOCAL),
+    learned=(ROAD_OF_ROBOTS, PPO, BROADCAST, LOCAL),
     baselines=(
         Contestant("none"),
         *map(_mitigation, PERIODS_S),
@@ -168,8 +169,16 @@ ROBOTS = Block(
         Contestant("feedback"),
     ),
     rows=(Row("the leading platoon at 20 s", (Challenge(Venue(TESTBED, "paper"), "defender", ROBOTS_ATTACK, 10),)),),
-    bars=(Bar(beat=("none",)), Bar(value=0.0, metric="collided", or_equal=True, by_mean=True)),
+    bars=(
+        Bar(beat=("none",)),
+        Bar(value=22.0),
+        Bar(value=0.0, metric="collided", or_equal=True, by_mean=True),
+    ),
     unit="percent",
     shown=("collided", "lowest_speed_mps"),
+    notes=(
+        "Nobody was trained on the test bed. The first policy was searched on a road with the size, speed and gaps of "
+        "the robots; its lags, noise and number of generations were chosen on validation seeds of the test bed.",
+    ),
 )
 BLOCKS = (PLANS, AGAINST, SEARCHED_ATTACK, *DEFENSE, ROBOTS)

@@ -102,6 +102,7 @@ CONTEST = Contest(
             "zoo:disbanding-defense-cma": OTHER_WARNING,
             "zoo:disbanding-defense-local-cma": OTHER_WARNING,
             "zoo:disbanding-defense-residual": OTHER_WARNING,
+            "zoo:disbanding-defense-testbed-cma": "found for nine robots, whose speeds and gaps are others",
         },
     ),
     variants=(

@@ -44,7 +44,7 @@ class Timed(AnalyticPolicy):
     ) -> None:
         super().__init__(spec)
         self.order = distinct([first, second, third], spec.config.max_platoons)
-        if jam and round(jam) >= spec.config.max_platoons:
+        if spec.config.can_jam and round(jam) >= spec.config.max_platoons:
             raise ConfigurationError(f"jam = {jam}: no vehicle drives behind the rear platoon")
         self.delay_s, self.pause_s, self.by_s = round(delay_s), float(round(pause_s)), float(by_s)
         self.jam, self.jam_at, self.jam_s = round(jam) if spec.config.can_jam else 0, round(jam_at), round(jam_s)
