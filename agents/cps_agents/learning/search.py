@@ -60,7 +60,8 @@ def worth_of(recipe: Recipe, family: Family, values: FloatArray, first_seed: int
     """
     weight = recipe.least_gain_weight
     if weight == 0:
-        return play_scenes(recipe, family, values, first_seed, times).mean(axis=1)
+        plain: FloatArray = play_scenes(recipe, family, values, first_seed, times).mean(axis=1)
+        return plain
     start = family.values(np.zeros((1, int(family.free.sum()))))
     reached = play_scenes(recipe, family, np.concatenate([start, values]), first_seed, times)
     gains = np.clip(reached[1:] - reached[0], -MOST_GAIN, MOST_GAIN)

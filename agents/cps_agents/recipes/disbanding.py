@@ -206,24 +206,7 @@ class DisbandingDefenseResidual(DisbandingDefenseSearch):
     least_gap_m: float = 1.75
     total_steps: int = 12 * 10 * 32  # 32 generations
     evaluations: int = 8
-    evaluation_episodes: int = 60
-
-
-@dataclass(frozen=True)
-class DisbandingDefenseLocalResidual(DisbandingDefenseResidual):
-    """The same beside the searched controller that needs no broadcast: the network is not told of it either."""
-
-    name: str = "disbanding-defense-local-residual"
-    family: str = "disbanding-local-residual"
-    teacher: str = "zoo:disbanding-defense-local-cma"
-    scenes: tuple[Scene, ...] = (
-        *BY_LAG,
-        Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),  # with 0.8 pile-ups decided
-        Scene(1, "timed?pause_s=130", "easy", LATE),
-    )
-    total_steps: int = 12 * 9 * 24  # 24 generations
-    evaluations: int = 6
-    evaluation_episodes: int = 54
+    evaluation_episodes: int = 100
 
 
 ROBOTS: Mapping[str, Any] = {  # the string of the test bed on this problem's own road, where it differs from `paper`

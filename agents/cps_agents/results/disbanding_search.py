@@ -86,7 +86,7 @@ ROBUST = Block(
     problem="disbanding",
     role="defender",
     metric="return",
-    learned=(BROADCAST, LOCAL),
+    learned=(BROADCAST, RESIDUAL, LOCAL),
     baselines=BASELINES,
     rows=(
         _robust("easy, random", "random", {}),
