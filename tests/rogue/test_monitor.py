@@ -94,7 +94,7 @@ def test_boxing_in_refuses_what_it_cannot_play(config: RogueConfig) -> None:
 
 
 def test_boxing_in_wants_all_its_numbers() -> None:
-    with pytest.raises(ConfigurationError, match="36 numbers"):
+    with pytest.raises(ConfigurationError, match="38 numbers"):
         BoxingIn(ROGUE.game(COMMANDED, 1).spec("defender"), START[:, 1:])
 
 

@@ -151,7 +151,7 @@ def test_the_shipped_answers_are_complete_and_rise() -> None:
 def test_an_answer_does_what_the_file_says(ratio: float, defender: str) -> None:
     document = json.loads(files("cps_baselines.rogue").joinpath("probing.json").read_text(encoding="utf-8"))
     (row,) = (row for row in document["found"] if row["power_ratio"] == ratio)
-    above = document["search"]["above"] if ratio == 1.1 else 0.0
+    above = row.get("search", document["search"])["above"] if ratio == 1.1 else 0.0
     config = world_config((ratio, ratio + above) if above else ratio, refined=True)
     players = {"attacker": Probe(spec_of(config), defender), "defender": defender}
     damage = play_episodes(ROGUE, config, players, SEEDS)["damage"].mean()
@@ -209,6 +209,9 @@ def test_a_tiny_search_writes_a_file_that_plays(monkeypatch: pytest.MonkeyPatch)
     assert known.at.tolist() == [[0, 1, 1, 2, 2, 2]]
     config = world_config(1.0)
     assert len(signs(Probe(spec_of(config), answers=known), config)) > 0
+    with Workers(1) as workers:
+        begun = search_answers([1.0], tiny, workers, lambda done, note, document: None, again=True)
+    np.testing.assert_array_equal(answers_of(begun).probes, shipped_answers().probes[:1])
 
 
 @pytest.mark.parametrize("option", ["answers=[0.1]", "answers=99", "answers=-1", "answers=[[0]]", "knowledge=words"])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +16,7 @@ import typer
 
 from cps_agents.commands.options import AsJson, Changes, Jobs, deliver
 from cps_agents.console import assignments, err, out, print_json
+from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
@@ -97,6 +99,7 @@ def search_switching(
     jobs: Jobs = None,
     to: File = None,
     probe: Annotated[bool, typer.Option("--probe", help=PROBE)] = False,
+    again: Annotated[bool, typer.Option("--again", help="With --probe: search longer, from the package's.")] = False,
 ) -> None:
     """Find the weights of the rogue attacker `switching` against each defender; the result is JSON.
 
@@ -104,7 +107,7 @@ def search_switching(
     every search the file holds what has been found so far, so an interrupted run is not lost.
     """
     if probe:
-        _search_answers(ratio, seed, jobs, to)
+        _search_answers(ratio, seed, jobs, to, again=again)
         return
     from cps_baselines.rogue.switching import shipped_weights
     from cps_baselines.rogue.switching_search import ALL, DEFENDERS, RATIOS, SwitchingSearch, search_switching
@@ -143,14 +146,17 @@ def document(
     return {"found": [found[name, ratio] for name in names for ratio in ratios if (name, ratio) in found]}
 
 
-def _search_answers(ratio: list[float] | None, seed: int, jobs: int | None, to: Path | None) -> None:
-    from cps_baselines.rogue.probing_search import RATIOS, ProbingSearch, search_answers
+def _search_answers(ratio: list[float] | None, seed: int, jobs: int | None, to: Path | None, *, again: bool) -> None:
+    from cps_baselines.rogue.probing_search import AGAIN, RATIOS, ProbingSearch, search_answers
     from cps_baselines.rogue.switching_search import DEFENDERS
 
     ratios = sorted(ratio or RATIOS)
+    if again and (unknown := set(ratios) - set(RATIOS)):
+        raise CommandError(f"the package has no answers at the power ratio {min(unknown):g}: leave out --again")
+    search = replace(AGAIN if again else ProbingSearch(), seed=seed)
     count = 2 * len(ratios) * len(DEFENDERS)
     with _keeping("searches", count, to) as keep, Workers(min(jobs or available_cores(), count)) as pool:
-        found = search_answers(ratios, ProbingSearch(seed=seed), pool, keep)
+        found = search_answers(ratios, search, pool, keep, again=again)
     deliver(found, to, f"{count} searches")
 
 

@@ -15,7 +15,7 @@ from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.rogue.actions import command_limits
 
 LEAST_GAP_M = 0.2  # that the acceleration which avoids a contact is reckoned with
-TOUCHING_M = 0.1  # the gap below which two vehicles count as touching
+TOUCHING_M = 0.04  # the gap below which two vehicles count as touching: a smaller one does no damage again
 
 
 class Manners(NamedTuple):
@@ -36,7 +36,8 @@ class Manners(NamedTuple):
     near_m: float  # m, the gap to the attacker below which a vehicle comes up to it instead of giving way
     slow_mps: float  # m/s, the attacker's speed below which it is left alone
     touch_mps: float  # m/s, the wanted closing speed at the contact
-    approach: float  # 1/s, what it grows by per metre of the gap
+    approach: float  # 1/s, what it grows by per metre of the gap; below 0 the gap may open the faster the larger it is
+    mirror: float  # acceleration per acceleration of the attacker while it comes up
     grip: float  # 1/s, acceleration per m/s that is missing to it
     press: float  # m/s2, by how much the acceleration towards the attacker exceeds what keeps the contact
 
@@ -51,7 +52,7 @@ class BoxingIn(AnalyticPolicy):
     Safe is a linear law for the gap, and beside it the acceleration that just avoids a contact. Intact vehicles keep
     the separation to the neighbor on the attacker's side. A neighbor of the attacker that is near comes up to it at a
     closing speed that falls with the gap. Once both touch it, they squeeze it: a vehicle without a gap to either side
-    does no damage, whatever its power. `numbers` is (36,), or (B, 36) with one set per episode: `Manners` behind the
+    does no damage, whatever its power. `numbers` is (38,), or (B, 38) with one set per episode: `Manners` behind the
     attacker, then `Manners` ahead of it.
 
     Raises:
@@ -79,7 +80,7 @@ class BoxingIn(AnalyticPolicy):
 
 
 def _table(rows: FloatArray) -> Array:
-    """Rows (B, 18) of numbers as records (B,)."""
+    """Rows (B, 19) of numbers as records (B,)."""
     kind: Any = Manners
     table = records(kind, len(rows))
     for name, column in zip(Manners._fields, rows.T, strict=True):
@@ -174,6 +175,6 @@ def drive(
     if gap < m.near_m and values[at.speed + seat] > m.slow_mps:
         if gap < TOUCHING_M:
             return float(min(home, pushed - m.press))
-        return float(pushed - m.grip * (opening + m.touch_mps + m.approach * gap))
+        return float(m.mirror * pushed - m.grip * (opening + m.touch_mps + m.approach * gap))
     safe = m.gap * (m.wanted_m + m.headway_s * values[at.speed + i] - gap) - m.closing * opening + m.pushed * pushed
     return float(max(home, safe + m.stopping * closing * closing / (2.0 * max(gap, LEAST_GAP_M))))

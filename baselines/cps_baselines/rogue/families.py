@@ -11,44 +11,46 @@ from cps_envs.core.types import FloatArray
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
 BEHIND = Manners(  # these and the next came out of a first search: see docs/rogue.md
-    wanted_m=5.8,
-    headway_s=0.41,
-    gap=2.3,
-    closing=5.2,
-    pushed=0.1,
-    stopping=1.7,
-    pair_gap=0.26,
-    pair_closing=4.8,
-    pair_pushed=0.66,
-    place=0.0094,
-    speed=2.9,
-    limit_mps=5.0,
-    near_m=2.9,
-    slow_mps=0.068,
-    touch_mps=0.049,
-    approach=0.087,
-    grip=4.8,
-    press=0.82,
+    wanted_m=5.16,
+    headway_s=0.332,
+    gap=2.11,
+    closing=6.6,
+    pushed=0.0886,
+    stopping=1.37,
+    pair_gap=0.484,
+    pair_closing=5.16,
+    pair_pushed=0.473,
+    place=0.00573,
+    speed=1.7,
+    limit_mps=4.16,
+    near_m=1.55,
+    slow_mps=0.0588,
+    touch_mps=-0.313,
+    approach=-1.19,
+    mirror=0.0145,
+    grip=10.3,
+    press=7.65,
 )
 AHEAD = Manners(
-    wanted_m=8.3,
-    headway_s=0.17,
-    gap=0.042,
-    closing=2.0,
-    pushed=0.25,
-    stopping=1.4,
-    pair_gap=0.39,
-    pair_closing=20.0,
-    pair_pushed=0.38,
-    place=0.35,
-    speed=1.9,
-    limit_mps=36.0,
-    near_m=1.1,
-    slow_mps=16.0,
-    touch_mps=0.061,
-    approach=1.3,
-    grip=3.2,
-    press=0.57,
+    wanted_m=5.27,
+    headway_s=0.37,
+    gap=0.0523,
+    closing=3.6,
+    pushed=0.716,
+    stopping=2.16,
+    pair_gap=0.545,
+    pair_closing=15.2,
+    pair_pushed=0.607,
+    place=0.179,
+    speed=0.612,
+    limit_mps=31.9,
+    near_m=5.1,
+    slow_mps=14.7,
+    touch_mps=-0.288,
+    approach=-0.385,
+    mirror=0.022,
+    grip=22.5,
+    press=4.95,
 )
 # The options of `Monitor` and how far the logarithm of each is worth moving. Four start where changing one after the
 # other had led on validation seeds; the others as the monitor has them.
@@ -63,6 +65,7 @@ WATCH = {
     "release_s": (10.0, 0.4),
 }
 STEP = 0.5  # of the logarithm of each number
+STEPS = {"touch_mps": 0.1, "approach": 0.5}  # of the numbers themselves, which may be negative
 
 
 def _monitor(spec: RoleSpec, values: FloatArray) -> Monitor:
@@ -76,7 +79,7 @@ BOXING_IN = Family(
     "rogue",
     "defender",
     tuple(
-        Number(f"{side}_{name}", start, STEP, by_factors=True)
+        Number(f"{side}_{name}", start, STEPS.get(name, STEP), by_factors=name not in STEPS)
         for side, numbers in (("behind", BEHIND), ("ahead", AHEAD))
         for name, start in numbers._asdict().items()
     ),

@@ -1,8 +1,9 @@
 """The search behind `probing.json`: a probe for each power ratio, and the best answer to each controller after it.
 
-`cps-envs search-switching --probe --out probing.json` made the file. Every candidate starts in the state that the probe
-has led to. The searches begin at the laws that did most there of all that the package knows, whatever they were found
-against: from zero a search against detection stays where nothing happens.
+`cps-envs search-switching --probe --out probing.json` made the file. Its row of 1.1 was searched anew, with `--again
+--ratio 1.1 --seed 1`, and names its search. Every candidate starts in the state that the probe has led to. The searches
+begin at the laws that did most there of all that the package knows, whatever they were found against: from zero a
+search against detection stays where nothing happens.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 
 from cps_baselines.evolution import evolve
 from cps_baselines.rogue.identify import known, trace_of
-from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe
+from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, shipped_answers
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_baselines.rogue.switching_search import ALL, DEFENDERS, REPORTED, SEARCHED, SELECTED, world_config
 from cps_baselines.rogue.yardsticks import RATIOS as YARDSTICK_RATIOS
@@ -49,6 +50,9 @@ class ProbingSearch:
     final_worlds: int = 8  # at half the step
     above: float = 0.02  # power ratios up to so much higher are drawn, between the first ratio and the last
     seed: int = 0
+
+
+AGAIN = ProbingSearch(generations=20, worlds=3, spread=0.4, finalists=12, above=0.01)  # longer, nearer to the ratio
 
 
 @dataclass(frozen=True)
@@ -170,19 +174,30 @@ def mean_traces(defender: str, ratio: float, probe: FloatArray, search: ProbingS
 
 
 def search_answers(
-    ratios: Sequence[float], search: ProbingSearch, workers: Workers, report: Callable[[int, str, Found], None]
+    ratios: Sequence[float],
+    search: ProbingSearch,
+    workers: Workers,
+    report: Callable[[int, str, Found], None],
+    *,
+    again: bool = False,
 ) -> Found:
     """Everything that `Probe` needs, ready for JSON; each answer is searched twice, at last from those of all.
 
+    `again` begins at the answers that come with the package, and keeps their probes: at its power ratios only.
     `report` is told after each search how many controllers are done, what is new, and what has been found so far.
     """
-    probes = dict(workers.run(partial(choose_probe, search=search), list(ratios)))
+    if again:
+        known, probes = _begun(ratios)
+    else:
+        known, probes = {}, dict(workers.run(partial(choose_probe, search=search), list(ratios)))
     alone = [(name,) for name in DEFENDERS]
     found: dict[tuple[float, str], Found] = {}
     done = 0
     for groups in (alone, [*(group for group in alone if group[0] not in ALIKE), ALIKE]):
         jobs = [
-            Job(ratio, group, probes[ratio], search, _laws(found, ratio, group)) for ratio in ratios for group in groups
+            Job(ratio, group, probes[ratio], search, _laws({**known, **found}, ratio, group))
+            for ratio in ratios
+            for group in groups
         ]
         fresh = {}
         for job, cells in workers.run(search_answer, jobs):
@@ -192,6 +207,18 @@ def search_answers(
             report(done, f"ratio {job.ratio:g}: {reached}", _document({**found, **fresh}, probes, ratios, search))
         found = fresh
     return _document(found, probes, ratios, search)
+
+
+def _begun(ratios: Sequence[float]) -> tuple[dict[tuple[float, str], Found], dict[float, tuple[float, ...]]]:
+    """The weights of all answers that come with the package, and the probes at some of its power ratios."""
+    known = shipped_answers()
+    rows = {ratio: row for row, ratio in enumerate(known.ratios.tolist())}
+    found = {
+        (ratio, name): {"weights": known.weights[row, column].tolist()}
+        for ratio, row in rows.items()
+        for column, name in enumerate(known.against)
+    }
+    return found, {ratio: tuple(known.probes[rows[ratio]].tolist()) for ratio in ratios}
 
 
 def _laws(
