@@ -179,8 +179,8 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
 
 LAGS_S = ((0.08, 0.2), (0.2, 0.4), (0.4, 0.55))
 BY_LAG = tuple(
-    Scene(1, attack, overrides={**TABLE_ROADS, "tau_s": lag_s, **shorter})
-    for attack, shorter in (("lead", {"duration_s": 100.0}), ("table_2_3", {}))
+    Scene(1, attack, overrides={**TABLE_ROADS, "tau_s": lag_s})  # to the end: gains at 100 s are gone by 180 s
+    for attack in ("lead", "table_2_3")
     for lag_s in LAGS_S
 )
 
