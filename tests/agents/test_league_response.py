@@ -115,7 +115,7 @@ def test_a_recipe_of_another_preset_is_noticed() -> None:
 def test_a_role_has_the_oracles_that_its_searches_families_and_recipes_make() -> None:
     names = {role: [oracle.name for oracle in choose_oracles("hvac", role)] for role in ("attacker", "defender")}
     assert names["attacker"][:4] == ["search", "hvac-brink", "hvac-tracker", "hvac-tracker-warm"]
-    assert names["defender"] == ["search", "hvac-bayes", "ppo"]
+    assert names["defender"] == ["search", "hvac-bayes", "hvac-bayes-together", "ppo"]
     assert "plans" in [oracle.kind for oracle in oracles_of("fdi", "attacker")]
     assert "recurrent" not in [oracle.kind for oracle in choose_oracles("rogue", "attacker")]
     (recurrent,) = choose_oracles("rogue", "attacker", ["recurrent"])
@@ -132,7 +132,7 @@ def test_a_role_has_the_oracles_that_its_searches_families_and_recipes_make() ->
 
 
 def test_searched_families_are_judged_by_what_they_are_paid() -> None:
-    (bayes,) = (oracle for oracle in choose_oracles("hvac", "defender") if oracle.kind == SEARCH)
+    bayes = next(oracle for oracle in choose_oracles("hvac", "defender") if oracle.kind == SEARCH)
     (moved,) = in_venue([bayes], Venue("hvac", "learning"), {"population": 6})
     assert moved.recipe is not None
     recipe = against(

@@ -49,10 +49,10 @@ def test_what_a_policy_needs_is_made_before_it() -> None:
 
 
 def test_a_step_goes_on_where_it_stopped_and_its_mixtures_are_shipped() -> None:
-    (trained,) = steps(["hvac-attack-cma"])
+    (trained,) = steps(["rogue-defense-cma"])
     runs, to = Path("runs"), Path("zoo")
     assert calls(trained, runs, to, 2) == [
-        ["train", "hvac-attack-cma", "--seeds", "5", "--resume", "--jobs", "2", "--out", "runs", "--to", "zoo"]
+        ["train", "rogue-defense-cma", "--seeds", "5", "--resume", "--jobs", "2", "--out", "runs", "--to", "zoo"]
     ]
     (played,) = steps(["rogue-attack-mixture"])
     first, second = calls(played, runs, to, None)
