@@ -22,10 +22,9 @@ class Numbers(NamedTuple):
     """What decides the plans; each an array with one entry per episode, (B,), or (1,) for all.
 
     The last attack comes at `last_*`, by what the rear half drives when the attacker looks, and by how near intact
-    platoons are to those ahead. On a road that nobody
-    defends the second attack comes `second_*` after the first. The third comes when a part `third_*` of the time left
-    till the last has passed; three names say 1, 3, 5 for a lag of 0.1, 0.3, 0.5 s. On other roads, and with more
-    attacks, the time that is left is parted equally.
+    platoons are to those ahead. On a road that nobody defends the second attack comes `second_*` after the first. The
+    third comes when a part `third_*` of the time left till the last has passed; three names say 1, 3, 5 for a lag of
+    0.1, 0.3, 0.5 s. On other roads, and with more attacks, the time that is left is parted equally.
     """
 
     look_s: FloatArray  # after the first attack
