@@ -153,6 +153,13 @@ class Game(ABC):
         """
         raise TypeError(f"the problem {self.name!r} tells no policy what an episode hides")
 
+    def privileged(self, role: Role) -> Observation:
+        """What an episode hides, (B, p) float32 of about unit size, for a learner's value function in training only.
+
+        No policy may see it. Empty, (B, 0), where the problem offers none.
+        """
+        return np.zeros((self.num_envs, 0), np.float32)
+
     def team(self, role: Role) -> Team:
         """The role as a team of agents.
 

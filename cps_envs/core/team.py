@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Any
 
+import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.fields import Fields
@@ -29,6 +30,10 @@ class Team(ABC):
     @abstractmethod
     def join(self, actions: Array) -> Array:
         """The role's action (B, ...) from the agents' actions (B, A, ...)."""
+
+    def privileged(self) -> Observation:
+        """`Game.privileged` for each agent, (B, A, p): for its own value function, in training only."""
+        return np.zeros((*self.observe().shape[:2], 0), np.float32)
 
     @abstractmethod
     def rewards(self, payoff: FloatArray) -> FloatArray:

@@ -1,0 +1,28 @@
+"""How an ordinary learner trains on a role: the settings that the role's page names, tried and measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+NATIVE = "native"  # the adapter that every role has
+
+
+@dataclass(frozen=True)
+class Training:
+    """What a learner should play a role through, and how it should start. Everything can be set otherwise.
+
+    `ppo` holds arguments of stable-baselines3's PPO; other libraries have the same under other names.
+    """
+
+    adapter: str = NATIVE  # name among the problem's `adapters` of the role
+    frame_skip: int = 1  # decisions of the role for which an agent holds its action
+    recent_s: tuple[float, ...] = ()  # s, time constants of running averages of the observation, which are appended
+    rough_s: float = 0.0  # s, time constant of a running average of the observation's changes; 0: none
+    run_s: float = 0.0  # s, mean time for which an untrained policy repeats a discrete action; 0: drawn anew each time
+    neutral_bias: float = 0.0  # added to the untrained logits of the neutral action
+    initial_deviation: float = 0.3  # of the untrained policy's continuous actions
+    pay_power: float = 1.0  # below 1 learners are paid the increase of (1 + what was paid so far) to this power
+    num_envs: int = 64
+    ppo: Mapping[str, Any] = field(default_factory=dict)
