@@ -13,9 +13,9 @@ from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.rogue.actions import command_limits, mode_space
+from cps_envs.rogue.actions import PLAIN, command_limits, mode_space
 from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.controllers import COMMANDED
+from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
 from cps_envs.rogue.dynamics import advance_episode
 from cps_envs.rogue.fields import attacker_fields, defender_fields
 from cps_envs.rogue.observation import observe_attacker, observe_defender
@@ -54,7 +54,8 @@ class RogueGame(Game):
         self.modes = config.defense_action == "mode"
         defense = mode_space(ordered) if self.modes else spaces.Box(-1.0, 1.0, (ordered,), np.float32)
         self.action_space = {"attacker": spaces.Box(-1.0, 1.0, (1,), np.float32), "defender": defense}
-        still = np.zeros(2 * ordered, np.int64) if self.modes else np.zeros(ordered)
+        plain = np.tile([CONTROLLERS.index(config.neutral_controller), PLAIN], ordered)
+        still = plain if self.modes else np.zeros(ordered)
         self.neutral_action = {"attacker": np.zeros(1), "defender": still}
         self.payoff_parts = PAYOFF_PARTS
         self.rules, self._ranges = rules_of(config), ranges_of(config)
