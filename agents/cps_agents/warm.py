@@ -70,9 +70,9 @@ def _interfaces(problem: Problem, preset: str) -> Iterator[Visit]:
     yield Visit(
         problem.name, f"{preset}: parallel", partial(_agents, partial(RolesParallelEnv, problem, preset=preset))
     )
-    if problem.swarm:
-        made = partial(SwarmEnv, problem, problem.swarm, preset=preset)
-        yield Visit(problem.name, f"{preset}: swarm", partial(_agents, made))
+    for role in problem.swarm:
+        made = partial(SwarmEnv, problem, role, preset=preset)
+        yield Visit(problem.name, f"{preset}: {role} swarm", partial(_agents, made))
 
 
 def _variants(problem: Problem) -> Iterator[tuple[str, str]]:

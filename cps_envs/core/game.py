@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
+from cps_envs.core.adapter import Adapter
 from cps_envs.core.clock import count_late, restart, tick
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Fields
@@ -36,6 +38,7 @@ class Game(ABC):
     fields: Mapping[Role, Fields]
     action_space: Mapping[Role, spaces.Space[Any]]  # of one environment
     neutral_action: Mapping[Role, Array]  # of one environment; changes nothing
+    adapters: Mapping[Role, Mapping[str, Callable[[RoleSpec], Adapter]]] = MappingProxyType({})  # for learners, by name
     payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker
     threaded: bool = False  # whether `_advance` calls its kernel through `self.threads.run`
 
@@ -182,4 +185,5 @@ class Game(ABC):
             neutral_action=self.neutral_action[role],
             decision_interval_s=self.decision_interval[role] * self.step_s,
             config=self.config,
+            adapters=self.adapters.get(role, {}),
         )

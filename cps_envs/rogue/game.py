@@ -14,6 +14,7 @@ from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.rogue.actions import PLAIN, command_limits, mode_space
+from cps_envs.rogue.adapters import ADAPTERS
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
 from cps_envs.rogue.dynamics import advance_episode
@@ -43,6 +44,7 @@ class RogueGame(Game):
 
     name = "rogue"
     threaded = True
+    adapters = ADAPTERS
 
     def __init__(self, config: RogueConfig, num_envs: int) -> None:
         super().__init__(num_envs)

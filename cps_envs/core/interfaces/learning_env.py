@@ -92,7 +92,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             self.training.recent_s,
             self.training.rough_s,
         )
-        self.adapter = problem.adapter(chosen.adapter, self.game.spec(role))
+        self.adapter = self.game.spec(role).adapter(chosen.adapter)
         self.agents = len(self.adapter.agents)
         self.team: Team | None = self.game.team(role) if self.agents > 1 or self.adapter.local else None
         self._masked = self.game.action_mask(role) is not None
