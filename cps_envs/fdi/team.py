@@ -34,7 +34,8 @@ def sensor_names(num_vehicles: int) -> tuple[str, ...]:
 
 def sensor_gaps(num_vehicles: int) -> IntArray:
     """The gap (A,) that each sensor measures, by the vehicle behind it, 0 = last."""
-    return np.r_[:num_vehicles, : num_vehicles - 1]
+    gaps: IntArray = np.r_[:num_vehicles, : num_vehicles - 1]
+    return gaps
 
 
 class SensorTeam(Team):
@@ -55,6 +56,14 @@ class SensorTeam(Team):
         self._tasks, self._targets, self._gaps = tasks, targets, sensor_gaps(config.num_vehicles)
         self._shares = self._gaps == np.arange(config.num_vehicles)[:, np.newaxis]  # (n, A)
         self._shares = self._shares / self._shares.sum(axis=1, keepdims=True)
+
+    def observe(self) -> Observation:
+        """(B, A, 0): sensors see nothing that the role does not."""
+        return np.zeros((*self._state.trust.shape[:1], len(self.agents), 0), np.float32)
+
+    def join(self, actions: Array) -> Array:
+        """Not here: the adapter `sensor` makes the role's action."""
+        raise TypeError("sensors play through the adapter `sensor`")
 
     def privileged(self) -> Observation:
         """See `privileged.hidden_from_sensors`, (B, A, 11)."""

@@ -7,11 +7,11 @@ import math
 from cps_envs.core.fields import Field
 from cps_envs.core.kernels import inlined
 
-MOST = 6.0  # 200 units; chosen
+MOST = 5.3  # asinh(100): 10 m, 5 m/s, 20 m/s2, 5 deviations are the most that is shown; chosen
 GAP_M = 0.1  # units, chosen: a third to a half of what entries vary by while nobody attacks
 SPEED_MPS = 0.05
 COMMAND_MPS2 = 0.2
-FILTER_DEVIATIONS = 0.1
+FILTER_DEVIATIONS = 0.05
 
 
 def bent_field(name: str, unit: float, written: str, shape: tuple[int, ...], description: str) -> Field:

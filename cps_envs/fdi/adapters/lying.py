@@ -19,6 +19,7 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observat
 from cps_envs.fdi.adapters.bending import COMMAND_MPS2, FILTER_DEVIATIONS, GAP_M, SPEED_MPS, bent, bent_field
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.observation import is_drawn
+from cps_envs.fdi.team import sensor_gaps
 
 
 class Sight(NamedTuple):
@@ -55,7 +56,7 @@ class Lying(Adapter):
         self.ranges: BoolArray = self.sensors < readings // 2
         self.resolution: FloatArray = np.where(self.ranges, config.range_resolution_m, config.rate_resolution_mps)
         self.bounds: IntArray = np.where(self.ranges, config.range_levels, config.rate_levels)
-        self.gaps: IntArray = np.tile(np.r_[:n, : n - 1], 2)  # (R,)
+        self.gaps: IntArray = np.tile(sensor_gaps(n), 2)  # (R,)
         self._sight = hold(
             Sight(
                 sensors=self.sensors,

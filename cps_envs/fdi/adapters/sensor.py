@@ -16,9 +16,9 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.fdi.adapters.bending import COMMAND_MPS2, GAP_M, SPEED_MPS, bent, bent_field
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.team import check_duel, sensor_names
+from cps_envs.fdi.team import check_duel, sensor_gaps, sensor_names
 
-MOST_DEVIATIONS = 4.0  # an innovation beyond it is a lie in any case; chosen
+MOST_DEVIATIONS = 3.5  # an innovation beyond it is a lie in any case; chosen
 MOST_SQUARE = 10.0  # chosen
 
 
@@ -53,7 +53,7 @@ class Sensor(Adapter):
         self._corrections = spec.neutral_action[config.num_readings :]
         self._sight = hold(
             Sight(
-                gaps=np.r_[:n, : n - 1],
+                gaps=sensor_gaps(n),
                 partners=np.r_[n : 2 * n - 1, -1, : n - 1],
                 offsets=spec.fields.offsets,
                 scale=spec.fields.scale,
