@@ -7,7 +7,7 @@ anywhere.
 from importlib.metadata import PackageNotFoundError, version
 
 from cps_envs.core.trust import trust
-from cps_envs.registration import PROBLEMS, find_problem, register
+from cps_envs.registration import PROBLEMS, find_problem, learning_env, register
 
 try:
     __version__ = version("cps-envs")
@@ -16,4 +16,4 @@ except PackageNotFoundError:  # running from a source tree that is not installed
 
 register()
 
-__all__ = ["PROBLEMS", "__version__", "find_problem", "register", "trust"]
+__all__ = ["PROBLEMS", "__version__", "find_problem", "learning_env", "register", "trust"]

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import gymnasium
+from gymnasium.envs.registration import load_env_creator
 
 from cps_envs.core import registration as core
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.problem import Problem
 from cps_envs.core.trust import require_trust
+from cps_envs.core.types import ROLES, Role
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.fdi.problem import FDI
 from cps_envs.hvac.problem import HVAC
 from cps_envs.rogue.problem import ROGUE
+
+if TYPE_CHECKING:  # it brings the compiler of kernels along
+    from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 
 PROBLEMS: dict[str, Problem] = {problem.name: problem for problem in (DISBANDING, FDI, HVAC, ROGUE)}
 
@@ -37,6 +45,39 @@ def find_problem(name: str) -> Problem:
     if not isinstance(found, Problem):
         raise UnknownNameError(f"{name!r} is no problem but {found!r}")
     return found
+
+
+def find_role(name: str) -> tuple[Problem, Role]:
+    """The problem and role of a name such as "RogueAttack", or of an id as Gymnasium takes it, such as your own.
+
+    Raises:
+        UnknownNameError: there is none; the message names the near ones.
+    """
+    module, colon, env_id = name.rpartition(":")
+    if colon:
+        import_module(module)
+    known = {core.class_name(problem, role): problem.env_id(role) for problem in PROBLEMS.values() for role in ROLES}
+    spec = gymnasium.registry.get(known.get(env_id, env_id))
+    point = None if spec is None else spec.entry_point
+    found: Any = load_env_creator(point) if isinstance(point, str) else point
+    if not isinstance(getattr(found, "problem", None), Problem):
+        raise UnknownNameError(f"there is no role {name!r}. {near(name, known)}")
+    return found.problem, found.role
+
+
+def learning_env(name: str, num_envs: int | None = None, **options: Any) -> LearningVectorEnv:
+    """A role as ordinary learners like it, see `core.interfaces.learning_env.LearningVectorEnv` for the options.
+
+    `name` is such as "RogueAttack", or an id as Gymnasium takes it.
+
+    Raises:
+        UnknownNameError: there is no such role, or no such adapter.
+        ConfigurationError: an option that cannot be right.
+    """
+    from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+
+    problem, role = find_role(name)
+    return LearningVectorEnv(problem, role, num_envs, **options)
 
 
 def register() -> None:

@@ -16,12 +16,12 @@ from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
 from cps_agents.contest.jobs import Effort, Pair, Played, Response, Screening
 from cps_agents.errors import CommandError
-from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.contest import Contest, Variant
 from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import near
+from cps_envs.core.seeds import TRAINING_START, VALIDATION
 from cps_envs.core.types import ROLES, FloatArray, Role, other
 
 Metrics: TypeAlias = dict[Pair, Mapping[str, FloatArray]]

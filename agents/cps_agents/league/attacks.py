@@ -14,11 +14,11 @@ from cps_agents.league.meetings import play_meetings
 from cps_agents.league.oracles import choose_oracles
 from cps_agents.league.response import Budget, Question, Response, respond, silent
 from cps_agents.league.strategy import Strategy
-from cps_agents.learning.seeds import VALIDATION
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import FORMS, form_of
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
+from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import FloatArray
 
 SOLVERS = ("bnb", "lp_greedy")  # plan for exact sensors, minutes an episode

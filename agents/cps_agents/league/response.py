@@ -17,12 +17,12 @@ from cps_agents.league.meetings import play_meetings
 from cps_agents.league.oracles import Oracle, SearchJob, check_installed, decisions, forms_of, venue_of
 from cps_agents.league.strategy import Strategy
 from cps_agents.learning.recipe import SEARCH, Recipe, Scene, changed
-from cps_agents.learning.seeds import TRAINING_START, VALIDATION
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.contest import Search
 from cps_baselines.workers import Workers
+from cps_envs.core.seeds import TRAINING_START, VALIDATION
 from cps_envs.core.types import SIGN, FloatArray, Role, other
 
 SEARCH_START = TRAINING_START + 90_000_000  # seeds that no training run plays

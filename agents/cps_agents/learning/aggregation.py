@@ -21,9 +21,9 @@ from cps_agents.learning.imitation import Sequences, collect, imitate_sequences,
 from cps_agents.learning.learner import Report
 from cps_agents.learning.model import make_model, scaling_of
 from cps_agents.learning.run import Run
-from cps_agents.learning.seeds import training_seed
 from cps_agents.learning.tracking import Tracker
 from cps_agents.learning.training_envs import TrainingEnvs
+from cps_envs.core.seeds import training_seed
 
 
 def begin_taught(run: Run, device: str, envs: TrainingEnvs, report: Report) -> BaseAlgorithm:

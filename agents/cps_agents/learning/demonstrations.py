@@ -14,12 +14,12 @@ from gymnasium import spaces
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.seeds import VALIDATION
 from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.mixture import Mixture
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, RoleSpec, State, ask, begun
+from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation, Role, other
 from cps_envs.registration import find_problem

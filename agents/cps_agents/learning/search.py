@@ -17,7 +17,6 @@ from cps_agents.files import write_json
 from cps_agents.learning.learner import Report
 from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
 from cps_agents.learning.run import Job, Run, recording
-from cps_agents.learning.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_agents.learning.tracking import Tracker
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card, read_card
@@ -27,6 +26,7 @@ from cps_agents.zoo.policy import count_actions
 from cps_baselines.family import Family, find_family, play_family
 from cps_envs.core.documents import read_entry
 from cps_envs.core.errors import require
+from cps_envs.core.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_envs.core.types import FloatArray, other
 from cps_envs.registration import find_problem
 

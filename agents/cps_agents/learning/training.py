@@ -32,9 +32,9 @@ from cps_agents.learning.model import check_fit, make_model, scaling_of, wander
 from cps_agents.learning.plan_search import search_plans
 from cps_agents.learning.recipe import IMITATION, RECURRENT
 from cps_agents.learning.run import MOST_STEPS, Job, Run, recording, resumption_of
-from cps_agents.learning.seeds import training_seed
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_envs.core.documents import Source, entry_of
+from cps_envs.core.seeds import training_seed
 from cps_envs.core.types import Array
 
 REMEDY = "Delete the folder and train again."

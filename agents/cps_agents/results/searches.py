@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from gymnasium.utils import seeding
 
-from cps_agents.learning.seeds import TRAINING_START
 from cps_baselines.arena import Prepared
 from cps_baselines.disbanding.genetic import GivenPlans
 from cps_baselines.disbanding.plan_search import SearchSettings, search_plan
 from cps_baselines.rogue.reproduction.headroom import DUTIES, DUTY_HZ
 from cps_baselines.rogue.square import SquareWave
 from cps_envs.core.play import finish, play_episodes
+from cps_envs.core.seeds import TRAINING_START
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.rogue.problem import ROGUE

@@ -1,0 +1,303 @@
+"""A role as ordinary learners like it: a Gymnasium vector environment with a row for each agent of each episode."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from gymnasium.error import ResetNeeded
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from cps_envs.core.actions import ActionReader
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.interfaces.info import batch_info
+from cps_envs.core.interfaces.options import check_count, check_options
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.policy import State
+from cps_envs.core.problem import Problem
+from cps_envs.core.seeds import training_seed
+from cps_envs.core.seen import Seen
+from cps_envs.core.streams import spawning
+from cps_envs.core.team import Team
+from cps_envs.core.training import Training
+from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
+from cps_envs.core.untrained import Untrained
+from cps_envs.core.wiring import Wired, WiredBox, Wiring, scaling
+
+Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
+MOST_SAMPLES = 50_000  # rows that the scaling is taken of
+
+
+class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
+    """B episodes with A agents each, as B x A rows that one network can play, all agents of an episode side by side.
+
+    - The agents act through an adapter, and keep an action for `frame_skip` decisions of the role.
+    - Inputs are scaled once, by what an untrained policy meets in a first pass. There are no running statistics.
+    - Each agent of a defending team is paid for its own part; the parts sum to minus the payoff.
+    - Episodes start at different times, so that every batch has all parts of an episode.
+    - The clock's end is `terminated`: the observation tells the time, and no value lies beyond. Nothing is truncated.
+    - Ended episodes start anew at once (`AutoresetMode.SAME_STEP`). `info["final_info"]` has `episode` with the role's
+      undiscounted return `r` and length `l`, and the game's metrics; each row of an ended episode has them.
+    - `seed` numbers training runs. Its episodes lie beyond all seeds of evaluations, see `core.seeds`.
+
+    `single_observation_space` carries the wiring, see `core.wiring.WiredBox`. `active()` and `privileged()` are for
+    learners that can use them.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        role: Role,
+        num_envs: int | None = None,
+        *,
+        preset: str = "learning",
+        opponent: PolicyReference | None = None,
+        seed: int = 0,
+        adapter: str | None = None,
+        frame_skip: int | None = None,
+        recent_s: Sequence[float] | None = None,
+        rough_s: float | None = None,
+        pay_power: float | None = None,
+        wiring: Wiring | None = None,
+        num_threads: int = 1,
+        **overrides: Any,
+    ) -> None:
+        """What is left out is as `problem.training` says.
+
+        `wiring` is that of a network that is to go on learning; then adapter and inputs are its own, with its scaling.
+
+        Raises:
+            ConfigurationError: a value that cannot be right.
+            UnknownNameError: there is no such adapter.
+        """
+        self.problem, self.role = problem, role
+        self.training = _settings(problem.training.get(role, Training()), locals())
+        self.config = problem.config(preset, overrides)
+        self.opponent = problem.opponents[preset][other(role)] if opponent is None else opponent
+        self.episodes = check_count("num_envs", self.training.num_envs)
+        self._match = problem.match(self.config, self.episodes, {other(role): self.opponent})
+        self.game = self._match.game
+        self.game.use_threads(check_count("num_threads", num_threads))
+        self._run = check_count("seed", seed + 1) - 1
+        chosen = wiring or Wiring(
+            problem.name,
+            role,
+            self.training.adapter,
+            self.training.frame_skip,
+            self.training.recent_s,
+            self.training.rough_s,
+        )
+        self.adapter = problem.adapter(chosen.adapter, self.game.spec(role))
+        self.agents = len(self.adapter.agents)
+        self.team: Team | None = self.game.team(role) if self.agents > 1 or self.adapter.local else None
+        self._masked = self.game.action_mask(role) is not None
+        self.untrained = Untrained(self.adapter, self.training, chosen.frame_skip)
+        self.num_envs = self.episodes * self.agents
+        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        self.single_action_space = self.adapter.action_space
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._reader = ActionReader(self.single_action_space)
+        self._paid = np.zeros((self.episodes, self.agents))  # so far, of which `pay_power` is taken
+        self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
+        self._generators: list[np.random.Generator] = []
+        self._everyone = np.ones(self.episodes, np.bool_)
+        self._wire(chosen)
+        self._started = False
+        if not chosen.mean:
+            self._wire(self._scaled(chosen))
+
+    def _wire(self, wiring: Wiring) -> None:
+        self.wired = Wired(wiring, self.adapter, self._masked)
+        self.state: State = self.wired.begin(self.episodes)
+        self.single_observation_space = WiredBox(self.wired.columns, wiring)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start all episodes, at different times. `seed` numbers the training run, 0 to 9,999; None: the one given.
+
+        Raises:
+            ConfigurationError: the seed is no whole number, or negative.
+        """
+        check_options(options)
+        if seed is not None:
+            self._run = check_count("seed", _first(seed) + 1) - 1
+        self._begin()
+        for _ in self._stagger():
+            pass
+        self._clear(self._everyone)
+        self._started = True
+        return self._rows(), {}
+
+    def step(self, actions: Any) -> Step:
+        """Advance every episode by `frame_skip` decisions of the role, or to its end, under the agents' actions.
+
+        Raises:
+            ResetNeeded: before the first reset.
+            ValueError: the actions have a wrong shape, are not finite or lie outside the action space.
+        """
+        if not self._started:
+            raise ResetNeeded("call reset() before step()")
+        checked = self._reader.batch(actions, self.num_envs)
+        reward, payoff, ended = self._advance(checked)
+        self._returns += SIGN[self.role] * payoff
+        self._lengths += 1
+        learned = self._learned(reward)
+        info = self._ends(ended) if ended.any() else {}
+        done = np.repeat(ended, self.agents)
+        return self._rows(), learned.reshape(-1), done, np.zeros(self.num_envs, np.bool_), info
+
+    def active(self) -> BoolArray:
+        """The rows (B x A,) that are there and whose action has an effect now."""
+        return self.wired.active(self._seen(), self.state).reshape(-1)
+
+    def privileged(self) -> Observation:
+        """What the episodes hide, (B x A, p), for value functions in training only."""
+        if self.team is None:
+            return self.game.privileged(self.role)
+        shown = self.team.privileged()
+        return shown.reshape(self.num_envs, -1)
+
+    def action_masks(self) -> BoolArray:
+        """Legal actions (B x A, k).
+
+        Raises:
+            AttributeError: all actions are legal.
+        """
+        count = self.wired.columns.mask
+        if count == 0:
+            raise AttributeError(f"the {self.role} of {self.problem.name} has no action masks here")
+        return self._rows()[:, -count:] > 0
+
+    def _seen(self) -> Seen:
+        """What the role sees, from which all agents' inputs are made."""
+        masks = self.game.action_mask(self.role) if self._masked else None
+        team = self.team.observe() if self.team is not None and self.adapter.local else None
+        return Seen(self.game.fields[self.role], self.game.observe(self.role), None, False, masks, team)
+
+    def _rows(self) -> Observation:
+        return self.wired.inputs(self._now, self.state).reshape(self.num_envs, -1)
+
+    def _begin(self) -> None:
+        first = training_seed(self._run)
+        self._generators = [spawning(seeding.np_random(first + b)[0]) for b in range(self.episodes)]
+        self._match.reset(self._everyone, self._generators)
+        self.state = self.wired.begin(self.episodes)
+        self._look()
+
+    def _look(self) -> None:
+        self._now = self._seen()
+        self.state = self.wired.see(self._now, self.state)
+
+    def _advance(self, actions: Array) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Keep actions (B x A, ...); the agents' rewards (B, A), the payoff (B,), and the episodes (B,) that ended."""
+        game, interval = self.game, self.game.decision_interval[self.role]
+        shape = self.adapter.action_space.shape or ()
+        self.state = self.wired.keep(self.state, actions.reshape(self.episodes, self.agents, *shape))
+        reward, total, live = np.zeros((self.episodes, self.agents)), np.zeros(self.episodes), self._everyone
+        for decision in range(self.wired.wiring.frame_skip):
+            if decision > 0:
+                live = live & ~game.terminated & (game.elapsed < game.horizon)
+                if not live.any():
+                    break
+                if self.wired.averages:
+                    self._look()
+                else:
+                    self._now = self._seen()
+            action, self.state = self.wired.act(self._now, self.state)
+            payoff = self._match.step({self.role: action}, live, interval)
+            own = self.team.rewards(payoff) if self.team is not None else SIGN[self.role] * payoff[:, np.newaxis]
+            reward += np.where(live[:, np.newaxis], own, 0.0)
+            total += payoff
+        self._look()
+        return reward, total, game.terminated | (game.elapsed >= game.horizon)
+
+    def _learned(self, reward: FloatArray) -> FloatArray:
+        """What learners are paid, (B, A): the rewards, or the increase of a power of their sum so far."""
+        power = self.training.pay_power
+        if power == 1.0:
+            return reward
+        before = np.maximum(SIGN[self.role] * self._paid, 0.0)
+        self._paid = self._paid + reward
+        after = np.maximum(SIGN[self.role] * self._paid, 0.0)
+        gained: FloatArray = SIGN[self.role] * ((1.0 + after) ** power - (1.0 + before) ** power)
+        return gained
+
+    def _ends(self, ended: BoolArray) -> dict[str, Any]:
+        """Start ended episodes anew; their last rows and metrics as Gymnasium's `final_*` entries."""
+        rows, last = np.repeat(ended, self.agents), self._rows()
+        final_obs = np.full(self.num_envs, None, object)
+        for row in np.flatnonzero(rows):
+            final_obs[row] = last[row]
+        final = batch_info(self.game, self.role, ended)
+        shared: dict[str, Any] = {name: np.repeat(values, self.agents, axis=0) for name, values in final.items()}
+        episode = {"r": np.where(ended, self._returns, 0.0), "l": np.where(ended, self._lengths, 0)}
+        shared["episode"] = {name: np.repeat(values, self.agents) for name, values in episode.items()}
+        shared["_episode"] = rows
+        self._restart(ended)
+        return {"final_obs": final_obs, "_final_obs": rows, "final_info": shared, "_final_info": rows.copy()}
+
+    def _restart(self, envs: BoolArray) -> None:
+        self._match.reset(envs, self._generators)
+        state, self._now = self.wired.restart(self.state, envs), self._seen()
+        looked = self.wired.see(self._now, state)
+        self.state = tuple(_rows_of(new, old, envs) for new, old in zip(looked, state, strict=True))
+        self._clear(envs)
+
+    def _clear(self, envs: BoolArray) -> None:
+        self._paid[envs], self._returns[envs], self._lengths[envs] = 0.0, 0.0, 0
+
+    def _stagger(self) -> Iterator[tuple[Observation, BoolArray]]:
+        """Let an untrained policy play until each episode has begun at a time of its own; yields rows, and the active."""
+        game, skip = self.game, self.wired.wiring.frame_skip
+        decisions = -(-game.horizon // (game.decision_interval[self.role] * skip))
+        if decisions < FEWEST_STAGGERED:
+            yield self._rows(), self.active()
+            return
+        generator = np.random.default_rng(training_seed(self._run))
+        begins = generator.integers(0, decisions, self.episodes)
+        for decision in range(decisions):
+            rows = self._rows()
+            yield rows, self.active()
+            last = rows[:, self.wired.columns.scaled :][:, : self.wired.columns.last_action]
+            masks = rows[:, -self.wired.columns.mask :] > 0 if self.wired.columns.mask else None
+            drawn = self.untrained.draw(last, masks, generator)
+            action = drawn.reshape(self.num_envs, *(self.single_action_space.shape or ()))
+            *_, ended = self._advance(self._reader.batch(action, self.num_envs))
+            again = ended | (begins == decision)
+            if again.any():
+                self._restart(again)
+
+    def _scaled(self, wiring: Wiring) -> Wiring:
+        """The wiring with mean and deviation of the inputs that an untrained policy meets."""
+        self._begin()
+        met = [rows[active] for rows, active in self._stagger()]
+        columns = np.concatenate(met)[:, : self.wired.columns.scaled]
+        if len(columns) == 0:
+            raise ConfigurationError("no agent was active in a first pass: nothing can be learned here")
+        mean, deviation = scaling(columns[:: len(columns) // MOST_SAMPLES + 1])
+        return replace(wiring, mean=mean, deviation=deviation)
+
+
+def _settings(training: Training, given: dict[str, Any]) -> Training:
+    """Training settings with what a caller has set otherwise."""
+    names = ("adapter", "frame_skip", "recent_s", "rough_s", "pay_power", "num_envs")
+    changed = {name: given[name] for name in names if given[name] is not None}
+    if "recent_s" in changed:
+        changed["recent_s"] = tuple(changed["recent_s"])
+    return replace(training, **changed)
+
+
+def _rows_of(new: Array, old: Array, envs: BoolArray) -> Array:
+    """`new` in the marked episodes (B,), `old` in the others."""
+    return np.where(envs.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
+
+
+def _first(seed: int | Sequence[int | None]) -> int:
+    return int(seed[0] or 0) if isinstance(seed, Sequence) else int(seed)
