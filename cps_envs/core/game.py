@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -20,6 +19,7 @@ from cps_envs.core.team import Team
 from cps_envs.core.threads import Threads
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 
+Adapters: TypeAlias = Mapping[Role, Mapping[str, Callable[[RoleSpec], Adapter]]]  # by name
 UNKNOWN = 2**62  # more game steps than any horizon
 
 
@@ -38,7 +38,7 @@ class Game(ABC):
     fields: Mapping[Role, Fields]
     action_space: Mapping[Role, spaces.Space[Any]]  # of one environment
     neutral_action: Mapping[Role, Array]  # of one environment; changes nothing
-    adapters: Mapping[Role, Mapping[str, Callable[[RoleSpec], Adapter]]] = MappingProxyType({})  # for learners, by name
+    adapters: ClassVar[Adapters] = {}  # what learners play the roles through
     payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker
     threaded: bool = False  # whether `_advance` calls its kernel through `self.threads.run`
 

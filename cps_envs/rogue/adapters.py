@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from gymnasium import spaces
 
@@ -13,7 +11,7 @@ from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.rogue.actions import PLAIN, mode_space
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
@@ -163,9 +161,3 @@ def team_of(seen: Seen) -> Observation:
     """The own rows of the vehicles, (B, A, m)."""
     assert seen.team is not None  # adapters that are `local` are shown it
     return seen.team
-
-
-ADAPTERS: Mapping[Role, Mapping[str, type[Adapter]]] = {
-    "attacker": {"effort": Effort},
-    "defender": {"vehicle": Vehicle, "vehicle_full": VehicleFull},
-}

@@ -16,13 +16,12 @@ from cps_envs.core.actions import ActionReader
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_count, check_options
+from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.policy import State
 from cps_envs.core.problem import Problem
 from cps_envs.core.seeds import training_seed
-from cps_envs.core.seen import Seen
 from cps_envs.core.streams import spawning
-from cps_envs.core.team import Team
 from cps_envs.core.training import Training
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 from cps_envs.core.untrained import Untrained
@@ -92,9 +91,9 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             self.training.recent_s,
             self.training.rough_s,
         )
-        self.adapter = self.game.spec(role).adapter(chosen.adapter)
+        self.outside = Outside(self.game, role, chosen.adapter)
+        self.adapter = self.outside.adapter
         self.agents = len(self.adapter.agents)
-        self.team: Team | None = self.game.team(role) if self.agents > 1 or self.adapter.local else None
         self._masked = self.game.action_mask(role) is not None
         self.untrained = Untrained(self.adapter, self.training, chosen.frame_skip)
         self.num_envs = self.episodes * self.agents
@@ -155,14 +154,12 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def active(self) -> BoolArray:
         """The rows (B x A,) that are there and whose action has an effect now."""
-        return self.wired.active(self._seen(), self.state).reshape(-1)
+        return self.wired.active(self.outside.seen(), self.state).reshape(-1)
 
     def privileged(self) -> Observation:
         """What the episodes hide, (B x A, p), for value functions in training only."""
-        if self.team is None:
-            return self.game.privileged(self.role)
-        shown = self.team.privileged()
-        return shown.reshape(self.num_envs, -1)
+        shown = self.outside.privileged()
+        return shown.reshape(self.num_envs, shown.shape[2])
 
     def action_masks(self) -> BoolArray:
         """Legal actions (B x A, k).
@@ -175,12 +172,6 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             raise AttributeError(f"the {self.role} of {self.problem.name} has no action masks here")
         return self._rows()[:, -count:] > 0
 
-    def _seen(self) -> Seen:
-        """What the role sees, from which all agents' inputs are made."""
-        masks = self.game.action_mask(self.role) if self._masked else None
-        team = self.team.observe() if self.team is not None and self.adapter.local else None
-        return Seen(self.game.fields[self.role], self.game.observe(self.role), None, False, masks, team)
-
     def _rows(self) -> Observation:
         return self.wired.inputs(self._now, self.state).reshape(self.num_envs, -1)
 
@@ -192,7 +183,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._look()
 
     def _look(self) -> None:
-        self._now = self._seen()
+        self._now = self.outside.seen()
         self.state = self.wired.see(self._now, self.state)
 
     def _advance(self, actions: Array) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -209,11 +200,10 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
                 if self.wired.averages:
                     self._look()
                 else:
-                    self._now = self._seen()
+                    self._now = self.outside.seen()
             action, self.state = self.wired.act(self._now, self.state)
             payoff = self._match.step({self.role: action}, live, interval)
-            own = self.team.rewards(payoff) if self.team is not None else SIGN[self.role] * payoff[:, np.newaxis]
-            reward += np.where(live[:, np.newaxis], own, 0.0)
+            reward += np.where(live[:, np.newaxis], self.outside.rewards(payoff), 0.0)
             total += payoff
         self._look()
         return reward, total, game.terminated | (game.elapsed >= game.horizon)
@@ -245,7 +235,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def _restart(self, envs: BoolArray) -> None:
         self._match.reset(envs, self._generators)
-        state, self._now = self.wired.restart(self.state, envs), self._seen()
+        state, self._now = self.wired.restart(self.state, envs), self.outside.seen()
         looked = self.wired.see(self._now, state)
         self.state = tuple(_rows_of(new, old, envs) for new, old in zip(looked, state, strict=True))
         self._clear(envs)

@@ -8,7 +8,7 @@ from cps_envs.core.adapter import Adapter
 from cps_envs.core.game import Game
 from cps_envs.core.policy import State
 from cps_envs.core.seen import Seen
-from cps_envs.core.team import Team
+from cps_envs.core.team import Team, grouped
 from cps_envs.core.types import SIGN, Array, FloatArray, Observation, Role
 
 
@@ -25,7 +25,8 @@ class Outside:
         self._game, self.role = game, role
         self.adapter: Adapter = game.spec(role).adapter(adapter)
         self.agents = self.adapter.agents
-        self.team: Team | None = game.team(role) if len(self.agents) > 1 or self.adapter.local else None
+        divided = len(self.agents) > 1 or self.adapter.local
+        self.team: Team | None = grouped(game.team(role), self.agents) if divided else None
 
     def seen(self) -> Seen:
         """What the role shows now, from which its agents' observations are made."""
