@@ -9,13 +9,14 @@ from cps_envs.core.adapter import Adapter
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
-from cps_envs.hvac.columns import encoded, squeeze, squeezed
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation
+from cps_envs.hvac.columns import squeezed
+from cps_envs.hvac.comparison import fill_rows, tables
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.model import MEAN_H
-from cps_envs.hvac.neighbours import Neighbours, most_of_others, of_others
+from cps_envs.hvac.neighbours import Neighbours
 from cps_envs.hvac.observation import MOST_STD, NEAR_C
-from cps_envs.hvac.sensors import membership, zones_of_sensors
+from cps_envs.hvac.sensors import membership, sensor_names
 
 BELIEVE = 1  # the action; 0 leaves the sensor out
 
@@ -84,20 +85,15 @@ class Belief(Adapter):
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         config: HvacConfig = spec.config
-        self._config, self._near = config, Neighbours(config)
-        self.agents = tuple(f"sensor_{s + 1}" for s in range(config.num_sensors))
+        self._everybody = Neighbours(config).everybody
+        self.agents = sensor_names(config)
         self.fields = belief_fields(config)
         self.action_space = spaces.Discrete(2)
         self.neutral_action = np.array(BELIEVE)
-        self._zone, self._member = zones_of_sensors(config), membership(config)  # (S,), (sets, S)
+        self._member = membership(config)  # (sets, S)
         self._size: IntArray = self._member.sum(axis=1)
         self._model = len(self._member) + 1  # the choice; the filters' come after it
-        self._used = self._sensors_of_choices()
-
-    def _sensors_of_choices(self) -> BoolArray:
-        """Which sensors each choice of the defender uses, (C, S): all for the raw readings, none for the model."""
-        ends = np.ones((1, len(self.agents)), np.bool_)
-        return np.concatenate([ends, self._member, ~ends, self._near.member])
+        self._tables = tables(config)
 
     def active(self, seen: Seen, state: State) -> BoolArray:
         """Whether the window is full, (B, S): before that no choice but the model has an effect."""
@@ -109,77 +105,14 @@ class Belief(Adapter):
         fits = ~(self._member & ~believed[:, np.newaxis]).any(axis=2)  # (B, sets)
         sizes = np.where(fits, self._size, 0)
         chosen = np.where(sizes.any(axis=1), 1 + sizes.argmax(axis=1), self._model)
-        chosen = np.where(believed.all(axis=1), self._model + 1 + self._near.everybody, chosen)
+        chosen = np.where(believed.all(axis=1), self._model + 1 + self._everybody, chosen)
         return np.where(seen["ready"] > 0.5, chosen, self._model), state
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """See `belief_fields`, (B, S, size)."""
-        columns = {**self._innovations(seen), **self._estimates(seen), **self._residuals(seen), **self._setting(seen)}
-        return encoded(self.fields, columns)
-
-    def _innovations(self, seen: Seen) -> dict[str, FloatArray]:
-        near, i, m = self._near, seen["innovation"], seen["innovation_mean"]
-        rows, chosen = np.arange(len(seen)), self._chosen_filter(seen)
-        m_all, m_model, m_without = m[:, near.everybody], m[:, near.nobody], m[:, near.without, near.own]
-        same = np.ones_like(m_all)
-        return {
-            "i_all": i[:, near.everybody],
-            "i_model": squeeze(i[:, near.nobody], "std"),
-            "i_without": squeeze(i[:, near.without, near.own], "std"),
-            "i_chosen": i[rows, chosen],
-            "m_all": m_all,
-            "m_model": squeeze(m_model, "std"),
-            "m_without": squeeze(m_without, "std"),
-            "m_chosen": m[rows, chosen],
-            "others_m_all": of_others(m_all, same),
-            "others_m_model": squeeze(of_others(m_model, same), "std"),
-            "most_m_all": most_of_others(np.abs(m_all)),
-            "most_m_model": most_of_others(np.abs(m_model)),
-            "most_m_without": most_of_others(np.abs(m_without)),
-            "size_m_all": np.abs(m_all),
-            "size_m_model": np.abs(m_model),
-            "size_m_without": np.abs(m_without),
-        }
-
-    def _chosen_filter(self, seen: Seen) -> IntArray:
-        """The filter (B,) with the sensors of the last choice; that of all for the raw readings and at the start."""
-        last = seen["last_choice"].argmax(axis=1)
-        by_set = np.where(last == 0, self._near.everybody, np.where(last == self._model, self._near.nobody, last - 1))
-        chosen: IntArray = np.where(last > self._model, last - self._model - 1, by_set)
-        return chosen
-
-    def _estimates(self, seen: Seen) -> dict[str, FloatArray]:
-        near, x = self._near, seen["estimate"] - self._config.reference_c
-        filters = x[:, self._model + 1 :]
-        everybody, without = filters[:, near.everybody, self._zone], filters[:, near.without, self._zone]
-        observer = x[:, 1 + near.without, self._zone]
-        return {
-            "x_all": squeeze(everybody, "C"),
-            "x_observer": squeeze(observer, "C"),
-            "observer_filter": squeeze(observer - everybody, "C"),
-            "alone_observer": squeeze(x[:, 1 + near.alone, self._zone] - observer, "C"),
-            "without_all": squeeze(without - everybody, "C"),
-            "without_model": squeeze(without - filters[:, near.nobody, self._zone], "C"),
-        }
-
-    def _residuals(self, seen: Seen) -> dict[str, FloatArray]:
-        j, mean, near = seen["residual"], seen["mean_residual"], self._near
-        return {
-            "j_without": j[:, near.without],
-            "jm_without": mean[:, near.without],
-            "j_alone": j[:, near.alone],
-            "jm_alone": mean[:, near.alone],
-            "jm_least": mean.min(axis=1, keepdims=True),
-        }
-
-    def _setting(self, seen: Seen) -> dict[str, FloatArray]:
-        """Who was believed, and the clock."""
-        used = self._used[seen["last_choice"].argmax(axis=1)]
-        believed = used.astype(np.float64)
-        return {
-            "believed": believed,
-            "others_believed": of_others(believed, np.ones_like(believed)),
-            "time_of_day": seen["time_of_day"][:, np.newaxis],
-            "left_h": self._config.duration_h - seen["elapsed_h"][:, np.newaxis],
-            "outdoor_c": seen["outdoor_c"][:, :1],
-        }
+        rows = np.empty((len(seen), len(self.agents), self.fields.size), np.float32)
+        theirs = self.spec.fields
+        fill_rows(
+            self._tables, seen.observation, theirs.scale, theirs.offsets, rows, self.fields.scale, self.fields.offsets
+        )
+        return rows

@@ -17,6 +17,7 @@ from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.model import build_model
 from cps_envs.hvac.neighbours import Neighbours, of_others
 from cps_envs.hvac.observation import MOST_STD, NEAR_C
+from cps_envs.hvac.sensors import sensor_names
 
 # All chosen. Levels beyond 1.6 are found out within the hour; the steps are finer where lies hide.
 LEVELS = (-1.6, -0.8, -0.4, -0.2, 0.0, 0.2, 0.4, 0.8, 1.6)  # standard deviations of an innovation
@@ -75,7 +76,7 @@ class Expected(Adapter):
                 "filter. Use preset learning or hard, or play through adapter=native."
             )
         self._config, self._near = config, Neighbours(config)
-        self.agents = tuple(f"sensor_{s + 1}" for s in range(config.num_sensors))
+        self.agents = sensor_names(config)
         self.fields = expected_fields(config)
         self.action_space = spaces.Discrete(len(LEVELS))
         self.neutral_action = np.array(LEVELS.index(0.0))

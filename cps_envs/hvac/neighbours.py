@@ -40,10 +40,3 @@ def of_others(values: FloatArray, weights: FloatArray) -> FloatArray:
     counts = weights.sum(axis=1, keepdims=True) - weights
     mean: FloatArray = sums / np.maximum(counts, 1.0)
     return mean
-
-
-def most_of_others(sizes: FloatArray) -> FloatArray:
-    """For each sensor the largest of the sizes (B, S), none negative, of all other sensors."""
-    others = ~np.eye(sizes.shape[1], dtype=np.bool_)
-    most: FloatArray = np.where(others, sizes[:, np.newaxis], 0.0).max(axis=2)
-    return most
