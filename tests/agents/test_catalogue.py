@@ -39,7 +39,7 @@ def test_sources_say_what_importing_says(problem: Problem) -> None:
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
 def test_what_a_problem_imports_later_is_there(problem: Problem) -> None:
-    config = problem.presets["paper"]
+    config = problem.presets["learning"]
     game = problem.game(config, 1)
     for role in ROLES:
         assert problem.fields[role](config).size == game.fields[role].size
