@@ -64,8 +64,8 @@ def declare(
 
     parallel_env.__doc__ = (
         f"Attacker and defender in a `pettingzoo.ParallelEnv`. They act {rhythm}.\n\n"
-        f"Arguments: `preset`, `adapters` (role -> what it is played through), `frame_skip`, `render_mode`, `max_cycles` "
-        f"(the most steps) and any field of `{config}`."
+        f"Arguments: `preset`, `adapters` (role -> what it is played through), `frame_skip`, `render_mode`, "
+        f"`max_cycles` (the most steps) and any field of `{config}`."
     )
     swarm_env.__doc__ = (
         f"{swarm}\n\nArguments: `role`, `preset`, `opponent` (who plays the other role), `adapter` (through which the "
