@@ -111,6 +111,7 @@ class Wired:
                 f"the network was trained with {len(wiring.mean)} scaled inputs, and {wiring.adapter!r} gives "
                 f"{self.columns.scaled} here: it was trained in another configuration"
             )
+        self._neutral = np.asarray(adapter.neutral_action)
         self._mean = np.array(wiring.mean or (0.0,), np.float32)
         self._scale = 1 / np.array(wiring.deviation or (1.0,), np.float32)
 
@@ -167,11 +168,15 @@ class Wired:
         """The agents (B, A) whose action has an effect now."""
         return self.adapter.active(seen, state[OWN:])
 
-    def keep(self, state: State, actions: Array) -> State:
-        """The state with new actions (B, A, ...) where the agents decide now; elsewhere the old ones stay."""
+    def keep(self, seen: Seen, state: State, actions: Array) -> State:
+        """The state with new actions (B, A, ...) where the agents decide now; elsewhere the old ones stay.
+
+        Agents that are not active take the neutral action, whatever a network says.
+        """
         row, averages, rough, kept, age, *own = state
-        due = self.due(state).reshape(-1, *(1,) * (kept.ndim - 1))
-        return row, averages, rough, np.where(due, actions, kept), age, *own
+        ones = (1,) * (kept.ndim - 2)
+        chosen = np.where(self.active(seen, state).reshape(*kept.shape[:2], *ones), actions, self._neutral)
+        return row, averages, rough, np.where(self.due(state).reshape(-1, 1, *ones), chosen, kept), age, *own
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The role's action (B, ...) that follows from the kept ones, and the next state."""
