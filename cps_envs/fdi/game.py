@@ -12,6 +12,7 @@ from gymnasium import spaces
 from cps_envs.core.game import Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
+from cps_envs.core.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.drawing import Drawing
@@ -28,8 +29,10 @@ from cps_envs.fdi.observation import (
 )
 from cps_envs.fdi.payoff import OF_DUELS, OF_INSTABILITY, PAID, PAID_FOR_INSTABILITY, Metrics
 from cps_envs.fdi.picture.scene import Scene
+from cps_envs.fdi.privileged import hidden_from_attacker, hidden_from_defender
 from cps_envs.fdi.selection import certificates, chosen_tasks
 from cps_envs.fdi.state import Batch, Layout, State, allocate, constants_of, matrices_of
+from cps_envs.fdi.team import SensorTeam
 
 
 class FdiGame(Game):
@@ -82,6 +85,7 @@ class FdiGame(Game):
     def _set_actions(self) -> None:
         config, n, readings = self.config, self.config.num_vehicles, self.config.num_readings
         flags = [task.sensors.flags(n, rear=self._filters) for task in self.tasks]
+        self._flags: BoolArray = np.array(flags)  # (T, R)
         sensors = range(readings) if is_drawn(config) else np.flatnonzero(flags[0]).tolist()
         levels = [config.range_levels if sensor < readings // 2 else config.rate_levels for sensor in sensors]
         self._levels: IntArray = np.array(levels, np.int64)
@@ -176,8 +180,20 @@ class FdiGame(Game):
 
     def truth(self, b: int) -> Mapping[str, Any]:
         """Privileged: the attacked readings (R,), and the first step whose readings injections may change."""
-        flags = self.tasks[self.state.task[b]].sensors.flags(self.config.num_vehicles, rear=self._filters)
-        return {"attacked": flags, "onset": int(self.state.onset[b])}
+        return {"attacked": self._flags[self.state.task[b]], "onset": int(self.state.onset[b])}
+
+    def privileged(self, role: Role) -> Observation:
+        """See `privileged.hidden_from_attacker` and `privileged.hidden_from_defender`."""
+        if role == "attacker":
+            return hidden_from_attacker(self.config, self.state)
+        return hidden_from_defender(self.config, self.state, self._flags[self.state.task])
+
+    def team(self, role: Role) -> Team:
+        """The defender's sensors, see `team.SensorTeam`."""
+        if role == "attacker":
+            return super().team(role)
+        targets = self._tasks[:, -1]
+        return SensorTeam(self.config, self.state, self._metrics, self.terminated, self._flags, targets)
 
     def _parts(self) -> tuple[Array, ...]:
         """All that an environment consists of, each with an axis B first."""
