@@ -25,6 +25,7 @@ from cps_envs.hvac.picture.scene import Scene, scene_of
 from cps_envs.hvac.planning import make_desk
 from cps_envs.hvac.start import Draws, start
 from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
+from cps_envs.hvac.teams import Believers, Liars, SensorTeam
 
 READINGS = 0  # the choice of the raw readings
 PAID = {"impact": "a_impact", "discomfort": "discomfort_h", "energy": "attack_kwh"}  # metric that is paid
@@ -149,6 +150,10 @@ class HvacGame(Game):
     def mean_residuals(self) -> FloatArray:
         """Jm_a(k) of (4.33), (B, sets) C2; 0 until the window is full."""
         return self.state.mean_residual.copy()
+
+    def team(self, role: Role) -> SensorTeam:
+        """One agent for each sensor, see `teams`."""
+        return (Liars if role == "attacker" else Believers)(self.config, self.state)
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
