@@ -23,6 +23,7 @@ from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
+from cps_envs.disbanding.truth import truth_of_road
 from cps_envs.disbanding.turn import Account, settle_all, step
 
 CHARGES = ("collision_penalty", "end_charge")  # paid beside the velocity error
@@ -135,6 +136,10 @@ class DisbandingGame(Game):
         names = ("disbanding_s", "position", "speed", "acceleration", "command")
         return {name: getattr(self.state, name)[b] for name in names}
 
+    def privileged(self, role: Role) -> Observation:
+        """See `truth.truth_of_road`, (B, 5 + 6 N)."""
+        return truth_of_road(self.config, self.state, self.constants, self.budget)
+
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal attacks (B, N + 1) or (B, 2 N); the defender's corrections are always legal."""
         return self._account.legal.copy() if role == "attacker" else None
@@ -194,4 +199,4 @@ class DisbandingGame(Game):
         """The defender as one agent per vehicle."""
         if role == "attacker":
             return super().team(role)
-        return VehicleTeam(self.config, self._known[0], self.constants, self.elapsed)
+        return VehicleTeam(self.config, self._known[0], self.constants, self.budget, self.elapsed)
