@@ -10,15 +10,17 @@ from cps_agents.zoo.files import find, load
 from cps_agents.zoo.mixing import mixed
 from cps_agents.zoo.numbers import Numbers, member
 from cps_agents.zoo.policy import TrainedPolicy
+from cps_agents.zoo.wired import wired_policy
 from cps_envs.core.errors import UnknownNameError, require
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.trust import require_trust
 
 
-def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool = True) -> Policy:
+def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool | None = None) -> Policy:
     """A shipped policy by its name, or one of your own by the path of its card or of its training run.
 
-    `seed` chooses a training seed (`zoo:hvac-attack-ppo?seed=3`), the best by validation if left out.
+    `seed` chooses a training seed (`zoo:hvac-attack-ppo?seed=3`), the best by validation if left out. Without
+    `deterministic` it plays as its card says, which for most is the most likely action.
     """
     from cps_envs import PROBLEMS
 
@@ -28,7 +30,10 @@ def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic
         return mixed(spec, card, network, version)
     if isinstance(network, Numbers):
         return member(spec, card, network, version)
-    return TrainedPolicy(spec, card, network, deterministic=deterministic, version=version)
+    if card.wiring:
+        sampled = None if deterministic is None else not deterministic
+        return wired_policy(spec, card, network, sampled=sampled, version=version)
+    return TrainedPolicy(spec, card, network, deterministic=deterministic is not False, version=version)
 
 
 def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO") -> Policy:
