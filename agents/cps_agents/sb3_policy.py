@@ -14,7 +14,7 @@ from cps_agents.zoo.wired import Head, Outputs
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.types import Array, Observation
 from cps_envs.core.untrained import choices_of
-from cps_envs.core.wiring import WiredBox, encode
+from cps_envs.core.wiring import WiredBox
 
 ILLEGAL = -1e8  # logit of an action that the mask forbids
 
@@ -101,10 +101,14 @@ def outputs_of_model(model: Any) -> Outputs:
 
     def outputs(rows: Observation) -> Array:
         with torch.inference_mode():
-            if not isinstance(policy, ActorCriticPolicy):
-                chosen, _ = model.predict(rows, deterministic=True)
-                return encode(chosen.reshape(len(rows), 1, -1), choices_of(space))[:, 0]
-            found: Any = policy.get_distribution(torch.as_tensor(rows, device=policy.device))
+            seen = torch.as_tensor(rows, device=policy.device)
+            if hasattr(policy, "q_net"):  # DQN; of the values only the largest legal one counts
+                values: Array = policy.q_net(seen).cpu().numpy()
+                return values
+            if not isinstance(policy, ActorCriticPolicy):  # such as SAC, which has no logits
+                chosen: Array = model.predict(rows, deterministic=True)[0].reshape(len(rows), -1)
+                return chosen
+            found: Any = policy.get_distribution(seen)
             if hasattr(found, "distributions"):
                 parts = [part.logits for part in found.distributions]
             elif isinstance(found.distribution, list):

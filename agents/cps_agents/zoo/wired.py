@@ -44,7 +44,7 @@ class WiredPolicy(AnalyticPolicy):
         super().__init__(spec)
         if (wiring.problem, wiring.role) != (spec.problem, spec.role):
             raise ConfigurationError(
-                f"it was trained as {wiring.role} of {wiring.problem}, not as {spec.role} of {spec.problem}"
+                f"it was trained as the {wiring.role} of {wiring.problem}, not as the {spec.role} of {spec.problem}"
             )
         self.wired = Wired(wiring, spec.adapter(wiring.adapter))
         self.masked, self.decentralised = wiring.masked, self.wired.adapter.local
