@@ -105,7 +105,7 @@ def outputs_of_model(model: Any) -> Outputs:
             if hasattr(policy, "q_net"):  # DQN; of the values only the largest legal one counts
                 values: Array = policy.q_net(seen).cpu().numpy()
                 return values
-            if not isinstance(policy, ActorCriticPolicy):  # such as SAC, which has no logits
+            if not hasattr(policy, "get_distribution"):  # such as SAC, which has no logits
                 chosen: Array = model.predict(rows, deterministic=True)[0].reshape(len(rows), -1)
                 return chosen
             found: Any = policy.get_distribution(seen)
