@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
 from cps_envs.core.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.fdi.adapters.expected import Expected
+from cps_envs.fdi.adapters.motion import Motion
+from cps_envs.fdi.adapters.sensor import Sensor
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.drawing import Drawing
 from cps_envs.fdi.dynamics import begin, step
@@ -52,6 +55,10 @@ class FdiGame(Game):
     """
 
     name = "fdi"
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"motion": Motion, "expected": Expected},
+        "defender": {"sensor": Sensor},
+    }
     threaded = True
 
     def __init__(self, config: FdiConfig, num_envs: int) -> None:
