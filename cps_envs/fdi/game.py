@@ -196,8 +196,8 @@ class FdiGame(Game):
         return hidden_from_defender(self.config, self.state, self._flags[self.state.task])
 
     def team(self, role: Role) -> Team:
-        """The defender's sensors, see `team.SensorTeam`."""
-        if role == "attacker":
+        """The defender's sensors, see `team.SensorTeam`; there are none without a filter."""
+        if role == "attacker" or not self._filters:
             return super().team(role)
         targets = self._tasks[:, -1]
         return SensorTeam(self.config, self.state, self._metrics, self.terminated, self._flags, targets)
