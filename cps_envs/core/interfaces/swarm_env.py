@@ -34,6 +34,8 @@ class SwarmEnv(AgentsEnv):
         self.opponent = problem.opponents[preset][rival] if opponent is None else opponent
         super().__init__(problem, f"{problem.name}_swarm", {rival: self.opponent}, config, render_mode, max_cycles)
         self.team = self.game.team(role)
+        if not hasattr(self.team, "fields"):
+            raise TypeError(f"the team of {problem.name!r} plays through an adapter and has no form of its own")
         self.possible_agents = list(self.team.agents)
         self._space = self.team.fields.space()
         self._reader = ActionReader(self.team.action_space)
