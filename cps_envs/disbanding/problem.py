@@ -30,7 +30,7 @@ DISBANDING = Problem(
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string"},
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
-    swarm="defender",
+    swarm={"defender": "vehicle"},
     unit="points of E_v and of the penalty for collisions",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

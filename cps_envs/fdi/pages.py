@@ -155,3 +155,5 @@ Dissertation, chapter 3, for the platoon and the attacks. The defence goes beyon
 """
 
 RHYTHM = "at every step"  # of the parallel form
+
+SWARM = "The defence with one agent per distance sensor, which says whom it believes. Take preset `learning`."
