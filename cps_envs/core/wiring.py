@@ -70,6 +70,7 @@ class WiredBox(spaces.Box):
     def __init__(self, columns: Columns, wiring: Wiring, untrained: Untrained) -> None:
         super().__init__(-CLIP, CLIP, (columns.size,), np.float32)
         self.columns, self.wiring, self.untrained = columns, wiring, untrained
+        self.acting: BoolArray | None = None  # (rows,) whose last action had an effect, where environments note it
 
 
 @dataclass(frozen=True)
