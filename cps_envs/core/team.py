@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Fields
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 
@@ -38,3 +39,46 @@ class Team(ABC):
     @abstractmethod
     def rewards(self, payoff: FloatArray) -> FloatArray:
         """The agents' rewards (B, A) of the last step, given the attacker's payoff (B,) in it."""
+
+
+class Grouped(Team):
+    """Groups of equally many neighbours of a team, each as one agent, such as the platoons of vehicles.
+
+    An agent is paid what its group is paid, and is told the mean of what its members are. It has no sensors and no
+    actions of its own: it acts through an adapter.
+
+    Raises:
+        ConfigurationError: the team cannot be divided into so many groups.
+    """
+
+    def __init__(self, team: Team, agents: tuple[str, ...]) -> None:
+        if len(team.agents) % len(agents) > 0:
+            raise ConfigurationError(f"{len(team.agents)} agents cannot be divided into {len(agents)} groups")
+        self._team, self.agents = team, agents
+
+    def observe(self) -> Observation:
+        """The members' own (B, members, size)."""
+        return self._team.observe()
+
+    def join(self, actions: Array) -> Array:
+        """Not possible: the members act, not the groups.
+
+        Raises:
+            TypeError: always.
+        """
+        raise TypeError("groups of agents act through an adapter")
+
+    def privileged(self) -> Observation:
+        """(B, A, p)."""
+        members = self._team.privileged()
+        return members.reshape(len(members), len(self.agents), -1, members.shape[2]).mean(axis=2)
+
+    def rewards(self, payoff: FloatArray) -> FloatArray:
+        """Rewards (B, A) of the last step."""
+        members = self._team.rewards(payoff)
+        return members.reshape(len(members), len(self.agents), -1).sum(axis=2)
+
+
+def grouped(team: Team, agents: tuple[str, ...]) -> Team:
+    """The team, or groups of its members, so that it has as many agents as are named."""
+    return team if len(team.agents) == len(agents) else Grouped(team, agents)

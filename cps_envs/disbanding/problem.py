@@ -27,10 +27,17 @@ DISBANDING = Problem(
         "paper": {"attacker": "lead", "defender": "none"},
         "one_vehicle": {"attacker": "lead", "defender": "none"},
         "easy": {"attacker": "random", "defender": "none"},
-        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string"},
+        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string?detection_mps=0"},
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
     swarm="defender",
+    adapters={
+        "defender": {
+            "follow": Later("cps_envs.disbanding.adapters:Follow"),
+            "follow_road": Later("cps_envs.disbanding.adapters:FollowRoad"),
+            "vehicle": Later("cps_envs.disbanding.adapters:Vehicle"),
+        },
+    },
     unit="points of E_v and of the penalty for collisions",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

@@ -22,7 +22,7 @@ from cps_envs.core.problem import Problem
 from cps_envs.core.seeds import training_seed
 from cps_envs.core.seen import Seen
 from cps_envs.core.streams import spawning
-from cps_envs.core.team import Team
+from cps_envs.core.team import Team, grouped
 from cps_envs.core.training import Training
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 from cps_envs.core.untrained import Untrained
@@ -94,7 +94,8 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         )
         self.adapter = problem.adapter(chosen.adapter, self.game.spec(role))
         self.agents = len(self.adapter.agents)
-        self.team: Team | None = self.game.team(role) if self.agents > 1 or self.adapter.local else None
+        divided = self.agents > 1 or self.adapter.local
+        self.team: Team | None = grouped(self.game.team(role), self.adapter.agents) if divided else None
         self._masked = self.game.action_mask(role) is not None
         self.untrained = Untrained(self.adapter, self.training, chosen.frame_skip)
         self.num_envs = self.episodes * self.agents
