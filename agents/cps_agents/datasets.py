@@ -106,8 +106,8 @@ def _record(
             episode = episodes[b]
             episode["actions"].append(witness.actions[row])
             episode["rewards"].append(float(SIGN[role] * payoff[b]))
-            episode["terminations"].append(bool(game.terminated[b]))
-            episode["truncations"].append(bool(game.elapsed[b] >= game.horizon and not game.terminated[b]))
+            episode["terminations"].append(bool(game.terminated[b] or game.elapsed[b] >= game.horizon))
+            episode["truncations"].append(False)
         _look(game, role, episodes, active)
     return episodes
 

@@ -1,4 +1,8 @@
-"""Native vector environments for stable-baselines3, without one process or one object per environment."""
+"""The door for stable-baselines3: environments in which its learners learn, and a policy that starts well.
+
+envs = make("RogueAttack")
+model = PPO(StickyPolicy, envs, **envs.settings)
+"""
 
 from __future__ import annotations
 
@@ -9,34 +13,67 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.types import Array, BoolArray, Observation
+from cps_envs.core.seeds import training_seed
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.registration import learning_env
 
 try:
+    from stable_baselines3.common.vec_env import VecNormalize
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
+
+    from cps_agents.sb3_policy import StickyPolicy, neutral_start
 except ImportError:
     require("stable_baselines3", extra="train", purpose="training with stable-baselines3")
     raise
 
+__all__ = ["BatchVecEnv", "StickyPolicy", "as_sb3", "make", "neutral_start"]
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
 
 
 class BatchVecEnv(VecEnv):
     """The environments of a vector environment as stable-baselines3 sees them.
 
-    An environment's info is empty until its episode ends; then it holds final metrics, `terminal_observation` and
-    `TimeLimit.truncated`. Attributes and methods are those of the batch; `action_masks` gives each environment its row.
+    An environment's info is empty until its episode ends. Then it holds final metrics, `terminal_observation`,
+    `TimeLimit.truncated`, and `episode` with the undiscounted return `r` and the length `l`, from which `learn` prints
+    `ep_rew_mean`. Attributes and methods are those of the batch; `action_masks` gives each environment its row.
+
+    `seed` chooses among seeds for training, see `cps_envs.core.seeds`: no episode of an evaluation is ever played.
     """
 
-    def __init__(self, env: RoleVectorEnv) -> None:
+    def __init__(self, env: RoleVectorEnv | LearningVectorEnv) -> None:
         self.env = env
         self._actions: Array | None = None
+        self._run: int | None = None
+        self._returns: FloatArray = np.zeros(env.num_envs)
+        self._lengths = np.zeros(env.num_envs, np.int64)
         super().__init__(env.num_envs, env.single_observation_space, env.single_action_space)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Arguments of PPO with which an ordinary learner learns here."""
+        training = self.env.training if isinstance(self.env, LearningVectorEnv) else None
+        return {"device": "cpu"} if training is None else {"device": "cpu", **training.ppo}
+
+    def seed(self, seed: int | None = None) -> list[int | None]:
+        """Let the next `reset` play the episodes of a training run, numbered from 0.
+
+        Raises:
+            ConfigurationError: there are not so many.
+        """
+        if seed is not None:
+            training_seed(seed)
+        self._run = seed
+        return [seed] * self.num_envs
 
     def reset(self) -> Observation:
         """Start an episode in every environment, with the seeds that `seed` has set."""
-        observation, _ = self.env.reset(seed=self._seeds)
-        self._reset_seeds()
+        run, self._run = self._run, None
+        if run is not None and isinstance(self.env, RoleVectorEnv):
+            run = training_seed(run)
+        observation, _ = self.env.reset(seed=run)
+        self._returns[:], self._lengths[:] = 0.0, 0
         self._reset_options()
         return observation
 
@@ -47,16 +84,25 @@ class BatchVecEnv(VecEnv):
     def step_wait(self) -> Step:
         """Observations, float32 rewards, whether episodes have ended, and one info per environment."""
         observation, reward, terminated, truncated, info = self.env.step(self._actions)
+        self._returns += reward
+        self._lengths += 1
         done = terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for b in np.flatnonzero(done):
             infos[b] = self._final(info, int(b))
             infos[b]["TimeLimit.truncated"] = bool(truncated[b] and not terminated[b])
+            self._returns[b], self._lengths[b] = 0.0, 0
         return observation, reward.astype(np.float32), done, infos
 
     def _final(self, info: dict[str, Any], b: int) -> dict[str, Any]:
-        metrics = ((name, value) for name, value in info["final_info"].items() if not name.startswith("_"))
-        final = {name: value.item(b) for name, value in metrics if value.ndim == 1}
+        last: dict[str, Any] = info["final_info"]
+        final = {
+            name: value.item(b)
+            for name, value in last.items()
+            if not name.startswith("_") and isinstance(value, np.ndarray) and value.ndim == 1
+        }
+        episode = last.get("episode", {"r": self._returns, "l": self._lengths})
+        final["episode"] = {"r": float(episode["r"][b]), "l": int(episode["l"][b]), "t": 0.0}
         return {**final, "terminal_observation": info["final_obs"][b]}
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
@@ -65,6 +111,8 @@ class BatchVecEnv(VecEnv):
         Raises:
             AttributeError: there is none, or action masks are asked for where all actions are legal.
         """
+        if attr_name == "action_masks" and isinstance(self.env, LearningVectorEnv):
+            self.env.action_masks()
         return [getattr(self.env, attr_name)] * len(self._envs(indices))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -91,7 +139,8 @@ class BatchVecEnv(VecEnv):
 
     def get_images(self) -> list[Array]:
         """A frame per environment, in mode `rgb_array`."""
-        return list(self.env.render() or ())
+        frames: Any = self.env.render()
+        return list(frames or ())
 
     def close(self) -> None:
         """Close the vector environment."""
@@ -101,21 +150,56 @@ class BatchVecEnv(VecEnv):
         return list(self._get_indices(indices))
 
 
+class ScaledRewards(VecNormalize):
+    """Environments whose rewards are divided by the deviation of the discounted return; `episode` keeps the return."""
+
+    def __init__(self, envs: BatchVecEnv, gamma: float) -> None:
+        super().__init__(envs, norm_obs=False, norm_reward=True, gamma=gamma)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Arguments of PPO with which an ordinary learner learns here: `PPO(StickyPolicy, envs, **envs.settings)`."""
+        envs: Any = self.venv
+        found: dict[str, Any] = envs.settings
+        return found
+
+
+def make(name: str, num_envs: int | None = None, **options: Any) -> ScaledRewards:
+    """Environments of a role such as "RogueAttack", in which a learner of stable-baselines3 learns.
+
+    `options` are those of `cps_envs.core.interfaces.learning_env.LearningVectorEnv`, such as `preset`, `opponent` and
+    `adapter`. A team's agents are environments of their own. The observation space holds how the inputs are made, and
+    `model.save` saves it, so `sb3:FILE.zip` plays the model again anywhere in this package.
+
+    Raises:
+        UnknownNameError: there is no such role, adapter or opponent.
+        ConfigurationError: an option that cannot be right.
+    """
+    env = learning_env(name, num_envs, **options)
+    return ScaledRewards(BatchVecEnv(env), float(env.training.ppo.get("gamma", 0.99)))
+
+
 def as_sb3(vector_env: Any) -> BatchVecEnv:
-    """A vector environment of this package as a stable-baselines3 `VecEnv`.
+    """A vector environment of this package as a stable-baselines3 `VecEnv`, just as it is; `make` prepares more.
 
     Make it with `autoreset_mode="SameStep"`:
     `gymnasium.make_vec("cps_envs:cps_envs/DisbandingAttack-v0", 64, "vector_entry_point", autoreset_mode="SameStep")`
 
     Raises:
-        ConfigurationError: not a native vector environment, or in another autoreset mode.
+        ConfigurationError: not a native vector environment, a wrapped one, or in another autoreset mode.
     """
-    env = vector_env.unwrapped
-    if not isinstance(env, RoleVectorEnv):
+    env = vector_env
+    if isinstance(getattr(env, "unwrapped", None), (RoleVectorEnv, LearningVectorEnv)) and env is not env.unwrapped:
+        raise ConfigurationError(
+            f"{type(env).__name__} wraps a vector environment of cps_envs, and stable-baselines3 would not see what it "
+            "does. Hand over the environment itself, and wrap the result with stable-baselines3's own wrappers, such "
+            "as VecNormalize"
+        )
+    if not isinstance(env, (RoleVectorEnv, LearningVectorEnv)):
         raise ConfigurationError(
             f"{type(env).__name__} is not a native vector environment of cps_envs: make it with "
             'gymnasium.make_vec(id, num_envs, vectorization_mode="vector_entry_point", autoreset_mode="SameStep")'
         )
-    if env.autoreset_mode != AutoresetMode.SAME_STEP:
+    if env.metadata["autoreset_mode"] != AutoresetMode.SAME_STEP:
         raise ConfigurationError('stable-baselines3 needs a vector environment made with autoreset_mode="SameStep"')
     return BatchVecEnv(env)

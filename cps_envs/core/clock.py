@@ -29,16 +29,23 @@ def mark_due(elapsed: IntArray, envs: BoolArray, interval: int, due: BoolArray) 
 
 @kernel
 def mark_ends(
-    ended: BoolArray, elapsed: IntArray, limit: int, envs: BoolArray, terminated: BoolArray, truncated: BoolArray
+    ended: BoolArray,
+    elapsed: IntArray,
+    limits: tuple[int, int],
+    envs: BoolArray,
+    terminated: BoolArray,
+    truncated: BoolArray,
 ) -> int:
-    """Fill `terminated` and `truncated` (B,): marked environments that have ended by physics, or else by the clock.
+    """Fill `terminated` and `truncated` (B,): marked environments that have ended, or else are cut off by a caller.
 
-    `ended` (B,) is what the game calls terminated, `limit` the steps of an episode. Returns how many have ended.
+    `ended` (B,) are those that physics has ended. `limits` are the game's horizon, at which an episode ends too, and
+    the caller's own most steps, at most as many. Returns how many have ended or are cut off.
     """
+    horizon, most = limits
     count = 0
     for b in range(len(elapsed)):
-        terminated[b] = envs[b] and ended[b]
-        truncated[b] = envs[b] and not ended[b] and elapsed[b] >= limit
+        terminated[b] = envs[b] and (ended[b] or elapsed[b] >= horizon)
+        truncated[b] = envs[b] and not terminated[b] and elapsed[b] >= most
         count += terminated[b] or truncated[b]
     return count
 

@@ -6,12 +6,21 @@ that chooses among checkpoints never see those.
 
 from __future__ import annotations
 
+from cps_envs.core.errors import ConfigurationError
+
 EVALUATION = range(0, 1_000_000)
 VALIDATION = range(1_000_000, 2_000_000)
 TRAINING_START = 2_000_000
 SEEDS_PER_RUN = 100_000  # more than any number of environments, times resumptions
+MOST_RUNS = 9_000  # so that training ends below 10^9, from where on scores have their seeds
 
 
 def training_seed(seed: int, resumption: int = 0) -> int:
-    """The seed of the first environment of a training run; a resumed run goes on with seeds of its own."""
+    """The seed of the first environment of a training run; a resumed run goes on with seeds of its own.
+
+    Raises:
+        ConfigurationError: there is no run of this number.
+    """
+    if not 0 <= seed < MOST_RUNS:
+        raise ConfigurationError(f"seed = {seed} numbers a training run: choose one from 0 to {MOST_RUNS - 1}")
     return TRAINING_START + seed * SEEDS_PER_RUN + resumption * (SEEDS_PER_RUN // 20)

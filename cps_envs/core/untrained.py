@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -10,7 +11,6 @@ from gymnasium import spaces
 from cps_envs.core.adapter import Adapter
 from cps_envs.core.training import Training
 from cps_envs.core.types import Array, FloatArray
-from cps_envs.core.wiring import choices_of
 
 
 class Untrained:
@@ -36,7 +36,14 @@ class Untrained:
         return np.stack([part.argmax(axis=1) for part in parts], axis=1)
 
 
-def neutral_logits(space: spaces.Space[object], neutral: Array, bonus: float) -> FloatArray:
+def choices_of(space: spaces.Space[Any]) -> tuple[int, ...]:
+    """How many values each entry of a discrete action has; empty for continuous ones."""
+    if isinstance(space, spaces.Discrete):
+        return (int(space.n),)
+    return tuple(int(count) for count in np.ravel(getattr(space, "nvec", ())))
+
+
+def neutral_logits(space: spaces.Space[Any], neutral: Array, bonus: float) -> FloatArray:
     """Logits (k,) that are `bonus` for the neutral value of each discrete entry, and zero else; empty for a Box."""
     parts = [
         bonus * (np.arange(count) == value) for count, value in zip(choices_of(space), np.ravel(neutral), strict=False)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -18,6 +17,7 @@ from cps_envs.core.policy import State
 from cps_envs.core.policy_state import put
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
+from cps_envs.core.untrained import Untrained, choices_of
 
 CLIP = 5.0  # bound of a scaled input
 LEAST_DEVIATION = 0.02  # of an input; one that hardly varies is not blown up to noise
@@ -64,9 +64,9 @@ class WiredBox(spaces.Box):
     Whoever saves the observation space with a model, as stable-baselines3 does, saves with it how to play the model.
     """
 
-    def __init__(self, columns: Columns, wiring: Wiring) -> None:
+    def __init__(self, columns: Columns, wiring: Wiring, untrained: Untrained) -> None:
         super().__init__(-CLIP, CLIP, (columns.size,), np.float32)
-        self.columns, self.wiring = columns, wiring
+        self.columns, self.wiring, self.untrained = columns, wiring, untrained
 
 
 @dataclass(frozen=True)
@@ -178,13 +178,6 @@ class Wired:
         *mine, kept, age = state[:OWN]
         action, own = self.adapter.act(seen, state[OWN:], kept)
         return action, (*mine, kept, age + 1, *own)
-
-
-def choices_of(space: spaces.Space[Any]) -> tuple[int, ...]:
-    """How many values each entry of a discrete action has; empty for continuous ones."""
-    if isinstance(space, spaces.Discrete):
-        return (int(space.n),)
-    return tuple(int(count) for count in np.ravel(getattr(space, "nvec", ())))
 
 
 def encode(actions: Array, choices: Sequence[int]) -> Observation:

@@ -19,10 +19,10 @@ from cps_agents.contest.rules import judge
 from cps_agents.contest.search import run_search, with_options
 from cps_agents.contest.tables import END, markdown, publish, summary, tables
 from cps_agents.errors import CommandError
-from cps_envs.core.seeds import TRAINING_START, VALIDATION
 from cps_agents.machine import available_cores
 from cps_baselines.arena import Contestant
 from cps_baselines.contest import Column, Constraint, Contest, Search, Side, Variant
+from cps_envs.core.seeds import TRAINING_START, VALIDATION
 from cps_envs.core.types import ROLES, FloatArray
 from tests.agents.command_line import invoke
 

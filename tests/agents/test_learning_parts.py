@@ -17,9 +17,9 @@ from cps_agents.learning.export import learned_by, network_of_model
 from cps_agents.learning.imitation import imitate
 from cps_agents.learning.model import CLASSES, check_fit, make_model, seen_columns, spread, wander
 from cps_agents.learning.recipe import ALGORITHMS, SEARCH, Recipe, changed
-from cps_envs.core.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_envs.core.play import play_episodes
+from cps_envs.core.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
 from cps_envs.registration import find_problem
 
 ROGUE = Recipe(

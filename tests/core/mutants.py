@@ -268,18 +268,19 @@ class StoppedClock(ToyGame):
         return observation
 
 
-@mutant("endings")
-class ClockTerminates(ToyGame):
-    def _step(self, b: int, move: Any, push: Any) -> None:
-        super()._step(b, move, push)
-        self.terminated[b] |= self.steps[b] >= self.horizon
+@mutant("endings", part="single_class")
+class ClockTruncates(ToyAttackEnv):
+    def step(self, action: Any) -> Any:
+        observation, reward, terminated, _, info = super().step(action)
+        late = self.game.elapsed.item(0) >= self.game.horizon
+        return observation, reward, terminated and not late, late, info
 
 
 @mutant("endings", part="single_class")
 class EndsTwice(ToyAttackEnv):
     def step(self, action: Any) -> Any:
-        observation, reward, terminated, truncated, info = super().step(action)
-        return observation, reward, terminated or truncated, truncated, info
+        observation, reward, terminated, _, info = super().step(action)
+        return observation, reward, terminated, terminated, info
 
 
 @mutant("reset_needed", part="single_class")

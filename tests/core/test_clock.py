@@ -25,11 +25,14 @@ def test_time_passes_in_marked_environments_only() -> None:
     assert tick(np.zeros(3, np.int64), np.zeros(3, np.bool_), 10) == 0
 
 
-def test_an_environment_ends_by_physics_or_else_by_the_clock() -> None:
+def test_an_environment_ends_by_physics_or_by_the_clock_or_is_cut_off() -> None:
     ended, elapsed = np.array([True, True, False, False, True]), np.array([3, 12, 12, 3, 3])
     envs = np.array([True, True, True, True, False])
     terminated, truncated = np.ones((2, 5), np.bool_)
-    assert mark_ends(ended, elapsed, 12, envs, terminated, truncated) == 3
+    assert mark_ends(ended, elapsed, (12, 12), envs, terminated, truncated) == 3
+    assert terminated.tolist() == [True, True, True, False, False]
+    assert not truncated.any()
+    assert mark_ends(ended, elapsed, (15, 12), envs, terminated, truncated) == 3
     assert terminated.tolist() == [True, True, False, False, False]
     assert truncated.tolist() == [False, False, True, False, False]
 

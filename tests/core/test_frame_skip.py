@@ -28,7 +28,7 @@ def test_a_held_action_ends_with_the_episode() -> None:
     env.reset(seed=0)
     assert env.step(1)[2:4] == (False, False)
     assert env.game.elapsed.tolist() == [9]
-    assert env.step(1)[2:4] == (False, True)
+    assert env.step(1)[2:4] == (True, False)
     assert env.game.elapsed.tolist() == [12]
 
 

@@ -36,8 +36,8 @@ class TrainingEnvs(VecEnv):
     """Each environment, in the swarm form each agent of each environment, is an environment of stable-baselines3.
 
     Info is empty until an episode ends; then it holds `episode` (undiscounted, unscaled return and number of actions)
-    and `terminal_observation`. The clock's end is part of these problems: `TimeLimit.truncated`, which makes learners
-    add the value of what would come after, is set only if the recipe says `bootstrap`.
+    and `terminal_observation`. `TimeLimit.truncated`, which makes learners add the value of what would come after, is
+    set at the clock's end only if the recipe says `bootstrap`.
     """
 
     def __init__(self, env: RoleVectorEnv, recipe: Recipe) -> None:
@@ -75,11 +75,10 @@ class TrainingEnvs(VecEnv):
         """Observations, scaled float32 rewards, whether episodes have ended, and one info per agent."""
         assert self._actions is not None
         self._earned, self._learned = np.zeros((2, self.num_envs))
-        observation, _, terminated, truncated, _ = self.env.step(self._joined(self._actions))
-        done = terminated | truncated
+        observation, _, done, _, _ = self.env.step(self._joined(self._actions))
         self._returns += self._earned
         self._lengths += 1
-        infos = self._infos(done, truncated)
+        infos = self._infos(done, done & ~self.env.game.terminated)
         if done.any():
             self.env.reset(options={"reset_mask": done})
         scaled = (self._recipe.reward_scale * self._learned).astype(np.float32)

@@ -78,9 +78,9 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
         self._check_agents(actions)
         payoff = self._match.step(self._moves(actions), self._envs, self._interval())
-        terminated = bool(self.game.terminated[0])
+        terminated = bool(self.game.terminated[0] or self.game.elapsed[0] >= self.game.horizon)
         self._cycles += 1
-        truncated = not terminated and bool(self.game.elapsed[0] >= self.game.horizon or self._cycles == self._most)
+        truncated = not terminated and self._cycles == self._most
         if self.render_mode == "human":
             self._renderer.show()
         rewards = dict(zip(self.agents, self._rewards(payoff), strict=True))

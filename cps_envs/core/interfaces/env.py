@@ -85,13 +85,12 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         game, role = self.game, self.role
         actions = {role: self._reader.single(action)}
         payoff = self._match.hold(actions, self._envs, self._interval, self.frame_skip, game.horizon)
-        terminated = game.terminated.item(0)
-        truncated = not terminated and game.elapsed.item(0) >= game.horizon
-        self._running = not (terminated or truncated)
+        terminated = game.terminated.item(0) or game.elapsed.item(0) >= game.horizon
+        self._running = not terminated
         if self.render_mode == "human":
             self._renderer.show()
         observation, reward = game.observe(role)[0], SIGN[role] * payoff.item(0)
-        return observation, reward, terminated, truncated, episode_info(game, role)
+        return observation, reward, terminated, False, episode_info(game, role)
 
     @property
     def action_masks(self) -> Callable[[], BoolArray]:

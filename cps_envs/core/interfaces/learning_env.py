@@ -115,7 +115,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
     def _wire(self, wiring: Wiring) -> None:
         self.wired = Wired(wiring, self.adapter, self._masked)
         self.state: State = self.wired.begin(self.episodes)
-        self.single_observation_space = WiredBox(self.wired.columns, wiring)
+        self.single_observation_space = WiredBox(self.wired.columns, wiring, self.untrained)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
 
     def reset(
@@ -255,7 +255,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._paid[envs], self._returns[envs], self._lengths[envs] = 0.0, 0.0, 0
 
     def _stagger(self) -> Iterator[tuple[Observation, BoolArray]]:
-        """Let an untrained policy play until each episode has begun at a time of its own; yields rows, and the active."""
+        """Let an untrained policy play until each episode has begun at a time of its own; yields rows, and who acts."""
         game, skip = self.game, self.wired.wiring.frame_skip
         decisions = -(-game.horizon // (game.decision_interval[self.role] * skip))
         if decisions < FEWEST_STAGGERED:

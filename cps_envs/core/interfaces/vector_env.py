@@ -72,6 +72,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         if max_episode_steps is not None:
             steps = check_count("max_episode_steps", max_episode_steps)
             self._limit = min(self._limit, steps * self._interval * self.frame_skip)
+        self._limits = (self.game.horizon, self._limit)
         self._generators: list[np.random.Generator] = []
         self._everyone = np.ones(num_envs, np.bool_)  # never written to
         self._nobody = np.zeros(num_envs, np.bool_)  # nor is this
@@ -114,7 +115,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             {self.role: checked}, live, self._interval, self.frame_skip, self._limit, self.on_decision
         )
         terminated, truncated = np.empty(self.num_envs, np.bool_), np.empty(self.num_envs, np.bool_)
-        self._any_ended = mark_ends(game.terminated, game.elapsed, self._limit, live, terminated, truncated) > 0
+        self._any_ended = mark_ends(game.terminated, game.elapsed, self._limits, live, terminated, truncated) > 0
         self._ended = terminated | truncated if self._any_ended else self._nobody
         again = self._any_ended and self.autoreset_mode == AutoresetMode.SAME_STEP
         final = self._restart_ended() if again else {}
