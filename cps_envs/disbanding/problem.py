@@ -32,6 +32,7 @@ DISBANDING = Problem(
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
     swarm="defender",
     adapters={
+        "attacker": {"timed": Later("cps_envs.disbanding.timed:Timed")},
         "defender": {
             "follow": Later("cps_envs.disbanding.adapters:Follow"),
             "follow_road": Later("cps_envs.disbanding.adapters:FollowRoad"),
