@@ -25,6 +25,7 @@ from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
+from cps_envs.disbanding.timed import Timed
 from cps_envs.disbanding.truth import truth_of_road
 from cps_envs.disbanding.turn import Account, settle_all, step
 
@@ -43,7 +44,10 @@ class DisbandingGame(Game):
     """
 
     name = "disbanding"
-    adapters: ClassVar[Adapters] = {"defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad}}
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"timed": Timed},
+        "defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad},
+    }
     threaded = True
 
     def __init__(self, config: DisbandingConfig, num_envs: int) -> None:

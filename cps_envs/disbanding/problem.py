@@ -27,7 +27,7 @@ DISBANDING = Problem(
         "paper": {"attacker": "lead", "defender": "none"},
         "one_vehicle": {"attacker": "lead", "defender": "none"},
         "easy": {"attacker": "random", "defender": "none"},
-        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string"},
+        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string?detection_mps=0"},
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
     swarm={"defender": "vehicle"},
