@@ -30,15 +30,7 @@ DISBANDING = Problem(
         "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string?detection_mps=0"},
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
-    swarm="defender",
-    adapters={
-        "attacker": {"timed": Later("cps_envs.disbanding.timed:Timed")},
-        "defender": {
-            "follow": Later("cps_envs.disbanding.adapters:Follow"),
-            "follow_road": Later("cps_envs.disbanding.adapters:FollowRoad"),
-            "vehicle": Later("cps_envs.disbanding.adapters:Vehicle"),
-        },
-    },
+    swarm={"defender": "vehicle"},
     unit="points of E_v and of the penalty for collisions",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

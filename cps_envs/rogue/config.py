@@ -13,9 +13,11 @@ RATIO = f"{TABLE}: alpha_att / alpha is at least 1"
 GAINS = "chosen within 0 < n_3 < n_2 < n_1 < 1"
 DRIVER = "Table 2.1, for (2.5)"
 CONTACT = "chosen: (5.8) does not say what follows a collision; solid is physical"
+BUMPERS = "chosen: with 'solid' an impact does damage by its speed beyond this"
 NOISE = "chosen: standard deviation of what is observed"
 ORDERS = "chosen: with 'all' the seized vehicle is not marked; it obeys until the onset"
-COST = "chosen: saturating mean errors, or log(1 + mean distance from the reference places / sigma)"
+COST = "chosen: saturating mean errors, or log(1 + mean distance / sigma) from the places or from the open places"
+NEUTRAL = "chosen: of all, by the defender's neutral action"
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,7 @@ class RogueConfig:
     driver_gap_m: float = quantity(1.0, unit="m", low=0, high=20, source=f"{DRIVER}: r_0")
     human_returns: bool = quantity(False, source="chosen: a human leader drives back to the reference")
     contact: str = quantity("pass", choices=("pass", "solid"), source=CONTACT)
+    bumper_mps: float = quantity(0.0, unit="m/s", low=0, high=20, source=BUMPERS)
     duration_s: float = quantity(100.0, unit="s", low=1, high=3600, source="chosen: T")
     dt_s: float = quantity(0.001, unit="s", low=1e-5, high=0.1, source="chosen: integration step")
     control_period_s: float = quantity(0.1, unit="s", low=0.01, high=1, source="chosen: the defender's decision")
@@ -66,7 +69,8 @@ class RogueConfig:
     attack_share: float = quantity(1.0, low=0, high=1, source="chosen: share of the episodes that have an attack")
     orders: str = quantity("intact", choices=("intact", "all"), source=ORDERS)
     defense_action: str = quantity("mode", choices=("mode", "command"), source="chosen: controllers, or accelerations")
-    formation_cost: str = quantity("scattering", choices=("scattering", "log_place"), source=COST)
+    neutral_controller: str = quantity("linear", choices=("linear", "sliding"), source=NEUTRAL)
+    formation_cost: str = quantity("scattering", choices=("scattering", "log_place", "open_place"), source=COST)
     formation_weight_mps2: float = quantity(0.0, unit="m/s2", low=0, high=10, source="chosen: w, price of scattering")
     spacing_spread_m: float = quantity(0.0, unit="m", low=0, high=2, source="chosen: initial separations +- this")
     speed_spread_mps: float = quantity(0.0, unit="m/s", low=0, high=2, source="chosen: initial speeds +- this")
@@ -199,7 +203,9 @@ LEARNING = replace(
     range_rate_noise_mps=0.5,
     speed_noise_mps=0.5,
     acceleration_noise_mps2=2.0,
-    formation_cost="log_place",
+    bumper_mps=2.0,  # 49 CFR 581: no damage at 2.5 mph against a barrier, as 2.2 m/s do between equal vehicles
+    neutral_controller="sliding",  # the best of the controllers, if all vehicles keep it
+    formation_cost="open_place",
     formation_weight_mps2=0.2,
 )
 OSCILLATION = replace(  # Fig. 5.2: ten vehicles with the attacker at the rear; the rest as in `paper`

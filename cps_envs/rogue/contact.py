@@ -26,7 +26,7 @@ def touch(episode: State, i: int, score: Record, r: Rules) -> None:
     gap = episode.position[i + 1] - episode.position[i] - r.vehicle_length_m
     if gap < 0.0:
         if r.solid:
-            collide(episode, i, -gap)
+            collide(episode, i, -gap, r.bumper_mps)
         else:
             episode.damage[i] += abs(episode.speed[i + 1] - episode.speed[i]) * r.dt_s
         if episode.armed[i]:
@@ -39,12 +39,15 @@ def touch(episode: State, i: int, score: Record, r: Rules) -> None:
 
 
 @inlined
-def collide(episode: State, i: int, overlap_m: float) -> None:
-    """An inelastic collision of equal masses; pushing, and touching again before the pair is armed, adds no damage."""
+def collide(episode: State, i: int, overlap_m: float, bumper_mps: float) -> None:
+    """An inelastic collision of equal masses, whose bumpers take some of the speed.
+
+    Pushing, and touching again before the pair is armed, adds no damage.
+    """
     closing = episode.speed[i] - episode.speed[i + 1]
     if closing > 0.0:
         if episode.armed[i]:
-            episode.damage[i] += closing
+            episode.damage[i] += max(0.0, closing - bumper_mps)
         episode.speed[i] = episode.speed[i + 1] = 0.5 * (episode.speed[i] + episode.speed[i + 1])
     episode.position[i] -= 0.5 * overlap_m
     episode.position[i + 1] += 0.5 * overlap_m

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cps_envs.core.config import bounds
 from cps_envs.core.fields import Field, Fields
+from cps_envs.core.types import FloatArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.formation import FAR
@@ -15,6 +18,7 @@ MAX_REFERENCE_MPS = 60.0
 MAX_RATIO = 3.0
 MAX_ONSET_S = 60.0
 DETECTOR_SPAN = 3.0  # alarm thresholds
+NEAR = 0.2  # m or m/s, chosen: below the noise in `learning`; up to it `compressed` errors are in proportion
 
 
 def attacker_fields(config: RogueConfig) -> Fields:
@@ -34,6 +38,12 @@ def attacker_fields(config: RogueConfig) -> Fields:
         Field("until_onset_s", "s", 0, MAX_ONSET_S, (), "until the own effort takes effect"),
         Field("time_left_s", "s", 0, config.duration_s, (), "until the end of the episode"),
     )
+
+
+def compressed(error: FloatArray) -> FloatArray:
+    """arsinh(error / `NEAR`), error in m or m/s: in proportion where it is small, a logarithm where it is large."""
+    shown: FloatArray = np.arcsinh(error / NEAR)
+    return shown
 
 
 def drawn(config: RogueConfig) -> bool:

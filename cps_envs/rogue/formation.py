@@ -24,16 +24,30 @@ def formation_cost(episode: State, c: Drawn, r: Rules) -> float:
 
 @inlined
 def log_place(episode: State, c: Drawn, r: Rules) -> float:
-    """log(1 + mean distance of the vehicles from their places behind the reference, in sigma): it never saturates.
+    """log(1 + mean distance of the vehicles from their places, in sigma): it never saturates.
 
     Every vehicle counts that the defender drives: all until the onset, from then on all but the seized one.
     """
-    leader, reference, distance, count = episode.position.size - 1, reference_position(episode, c, r), 0.0, 0
-    for i in range(leader + 1):
-        if i != c.attacker or episode.step[0] < c.onset_step:
-            distance += abs(reference - (leader - i) * r.separation_m - episode.position[i])
+    attacked, reference, distance, count = episode.step[0] >= c.onset_step, reference_position(episode, c, r), 0.0, 0
+    for i in range(episode.position.size):
+        if i != c.attacker or not attacked:
+            distance += abs(place(episode, i, reference, attacked, c, r) - episode.position[i])
             count += 1
     return log(1.0 + distance / (count * r.separation_m))
+
+
+@inlined
+def place(episode: State, i: int, reference: float, attacked: bool, c: Drawn, r: Rules) -> float:
+    """Where vehicle `i` ought to be, m: behind the reference, by sigma for each vehicle ahead of it.
+
+    Nobody can pass in one lane. With open places, a seized vehicle that is in the way shifts the places on its far
+    side: behind it they end, and ahead of it they begin, as many sigma from it as vehicles lie between.
+    """
+    wanted = reference - (episode.position.size - 1 - i) * r.separation_m
+    if not (r.open_places and attacked):
+        return wanted
+    beside = episode.position[c.attacker] + (i - c.attacker) * r.separation_m
+    return float(min(wanted, beside) if i < c.attacker else max(wanted, beside))
 
 
 @inlined

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.rogue.actions import command_limits, mode_space
+from cps_envs.rogue.actions import PLAIN, command_limits, mode_space
+from cps_envs.rogue.adapters import Effort, Vehicle, VehicleFull
 from cps_envs.rogue.config import RogueConfig
-from cps_envs.rogue.controllers import COMMANDED
+from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
 from cps_envs.rogue.dynamics import advance_episode
 from cps_envs.rogue.fields import attacker_fields, defender_fields
 from cps_envs.rogue.observation import observe_attacker, observe_defender
 from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics, measure
 from cps_envs.rogue.picture.scene import Scene, scene_of
+from cps_envs.rogue.privileged import Truth
 from cps_envs.rogue.start import draw, ranges_of, start_episodes
 from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, make_scratch, platoon, rules_of
 from cps_envs.rogue.swarm import VehicleTeam
@@ -42,6 +44,10 @@ class RogueGame(Game):
 
     name = "rogue"
     threaded = True
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"effort": Effort},
+        "defender": {"vehicle": Vehicle, "vehicle_full": VehicleFull},
+    }
 
     def __init__(self, config: RogueConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -54,14 +60,15 @@ class RogueGame(Game):
         self.modes = config.defense_action == "mode"
         defense = mode_space(ordered) if self.modes else spaces.Box(-1.0, 1.0, (ordered,), np.float32)
         self.action_space = {"attacker": spaces.Box(-1.0, 1.0, (1,), np.float32), "defender": defense}
-        still = np.zeros(2 * ordered, np.int64) if self.modes else np.zeros(ordered)
+        plain = np.tile([CONTROLLERS.index(config.neutral_controller), PLAIN], ordered)
+        still = plain if self.modes else np.zeros(ordered)
         self.neutral_action = {"attacker": np.zeros(1), "defender": still}
         self.payoff_parts = PAYOFF_PARTS
         self.rules, self._ranges = rules_of(config), ranges_of(config)
         self._limits = command_limits(config)
         self.state: State = allocate(num_envs, config.max_vehicles)
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
-        self._held = hold(self.state)
+        self._held, self._worn = hold(self.state), np.zeros_like(self.state.damage)
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
         self._orders = np.full((num_envs, ordered, 2), (COMMANDED, 0))
         self._accelerations = np.zeros((num_envs, ordered))
@@ -76,7 +83,7 @@ class RogueGame(Game):
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
         moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
         given = (self._held, self.drawn, self.rules, moves)
-        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs)
+        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, self._worn, payoff), envs)
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
@@ -122,6 +129,11 @@ class RogueGame(Game):
         onset_s = c.onset_step * self.config.dt_s if c.onset_step < NEVER else np.inf
         return {"seat": c.attacker, "onset_s": onset_s, "power_ratio": c.attacker_drive_mps2 / c.drive_mps2}
 
+    def privileged(self, role: Role) -> Observation:
+        """See `privileged.Truth`."""
+        truth = Truth(self.config, self._held, self.drawn)
+        return truth.attacker() if role == "attacker" else truth.defender()
+
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
         return scene_of(self.state, self.drawn, b, self.config, self.episode_metrics(b))
@@ -129,7 +141,7 @@ class RogueGame(Game):
     def team(self, role: Role) -> Team:
         """The defender as one agent for each vehicle that gets orders."""
         if role == "defender":
-            return VehicleTeam(self.config, self._held, self.drawn, self.rules)
+            return VehicleTeam(self.config, self._held, self.drawn, self.rules, self._worn)
         return super().team(role)
 
 
@@ -142,9 +154,12 @@ def step(
     envs: BoolArray,
     periods: int,
     scores: Array,
+    worn: FloatArray,
     payoff: FloatArray,
 ) -> None:
     """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
+
+    The damage of each pair is also added to `worn` (B, n - 1).
 
     `moves` are the attacker's actions (B, 1) in [-1, 1]; of the k vehicles that get orders controllers (B, k, 2) and
     whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`.
@@ -158,6 +173,10 @@ def step(
             episode = platoon(state, b, c.num_vehicles)
             before = score.damage + score.formation_charge
             order, acceleration = borrowed(orders)[b], borrowed(accelerations)[b]
+            for i in range(episode.damage.size):
+                worn[b, i] -= episode.damage[i]
             advance_episode(episode, lend(scratch), attack[b, 0], order, acceleration, periods, score, c, r)
+            for i in range(episode.damage.size):
+                worn[b, i] += episode.damage[i]
             measure(episode, score, c, r)
             payoff[b] = score.damage + score.formation_charge - before

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cps_envs.core.problem import Later, Problem, Work
+from cps_envs.core.training import Training
 from cps_envs.rogue.config import PRESETS, RogueConfig
 
 EASY_ATTACKERS = (
@@ -39,8 +40,25 @@ ROGUE = Problem(
         "learning": {"attacker": ATTACKERS, "defender": "monitor"},
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
-    swarm="defender",
+    swarm={"defender": "vehicle_full"},
     discrete=("defender",),
     unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
+    training={
+        "attacker": Training(
+            adapter="effort",
+            frame_skip=2,
+            recent_s=(0.4, 1.6),
+            run_s=5.0,
+            ppo={"n_steps": 64, "batch_size": 2048, "n_epochs": 4, "learning_rate": 1.5e-3, "ent_coef": 0.003},
+        ),
+        "defender": Training(
+            adapter="vehicle",
+            frame_skip=10,
+            recent_s=(3.0, 20.0),
+            rough_s=1.0,
+            neutral_bias=2.5,
+            ppo={"learning_rate": 5e-3, "batch_size": 4096, "n_epochs": 5, "gamma": 0.97, "gae_lambda": 0.9},
+        ),
+    },
 )

@@ -79,9 +79,11 @@ class Rules(NamedTuple):
     driver_gap_m: float  # r_0 of (2.5)
     human_returns: bool
     solid: bool
+    bumper_mps: float  # impact speed that does no damage
     spacing_spread_m: float  # initial separations +- this
     speed_spread_mps: float  # initial speeds +- this
     logarithmic: bool  # the formation cost is the logarithm of the distance from the places
+    open_places: bool  # and nobody has a place beyond the seized vehicle
     hidden: bool  # the seized vehicle gets orders too, and obeys until the onset
     formation_weight_mps2: float  # w
     range_noise_m: float
@@ -167,7 +169,8 @@ def rules_of(config: RogueConfig) -> Array:
         "leak_per_s": FULL_TURN * config.detector_cutoff_hz,
         "growth_steps": round(config.growth_interval_s / config.dt_s),
         "solid": config.contact == "solid",
-        "logarithmic": config.formation_cost == "log_place",
+        "logarithmic": config.formation_cost != "scattering",
+        "open_places": config.formation_cost == "open_place",
         "hidden": config.hidden,
     }
     known = asdict(config) | derived

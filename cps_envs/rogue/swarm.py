@@ -3,44 +3,69 @@
 from __future__ import annotations
 
 import numpy as np
-from gymnasium import spaces
 
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, FloatArray, Observation
-from cps_envs.rogue.actions import mode_space
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.fields import vehicle_fields
 from cps_envs.rogue.observation import observe_vehicles
+from cps_envs.rogue.privileged import Truth
 from cps_envs.rogue.state import State
 
 
+def names_of(config: RogueConfig) -> tuple[str, ...]:
+    """`intact_1` (rear) to `intact_{n-1}` (leader), without the seized vehicle.
+
+    With `orders="all"` `vehicle_1` to `vehicle_n`, with the seized one and those that an episode lacks.
+    """
+    name = "vehicle" if config.hidden else "intact"
+    return tuple(f"{name}_{k + 1}" for k in range(config.num_orders))
+
+
 class VehicleTeam(Team):
-    """Agents `intact_1` (rear) to `intact_{n-1}` (leader), without the seized vehicle; all share minus the payoff.
+    """The agents of `names_of`. They look at the state, the drawn quantities and the rules of a game.
 
-    With `orders="all"` they are `vehicle_1` to `vehicle_n`, with the seized one and those that an episode lacks.
-
-    They look at the state, the drawn quantities and the rules of a game.
+    `worn` (B, n - 1) is the game's own count of the damage of each pair, over all episodes.
     """
 
-    def __init__(self, config: RogueConfig, state: State, drawn: Array, rules: Array) -> None:
-        self._seen = (state, drawn, rules)
-        self._num_envs = len(drawn)
-        name = "vehicle" if config.hidden else "intact"
-        self.agents = tuple(f"{name}_{k + 1}" for k in range(config.num_orders))
-        self.fields = vehicle_fields(config)
-        modes = config.defense_action == "mode"
-        self.action_space = mode_space(1) if modes else spaces.Box(-1.0, 1.0, (1,), np.float32)
+    def __init__(self, config: RogueConfig, state: State, drawn: Array, rules: Array, worn: FloatArray) -> None:
+        self._config, self._seen = config, (state, drawn, rules)
+        self._truth, self._drawn = Truth(config, state, drawn), drawn
+        self._worn, self._charged = worn, worn.copy()
+        self.agents = names_of(config)
+        self._fields = vehicle_fields(config)
 
     def observe(self) -> Observation:
         """Own rows (B, k, size), see `fields.vehicle_fields`."""
-        encoded = np.empty((self._num_envs, len(self.agents), self.fields.size), np.float32)
-        observe_vehicles(*self._seen, self.fields.offsets, self.fields.scale, encoded)
+        encoded = np.empty((len(self._drawn), len(self.agents), self._fields.size), np.float32)
+        observe_vehicles(*self._seen, self._fields.offsets, self._fields.scale, encoded)
         return encoded
 
-    def join(self, actions: Array) -> Array:
-        """The defender's action (B, 2 k) from (B, k, 2), or (B, k) from (B, k, 1)."""
-        return actions.reshape(len(actions), -1)
+    def privileged(self) -> Observation:
+        """What the vehicles are not told, (B, k, p), see `privileged.Truth.vehicles`."""
+        return self._ordered(self._truth.vehicles())
 
     def rewards(self, payoff: FloatArray) -> FloatArray:
-        """Rewards (B, k) of the last step."""
-        return np.repeat(-payoff[:, np.newaxis], len(self.agents), axis=1)
+        """Rewards (B, k) since the last call, which sum to minus the payoff (B,) since then.
+
+        The damage of a pair is charged to its two vehicles in equal parts, and what is left, the formation charge, to
+        all that the platoon has. What would fall to the seized vehicle, once it is driven, falls to the others.
+        """
+        damage, self._charged = self._worn - self._charged, self._worn.copy()
+        driven = self._truth.there()
+        seized = np.ones(len(payoff), np.bool_) if not self._config.hidden else self._truth.attacked()
+        driven[seized, self._truth.seat[seized]] = False
+        rear, front = 0.5 + 0.5 * (~driven[:, 1:]), 0.5 + 0.5 * (~driven[:, :-1])
+        charge = np.zeros(driven.shape)
+        charge[:, :-1] += damage * rear * driven[:, :-1]
+        charge[:, 1:] += damage * front * driven[:, 1:]
+        charge += driven * ((payoff - damage.sum(axis=1)) / driven.sum(axis=1))[:, np.newaxis]
+        return -self._ordered(charge)
+
+    def _ordered(self, vehicles: Array) -> Array:
+        """The rows (B, k, ...) of those that get orders, from those of all vehicles (B, n, ...)."""
+        if self._config.hidden:
+            return vehicles
+        others = np.arange(vehicles.shape[1]) != self._truth.seat[:, np.newaxis]
+        rest: Array = vehicles[others].reshape(len(vehicles), -1, *vehicles.shape[2:])
+        return rest

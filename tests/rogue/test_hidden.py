@@ -102,15 +102,19 @@ def test_an_episode_of_a_drawn_size_is_the_platoon_of_that_size(size: int, seed:
     assert not values["speed"][0, size:].any()
 
 
-def test_the_price_is_the_logarithm_of_the_mean_distance_from_the_places() -> None:
-    """Against positions that are taken down here, in an episode whose seized vehicle leaves."""
-    game = started((3,), "learning", **FIXED, onset_s=3.0)
+@pytest.mark.parametrize("cost", ["log_place", "open_place"])
+def test_the_price_is_the_logarithm_of_the_mean_distance_from_the_places(cost: str) -> None:
+    """Against positions that are taken down here, in an episode whose seized vehicle leaves and pushes others on."""
+    game = started((3,), "learning", **FIXED, onset_s=3.0, formation_cost=cost)
     config, c = game.config, game.drawn[0]
     expected = 0.0
     for _ in range(300):
         go(game, 1.0, [1, 0] * 5)
         now_s = game.state.step[0] * config.dt_s
         places = c["reference_start_m"] + c["reference_speed_mps"] * now_s - 9.0 * np.arange(4, -1, -1)
+        if cost == "open_place" and now_s >= 3.0:
+            beside = game.state.position[0, 2] + 9.0 * np.arange(-2, 3)
+            places = np.append(np.minimum(places, beside)[:2], np.maximum(places, beside)[2:])
         distance = np.abs(places - game.state.position[0])
         counted = np.arange(5) != 2 if now_s >= 3.0 else np.ones(5, bool)
         expected += 0.1 * np.log(1 + distance[counted].mean() / 9.0)

@@ -1,0 +1,163 @@
+"""How learners play the two roles: the seized vehicle by three efforts, the others by a controller for each."""
+
+from __future__ import annotations
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.adapter import Adapter
+from cps_envs.core.config import Range, bounds
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import Field, Fields
+from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.rogue.actions import PLAIN, mode_space
+from cps_envs.rogue.config import RogueConfig
+from cps_envs.rogue.controllers import CONTROLLERS
+from cps_envs.rogue.fields import ACCELERATION_MPS2, DETECTOR_SPAN, NEAR, compressed, vehicle_fields
+from cps_envs.rogue.swarm import names_of
+
+EFFORTS = np.array([-1.0, 0.0, 1.0], np.float32)  # full braking, the present speed, full driving
+CRUISE = 1  # the second of them
+FAR_M, FAST_MPS = 60.0, 25.0  # chosen: errors from there on look alike
+SIDES = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate")
+SPEEDS_MPS = (0.0, 50.0)  # chosen: v_max
+
+
+class Effort(Adapter):
+    """The seized vehicle brakes in full, keeps its speed or drives in full: `EFFORTS`.
+
+    The best attacks that are known do nothing else. It sees what the attacker sees, errors as `compressed`.
+    """
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        config = spec.config
+        self.agents = (spec.role,)
+        self.action_space, self.neutral_action = spaces.Discrete(len(EFFORTS)), np.array(CRUISE)
+        self.fields = Fields(
+            *(compressed_field(name) for name in SIDES),
+            compressed_field("excess_speed"),
+            range_field("reference_speed", "m/s", config.reference_speed_mps),
+            range_field("power_ratio", "-", config.power_ratio),
+            range_field("attacker_index", "-", config.attacker_index),
+            range_field("num_vehicles", "-", config.num_vehicles),
+            Field("until_onset_s", "s", 0, 60, (), "until the own effort takes effect"),
+            Field("time_left_s", "s", 0, config.duration_s, (), "until the end of the episode"),
+        )
+
+    def observe(self, seen: Seen, state: State) -> Observation:
+        """The seized vehicle's row (B, 1, m)."""
+        columns = {name: compressed(seen[name]) for name in SIDES}
+        columns["excess_speed"] = compressed(seen["speed"] - seen["reference_speed"])
+        return encoded(self.fields, columns, seen)[:, np.newaxis]
+
+    def active(self, seen: Seen, state: State) -> BoolArray:
+        """Whether the attack has begun, (B, 1)."""
+        begun: BoolArray = seen["until_onset_s"][:, np.newaxis] < self.spec.config.dt_s / 2
+        return begun
+
+    def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
+        """The efforts (B, 1)."""
+        return EFFORTS[actions], state
+
+
+class VehicleFull(Adapter):
+    """Each vehicle that gets orders sees its own row, `fields.vehicle_fields`, and chooses all of its orders.
+
+    These are its controller and whether following is modified, or with `defense_action="command"` its acceleration.
+    """
+
+    local = True
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        config: RogueConfig = spec.config
+        self.agents, self.fields = names_of(config), vehicle_fields(config)
+        modes = config.defense_action == "mode"
+        self.action_space = mode_space(1) if modes else spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.neutral_action = spec.neutral_action.reshape(len(self.agents), -1)[0]
+
+    def observe(self, seen: Seen, state: State) -> Observation:
+        """The vehicles' own rows (B, A, m)."""
+        shown: Observation = team_of(seen).copy()
+        return shown
+
+    def active(self, seen: Seen, state: State) -> BoolArray:
+        """The vehicles (B, A) that the platoon has; which of them is seized the defender does not know."""
+        agents, extra = np.arange(len(self.agents)), seen["present"]
+        there: BoolArray = agents - len(agents) < extra.sum(axis=1, keepdims=True) - extra.shape[1] - 0.5
+        return there
+
+    def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
+        """The defender's action: (B, 2 A) from (B, A, 2), or (B, A) from (B, A, 1)."""
+        return actions.reshape(len(actions), -1), state
+
+
+class Vehicle(VehicleFull):
+    """Each vehicle that gets orders chooses one of the six `CONTROLLERS`; following is never modified.
+
+    It sees its own row without what it has chosen itself, errors as `compressed`.
+
+    Raises:
+        ConfigurationError: the environment takes accelerations, not controllers.
+    """
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        config = spec.config
+        if config.defense_action != "mode":
+            raise ConfigurationError('the adapter "vehicle" selects controllers; it needs defense_action="mode"')
+        self._rows = self.fields
+        self.action_space = spaces.Discrete(len(CONTROLLERS))
+        self.neutral_action = np.array(CONTROLLERS.index(config.neutral_controller))
+        spread = DETECTOR_SPAN * config.alarm_threshold
+        self.fields = Fields(
+            Field("leads", "-", 0, 1, (), "the vehicle is the leader, whose front neighbour is the reference"),
+            Field("trails", "-", 0, 1, (), "nobody is behind"),
+            *(compressed_field(name) for name in SIDES),
+            Field("speed", "m/s", *SPEEDS_MPS, (), "own"),
+            range_field("reference_speed", "m/s", config.reference_speed_mps),
+            Field("front_acceleration", "m/s2", -ACCELERATION_MPS2, ACCELERATION_MPS2, (), "ahead"),
+            Field("rear_acceleration", "m/s2", -ACCELERATION_MPS2, ACCELERATION_MPS2, (), "behind"),
+            Field("front_detector", "m2/s3", 0, spread, (), "own z_f"),
+            Field("rear_detector", "m2/s3", 0, spread, (), "own z_r"),
+            Field("alarm", "-", -1, 1, (), "1: front neighbour detected, -1: rear one, 0: none; latched"),
+            Field("time_left_s", "s", 0, config.duration_s, (), "until the end of the episode"),
+        )
+
+    def observe(self, seen: Seen, state: State) -> Observation:
+        """The vehicles' rows (B, A, m)."""
+        rows = Seen(self._rows, team_of(seen).reshape(-1, self._rows.size))
+        shown = encoded(self.fields, {name: compressed(rows[name]) for name in SIDES}, rows)
+        return shown.reshape(len(seen), len(self.agents), -1)
+
+    def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
+        """The controllers (B, 2 A), all plain, from (B, A)."""
+        return super().act(seen, state, np.stack([actions, np.full_like(actions, PLAIN)], axis=-1))
+
+
+def compressed_field(name: str) -> Field:
+    """The field of a compressed error, by its name a gap in m or something in m/s."""
+    unit, far = ("m", FAR_M) if name.endswith("error") else ("m/s", FAST_MPS)
+    high = float(compressed(np.array(far)))
+    return Field(name, "-", -high, high, (), f"arsinh of the error in {NEAR:g} {unit}")
+
+
+def range_field(name: str, unit: str, drawn_from: Range) -> Field:
+    """The field of something that episodes draw; without entries where it is always the same."""
+    low, high = bounds(drawn_from)
+    return Field(name, unit, low, high) if low < high else Field(name, unit, low, low + 1, (0,))
+
+
+def encoded(fields: Fields, columns: dict[str, FloatArray], seen: Seen) -> Observation:
+    """Rows (K, m) of fields: given columns (K,), the others as they are seen."""
+    names = [field.name for field in fields if field.size]
+    return fields.encode(np.stack([columns[name] if name in columns else seen[name] for name in names], axis=1))
+
+
+def team_of(seen: Seen) -> Observation:
+    """The own rows of the vehicles, (B, A, m)."""
+    assert seen.team is not None  # adapters that are `local` are shown it
+    return seen.team
