@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.interfaces.beside import Beside
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_count, check_options
 from cps_envs.core.interfaces.outside import Outside
@@ -65,6 +66,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         neutral_bias: float | None = None,
         initial_deviation: float | None = None,
         pay_power: float | None = None,
+        relative: bool | None = None,
         scaling: Scaling | None = None,
         paired: bool = False,
         num_threads: int = 1,
@@ -93,6 +95,10 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         if paired and self.episodes % 2:
             raise ConfigurationError(f"num_envs = {self.episodes} must be even where episodes are paired")
         self.outside = Outside(self.game, role, self.training.adapter)
+        self._beside: Beside | None = None
+        if self.training.relative:
+            shared = (self.config, self.episodes, role, self.opponent, self.training.adapter)
+            self._beside = Beside(problem, *shared)
         self.adapter = self.outside.adapter
         self.agents = len(self.adapter.agents)
         self.untrained = Untrained(self.adapter, self.training, self.training.frame_skip)
@@ -203,7 +209,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         first, count = training_seed(self._run), self.episodes // 2 if self.paired else self.episodes
         places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
         self._generators = [spawning(seeding.np_random(first + int(place))[0]) for place in places]
-        self._match.reset(self._everyone, self._generators)
+        self._reset(self._everyone)
         self.state = self.wired.begin(self.episodes)
         self._look()
 
@@ -231,6 +237,8 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             payoff = self._match.step({self.role: action}, live, interval)
             reward += np.where(live[:, np.newaxis], self.outside.rewards(payoff), 0.0)
             total += payoff
+            if self._beside is not None:
+                reward -= self._beside.step(live)
         self._look()
         return reward, total, game.terminated | (game.elapsed >= game.horizon)
 
@@ -259,8 +267,13 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._restart(ended)
         return {"final_obs": final_obs, "_final_obs": rows, "final_info": shared, "_final_info": rows.copy()}
 
-    def _restart(self, envs: BoolArray) -> None:
+    def _reset(self, envs: BoolArray) -> None:
+        if self._beside is not None:
+            self._beside.reset(envs, self._generators)
         self._match.reset(envs, self._generators)
+
+    def _restart(self, envs: BoolArray) -> None:
+        self._reset(envs)
         state, self._now = self.wired.restart(self.state, envs), self.outside.seen()
         looked = self.wired.see(self._now, state)
         self.state = tuple(_rows_of(new, old, envs) for new, old in zip(looked, state, strict=True))
