@@ -136,6 +136,13 @@ def encode_row(values: FloatArray, scale: FloatArray, encoded: Observation) -> N
         encoded[entry] = 1.0 if scaled > 1.0 else -1.0 if scaled < -1.0 else scaled  # NaN stays visible
 
 
+@inlined
+def decode_entry(row: Observation, scale: FloatArray, entry: int) -> float:
+    """`Fields.decode` of one entry of an observation (size,), for kernels."""
+    value: float = row[entry] * scale[1, entry] + scale[0, entry]
+    return value
+
+
 @kernel
 def _encode(values: FloatArray, scale: FloatArray, encoded: Observation) -> None:
     for b in range(values.shape[0]):

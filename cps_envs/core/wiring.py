@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -19,6 +20,7 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
 from cps_envs.core.untrained import Untrained, choices_of
 
+Scaling: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]  # mean and deviation
 CLIP = 5.0  # bound of a scaled input
 LEAST_DEVIATION = 0.02  # of an input; one that hardly varies is not blown up to noise
 OWN = 5  # arrays of a wired player's state before those of its adapter
@@ -39,6 +41,7 @@ class Wiring:
     frame_skip: int = 1  # decisions of the role for which an action is kept
     recent_s: tuple[float, ...] = ()  # s, time constants of the running averages
     rough_s: float = 0.0  # s, time constant of the running average of the changes; 0: none
+    masked: bool = False  # whether the last inputs say what is legal
     mean: tuple[float, ...] = ()  # of the scaled inputs; empty: they are not scaled
     deviation: tuple[float, ...] = ()
 
@@ -67,6 +70,7 @@ class WiredBox(spaces.Box):
     def __init__(self, columns: Columns, wiring: Wiring, untrained: Untrained) -> None:
         super().__init__(-CLIP, CLIP, (columns.size,), np.float32)
         self.columns, self.wiring, self.untrained = columns, wiring, untrained
+        self.acting: BoolArray | None = None  # (rows,) whose last action had an effect, where environments note it
 
 
 @dataclass(frozen=True)
@@ -90,8 +94,8 @@ class Wired:
     actions that are kept (B, A, ...), decisions so far (B,), and then what the adapter remembers.
     """
 
-    def __init__(self, wiring: Wiring, adapter: Adapter, masked: bool) -> None:
-        """`masked` tells whether the role has masks.
+    def __init__(self, wiring: Wiring, adapter: Adapter) -> None:
+        """Bind it.
 
         Raises:
             ConfigurationError: the scaling has another number of inputs than the adapter gives.
@@ -104,13 +108,14 @@ class Wired:
         parts = 1 + len(wiring.recent_s) + bool(wiring.rough_s)
         self.choices = choices_of(adapter.action_space)
         shape = adapter.action_space.shape or ()
-        mask = sum(self.choices) if masked and self.choices else 0
+        mask = sum(self.choices) if wiring.masked and self.choices else 0
         self.columns = Columns(parts * adapter.fields.size, sum(self.choices) or int(np.prod(shape)), mask)
         if wiring.mean and len(wiring.mean) != self.columns.scaled:
             raise ConfigurationError(
                 f"the network was trained with {len(wiring.mean)} scaled inputs, and {wiring.adapter!r} gives "
                 f"{self.columns.scaled} here: it was trained in another configuration"
             )
+        self._neutral = np.asarray(adapter.neutral_action)
         self._mean = np.array(wiring.mean or (0.0,), np.float32)
         self._scale = 1 / np.array(wiring.deviation or (1.0,), np.float32)
 
@@ -167,11 +172,15 @@ class Wired:
         """The agents (B, A) whose action has an effect now."""
         return self.adapter.active(seen, state[OWN:])
 
-    def keep(self, state: State, actions: Array) -> State:
-        """The state with new actions (B, A, ...) where the agents decide now; elsewhere the old ones stay."""
+    def keep(self, seen: Seen, state: State, actions: Array) -> State:
+        """The state with new actions (B, A, ...) where the agents decide now; elsewhere the old ones stay.
+
+        Agents that are not active take the neutral action, whatever a network says.
+        """
         row, averages, rough, kept, age, *own = state
-        due = self.due(state).reshape(-1, *(1,) * (kept.ndim - 1))
-        return row, averages, rough, np.where(due, actions, kept), age, *own
+        ones = (1,) * (kept.ndim - 2)
+        chosen = np.where(self.active(seen, state).reshape(*kept.shape[:2], *ones), actions, self._neutral)
+        return row, averages, rough, np.where(self.due(state).reshape(-1, 1, *ones), chosen, kept), age, *own
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The role's action (B, ...) that follows from the kept ones, and the next state."""
@@ -189,7 +198,7 @@ def encode(actions: Array, choices: Sequence[int]) -> Observation:
     return np.concatenate(parts, axis=2).astype(np.float32)
 
 
-def scaling(rows: FloatArray | Observation) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def scaling_of(rows: FloatArray | Observation) -> Scaling:
     """Mean and deviation of the inputs in rows (k, n), as a wiring has them."""
     spread = np.maximum(rows.std(axis=0), LEAST_DEVIATION)
     return tuple(rows.mean(axis=0).tolist()), tuple(spread.tolist())

@@ -106,6 +106,9 @@ class DisbandingConfig:
     braking_mps2: Range = quantity(5.0, unit="m/s2", low=0, high=20, source="2.1: maximum deceleration", ranged=True)
     braking_s: Range = quantity(1.0, unit="s", low=0, high=10, source="chosen: per driver", ranged=True)
     correction_noise_mps2: float = quantity(0.0, unit="m/s2", low=0, high=5, source="chosen: s.d., from actuators")
+    full_correction_mps2: float = quantity(
+        0.0, unit="m/s2", low=0, high=10, source="chosen: the rule grows up to it; 0: it jumps in at 0.05 m/s2"
+    )
     report: str = quantity(
         "chapter", choices=("chapter", "safety", "full"), source="chosen: metrics of chapter 2, or more"
     )
@@ -230,7 +233,9 @@ LEARNING = replace(
     braking_share=0.3,
     braking_mps2=(2.0, 5.0),
     braking_s=(0.5, 1.5),
+    swarm_reward="local",
     correction_noise_mps2=0.5,
+    full_correction_mps2=1.0,  # chosen: noise of 0.1 m/s2 then costs 0.2 points; where it jumps in, 2.6
     report="safety",
 )
 ONE_VEHICLE = replace(

@@ -85,12 +85,19 @@ def avoidance_margin(
 
 
 @inlined
-def corrected(command: float, correction: float, low: float, high: float) -> float:
-    """Rule (2.7) of the specification: the command (m/s2) after the defender's correction (m/s2).
+def corrected(command: float, correction: float, noise: float, full: float, low: float, high: float) -> float:
+    """Rule (2.7) of the specification: the command (m/s2) after the defender's correction and its noise (m/s2).
 
-    The sum is not clipped again, so that a defender can over-command against the lag as the plain law does.
+    A correction is added to the command clipped to [`low`, `high`], together with the noise of the actuator. The sum is
+    not clipped again, so that a defender can over-command against the lag as the plain law does. Below the dead band
+    nothing happens. With `full` > 0 there is no such jump: clipping and noise grow in proportion to the correction,
+    up to a correction of that size.
     """
-    return command if abs(correction) < DEAD_BAND else clip(command, low, high) + correction
+    size = abs(correction)
+    if full <= 0.0:
+        return command if size < DEAD_BAND else clip(command, low, high) + correction + noise
+    share = min(1.0, size / full)
+    return command + share * (clip(command, low, high) - command + noise) + correction
 
 
 @inlined

@@ -14,7 +14,6 @@ import numpy as np
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.disbanding.controllers import (
-    DEAD_BAND,
     avoidance_margin,
     command_humans,
     command_platoons,
@@ -56,9 +55,8 @@ def correct_commands(episode: State, c: Constants, correction: FloatArray) -> No
     for platoon in range(first_mitigable(episode, c) // size, c.num_vehicles // size):
         if not has_begun(time_s, episode.disbanding_s[platoon]):
             for q in range(platoon * size, (platoon + 1) * size):
-                episode.command[q] = corrected(episode.command[q], correction[q], low, high)
-                if abs(correction[q]) >= DEAD_BAND:
-                    episode.command[q] += episode.noise_mps2[q]
+                noise, full = episode.noise_mps2[q], c.full_correction_mps2
+                episode.command[q] = corrected(episode.command[q], correction[q], noise, full, low, high)
 
 
 @inlined

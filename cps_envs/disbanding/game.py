@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import pack, records
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.disbanding.adapters import Follow, FollowRoad, Vehicle
 from cps_envs.disbanding.circumstances import draw_circumstances
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.events import is_eventful
@@ -23,6 +25,8 @@ from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
+from cps_envs.disbanding.timed import Timed
+from cps_envs.disbanding.truth import truth_of_road
 from cps_envs.disbanding.turn import Account, settle_all, step
 
 CHARGES = ("collision_penalty", "end_charge")  # paid beside the velocity error
@@ -40,6 +44,10 @@ class DisbandingGame(Game):
     """
 
     name = "disbanding"
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"timed": Timed},
+        "defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad},
+    }
     threaded = True
 
     def __init__(self, config: DisbandingConfig, num_envs: int) -> None:
@@ -135,6 +143,10 @@ class DisbandingGame(Game):
         names = ("disbanding_s", "position", "speed", "acceleration", "command")
         return {name: getattr(self.state, name)[b] for name in names}
 
+    def privileged(self, role: Role) -> Observation:
+        """See `truth.truth_of_road`, (B, 5 + 6 N)."""
+        return truth_of_road(self.config, self.state, self.constants, self.budget)
+
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal attacks (B, N + 1) or (B, 2 N); the defender's corrections are always legal."""
         return self._account.legal.copy() if role == "attacker" else None
@@ -194,4 +206,4 @@ class DisbandingGame(Game):
         """The defender as one agent per vehicle."""
         if role == "attacker":
             return super().team(role)
-        return VehicleTeam(self.config, self._known[0], self.constants, self.elapsed)
+        return VehicleTeam(self.config, self._known[0], self.constants, self.budget, self.elapsed)

@@ -86,6 +86,7 @@ class Constants(NamedTuple):
     hop_steps: int  # integration steps between two messages of a vehicle
     hop_loss: float  # share of the messages that are lost
     noise_width_mps2: float  # what an actuator adds to a correction lies within +- this
+    full_correction_mps2: float  # from this size on the rule of corrections applies in full; 0: see `corrected`
     noise_steps: int  # integration steps for which an actuator's noise holds
     period_steps: int  # integration steps in a control period
     ride_steps: int  # integration steps between two notes of the ride; 0 where it is not noted

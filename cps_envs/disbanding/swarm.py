@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from gymnasium import spaces
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.team import Team
@@ -12,34 +11,39 @@ from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.observation import observe_vehicles
 from cps_envs.disbanding.state import State
+from cps_envs.disbanding.truth import truth_of_platoons
 
 
 class VehicleTeam(Team):
     """Agents `vehicle_0` (front) to `vehicle_{M-1}`; the set is constant, disbanded vehicles see `active` = 0.
 
-    With `swarm_reward="team"` all share minus the attacker's payoff. With `"local"` each is charged for its own speed
-    error, -100/K_s |v - v_d|/v_d per integration step, and for its own collision: another objective than the payoff.
-    `elapsed` (B,) is the game's own count of its steps.
+    With `swarm_reward="team"` all share minus the attacker's payoff. With `"local"` each is paid for its own part of
+    it: its speed error, 100/K_s |v - v_d|/v_d / M per integration step, and its own collision. What has no owner, such
+    as the charge of an early end, all bear alike. So the parts of all vehicles sum to minus the payoff.
+    `elapsed` (B,) is the game's own count of its steps, `budget` (B,) the attacks that are left.
     """
 
-    def __init__(self, config: DisbandingConfig, state: State, constants: Array, elapsed: IntArray) -> None:
+    def __init__(
+        self, config: DisbandingConfig, state: State, constants: Array, budget: IntArray, elapsed: IntArray
+    ) -> None:
         if config.defense_action != "vehicle":
             raise ConfigurationError('the swarm form needs defense_action="vehicle", one correction per vehicle')
         self._config, self._state, self._constants, self._elapsed = config, state, constants, elapsed
+        self._budget = budget
         self.agents = tuple(f"vehicle_{q}" for q in range(config.max_vehicles))
-        self.fields = vehicle_fields(config)
-        self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self._fields = vehicle_fields(config)
         self._charged = np.zeros((len(constants), len(self.agents)))
 
     def observe(self) -> Observation:
         """Own rows (B, M, size), see `fields.vehicle_fields`."""
-        encoded = np.empty((len(self._constants), len(self.agents), self.fields.size), np.float32)
-        observe_vehicles(self._state, self._constants, self.fields.offsets, self.fields.scale, encoded)
+        encoded = np.empty((len(self._constants), len(self.agents), self._fields.size), np.float32)
+        observe_vehicles(self._state, self._constants, self._fields.offsets, self._fields.scale, encoded)
         return encoded
 
-    def join(self, actions: Array) -> Array:
-        """The defender's action (B, M) from (B, M, 1)."""
-        return actions[..., 0]
+    def privileged(self) -> Observation:
+        """What each vehicle does not see, (B, M, p), see `truth.truth_of_platoons`."""
+        truth = truth_of_platoons(self._config, self._state, self._constants, self._budget)
+        return np.repeat(truth, self._config.vehicles_per_platoon, axis=1)
 
     def rewards(self, payoff: FloatArray) -> FloatArray:
         """Rewards (B, M) of the last step."""
@@ -47,11 +51,17 @@ class VehicleTeam(Team):
             return np.repeat(-payoff[:, np.newaxis], len(self.agents), axis=1)
         before, self._charged = self._charged, self._charges()
         fresh = self._elapsed[:, np.newaxis] <= 1
-        return np.where(fresh, 0.0, before) - self._charged
+        own = np.where(fresh, 0.0, before) - self._charged
+        present = np.arange(len(self.agents)) < self._constants["num_vehicles"][:, np.newaxis]
+        common = (-payoff - own.sum(axis=1)) / present.sum(axis=1)
+        rewards: FloatArray = own + present * common[:, np.newaxis]
+        return rewards
 
     def _charges(self) -> FloatArray:
         """What each vehicle has been charged for since the start of the episode, (B, M)."""
         config = self._config
+        vehicles = self._constants["num_vehicles"][:, np.newaxis]
         percent = 100.0 / (config.horizon_steps * config.desired_speed_mps)
-        charge: FloatArray = percent * self._state.speed_error
-        return charge + config.collision_penalty * self._state.collided_intact
+        speed_error = percent * self._state.speed_error if config.payoff_set == "all" else 0.0
+        charge: FloatArray = (speed_error + config.collision_penalty * 100.0 * self._state.collided_intact) / vehicles
+        return charge

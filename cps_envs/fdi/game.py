@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
+from cps_envs.core.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.fdi.adapters.expected import Expected
+from cps_envs.fdi.adapters.motion import Motion
+from cps_envs.fdi.adapters.sensor import Sensor
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.drawing import Drawing
 from cps_envs.fdi.dynamics import begin, step
@@ -28,8 +32,10 @@ from cps_envs.fdi.observation import (
 )
 from cps_envs.fdi.payoff import OF_DUELS, OF_INSTABILITY, PAID, PAID_FOR_INSTABILITY, Metrics
 from cps_envs.fdi.picture.scene import Scene
+from cps_envs.fdi.privileged import hidden_from_attacker, hidden_from_defender
 from cps_envs.fdi.selection import certificates, chosen_tasks
 from cps_envs.fdi.state import Batch, Layout, State, allocate, constants_of, matrices_of
+from cps_envs.fdi.team import SensorTeam
 
 
 class FdiGame(Game):
@@ -49,6 +55,10 @@ class FdiGame(Game):
     """
 
     name = "fdi"
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"motion": Motion, "expected": Expected},
+        "defender": {"sensor": Sensor},
+    }
     threaded = True
 
     def __init__(self, config: FdiConfig, num_envs: int) -> None:
@@ -82,6 +92,7 @@ class FdiGame(Game):
     def _set_actions(self) -> None:
         config, n, readings = self.config, self.config.num_vehicles, self.config.num_readings
         flags = [task.sensors.flags(n, rear=self._filters) for task in self.tasks]
+        self._flags: BoolArray = np.array(flags)  # (T, R)
         sensors = range(readings) if is_drawn(config) else np.flatnonzero(flags[0]).tolist()
         levels = [config.range_levels if sensor < readings // 2 else config.rate_levels for sensor in sensors]
         self._levels: IntArray = np.array(levels, np.int64)
@@ -176,8 +187,20 @@ class FdiGame(Game):
 
     def truth(self, b: int) -> Mapping[str, Any]:
         """Privileged: the attacked readings (R,), and the first step whose readings injections may change."""
-        flags = self.tasks[self.state.task[b]].sensors.flags(self.config.num_vehicles, rear=self._filters)
-        return {"attacked": flags, "onset": int(self.state.onset[b])}
+        return {"attacked": self._flags[self.state.task[b]], "onset": int(self.state.onset[b])}
+
+    def privileged(self, role: Role) -> Observation:
+        """See `privileged.hidden_from_attacker` and `privileged.hidden_from_defender`."""
+        if role == "attacker":
+            return hidden_from_attacker(self.config, self.state)
+        return hidden_from_defender(self.config, self.state, self._flags[self.state.task])
+
+    def team(self, role: Role) -> Team:
+        """The defender's sensors, see `team.SensorTeam`; there are none without a filter."""
+        if role == "attacker" or not self._filters:
+            return super().team(role)
+        targets = self._tasks[:, -1]
+        return SensorTeam(self.config, self.state, self._metrics, self.terminated, self._flags, targets)
 
     def _parts(self) -> tuple[Array, ...]:
         """All that an environment consists of, each with an axis B first."""

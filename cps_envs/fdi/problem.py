@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cps_envs.core.problem import Later, Problem, Work
+from cps_envs.core.training import Training
 from cps_envs.fdi.config import PRESETS, FdiConfig
 
 
@@ -36,6 +37,23 @@ FDI = Problem(
     },
     viewer="cps_envs.fdi.picture.viewer:Viewer",
     discrete=("attacker", "defender"),
+    swarm={"defender": "sensor"},
+    training={
+        "attacker": Training(
+            adapter="motion",
+            frame_skip=5,
+            num_envs=256,
+            ppo={"gamma": 1.0, "n_steps": 20, "batch_size": 2560, "n_epochs": 4, "learning_rate": 1e-3},
+        ),
+        "defender": Training(
+            adapter="sensor",
+            frame_skip=2,
+            recent_s=(0.6, 2.4),
+            neutral_bias=2.5,
+            num_envs=256,
+            ppo={"gamma": 0.98, "gae_lambda": 0.9, "n_steps": 50, "batch_size": 4096, "n_epochs": 5},
+        ),
+    },
     unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
 )

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.config import bounds
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import inlined, kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
+from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.disturbance import disturbances
 from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
+from cps_envs.hvac.expected import Expected
 from cps_envs.hvac.model import Model, Rules, build_model, rules_of
 from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
 from cps_envs.hvac.payoff import count_choice, count_errors, measure, paid_at_start
@@ -25,6 +27,7 @@ from cps_envs.hvac.picture.scene import Scene, scene_of
 from cps_envs.hvac.planning import make_desk
 from cps_envs.hvac.start import Draws, start
 from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
+from cps_envs.hvac.teams import Believers, Liars, SensorTeam
 
 READINGS = 0  # the choice of the raw readings
 PAID = {"impact": "a_impact", "discomfort": "discomfort_h", "energy": "attack_kwh"}  # metric that is paid
@@ -62,6 +65,7 @@ class HvacGame(Game):
     """
 
     name = "hvac"
+    adapters: ClassVar[Adapters] = {"attacker": {"expected": Expected}, "defender": {"sensor": Belief}}
     threaded = True
 
     def __init__(self, config: HvacConfig, num_envs: int) -> None:
@@ -149,6 +153,10 @@ class HvacGame(Game):
     def mean_residuals(self) -> FloatArray:
         """Jm_a(k) of (4.33), (B, sets) C2; 0 until the window is full."""
         return self.state.mean_residual.copy()
+
+    def team(self, role: Role) -> SensorTeam:
+        """One agent for each sensor, see `teams`."""
+        return (Liars if role == "attacker" else Believers)(self.config, self.state)
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cps_envs.core.problem import Later, Problem, Work
+from cps_envs.core.training import Training
 from cps_envs.hvac.config import PRESETS, HvacConfig
 
 
@@ -27,6 +28,21 @@ LEARNING_ATTACKERS = (
     '"tracker","tracker?warmer=true"]&weights=[2,2,1,1,3,3,3,3,2,2,2,2,3,3]'
 )
 
+# All chosen, by trials with stable-baselines3's PPO.
+ATTACK = Training(
+    adapter="expected",
+    frame_skip=10,
+    pay_power=0.5,
+    ppo={"n_steps": 72, "batch_size": 2048, "n_epochs": 8, "gamma": 1.0, "gae_lambda": 0.95, "learning_rate": 3e-3},
+)
+DEFENSE = Training(
+    adapter="sensor",
+    frame_skip=10,
+    recent_s=(3600.0, 14400.0),
+    neutral_bias=2.5,
+    ppo={"n_steps": 72, "batch_size": 4096, "n_epochs": 5, "gamma": 0.98, "gae_lambda": 0.9, "learning_rate": 5e-3},
+)
+
 HVAC = Problem(
     name="hvac",
     version=0,
@@ -45,5 +61,7 @@ HVAC = Problem(
     },
     viewer="cps_envs.hvac.picture.viewer:Viewer",
     unit="A_impact, C2",
+    swarm={"defender": "sensor"},
+    training={"attacker": ATTACK, "defender": DEFENSE},
     work=Work(unit="sensor-steps", per_game_step=sensor_steps),
 )

@@ -91,3 +91,14 @@ def membership(config: Parameters, sets: tuple[SensorSet, ...] | None = None) ->
     for row, sensors in zip(member, sets, strict=True):
         row[np.array(sensors, np.int64) - 1] = True
     return member
+
+
+def sensors_of_choices(config: Parameters) -> BoolArray:
+    """Which sensors each choice of the defender uses, (C, S): all for the raw readings, none for the model."""
+    ends = np.ones((1, config.num_sensors), np.bool_)
+    return np.concatenate([ends, membership(config), ~ends, membership(config, filter_sets(config))])
+
+
+def sensor_names(config: Parameters) -> tuple[str, ...]:
+    """The agents of a team with one for each sensor: sensor_1 to sensor_S."""
+    return tuple(f"sensor_{number}" for number in range(1, config.num_sensors + 1))

@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 
 from cps_agents.bench.row import Item, Values, Yardsticks
-from cps_agents.learning.recipe import IMITATION, SEARCH, Recipe
+from cps_agents.learning.recipe import IMITATION, SEARCH, SHARED, Recipe
 from cps_agents.recipes.finding import RECIPES
 from cps_envs.core.problem import Problem
 
@@ -23,7 +23,7 @@ def items(problems: list[Problem]) -> Iterator[Item]:
     """The recipes of some problems that stable-baselines3 trains by reward."""
     names = {problem.name: problem for problem in problems}
     for recipe in RECIPES.values():
-        if recipe.problem in names and recipe.algorithm not in (IMITATION, SEARCH):
+        if recipe.problem in names and recipe.algorithm not in (IMITATION, SEARCH, SHARED):
             yield Item(PART, recipe.name, partial(_measure, recipe, names[recipe.problem]))
 
 

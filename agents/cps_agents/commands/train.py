@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
 SHIP = "Combine the seeds' best networks into one policy in this folder."
-ALGORITHM = "Algorithm: ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
+ALGORITHM = "Algorithm: shared-ppo, ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
 CONFIG = "Repeat the run of this run.json exactly, but for other options that you give."
 TRACKER = "Send curves to tensorboard, wandb, mlflow or none."
 EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed.
@@ -91,7 +91,13 @@ def train(
         values["overrides"] = dict(assignments(overrides))
     first = first_seed if first_seed is not None else 0 if earlier is None else earlier.seed
     wanted = range(first, first + (seeds or (5 if earlier is None else 1)))
-    chosen = [earlier.recipe] if earlier else list(RECIPES.values()) if name == "all" else [find_recipe(name or "")]
+    chosen = (
+        [earlier.recipe]
+        if earlier
+        else list(RECIPES.values())
+        if name == "all"
+        else [find_recipe(name or "", algorithm)]
+    )
     found = []
     for recipe in chosen:
         runs = _jobs(changed(recipe, values), wanted, folder, resume=resume, device=device, tracker=tracker)
@@ -103,11 +109,13 @@ def train(
 
 
 def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
-    from cps_agents.learning.recipe import SEARCH
+    from cps_agents.learning.recipe import SEARCH, SHARED
     from cps_agents.learning.run import Job
     from cps_envs.core.errors import require
 
-    if recipe.algorithm != SEARCH:
+    if recipe.algorithm == SHARED:
+        require("torch", extra="train", purpose="training")
+    elif recipe.algorithm != SEARCH:
         require("stable_baselines3", extra="train", purpose="training")
 
     command = describe()["command"]

@@ -1,4 +1,4 @@
-"""Which learner does a job: policy search, or stable-baselines3, whose import takes seconds.
+"""Which learner does a job: our PPO, policy search, or stable-baselines3, whose import takes seconds.
 
 Several training runs go one after the other or side by side, with one bar for all.
 """
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from cps_agents.files import alone_in
-from cps_agents.learning.recipe import SEARCH
+from cps_agents.learning.recipe import SEARCH, SHARED
 from cps_agents.learning.run import FINISHED, Job, check_resumable
 from cps_agents.progress import Progress
 from cps_baselines.interruption import ending
@@ -36,6 +36,8 @@ def learn(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
         check_resumable(job)
         if job.recipe.algorithm == SEARCH:
             from cps_agents.learning.search import search as train
+        elif job.recipe.algorithm == SHARED:
+            from cps_agents.learning.shared import train
         else:
             from cps_agents.learning.training import train
         train(job, report)

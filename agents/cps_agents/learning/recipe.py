@@ -38,7 +38,8 @@ SEARCH = "cma-es"
 LEAST_POPULATION = 4
 IMITATION = "recurrent-imitation"
 RECURRENT = ("recurrent-ppo", IMITATION)
-ALGORITHMS = ("ppo", "maskable-ppo", *RECURRENT, "sac", "dqn", SEARCH)
+SHARED = "shared-ppo"  # our own, see `learning.ppo`: a network for all agents of a role
+ALGORITHMS = (SHARED, "ppo", "maskable-ppo", *RECURRENT, "sac", "dqn", SEARCH)
 ACTIVATIONS = ("tanh", "relu")
 LOSSES = ("squared", "logistic")
 
@@ -47,7 +48,8 @@ LOSSES = ("squared", "logistic")
 class Recipe:
     """The knobs of a training run; a recipe of a problem and role gives its own values with its reasons.
 
-    A step is one decision of one agent: `num_envs` of them, in the swarm form times the agents, are made at once.
+    A step is one decision of one agent: `num_envs` of them, in the swarm form times the agents, are made at once. Of
+    shared-ppo it is a decision that the role could take, in one episode, also where an action is kept.
 
     Raises:
         CommandError: a value that makes no sense.
@@ -89,6 +91,16 @@ class Recipe:
     activation: str = "tanh"
     initial_deviation: float = 0.5  # of Gaussian actions
     neutral_bonus: float = 0.0  # added to the first logits of the neutral action, for roles that should mostly wait
+
+    adapter: str = "native"  # what shared-ppo plays the role through, and below the rest that only it has
+    recent_s: tuple[float, ...] = ()  # s, time constants of running averages of the inputs
+    rough_s: float = 0.0  # s, that of a running average of their changes; 0: none
+    run_s: float = 0.0  # s, for which an untrained policy repeats an action on average; 0: draws each anew
+    pay_power: float = 1.0  # below 1 the increase of this power of what was paid so far is learned from
+    rows_per_update: int = 20_000  # at most, drawn from all decisions since the last update
+    episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`
+    bias_learning_rate: float = 0.08  # of the last layer's bias, with `episode_noise`
+    sampled: bool = False  # draw actions where the trained policy plays, instead of the most likely ones
 
     buffer_size: int = 300_000  # SAC, DQN
     learning_starts: int = 10_000
@@ -141,6 +153,12 @@ class Recipe:
             raise CommandError(f"teacher_loss = {self.teacher_loss!r} is not one of {', '.join(LOSSES)}")
         if self.algorithm == IMITATION and not self.taught:
             raise CommandError(f"{IMITATION} needs a teacher: add --knob teacher=NAME, a policy of the {self.role}")
+        if self.algorithm == SHARED and (self.taught or self.search_steps or self.swarm or self.unseen):
+            raise CommandError(
+                f"{SHARED} learns by reward alone, through an adapter: no teacher, search, swarm, unseen"
+            )
+        if self.algorithm == SHARED and (len(set(self.hidden)) != 1 or len(self.hidden) != 2):
+            raise CommandError(f"{SHARED} has two hidden layers of one size, not {list(self.hidden)}")
         if self.swarm and self.role != "defender":
             raise CommandError("only defenders have a swarm form")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.recipe import SHARED, Recipe
 from cps_agents.recipes.disbanding import (
     DisbandingAttack,
     DisbandingAttackSearch,
@@ -32,6 +32,7 @@ from cps_agents.recipes.hvac import (
     HvacDefense,
     HvacDefenseSearch,
 )
+from cps_agents.recipes.learning import learning_recipe
 from cps_agents.recipes.rogue import (
     RogueAttack,
     RogueAttackRecurrent,
@@ -73,14 +74,16 @@ RECIPES: dict[str, Recipe] = {
         RogueDefense(),
         RogueDefenseSearch(),
         RogueMonitorSearch(),
+        *(learning_recipe(problem, role) for problem in PROBLEMS.values() for role in ROLES),
     )
 }
 
 
-def find_recipe(name: str) -> Recipe:
-    """The recipe of a name, or the first one of an environment id such as `cps_envs/HvacAttack-v0`.
+def find_recipe(name: str, algorithm: str | None = None) -> Recipe:
+    """The recipe of a name, or that of an environment id such as `cps_envs/HvacAttack-v0` on preset `learning`.
 
-    An id with its module, such as `own_problem:own_problem/TankAttack-v0`, names an environment of your own.
+    With another `algorithm` than that recipe's, an id means the first recipe of the environment, of any preset. An id
+    with its module, such as `own_problem:own_problem/TankAttack-v0`, names an environment of your own.
 
     Raises:
         CommandError: there is none.
@@ -89,7 +92,9 @@ def find_recipe(name: str) -> Recipe:
     if name in RECIPES:
         return RECIPES[name]
     short = name.removeprefix("cps_envs:")
-    for recipe in RECIPES.values():
+    for recipe in sorted(
+        RECIPES.values(), key=lambda each: (each.algorithm == SHARED) != (algorithm in (None, SHARED))
+    ):
         if short in (full := PROBLEMS[recipe.problem].env_id(recipe.role), full.removeprefix("cps_envs/")):
             return recipe
     module, colon, env_id = short.partition(":")

@@ -54,7 +54,7 @@ ATTACK = Block(
         "episodes. Its numbers were searched on training seeds.",
     ),
     left_out={
-        **dict.fromkeys(("tracker", "blind_tracker"), FILTERED),
+        **dict.fromkeys(("tracker", "blind_tracker", "mimic"), FILTERED),
         "oracle": "replays plans found for a start at rest and the usual gains",
     },
 )

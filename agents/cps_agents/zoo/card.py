@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from cps_agents.zoo.wiring import check_wiring
 from cps_envs.core.documents import read_entry
 from cps_envs.core.types import ROLES
 
@@ -25,7 +26,7 @@ KINDS: dict[str, type] = {
     **dict.fromkeys(
         ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command", "family"), str
     ),
-    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", *JUDGEMENTS), dict),
+    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", "wiring", *JUDGEMENTS), dict),
     **dict.fromkeys(("version", "hold", "observation_size", "best"), int),
     "decentralised": bool,
 }
@@ -62,6 +63,7 @@ class Card:
     share: Mapping[str, Any] = field(default_factory=dict, repr=False)  # of the best attack known
     family: str = ""  # of policies of which this is one, see `cps_baselines.family`; empty for networks
     numbers: tuple[str, ...] = ()  # their names, where it is of a family; of a mixture, the references of its policies
+    wiring: Mapping[str, Any] = field(default_factory=dict, repr=False)  # see `zoo.wired`; empty: reads the observation
     weights: str = ""  # SHA-256 of the file with the weights, which ties it to the card; `save` fills it in
     format: int = FORMAT
 
@@ -79,6 +81,9 @@ class Card:
         if not self.actions or not all(type(each) is int and 1 <= each <= MOST_VALUES for each in self.actions):
             raise ValueError("actions have to be numbers of choices, each at least 1")
         self._check_numbers()
+        check_wiring(self.wiring)
+        if self.wiring and self.head not in ("gaussian", "discrete"):
+            raise ValueError(f"a network with head {self.head!r} has no wiring")
 
     def _check_numbers(self) -> None:
         named = all(type(name) is str for name in self.numbers) and len(set(self.numbers)) == len(self.numbers)
@@ -88,8 +93,8 @@ class Card:
             raise ValueError("a policy of a family, or a mixture, and no other, has numbers with names")
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data, without judgements that it has not."""
-        return {name: each for name, each in asdict(self).items() if each or name not in JUDGEMENTS}
+        """As plain data, without judgements and wiring that it has not."""
+        return {name: each for name, each in asdict(self).items() if each or name not in (*JUDGEMENTS, "wiring")}
 
 
 def read_card(path: Path) -> Card:

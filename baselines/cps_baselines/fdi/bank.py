@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_baselines.fdi.injection import decoded
 from cps_baselines.fdi.innovation_tests import DRIFT, GATE, RATE_THRESHOLD, THRESHOLD, gate_of
 from cps_baselines.fdi.platoon_filter import gains_of, platoon_filter
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, fill, inlined, kernel, lend
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
@@ -138,13 +138,13 @@ def _judge(
     told, moved, values = np.empty(readings), np.empty(2 * n), np.empty((f.trusted.shape[0], readings))
     for b in range(observation.shape[0]):
         row = borrowed(observation)[b]
-        step = horizon - int(np.rint(decoded(row, f.scale, at.steps_left)))
+        step = horizon - int(np.rint(decode_entry(row, f.scale, at.steps_left)))
         for j in range(readings // 2):
-            told[j] = decoded(row, f.scale, at.range_error + j)
-            told[readings // 2 + j] = decoded(row, f.scale, at.range_rate + j)
+            told[j] = decode_entry(row, f.scale, at.range_error + j)
+            told[readings // 2 + j] = decode_entry(row, f.scale, at.range_rate + j)
         fill(moved, 0.0)
         for i in range(n):
-            command = decoded(row, f.scale, at.command + i)
+            command = decode_entry(row, f.scale, at.command + i)
             for k in range(2 * n):
                 moved[k] += f.command[k, i] * command
         chosen, least = 0, np.inf

@@ -13,6 +13,7 @@ VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, leve
 PAIRED = VEHICLES - 1  # gaps with a rear sensor
 EXACT = "plans for exact sensors and certified optima; with a filter nothing is certified"
 UNFILTERED = "compares exact readings; with noise it doubts everything"
+LATER = "came after these tables were played"
 OTHER_SPACES = "trained in preset `easy` or `defense`, whose observations are others"
 
 
@@ -72,6 +73,7 @@ CONTEST = Contest(
             **dict.fromkeys(("zoo:fdi-attack-ppo", "zoo:fdi-attack-disturbed-ppo"), OTHER_SPACES),
             "zoo:fdi-attack-drawn-cma": "plans for preset `drawn`, where sensors are exact",
             "zoo:fdi-attack-mixture": SELF_PLAY,
+            "mimic": LATER,
         },
     ),
     defenders=Side(

@@ -9,8 +9,8 @@ from abc import abstractmethod
 
 import numpy as np
 
-from cps_baselines.fdi.injection import decoded
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
 from cps_envs.core.kernels import inlined, kernel
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State, repeat
 from cps_envs.core.seen import Seen
@@ -140,7 +140,7 @@ def _compare_changes(
     n, at = memory.shape[1], offsets[0]
     for b in range(memory.shape[0]):
         for i in range(n):
-            residual = decoded(observation[b], scale, at.kinematic_residual + i)
+            residual = decode_entry(observation[b], scale, at.kinematic_residual + i)
             left, offset = (0.0, 0.0) if start[b] else (memory[b, i, 0], memory[b, i, 1])
             left = latched(abs(residual) > threshold_m, left, hold_steps)
             doubted = left > 0 or abs(offset) > threshold_m
@@ -165,7 +165,7 @@ def _compare_sensors(
     at = offsets[0]
     for b in range(memory.shape[0]):
         for i in range(memory.shape[1]):
-            difference = decoded(observation[b], scale, at.redundancy_residual + i)
+            difference = decode_entry(observation[b], scale, at.redundancy_residual + i)
             memory[b, i] = latched(abs(difference) > largest_m, 0 if start[b] else memory[b, i], hold_steps)
             actions[b, i] = not memory[b, i] > 0
 

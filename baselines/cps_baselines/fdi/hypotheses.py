@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cps_baselines.fdi.disturbance_filter import hypothesis_filters
-from cps_baselines.fdi.injection import decoded
 from cps_baselines.fdi.platoon_filter import platoon_filter
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, copy, fill, inlined, kernel, lend
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State, repeat
@@ -171,7 +171,7 @@ def _judge(
     s = Scratch(np.empty(readings), np.empty(2 * n), np.empty(3 * n + 1), np.empty((hypotheses, readings)), np.empty(n))
     for b in range(observation.shape[0]):
         row = borrowed(observation)[b]
-        step = f.horizon[0] - int(np.rint(decoded(row, f.scale, at.steps_left)))
+        step = f.horizon[0] - int(np.rint(decode_entry(row, f.scale, at.steps_left)))
         look(f, row, s)
         honest, best, most = 0.0, 0, -np.inf
         for k in range(hypotheses):
@@ -203,11 +203,11 @@ def look(f: Filters, row: Observation, s: Scratch) -> None:
     """Read what the sensors tell now, and what the last commands did."""
     at, half, n = f.offsets[0], s.told.size // 2, f.command.shape[1]
     for j in range(half):
-        s.told[j] = decoded(row, f.scale, at.range_error + j)
-        s.told[half + j] = decoded(row, f.scale, at.range_rate + j)
+        s.told[j] = decode_entry(row, f.scale, at.range_error + j)
+        s.told[half + j] = decode_entry(row, f.scale, at.range_rate + j)
     fill(s.moved, 0.0)
     for i in range(n):
-        command = decoded(row, f.scale, at.command + i)
+        command = decode_entry(row, f.scale, at.command + i)
         for k in range(2 * n):
             s.moved[k] += f.command[k, i] * command
 
@@ -278,6 +278,6 @@ def correct(f: Filters, k: int, row: Observation, own: FloatArray, part: float, 
         place = f.state[j]
         if not f.trusted[k, j]:
             entry = at.predicted_gap_error + place if place < n else at.predicted_speed + place - n
-            off = own[place] - decoded(row, f.scale, entry)
+            off = own[place] - decode_entry(row, f.scale, entry)
             for i in range(n):
                 s.wanted[i] += part * f.feedback[j, i] * off

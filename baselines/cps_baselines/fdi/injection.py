@@ -9,6 +9,7 @@ import numpy as np
 from cps_baselines.fdi.action_form import ActionForm, Form
 from cps_baselines.fdi.branch_and_bound import AT_REST
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
 from cps_envs.core.kernels import borrowed, inlined, kernel, unpack, view
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec
 from cps_envs.core.seen import Seen
@@ -95,23 +96,16 @@ def look(form: Form, c: Constants, row: Observation, episode: View) -> None:
     at, scale, n = form.offsets[0], form.scale, episode.error.size // 2
     for j in range(2 * n):
         entry = at.gap_error + j if j < n else at.relative_speed + j - n
-        value = decoded(row, scale, entry)
+        value = decode_entry(row, scale, entry)
         episode.error[j] = 0.0 if abs(value) < AT_REST else value  # so that attacks start
-    episode.step[0] = c.horizon - int(np.rint(decoded(row, scale, at.steps_left)))
+    episode.step[0] = c.horizon - int(np.rint(decode_entry(row, scale, at.steps_left)))
     episode.target[0] = form.target[0]
     for slot in range(episode.attacked.size):
-        episode.attacked[slot] = not c.draws or decoded(row, scale, at.attacked + slot) > 0.5
+        episode.attacked[slot] = not c.draws or decode_entry(row, scale, at.attacked + slot) > 0.5
     if c.draws:
         for i in range(n):
             if row[at.target + i] > row[at.target + episode.target[0]]:
                 episode.target[0] = i
-
-
-@inlined
-def decoded(row: Observation, scale: FloatArray, entry: int) -> float:
-    """An entry of an observation (size,) in its field's unit."""
-    value: float = row[entry] * scale[1, entry] + scale[0, entry]
-    return value
 
 
 @kernel

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from cps_baselines.fdi.detectors import ROUNDING, Detector
-from cps_baselines.fdi.injection import decoded
 from cps_envs.core.config import bounds
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
 from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.seen import Seen
@@ -84,8 +84,8 @@ def _compare_with_model(
         for i in range(n):
             covariance = memory[b, i]
             xx, xv, vv = (0.0, 0.0, 0.0) if start[b] else (covariance[0], covariance[1], covariance[2])
-            range_off = abs(decoded(observation[b], scale, at.range_innovation + i))
-            rate_off = abs(decoded(observation[b], scale, at.rate_innovation + i))
+            range_off = abs(decode_entry(observation[b], scale, at.range_innovation + i))
+            rate_off = abs(decode_entry(observation[b], scale, at.rate_innovation + i))
             range_doubted = range_off > deviations * math.sqrt(xx) + ROUNDING
             rate_doubted = rate_off > deviations * math.sqrt(vv) + ROUNDING
             actions[b, i], actions[b, n + i] = not range_doubted, not rate_doubted

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -14,19 +14,19 @@ from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.interfaces.beside import Beside
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_count, check_options
+from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.policy import State
 from cps_envs.core.problem import Problem
-from cps_envs.core.seeds import training_seed
-from cps_envs.core.seen import Seen
+from cps_envs.core.seeds import SEEDS_PER_RUN, training_seed
 from cps_envs.core.streams import spawning
-from cps_envs.core.team import Team
 from cps_envs.core.training import Training
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 from cps_envs.core.untrained import Untrained
-from cps_envs.core.wiring import Wired, WiredBox, Wiring, scaling
+from cps_envs.core.wiring import Scaling, Wired, WiredBox, Wiring, scaling_of
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
@@ -62,14 +62,21 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         frame_skip: int | None = None,
         recent_s: Sequence[float] | None = None,
         rough_s: float | None = None,
+        run_s: float | None = None,
+        neutral_bias: float | None = None,
+        initial_deviation: float | None = None,
         pay_power: float | None = None,
-        wiring: Wiring | None = None,
+        relative: bool | None = None,
+        scaling: Scaling | None = None,
+        paired: bool = False,
         num_threads: int = 1,
         **overrides: Any,
     ) -> None:
         """What is left out is as `problem.training` says.
 
-        `wiring` is that of a network that is to go on learning; then adapter and inputs are its own, with its scaling.
+        `scaling` is mean and deviation of the inputs of a network that is to go on learning; else they are measured.
+        `paired` episodes b and b + num_envs / 2 begin with equal generators, and all episodes at the same time: for
+        learners that play an episode twice, with opposite noise.
 
         Raises:
             ConfigurationError: a value that cannot be right.
@@ -84,19 +91,17 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self.game = self._match.game
         self.game.use_threads(check_count("num_threads", num_threads))
         self._run = check_count("seed", seed + 1) - 1
-        chosen = wiring or Wiring(
-            problem.name,
-            role,
-            self.training.adapter,
-            self.training.frame_skip,
-            self.training.recent_s,
-            self.training.rough_s,
-        )
-        self.adapter = problem.adapter(chosen.adapter, self.game.spec(role))
+        self.paired, self._start = paired, 0
+        if paired and self.episodes % 2:
+            raise ConfigurationError(f"num_envs = {self.episodes} must be even where episodes are paired")
+        self.outside = Outside(self.game, role, self.training.adapter)
+        self._beside: Beside | None = None
+        if self.training.relative:
+            shared = (self.config, self.episodes, role, self.opponent, self.training.adapter)
+            self._beside = Beside(problem, *shared)
+        self.adapter = self.outside.adapter
         self.agents = len(self.adapter.agents)
-        self.team: Team | None = self.game.team(role) if self.agents > 1 or self.adapter.local else None
-        self._masked = self.game.action_mask(role) is not None
-        self.untrained = Untrained(self.adapter, self.training, chosen.frame_skip)
+        self.untrained = Untrained(self.adapter, self.training, self.training.frame_skip)
         self.num_envs = self.episodes * self.agents
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
         self.single_action_space = self.adapter.action_space
@@ -106,13 +111,27 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
         self._generators: list[np.random.Generator] = []
         self._everyone = np.ones(self.episodes, np.bool_)
-        self._wire(chosen)
+        self._wire(self._wiring(scaling or ((), ())))
         self._started = False
-        if not chosen.mean:
-            self._wire(self._scaled(chosen))
+        if scaling is None:
+            self._wire(self._wiring(self._measured()))
+
+    def _wiring(self, scaled: Scaling) -> Wiring:
+        """The wiring that the training settings ask for."""
+        training, masked = self.training, self.outside.adapter.masked and self.game.action_mask(self.role) is not None
+        return Wiring(
+            self.problem.name,
+            self.role,
+            training.adapter,
+            training.frame_skip,
+            training.recent_s,
+            training.rough_s,
+            masked,
+            *scaled,
+        )
 
     def _wire(self, wiring: Wiring) -> None:
-        self.wired = Wired(wiring, self.adapter, self._masked)
+        self.wired = Wired(wiring, self.adapter)
         self.state: State = self.wired.begin(self.episodes)
         self.single_observation_space = WiredBox(self.wired.columns, wiring, self.untrained)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -122,15 +141,19 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Start all episodes, at different times. `seed` numbers the training run, 0 to 9,999; None: the one given.
 
+        `options["start"]` numbers the starts of a run, which have episodes of their own; 0 if left out.
+
         Raises:
-            ConfigurationError: the seed is no whole number, or negative.
+            ConfigurationError: the seed or the start is no whole number, or negative.
         """
         check_options(options)
         if seed is not None:
             self._run = check_count("seed", _first(seed) + 1) - 1
+        self._start = check_count("start", (options or {}).get("start", 0) + 1) - 1
         self._begin()
-        for _ in self._stagger():
-            pass
+        if not self.paired:
+            for _ in self._stagger():
+                pass
         self._clear(self._everyone)
         self._started = True
         return self._rows(), {}
@@ -153,16 +176,20 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         done = np.repeat(ended, self.agents)
         return self._rows(), learned.reshape(-1), done, np.zeros(self.num_envs, np.bool_), info
 
+    @property
+    def decisions(self) -> int:
+        """How often an agent decides in an episode that the clock ends."""
+        held = self.game.decision_interval[self.role] * self.wired.wiring.frame_skip
+        return -(-self.game.horizon // held)
+
     def active(self) -> BoolArray:
         """The rows (B x A,) that are there and whose action has an effect now."""
-        return self.wired.active(self._seen(), self.state).reshape(-1)
+        return self.wired.active(self._now, self.state).reshape(-1)
 
     def privileged(self) -> Observation:
         """What the episodes hide, (B x A, p), for value functions in training only."""
-        if self.team is None:
-            return self.game.privileged(self.role)
-        shown = self.team.privileged()
-        return shown.reshape(self.num_envs, -1)
+        shown = self.outside.privileged()
+        return shown.reshape(self.num_envs, shown.shape[2])
 
     def action_masks(self) -> BoolArray:
         """Legal actions (B x A, k).
@@ -175,31 +202,27 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             raise AttributeError(f"the {self.role} of {self.problem.name} has no action masks here")
         return self._rows()[:, -count:] > 0
 
-    def _seen(self) -> Seen:
-        """What the role sees, from which all agents' inputs are made."""
-        masks = self.game.action_mask(self.role) if self._masked else None
-        team = self.team.observe() if self.team is not None and self.adapter.local else None
-        return Seen(self.game.fields[self.role], self.game.observe(self.role), None, False, masks, team)
-
     def _rows(self) -> Observation:
         return self.wired.inputs(self._now, self.state).reshape(self.num_envs, -1)
 
     def _begin(self) -> None:
-        first = training_seed(self._run)
-        self._generators = [spawning(seeding.np_random(first + b)[0]) for b in range(self.episodes)]
-        self._match.reset(self._everyone, self._generators)
+        first, count = training_seed(self._run), self.episodes // 2 if self.paired else self.episodes
+        places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
+        self._generators = [spawning(seeding.np_random(first + int(place))[0]) for place in places]
+        self._reset(self._everyone)
         self.state = self.wired.begin(self.episodes)
         self._look()
 
     def _look(self) -> None:
-        self._now = self._seen()
+        self._now = self.outside.seen()
         self.state = self.wired.see(self._now, self.state)
 
     def _advance(self, actions: Array) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Keep actions (B x A, ...); the agents' rewards (B, A), the payoff (B,), and the episodes (B,) that ended."""
         game, interval = self.game, self.game.decision_interval[self.role]
         shape = self.adapter.action_space.shape or ()
-        self.state = self.wired.keep(self.state, actions.reshape(self.episodes, self.agents, *shape))
+        chosen = actions.reshape(self.episodes, self.agents, *shape)
+        self.state = self.wired.keep(self._now, self.state, chosen)
         reward, total, live = np.zeros((self.episodes, self.agents)), np.zeros(self.episodes), self._everyone
         for decision in range(self.wired.wiring.frame_skip):
             if decision > 0:
@@ -209,12 +232,13 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
                 if self.wired.averages:
                     self._look()
                 else:
-                    self._now = self._seen()
+                    self._now = self.outside.seen()
             action, self.state = self.wired.act(self._now, self.state)
             payoff = self._match.step({self.role: action}, live, interval)
-            own = self.team.rewards(payoff) if self.team is not None else SIGN[self.role] * payoff[:, np.newaxis]
-            reward += np.where(live[:, np.newaxis], own, 0.0)
+            reward += np.where(live[:, np.newaxis], self.outside.rewards(payoff), 0.0)
             total += payoff
+            if self._beside is not None:
+                reward -= self._beside.step(live)
         self._look()
         return reward, total, game.terminated | (game.elapsed >= game.horizon)
 
@@ -243,9 +267,14 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._restart(ended)
         return {"final_obs": final_obs, "_final_obs": rows, "final_info": shared, "_final_info": rows.copy()}
 
-    def _restart(self, envs: BoolArray) -> None:
+    def _reset(self, envs: BoolArray) -> None:
+        if self._beside is not None:
+            self._beside.reset(envs, self._generators)
         self._match.reset(envs, self._generators)
-        state, self._now = self.wired.restart(self.state, envs), self._seen()
+
+    def _restart(self, envs: BoolArray) -> None:
+        self._reset(envs)
+        state, self._now = self.wired.restart(self.state, envs), self.outside.seen()
         looked = self.wired.see(self._now, state)
         self.state = tuple(_rows_of(new, old, envs) for new, old in zip(looked, state, strict=True))
         self._clear(envs)
@@ -255,12 +284,11 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def _stagger(self) -> Iterator[tuple[Observation, BoolArray]]:
         """Let an untrained policy play until each episode has begun at a time of its own; yields rows, and who acts."""
-        game, skip = self.game, self.wired.wiring.frame_skip
-        decisions = -(-game.horizon // (game.decision_interval[self.role] * skip))
+        decisions = self.decisions
         if decisions < FEWEST_STAGGERED:
             yield self._rows(), self.active()
             return
-        generator = np.random.default_rng(training_seed(self._run))
+        generator = np.random.default_rng(training_seed(self._run) + self._start)
         begins = generator.integers(0, decisions, self.episodes)
         for decision in range(decisions):
             rows = self._rows()
@@ -274,20 +302,19 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             if again.any():
                 self._restart(again)
 
-    def _scaled(self, wiring: Wiring) -> Wiring:
-        """The wiring with mean and deviation of the inputs that an untrained policy meets."""
+    def _measured(self) -> Scaling:
+        """Mean and deviation of the inputs that an untrained policy meets."""
         self._begin()
         met = [rows[active] for rows, active in self._stagger()]
         columns = np.concatenate(met)[:, : self.wired.columns.scaled]
         if len(columns) == 0:
             raise ConfigurationError("no agent was active in a first pass: nothing can be learned here")
-        mean, deviation = scaling(columns[:: len(columns) // MOST_SAMPLES + 1])
-        return replace(wiring, mean=mean, deviation=deviation)
+        return scaling_of(columns[:: len(columns) // MOST_SAMPLES + 1])
 
 
 def _settings(training: Training, given: dict[str, Any]) -> Training:
     """Training settings with what a caller has set otherwise."""
-    names = ("adapter", "frame_skip", "recent_s", "rough_s", "pay_power", "num_envs")
+    names = [field.name for field in fields(Training) if field.name in given]
     changed = {name: given[name] for name in names if given[name] is not None}
     if "recent_s" in changed:
         changed["recent_s"] = tuple(changed["recent_s"])

@@ -1,0 +1,261 @@
+"""Proximal policy optimization (Schulman et al. 2017), on one page: a network for all agents of a role, side by side.
+
+It learns on the rows of a `LearningVectorEnv`, from reward alone. It looks only at agents that are active, knows no
+value beyond an episode's end, and tells its value function what only the simulator knows.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from cps_agents.errors import CommandError
+from cps_agents.learning.policy_network import PolicyNetwork
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.types import BoolArray, FloatArray, Observation
+
+LAST_EPISODES = 200  # whose mean return is reported
+EPISODES_PER_START = 20  # that each environment plays between two starts of all of them, which cost one episode
+LEAST_BATCH = 64  # rows; a smaller rest of an epoch is left out
+SLOWEST = 0.002  # gain of the running scale of rewards, after 500 steps; the first steps count equally
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What can be set; the defaults are chosen. How an untrained policy plays is a setting of the environments."""
+
+    cpu_s: float = 0.0  # CPU seconds of learning, evaluation left out; 0: without a limit
+    steps: int = 0  # native decisions of all episodes together; 0: without a limit
+    num_steps: int = 64  # decisions of each row between two updates
+    batch_size: int = 4096  # rows of a gradient step
+    epochs: int = 4  # over the rows of an update
+    most_rows: int = 20_000  # of an update; more are drawn from
+    learning_rate: float = 1e-3  # of Adam
+    final_share: float = 0.1  # of learning rate and entropy bonus, reached linearly
+    discount: float = 0.99
+    gae_lambda: float = 0.95  # of generalized advantage estimation (Schulman et al. 2016)
+    clip_range: float = 0.2  # of the ratio of probabilities
+    advantage_clip: float = 4.0  # deviations
+    entropy_bonus: float = 0.0
+    value_weight: float = 0.5
+    target_kl: float = 0.03  # an update ends beyond it, from the second epoch on
+    max_grad_norm: float = 0.5
+    hidden: int = 64  # units of both hidden layers, of policy and value each
+    episode_noise: bool = False  # learn by noise that is held for an episode instead, see `episode_noise`
+    bias_learning_rate: float = 0.08  # with it: of the last layer's bias
+
+
+class Progress(NamedTuple):
+    """How far learning is, after an update."""
+
+    share: float  # of the budget, 0 to 1
+    updates: int
+    steps: int  # native decisions so far
+    cpu_s: float  # of learning so far
+    training_return: float  # mean of the last episodes that ended, NaN before
+    resumable: bool  # whether `Learner.arrays` has all there is now
+
+    @property
+    def steps_per_s(self) -> float:
+        """Native decisions in a CPU second."""
+        return self.steps / max(self.cpu_s, 1e-9)
+
+    @property
+    def left_s(self) -> float:
+        """CPU seconds to go."""
+        return self.cpu_s * (1 / max(self.share, 1e-9) - 1)
+
+
+class Learner:
+    """A network and what improves it. Runs with a budget of steps are the same bit for bit, in one go or resumed.
+
+    For that all episodes start anew every `restart_every` updates, with seeds of their own. Between two updates of
+    which the second begins so, nothing but `arrays` has to be remembered.
+    """
+
+    def __init__(self, envs: LearningVectorEnv, settings: Settings, seed: int = 0) -> None:
+        """`seed` is that of the network and of its draws; the environments have their own.
+
+        Raises:
+            CommandError: no budget.
+        """
+        if settings.cpu_s <= 0 and settings.steps <= 0:
+            raise CommandError("a budget is needed: cpu_s or steps above 0")
+        torch.set_num_threads(1)
+        self.envs, self.settings = envs, settings
+        self.generator = torch.Generator().manual_seed(seed)
+        self.network = PolicyNetwork(envs, settings.hidden, self.generator)
+        self.optimizer = self.make_optimizer()
+        self.rates = [float(group["lr"]) for group in self.optimizer.param_groups]
+        self.updates, self.steps, self.cpu_s = 0, 0, 0.0
+        self.scale, self.scaled_steps = 0.0, 0  # mean square of discounted returns, and of how many steps
+        self.returns: deque[float] = deque(maxlen=LAST_EPISODES)
+
+    def make_optimizer(self) -> torch.optim.Optimizer:
+        """Adam over all that learns."""
+        return torch.optim.Adam(self.network.parameters(), self.settings.learning_rate, eps=1e-5, fused=True)
+
+    @property
+    def restart_every(self) -> int:
+        """Updates between two starts of all episodes."""
+        return max(round(EPISODES_PER_START * self.envs.decisions / self.settings.num_steps), 1)
+
+    @property
+    def share(self) -> float:
+        """Of the budget that is used up, 0 to 1."""
+        settings = self.settings
+        used = [self.steps / settings.steps] if settings.steps > 0 else []
+        used += [self.cpu_s / settings.cpu_s] if settings.cpu_s > 0 else []
+        return min(max(used), 1.0)
+
+    def progress(self) -> Progress:
+        """How far it is."""
+        mean = float(np.mean(self.returns)) if self.returns else float("nan")
+        resumable = self.updates % self.restart_every == 0
+        return Progress(self.share, self.updates, self.steps, self.cpu_s, mean, resumable)
+
+    def learn(self, report: Callable[[Progress], None] = lambda progress: None) -> None:
+        """Go on until the budget is used up, and report after each update."""
+        while self.share < 1:
+            began = time.process_time()
+            if self.updates % self.restart_every == 0:
+                self.start()
+            falling = 1 - (1 - self.settings.final_share) * self.share
+            for group, rate in zip(self.optimizer.param_groups, self.rates, strict=True):
+                group["lr"] = rate * falling
+            self.improve(falling)
+            self.updates += 1
+            self.cpu_s += time.process_time() - began
+            report(self.progress())
+
+    def start(self) -> None:
+        """Start all episodes, whose seeds follow from the number of updates."""
+        self.rows, _ = self.envs.reset(options={"start": self.updates // self.restart_every})
+        self.discounted = np.zeros(self.envs.num_envs)
+
+    def improve(self, falling: float) -> None:
+        """Collect decisions of all episodes, and learn from them."""
+        played = self.collect()
+        active = np.flatnonzero(played.active[:-1])
+        if len(active) >= LEAST_BATCH:
+            self.update(played, torch.from_numpy(active), falling)
+
+    def collect(self) -> Played:
+        """Play `num_steps` decisions of every row."""
+        envs, count = self.envs, self.settings.num_steps
+        played = Played.empty(
+            count, envs.num_envs, self.rows.shape[1], envs.privileged().shape[1], self.network.entries
+        )
+        for t in range(count):
+            self.see(played, t)
+            active = played.active[t]
+            with torch.inference_mode():
+                drawn = self.network.draw(torch.from_numpy(self.rows[active]), self.generator)
+            played.actions[t, active], played.log_probability[t, active] = (found.numpy() for found in drawn)
+            self.rows, reward, ended, _, info = envs.step(self.spread(played.actions[t]))
+            played.rewards[t], played.ended[t] = reward, ended
+            self.follow(reward, ended, active)
+            self.note_ended(info, ended)
+        self.see(played, count)
+        self.steps += count * envs.episodes * envs.wired.wiring.frame_skip
+        return played
+
+    def spread(self, actions: Observation) -> Observation:
+        """Actions (N, entries) in the shape of the action space; those of rows that are not active do not count."""
+        return actions.reshape(self.envs.num_envs, *(self.envs.single_action_space.shape or ()))
+
+    def see(self, played: Played, t: int) -> None:
+        """Keep what policy and value function see now, and which rows are active."""
+        played.rows[t], played.truth[t], played.active[t] = self.rows, self.envs.privileged(), self.envs.active()
+
+    def follow(self, reward: FloatArray, ended: BoolArray, active: BoolArray) -> None:
+        """Measure how large discounted returns are, by which rewards are divided."""
+        self.discounted = self.settings.discount * self.discounted + reward
+        if active.any():
+            self.scaled_steps += 1
+            gain = max(1 / self.scaled_steps, SLOWEST)
+            self.scale += gain * (float(np.mean(self.discounted[active] ** 2)) - self.scale)
+        self.discounted[ended] = 0.0
+
+    def note_ended(self, info: dict[str, Any], ended: BoolArray) -> None:
+        """Keep the returns of episodes that have ended."""
+        if ended.any():
+            own = slice(None, None, self.envs.agents)
+            self.returns.extend(info["final_info"]["episode"]["r"][own][ended[own]].tolist())
+
+    def update(self, played: Played, chosen: Tensor, falling: float) -> None:
+        """Clipped policy gradients and value errors over the rows `chosen`, until the policy has moved enough."""
+        settings, network = self.settings, self.network
+        advantages, targets = self.credit(played)
+        if len(chosen) > settings.most_rows:
+            chosen = chosen[torch.randperm(len(chosen), generator=self.generator)[: settings.most_rows]]
+        rows, truth, actions, before, advantage, target = (
+            torch.from_numpy(array).flatten(0, 1)[chosen]
+            for array in (played.rows, played.truth, played.actions, played.log_probability, advantages, targets)
+        )
+        spread = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
+        weight = spread.clamp(-settings.advantage_clip, settings.advantage_clip)
+        parameters = list(network.parameters())
+        for epoch in range(settings.epochs):
+            for part in torch.split(torch.randperm(len(rows), generator=self.generator), settings.batch_size):
+                if len(part) < min(LEAST_BATCH, len(rows)):
+                    continue
+                log_probability, entropy = network.judge(rows[part], actions[part])
+                moved = log_probability - before[part]
+                ratio = moved.exp()
+                if epoch > 0 and (ratio.detach() - 1 - moved.detach()).mean() > settings.target_kl:
+                    return
+                clipped = ratio.clamp(1 - settings.clip_range, 1 + settings.clip_range)
+                gain = torch.min(ratio * weight[part], clipped * weight[part]).mean()
+                error = (network.values(rows[part], truth[part]) - target[part]).square().mean()
+                bonus = settings.entropy_bonus * falling * entropy.mean()
+                self.optimizer.zero_grad()
+                (settings.value_weight * error - gain - bonus).backward()  # type: ignore[no-untyped-call]
+                torch.nn.utils.clip_grad_norm_(parameters, settings.max_grad_norm)
+                self.optimizer.step()
+
+    def credit(self, played: Played) -> tuple[Observation, Observation]:
+        """Advantages and value targets (T, N). Nothing counts beyond an episode's end, or once a row is not active."""
+        settings = self.settings
+        with torch.inference_mode():
+            seen = zip(map(torch.from_numpy, played.rows), map(torch.from_numpy, played.truth), strict=True)
+            values = np.stack([self.network.values(rows, truth).numpy() for rows, truth in seen])
+        goes_on = settings.discount * (played.active[1:] & ~played.ended)
+        errors = played.rewards / np.sqrt(self.scale + 1e-10) + goes_on * values[1:] - values[:-1]
+        advantages, following = np.empty_like(errors, np.float32), np.zeros(errors.shape[1])
+        for t in range(len(errors) - 1, -1, -1):
+            following = errors[t] + settings.gae_lambda * goes_on[t] * following
+            advantages[t] = following
+        return advantages, advantages + values[:-1]
+
+
+class Played(NamedTuple):
+    """T decisions of N rows; what is seen has one more, after the last decision."""
+
+    rows: Observation  # (T + 1, N, columns)
+    truth: Observation  # (T + 1, N, p)
+    active: BoolArray  # (T + 1, N)
+    actions: Observation  # (T, N, entries)
+    log_probability: Observation  # (T, N)
+    rewards: FloatArray  # (T, N)
+    ended: BoolArray  # (T, N) episodes whose last decision this was
+
+    @classmethod
+    def empty(cls, steps: int, rows: int, columns: int, truth: int, entries: int) -> Played:
+        """Arrays to be filled."""
+        return cls(
+            np.empty((steps + 1, rows, columns), np.float32),
+            np.empty((steps + 1, rows, truth), np.float32),
+            np.empty((steps + 1, rows), np.bool_),
+            np.zeros((steps, rows, entries), np.float32),
+            np.zeros((steps, rows), np.float32),
+            np.zeros((steps, rows)),
+            np.zeros((steps, rows), np.bool_),
+        )

@@ -1,0 +1,228 @@
+"""A training run of our own PPO, from start to end, or from where it stopped.
+
+It stops at any time with a policy. It goes on from the last time that all episodes started anew, exactly as a run that
+was not stopped does, if its budget is one of steps: CPU seconds are never the same twice.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cps_agents.console import to_json
+from cps_agents.files import write_text
+from cps_agents.learning.checkpoint import damaged, read_arrays, restore, write_checkpoint
+from cps_agents.learning.demonstrations import validate
+from cps_agents.learning.episode_noise import EpisodeNoise
+from cps_agents.learning.learner import Report
+from cps_agents.learning.ppo import Learner, Progress, Settings
+from cps_agents.learning.recipe import Recipe
+from cps_agents.learning.run import Job, Run, recording
+from cps_agents.learning.tracking import Tracker
+from cps_agents.machine import versions
+from cps_agents.zoo.card import Card
+from cps_agents.zoo.files import save
+from cps_agents.zoo.policy import count_actions
+from cps_agents.zoo.wired import Head, card_entry, wired_policy
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.policy import Idle
+from cps_envs.core.types import Array, other
+from cps_envs.registration import find_problem
+
+CHECKPOINT_EVERY_S = 5.0  # at most
+
+
+def train(job: Job, report: Report) -> None:
+    """Train with our own PPO; see `learner.learn`.
+
+    Raises:
+        CommandError: the recipe does not fit the role, or the checkpoint is damaged.
+    """
+    path = job.folder / "checkpoint.safetensors"
+    arrays = read_arrays(path) if path.is_file() else None
+    learner = make_learner(job.recipe, job.seed, arrays)
+    if arrays is not None:
+        try:
+            restore(learner, arrays)
+        except ValueError as error:
+            raise damaged(path, error) from error
+    with recording(job) as tracker:
+        keeper = Keeper(job.run, learner, path, tracker, report)
+        try:
+            keeper.begin()
+            learner.learn(keeper.after)
+            keeper.end()
+        except KeyboardInterrupt:
+            keeper.save_unfinished()
+            raise
+
+
+def make_learner(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = None) -> Learner:
+    """A recipe's learner with its environments; `arrays` of a checkpoint have the scaling of the inputs."""
+    envs = make_envs(recipe, seed, arrays)
+    return (EpisodeNoise if recipe.episode_noise else Learner)(envs, settings_of(recipe), seed)
+
+
+def make_envs(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = None) -> LearningVectorEnv:
+    """The environments of a recipe."""
+    problem = find_problem(recipe.problem)
+    scaling: Any = None
+    if arrays is not None:
+        scaling = tuple(tuple(np.ravel(arrays.get(name, ())).tolist()) for name in ("mean", "deviation"))
+    return LearningVectorEnv(
+        problem,
+        recipe.role,
+        recipe.num_envs,
+        preset=recipe.preset,
+        opponent=recipe.opponent or None,
+        seed=seed,
+        adapter=recipe.adapter,
+        frame_skip=recipe.hold,
+        recent_s=recipe.recent_s,
+        rough_s=recipe.rough_s,
+        run_s=recipe.run_s,
+        neutral_bias=recipe.neutral_bonus,
+        initial_deviation=recipe.initial_deviation,
+        pay_power=recipe.pay_power,
+        paired=recipe.episode_noise,
+        scaling=scaling,
+        **recipe.overrides,
+    )
+
+
+def settings_of(recipe: Recipe) -> Settings:
+    """The learner's settings, as a recipe names them."""
+    return Settings(
+        cpu_s=recipe.most_cpu_s,
+        steps=recipe.total_steps,
+        num_steps=recipe.steps_per_update,
+        batch_size=recipe.batch_size,
+        epochs=recipe.epochs,
+        most_rows=recipe.rows_per_update,
+        learning_rate=recipe.learning_rate,
+        final_share=recipe.final_learning_rate / recipe.learning_rate,
+        discount=recipe.discount,
+        gae_lambda=recipe.gae_lambda,
+        clip_range=recipe.clip_range,
+        entropy_bonus=recipe.entropy_bonus,
+        value_weight=recipe.value_weight,
+        target_kl=recipe.target_kl or np.inf,
+        max_grad_norm=recipe.max_grad_norm,
+        hidden=recipe.hidden[0],
+        episode_noise=recipe.episode_noise,
+        bias_learning_rate=recipe.bias_learning_rate,
+    )
+
+
+class Keeper:
+    """Evaluates on validation seeds, keeps the best network, writes checkpoints, and says how far it is."""
+
+    def __init__(self, run: Run, learner: Learner, checkpoint: Path, tracker: Tracker, report: Report) -> None:
+        self._run, self._learner, self._checkpoint = run, learner, checkpoint
+        self._tracker, self._report = tracker, report
+        self._game = learner.envs.game
+        self._spec = self._game.spec(run.recipe.role)
+        self._best = run.read().get("best_score")
+        self._saved_s = -np.inf
+        self._untrained = True  # whether no evaluation has seen a network that has learned
+        self._idle = 0.0  # what the neutral policy gets
+        self._validation = ""
+        self._next = self._after(learner.share)
+
+    def begin(self) -> None:
+        """The first evaluation; of a run that goes on, what came after its checkpoint is forgotten."""
+        run, steps = self._run, self._learner.steps
+        self._idle = run.recipe.score(validate(run.recipe, Idle(self._spec)))
+        rows = [json.dumps(json.loads(to_json(row))) for row in run.evaluations() if row["steps"] <= steps]
+        if rows:
+            write_text(run.folder / "evaluations.jsonl", "".join(f"{row}\n" for row in rows) if steps else "")
+        if steps == 0:
+            self.evaluate()
+        self.say(self._learner.progress())
+
+    def after(self, progress: Progress) -> None:
+        """What follows an update."""
+        if progress.share >= self._next:
+            self._next = self._after(progress.share)
+            self.evaluate()
+        if progress.resumable and time.monotonic() - self._saved_s > CHECKPOINT_EVERY_S:
+            write_checkpoint(self._checkpoint, self._learner)
+            self._note()
+            self._saved_s = time.monotonic()
+        self.say(progress)
+
+    def end(self) -> None:
+        """The last word."""
+        self._note()
+
+    def save_unfinished(self) -> None:
+        """Leave a policy that has learned, if any has; the checkpoint stays what it is."""
+        if self._untrained and self._learner.steps > 0:
+            self.evaluate()
+        self._note()
+
+    def say(self, progress: Progress) -> None:
+        """One line."""
+        paid = "" if np.isnan(progress.training_return) else f"return {progress.training_return:.3g}, "
+        speed = f"{progress.steps_per_s:,.0f} steps/CPU s, {progress.left_s:.0f} CPU s left" if progress.steps else ""
+        note = f"{paid}{self._validation}, {speed}".rstrip(", ")
+        self._report(int(progress.share * self._run.recipe.total_steps), note)
+        if paid:
+            self._tracker.log({"train/return": progress.training_return}, progress.steps)
+
+    def evaluate(self) -> None:
+        """Play validation episodes with the network as it is; if it is the best so far, keep it."""
+        run, learner = self._run, self._learner
+        network = learner.network.exported()
+        outcome = validate(run.recipe, wired_policy(self._spec, self._card({}), network))
+        score, self._untrained = run.recipe.score(outcome), learner.steps == 0
+        row = {"steps": learner.steps, "cpu_s": round(learner.cpu_s, 1), "validation": score, "none": self._idle}
+        run.append_evaluation({**row, **{name: float(values.mean()) for name, values in outcome.items()}})
+        self._tracker.log({"validation/score": score}, learner.steps)
+        if self._best is None or score > self._best or not run.card.is_file():
+            self._best = score
+            save(run.card, self._card(row), {run.seed: network})
+        self._validation = f"validation {score:.3g} (best {self._best:.3g}, none {self._idle:.3g})"
+
+    def _after(self, share: float) -> float:
+        """The share of the budget at which the next evaluation is due."""
+        times = max(self._run.recipe.evaluations, 1)
+        return (int(share * times + 1e-9) + 1) / times
+
+    def _note(self) -> None:
+        learner = self._learner
+        self._run.write(steps=learner.steps, cpu_s=round(learner.cpu_s, 1), best_score=self._best)
+
+    def _card(self, facts: Mapping[str, Any]) -> Card:
+        """The card of the policy with the `facts` about its training seed."""
+        run, recipe, envs = self._run, self._run.recipe, self._learner.envs
+        problem, network = find_problem(recipe.problem), self._learner.network
+        head = Head(network.stickiness, sampled=recipe.sampled)
+        return Card(
+            name=recipe.name,
+            problem=recipe.problem,
+            version=problem.version,
+            role=recipe.role,
+            algorithm=recipe.algorithm if facts.get("steps") else "untrained",
+            opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
+            preset=recipe.preset,
+            overrides=dict(recipe.overrides),
+            recipe=asdict(recipe),
+            activation="tanh",
+            head="discrete" if network.choices else "gaussian",
+            decentralised=envs.adapter.local,
+            hold=envs.wired.wiring.frame_skip,
+            observation_size=envs.wired.columns.size,
+            actions=count_actions(envs.single_action_space),
+            best=run.seed,
+            seeds={str(run.seed): facts},
+            command=run.command,
+            versions=versions(),
+            wiring=card_entry(envs.wired.wiring, head),
+        )

@@ -1,0 +1,54 @@
+"""Recipes of our own PPO on preset `learning`, from reward alone: settings are those of `Problem.training`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from cps_agents.learning.recipe import SHARED, Recipe
+from cps_envs.core.problem import Problem
+from cps_envs.core.training import Training
+from cps_envs.core.types import Role
+
+KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
+    "n_steps": "steps_per_update",
+    "n_epochs": "epochs",
+    "gamma": "discount",
+    "ent_coef": "entropy_bonus",
+    "vf_coef": "value_weight",
+    **{
+        name: name for name in ("batch_size", "learning_rate", "gae_lambda", "clip_range", "target_kl", "max_grad_norm")
+    },
+}
+STEPS = 4_000_000  # chosen: one to three CPU minutes
+# What a role needs beside the settings that every library is told, and how long it learns.
+OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {}
+
+
+def learning_recipe(problem: Problem, role: Role) -> Recipe:
+    """The recipe `rogue-attack-learning`, and so on."""
+    training = problem.training.get(role, Training())
+    side = {"attacker": "attack", "defender": "defense"}[role]
+    given = {KNOBS[name]: value for name, value in training.ppo.items() if name in KNOBS}
+    rate = float(given.get("learning_rate", 1e-3))
+    knobs: dict[str, Any] = {
+        "total_steps": STEPS,
+        "batch_size": 4096,
+        "steps_per_update": 64,
+        "target_kl": 0.03,
+        "discount": 0.99,
+        "learning_rate": rate,
+        "final_learning_rate": 0.1 * rate,
+        "adapter": training.adapter,
+        "hold": training.frame_skip,
+        "recent_s": training.recent_s,
+        "rough_s": training.rough_s,
+        "run_s": training.run_s,
+        "neutral_bonus": training.neutral_bias,
+        "initial_deviation": training.initial_deviation,
+        "pay_power": training.pay_power,
+        "num_envs": training.num_envs,
+    }
+    own = OWN.get((problem.name, role), {})
+    name = f"{problem.name}-{side}-learning"
+    return Recipe(name=name, problem=problem.name, role=role, algorithm=SHARED, **{**knobs, **given, **own})

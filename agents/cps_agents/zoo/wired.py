@@ -1,0 +1,141 @@
+"""A network that plays a role through its wiring: an adapter, held decisions, averages, scaled inputs, a team as rows.
+
+What the network is made with does not matter. `WiredPolicy` plays any function from rows of inputs to outputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from cps_agents.zoo.card import Card
+from cps_agents.zoo.network import Network
+from cps_agents.zoo.policy import check_role, count_actions
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, Observation
+from cps_envs.core.wiring import Wired, Wiring
+
+Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logits or means (n, k)
+
+
+@dataclass(frozen=True)
+class Head:
+    """How outputs become actions."""
+
+    stickiness: float = 0.0  # added to the logit of the agent's last action
+    log_deviation: Array | None = None  # of Gaussian actions, (k,)
+    sampled: bool = False  # drawn, and not the most likely ones
+
+
+class WiredPolicy(AnalyticPolicy):
+    """Plays outputs through a wiring, with draws from each episode's own generator if it is to draw.
+
+    Raises:
+        ConfigurationError: the wiring is of another problem or role, or does not fit the configuration.
+        UnknownNameError: there is no such adapter.
+    """
+
+    def __init__(self, spec: RoleSpec, wiring: Wiring, outputs: Outputs, head: Head) -> None:
+        super().__init__(spec)
+        if (wiring.problem, wiring.role) != (spec.problem, spec.role):
+            raise ConfigurationError(
+                f"it was trained as the {wiring.role} of {wiring.problem}, not as the {spec.role} of {spec.problem}"
+            )
+        self.wired = Wired(wiring, spec.adapter(wiring.adapter))
+        self.masked, self.decentralised = wiring.masked, self.wired.adapter.local
+        self._outputs, self._head = outputs, head
+        columns = self.wired.columns
+        self._last = slice(columns.scaled, columns.scaled + columns.last_action)
+
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
+        """Of each episode: its generator, and the state of the wiring."""
+        own = np.empty(len(generators), object)
+        own[:] = generators
+        return own, *self.wired.begin(len(generators))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        """The role's action; agents decide only where a decision is due, and keep theirs elsewhere."""
+        wired, (generators, *rest) = self.wired, state
+        own: State = tuple(rest)
+        due = wired.due(own)
+        if wired.averages or due.any():
+            own = wired.see(seen, own)
+        if due.any():
+            rows = wired.inputs(seen, own)
+            draws = generators[due] if self._head.sampled and not seen.deterministic else None
+            chosen = self._decide(rows[due], draws)
+            actions = own[3].copy()
+            actions[due] = chosen.reshape(-1, *actions.shape[1:])
+            own = wired.keep(seen, own, actions)
+        action, own = wired.act(seen, own)
+        return action, (generators, *own)
+
+    def _decide(self, rows: Observation, generators: Array | None) -> Array:
+        """Actions (b, A, entries) for rows (b, A, columns) of the environments that decide."""
+        shape, width = rows.shape[:2], rows.shape[2]
+        flat = rows.reshape(-1, width)
+        found = np.asarray(self._outputs(flat))
+        size = (shape[1], found.shape[1])
+        if not self.wired.choices:
+            if generators is not None and self._head.log_deviation is not None:
+                noise = np.concatenate([generator.standard_normal(size) for generator in generators])
+                found = found + np.exp(self._head.log_deviation) * noise
+            clipped: Array = np.clip(found, -1.0, 1.0)
+            return clipped.reshape(*shape, -1)
+        logits = found + np.float32(self._head.stickiness) * flat[:, self._last]
+        if generators is not None:
+            logits = logits + np.concatenate([generator.gumbel(size=size) for generator in generators])
+        if self.wired.columns.mask:
+            logits = np.where(flat[:, -self.wired.columns.mask :] > 0, logits, -np.inf)
+        ends = np.cumsum(self.wired.choices)
+        parts = [logits[:, end - count : end] for end, count in zip(ends, self.wired.choices, strict=True)]
+        return np.stack([part.argmax(axis=1) for part in parts], axis=1).reshape(*shape, -1)
+
+
+def outputs_of(network: Network) -> Outputs:
+    """The outputs of a network without a memory."""
+
+    def forward(rows: Observation) -> Array:
+        nothing = np.zeros((len(rows), 0), np.float32)
+        return network.forward(rows, nothing, nothing)[0]
+
+    return forward
+
+
+def card_entry(wiring: Wiring, head: Head) -> dict[str, Any]:
+    """A wiring as a card has it."""
+    entry = {name: value for name, value in asdict(wiring).items() if name not in ("problem", "role")}
+    entry |= {name: list(value) for name, value in entry.items() if isinstance(value, tuple)}
+    return entry | {"stickiness": head.stickiness, "sampled": head.sampled}
+
+
+def wired_policy(
+    spec: RoleSpec, card: Card, network: Network, *, sampled: bool | None = None, version: int | None = None
+) -> WiredPolicy:
+    """The policy of a card that has a wiring; `sampled` None: as the card says.
+
+    Raises:
+        ConfigurationError: it is of another problem, role, version or configuration.
+        UnknownNameError: there is no such adapter.
+    """
+    check_role(card, spec, version)
+    entry = dict(card.wiring)
+    draws = bool(entry.pop("sampled")) if sampled is None else sampled
+    entry.pop("sampled", None)
+    head = Head(entry.pop("stickiness"), network.log_deviation, draws)
+    tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
+    wiring = Wiring(card.problem, spec.role, **{**entry, **tuples})
+    policy = WiredPolicy(spec, wiring, outputs_of(network), head)
+    space, size = policy.wired.adapter.action_space, policy.wired.columns.size
+    if (count_actions(space), size) != (card.actions, card.observation_size):
+        raise ConfigurationError(
+            f"{card.name} has actions {card.actions} and {card.observation_size} inputs, adapter {wiring.adapter!r} "
+            f"has {space} and {size} here: play it in the configuration of its card, preset {card.preset!r} with "
+            f"{dict(card.overrides)}"
+        )
+    return policy

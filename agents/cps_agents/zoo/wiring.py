@@ -1,0 +1,61 @@
+"""The entry `wiring` of a card: how its network is wired to the role. Reading a card does not load any game."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+MOST_FRAME_SKIP = 10**6
+MOST_S = 1e9  # of a time constant
+MOST_AVERAGES = 100
+MOST_STICKINESS = 100.0
+MOST_VALUE = 1e6  # of a mean or a deviation
+MOST_INPUTS = 10**6
+
+
+def check_wiring(entry: Mapping[str, Any]) -> None:
+    """That the entry has what a wiring needs, and nothing else; an empty one is that of a network without a wiring.
+
+    Raises:
+        ValueError: it has not.
+    """
+    if not entry:
+        return
+    if set(entry) != set(CHECKS):
+        odd = ", ".join(sorted(set(entry) ^ set(CHECKS)))
+        raise ValueError(f"the entries of its wiring are not those of this version: {odd}")
+    for name, fits in CHECKS.items():
+        if not fits(entry[name]):
+            raise ValueError(f"its wiring has {name} = {str(entry[name])[:40]!r}, which makes no sense")
+    if len(entry["mean"]) != len(entry["deviation"]):
+        raise ValueError("its wiring has means and deviations of different numbers of inputs")
+
+
+def _number(low: float, high: float) -> Callable[[Any], bool]:
+    def fits(value: Any) -> bool:
+        return type(value) in (int, float) and math.isfinite(value) and low <= value <= high
+
+    return fits
+
+
+def _numbers(most: int, low: float, high: float) -> Callable[[Any], bool]:
+    one = _number(low, high)
+
+    def fits(value: Any) -> bool:
+        return isinstance(value, (list, tuple)) and len(value) <= most and all(one(each) for each in value)
+
+    return fits
+
+
+CHECKS: Mapping[str, Callable[[Any], bool]] = {
+    "adapter": lambda value: isinstance(value, str),
+    "frame_skip": lambda value: type(value) is int and 1 <= value <= MOST_FRAME_SKIP,
+    "recent_s": _numbers(MOST_AVERAGES, 1e-9, MOST_S),
+    "rough_s": _number(0.0, MOST_S),
+    "mean": _numbers(MOST_INPUTS, -MOST_VALUE, MOST_VALUE),
+    "deviation": _numbers(MOST_INPUTS, 1e-9, MOST_VALUE),
+    "masked": lambda value: isinstance(value, bool),  # whether the last inputs say what is legal
+    "stickiness": _number(-MOST_STICKINESS, MOST_STICKINESS),  # added to the logit of the last action
+    "sampled": lambda value: isinstance(value, bool),  # whether the policy draws, where nothing else is asked for
+}

@@ -1,0 +1,1 @@
+"""What learners play the roles of a false-data-injection duel through."""
