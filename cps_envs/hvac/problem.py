@@ -29,8 +29,8 @@ LEARNING_ATTACKERS = (
 )
 
 # All chosen, by trials with stable-baselines3's PPO. A lie pays with the square of its size, so a policy that draws at
-# random sees little of it; which sign it finds is decided in the first updates. With `run_s`, towards which an untrained
-# policy keeps its level, some runs end with warm lies, which pay half. Without it every run of ours found the cold ones.
+# random sees little of it, and the first updates decide which sign it finds. An untrained policy that keeps its level
+# for long (`run_s`) finds the warm ones in some runs, which pay half. Without that every run found the cold ones.
 ATTACK = Training(
     adapter="expected",
     frame_skip=20,
