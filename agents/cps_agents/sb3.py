@@ -23,12 +23,13 @@ try:
     from stable_baselines3.common.vec_env import VecNormalize
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 
+    from cps_agents.sb3_buffer import ActiveBuffer
     from cps_agents.sb3_policy import StickyPolicy, neutral_start
 except ImportError:
     require("stable_baselines3", extra="train", purpose="training with stable-baselines3")
     raise
 
-__all__ = ["BatchVecEnv", "StickyPolicy", "as_sb3", "make", "neutral_start"]
+__all__ = ["ActiveBuffer", "BatchVecEnv", "StickyPolicy", "as_sb3", "make", "neutral_start"]
 Step = tuple[Observation, Array, BoolArray, list[dict[str, Any]]]
 
 
@@ -54,7 +55,9 @@ class BatchVecEnv(VecEnv):
     def settings(self) -> dict[str, Any]:
         """Arguments of PPO with which an ordinary learner learns here."""
         training = self.env.training if isinstance(self.env, LearningVectorEnv) else None
-        return {"device": "cpu"} if training is None else {"device": "cpu", **training.ppo}
+        if training is None:
+            return {"device": "cpu"}
+        return {"device": "cpu", "rollout_buffer_class": ActiveBuffer, **training.ppo}
 
     def seed(self, seed: int | None = None) -> list[int | None]:
         """Let the next `reset` play the episodes of a training run, numbered from 0.
@@ -83,6 +86,9 @@ class BatchVecEnv(VecEnv):
 
     def step_wait(self) -> Step:
         """Observations, float32 rewards, whether episodes have ended, and one info per environment."""
+        if isinstance(self.env, LearningVectorEnv):
+            space: Any = self.env.single_observation_space
+            space.acting = self.env.active()
         observation, reward, terminated, truncated, info = self.env.step(self._actions)
         self._returns += reward
         self._lengths += 1

@@ -10,7 +10,10 @@ from gymnasium import spaces
 from stable_baselines3.common.distributions import Distribution
 from stable_baselines3.common.policies import ActorCriticPolicy
 
+from cps_agents.zoo.wired import Head, Outputs
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array, Observation
+from cps_envs.core.untrained import choices_of
 from cps_envs.core.wiring import WiredBox
 
 ILLEGAL = -1e8  # logit of an action that the mask forbids
@@ -90,3 +93,35 @@ def start(policy: ActorCriticPolicy, space: WiredBox) -> None:
         last.bias.copy_(torch.as_tensor(wanted, dtype=last.bias.dtype))
         if not untrained.choices:
             policy.log_std.fill_(math.log(untrained.deviation))
+
+
+def outputs_of_model(model: Any) -> Outputs:
+    """What a model's policy says to rows of inputs (n, k): logits of discrete actions, means of continuous ones."""
+    policy, space = model.policy, model.action_space
+
+    def outputs(rows: Observation) -> Array:
+        with torch.inference_mode():
+            seen = torch.as_tensor(rows, device=policy.device)
+            if hasattr(policy, "q_net"):  # DQN; of the values only the largest legal one counts
+                values: Array = policy.q_net(seen).cpu().numpy()
+                return values
+            if not hasattr(policy, "get_distribution"):  # such as SAC, which has no logits
+                chosen: Array = model.predict(rows, deterministic=True)[0].reshape(len(rows), -1)
+                return chosen
+            found: Any = policy.get_distribution(seen)
+            if hasattr(found, "distributions"):
+                parts = [part.logits for part in found.distributions]
+            elif isinstance(found.distribution, list):
+                parts = [part.logits for part in found.distribution]
+            else:
+                parts = [found.distribution.logits if choices_of(space) else found.distribution.mean]
+            together: Array = torch.cat(parts, dim=1).cpu().numpy()
+            return together
+
+    return outputs
+
+
+def head_of(model: Any, *, sampled: bool) -> Head:
+    """How a model's outputs become actions; its policy has added what belongs to the last action already."""
+    deviation = getattr(model.policy, "log_std", None)
+    return Head(0.0, None if deviation is None else deviation.detach().cpu().numpy(), sampled)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -70,9 +71,19 @@ def _interfaces(problem: Problem, preset: str) -> Iterator[Visit]:
     yield Visit(
         problem.name, f"{preset}: parallel", partial(_agents, partial(RolesParallelEnv, problem, preset=preset))
     )
-    if problem.swarm:
-        made = partial(SwarmEnv, problem, problem.swarm, preset=preset)
-        yield Visit(problem.name, f"{preset}: swarm", partial(_agents, made))
+    for role in _teams(problem, preset):
+        made = partial(SwarmEnv, problem, role, preset=preset)
+        yield Visit(problem.name, f"{preset}: {role} swarm", partial(_agents, made))
+
+
+def _teams(problem: Problem, preset: str) -> Iterator[Role]:
+    """The roles that are teams in a preset: what agents play through may need its sensors or filters."""
+    game = problem.game(problem.presets[preset], 1)
+    for role, adapter in problem.swarm.items():
+        with contextlib.suppress(ConfigurationError):
+            game.spec(role).adapter(adapter)
+            game.team(role)
+            yield role
 
 
 def _variants(problem: Problem) -> Iterator[tuple[str, str]]:

@@ -31,6 +31,7 @@ class Adapter(ABC):
     fields: Fields  # of one agent's observation
     action_space: spaces.Space[Any]  # of one agent: Discrete, MultiDiscrete or Box [-1, 1]
     neutral_action: Array  # of one agent, of the action space's shape; as good as an action without a thought gets
+    masked: bool = False  # whether it hands on which actions are legal, where the role has masks
     local: bool = False  # whether it needs `seen.team`, the own sensors of the role's team, see `core.team`
 
     def __init__(self, spec: RoleSpec) -> None:
@@ -62,6 +63,8 @@ class Adapter(ABC):
 
 class Native(Adapter):
     """The role as it is: one agent with the role's own observation and actions."""
+
+    masked = True
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)

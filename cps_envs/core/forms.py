@@ -59,16 +59,17 @@ def declare(
         """`parallel_env` as a turn-based `pettingzoo.AECEnv`. The two moves of a step still count as simultaneous."""
         return parallel_to_aec(parallel_env(**kwargs))
 
-    def swarm_env(**kwargs: Any) -> SwarmEnv:
-        return SwarmEnv(problem, "defender", **kwargs)
+    def swarm_env(role: Role = "defender", **kwargs: Any) -> SwarmEnv:
+        return SwarmEnv(problem, role, **kwargs)
 
     parallel_env.__doc__ = (
         f"Attacker and defender in a `pettingzoo.ParallelEnv`. They act {rhythm}.\n\n"
-        f"Arguments: `preset`, `render_mode`, `max_cycles` (the most steps) and any field of `{config}`."
+        f"Arguments: `preset`, `adapters` (role -> what it is played through), `frame_skip`, `render_mode`, "
+        f"`max_cycles` (the most steps) and any field of `{config}`."
     )
     swarm_env.__doc__ = (
-        f"{swarm}\n\nArguments: `preset`, `opponent` (an attacker), `render_mode`, `max_cycles` and any field of "
-        f"`{config}`."
+        f"{swarm}\n\nArguments: `role`, `preset`, `opponent` (who plays the other role), `adapter` (through which the "
+        f"agents play), `frame_skip`, `render_mode`, `max_cycles` and any field of `{config}`."
     )
     for function in (parallel_env, env, swarm_env):
         function.__module__, function.__qualname__ = module, function.__name__  # so that it can be pickled

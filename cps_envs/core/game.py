@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 
+from cps_envs.core.adapter import Adapter
 from cps_envs.core.clock import count_late, restart, tick
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Fields
@@ -18,6 +19,7 @@ from cps_envs.core.team import Team
 from cps_envs.core.threads import Threads
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 
+Adapters: TypeAlias = Mapping[Role, Mapping[str, Callable[[RoleSpec], Adapter]]]  # by name
 UNKNOWN = 2**62  # more game steps than any horizon
 
 
@@ -36,6 +38,7 @@ class Game(ABC):
     fields: Mapping[Role, Fields]
     action_space: Mapping[Role, spaces.Space[Any]]  # of one environment
     neutral_action: Mapping[Role, Array]  # of one environment; changes nothing
+    adapters: ClassVar[Adapters] = {}  # what learners play the roles through
     payoff_parts: tuple[str, ...]  # the metrics whose sum is the undiscounted return of the attacker
     threaded: bool = False  # whether `_advance` calls its kernel through `self.threads.run`
 
@@ -182,4 +185,5 @@ class Game(ABC):
             neutral_action=self.neutral_action[role],
             decision_interval_s=self.decision_interval[role] * self.step_s,
             config=self.config,
+            adapters=self.adapters.get(role, {}),
         )

@@ -25,6 +25,7 @@ BUILT_IN = {  # for every role of every problem
     "always": "cps_envs.core.always:Always",
     "mixture": "cps_envs.core.mixture:Mixture",
     "none": "cps_envs.core.policy:Idle",
+    "random": "cps_envs.core.uniform:Uniform",  # where no registered policy has this name
 }
 NEED_OPTIONS = ("always", "mixture")  # of these; without options they are nothing
 SHOWN = 80  # characters of a policy that is described in an error
@@ -45,7 +46,7 @@ def policy_names(problem: str, role: Role) -> list[str]:
 def policy_entry(problem: str, role: Role, name: str) -> EntryPoint | None:
     """Where the policy of a name comes from; None if nothing has this name."""
     full = f"{problem}.{role}.{name}"
-    if name in BUILT_IN:
+    if name in BUILT_IN and full not in _registered():
         return EntryPoint(full, BUILT_IN[name], GROUP)
     return _registered().get(full)
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, final, runtime_checkable
 
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.errors import UnknownNameError, near, shown
 from cps_envs.core.seen import Seen
+from cps_envs.core.training import NATIVE
 from cps_envs.core.types import Array, BoolArray, Observation, Role
 
 if TYPE_CHECKING:  # fields bring the compiler of kernels along
+    from cps_envs.core.adapter import Adapter
     from cps_envs.core.fields import Fields
 
 State: TypeAlias = tuple[Array, ...]  # arrays with a leading environment axis
@@ -33,6 +36,23 @@ class RoleSpec:
     neutral_action: Array  # one environment's action that changes nothing
     decision_interval_s: float
     config: Any
+    adapters: Mapping[str, Callable[[RoleSpec], Adapter]] = field(default_factory=dict)  # for learners, by name
+
+    def adapter(self, name: str) -> Adapter:
+        """What a learner plays the role through, by name; every role has `native`.
+
+        Raises:
+            UnknownNameError: the role has no adapter of this name; the message names those it has.
+            ConfigurationError: the adapter does not fit the configuration.
+        """
+        from cps_envs.core.adapter import Native
+
+        known = {NATIVE: Native, **self.adapters}
+        if name not in known:
+            raise UnknownNameError(
+                f"the {self.role} of {self.problem} has no adapter {shown(name)}. {near(name, known)}"
+            )
+        return known[name](self)
 
 
 @runtime_checkable

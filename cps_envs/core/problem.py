@@ -9,19 +9,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from cps_envs.core.config import configure, parameter_table
-from cps_envs.core.errors import ConfigurationError, UnknownNameError, near, shown
+from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.policy import Policy
-from cps_envs.core.training import NATIVE, Training
+from cps_envs.core.training import Training
 from cps_envs.core.trust import vouched
 from cps_envs.core.types import Role
 
 if TYPE_CHECKING:  # a declaration has to be cheap to import: what it names brings the compiler of kernels along
-    from cps_envs.core.adapter import Adapter
     from cps_envs.core.fields import Fields
     from cps_envs.core.game import Game
     from cps_envs.core.match import Match
-    from cps_envs.core.policy import RoleSpec
 
 
 @dataclass(frozen=True)
@@ -65,12 +63,11 @@ class Problem:
     fields: Mapping[Role, Callable[[Any], Fields]]  # what each role observes under a configuration
     opponents: Mapping[str, Mapping[Role, str]]  # preset -> who plays a role that nobody else plays
     viewer: str  # "module:attribute", called as viewer(config), with a method frame(scene) -> uint8 (H, W, 3)
-    swarm: Role | None = None  # the role that also has a decentralised form, one agent for each member of its team
+    swarm: Mapping[Role, str] = field(default_factory=dict)  # role -> the adapter by which it is a team of agents
     discrete: tuple[Role, ...] = ()  # roles with MultiDiscrete actions, which also come with Discrete ones
     namespace: str = "cps_envs"  # of the ids; a package of your own takes its own
     unit: str = ""  # of what the attacker is paid, such as "m/s"
     work: Work | None = None  # what `cps-envs bench` counts beside steps
-    adapters: Mapping[Role, Mapping[str, Callable[[RoleSpec], Adapter]]] = field(default_factory=dict)
     training: Mapping[Role, Training] = field(default_factory=dict)  # of preset `learning`
 
     def config(self, preset: str, overrides: Mapping[str, Any]) -> Any:
@@ -99,19 +96,6 @@ class Problem:
         declared = isinstance(reference, str) and any(reference in usual.values() for usual in self.opponents.values())
         with vouched() if declared else nullcontext():
             return resolve_policy(reference, game.spec(role))
-
-    def adapter(self, name: str, spec: RoleSpec) -> Adapter:
-        """What a learner plays a role through, by name; every role has `native`.
-
-        Raises:
-            UnknownNameError: the role has no adapter of this name; the message names those it has.
-        """
-        from cps_envs.core.adapter import Native
-
-        known = {NATIVE: Native, **self.adapters.get(spec.role, {})}
-        if name not in known:
-            raise UnknownNameError(f"the {spec.role} of {self.name} has no adapter {shown(name)}. {near(name, known)}")
-        return known[name](spec)
 
     def env_id(self, role: Role) -> str:
         """Gymnasium's id of a role, such as `cps_envs/HvacAttack-v0`."""

@@ -24,5 +24,6 @@ class Training:
     neutral_bias: float = 0.0  # added to the untrained logits of the neutral action
     initial_deviation: float = 0.3  # of the untrained policy's continuous actions
     pay_power: float = 1.0  # below 1 learners are paid the increase of (1 + what was paid so far) to this power
+    relative: bool = False  # learners are paid what they gain over the neutral action in the same, second episode
     num_envs: int = 64
     ppo: Mapping[str, Any] = field(default_factory=dict)

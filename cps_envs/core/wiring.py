@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -19,6 +20,7 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
 from cps_envs.core.untrained import Untrained, choices_of
 
+Scaling: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]  # mean and deviation
 CLIP = 5.0  # bound of a scaled input
 LEAST_DEVIATION = 0.02  # of an input; one that hardly varies is not blown up to noise
 OWN = 5  # arrays of a wired player's state before those of its adapter
@@ -39,6 +41,7 @@ class Wiring:
     frame_skip: int = 1  # decisions of the role for which an action is kept
     recent_s: tuple[float, ...] = ()  # s, time constants of the running averages
     rough_s: float = 0.0  # s, time constant of the running average of the changes; 0: none
+    masked: bool = False  # whether the last inputs say what is legal
     mean: tuple[float, ...] = ()  # of the scaled inputs; empty: they are not scaled
     deviation: tuple[float, ...] = ()
 
@@ -67,6 +70,7 @@ class WiredBox(spaces.Box):
     def __init__(self, columns: Columns, wiring: Wiring, untrained: Untrained) -> None:
         super().__init__(-CLIP, CLIP, (columns.size,), np.float32)
         self.columns, self.wiring, self.untrained = columns, wiring, untrained
+        self.acting: BoolArray | None = None  # (rows,) whose last action had an effect, where environments note it
 
 
 @dataclass(frozen=True)
@@ -90,8 +94,8 @@ class Wired:
     actions that are kept (B, A, ...), decisions so far (B,), and then what the adapter remembers.
     """
 
-    def __init__(self, wiring: Wiring, adapter: Adapter, masked: bool) -> None:
-        """`masked` tells whether the role has masks.
+    def __init__(self, wiring: Wiring, adapter: Adapter) -> None:
+        """Bind it.
 
         Raises:
             ConfigurationError: the scaling has another number of inputs than the adapter gives.
@@ -104,7 +108,7 @@ class Wired:
         parts = 1 + len(wiring.recent_s) + bool(wiring.rough_s)
         self.choices = choices_of(adapter.action_space)
         shape = adapter.action_space.shape or ()
-        mask = sum(self.choices) if masked and self.choices else 0
+        mask = sum(self.choices) if wiring.masked and self.choices else 0
         self.columns = Columns(parts * adapter.fields.size, sum(self.choices) or int(np.prod(shape)), mask)
         if wiring.mean and len(wiring.mean) != self.columns.scaled:
             raise ConfigurationError(
@@ -194,7 +198,7 @@ def encode(actions: Array, choices: Sequence[int]) -> Observation:
     return np.concatenate(parts, axis=2).astype(np.float32)
 
 
-def scaling(rows: FloatArray | Observation) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def scaling_of(rows: FloatArray | Observation) -> Scaling:
     """Mean and deviation of the inputs in rows (k, n), as a wiring has them."""
     spread = np.maximum(rows.std(axis=0), LEAST_DEVIATION)
     return tuple(rows.mean(axis=0).tolist()), tuple(spread.tolist())

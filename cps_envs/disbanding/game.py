@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import pack, records
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.disbanding.adapters import Follow, FollowRoad, Vehicle
 from cps_envs.disbanding.circumstances import draw_circumstances
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.events import is_eventful
@@ -23,6 +25,7 @@ from cps_envs.disbanding.picture.scene import Scene
 from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
+from cps_envs.disbanding.timed import Timed
 from cps_envs.disbanding.truth import truth_of_road
 from cps_envs.disbanding.turn import Account, settle_all, step
 
@@ -41,6 +44,10 @@ class DisbandingGame(Game):
     """
 
     name = "disbanding"
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"timed": Timed},
+        "defender": {"vehicle": Vehicle, "follow": Follow, "follow_road": FollowRoad},
+    }
     threaded = True
 
     def __init__(self, config: DisbandingConfig, num_envs: int) -> None:

@@ -13,7 +13,8 @@ from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.fields import MAX_GAP_M
 from cps_envs.disbanding.follower import HALF, Layout, count_present, decoded, find_record
 
-NEAR_M, FAR_M, INSIDE_M, NARROW_M = 60.0, 500.0, (4.0, 18.0), (3.0, 13.0)  # chosen, as all bounds here: what an undisturbed follower meets
+# All bounds here are chosen after what an undisturbed follower meets.
+NEAR_M, FAR_M, INSIDE_M, NARROW_M = 60.0, 500.0, (4.0, 18.0), (3.0, 13.0)
 WORSE, MANY = 40.0, 10.0  # points of E_v, vehicles in collisions
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from cps_envs.core.problem import Later, Problem, Work
+from cps_envs.core.training import Training
 from cps_envs.disbanding.config import PRESETS, DisbandingConfig
 
 LEARNING_ATTACKERS = 'mixture?policies=["none","spread","random","timed?jam=1","timed?jam=2","timed?jam=3"]'
@@ -27,10 +28,40 @@ DISBANDING = Problem(
         "paper": {"attacker": "lead", "defender": "none"},
         "one_vehicle": {"attacker": "lead", "defender": "none"},
         "easy": {"attacker": "random", "defender": "none"},
-        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string"},
+        "learning": {"attacker": LEARNING_ATTACKERS, "defender": "string?detection_mps=0"},
     },
     viewer="cps_envs.disbanding.picture.viewer:Viewer",
-    swarm="defender",
+    swarm={"defender": "vehicle"},
     unit="points of E_v and of the penalty for collisions",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
+    training={
+        "attacker": Training(
+            neutral_bias=5.0,
+            ppo={
+                "n_steps": 180,
+                "batch_size": 2880,
+                "n_epochs": 4,
+                "learning_rate": 2e-3,
+                "gamma": 1.0,
+                "gae_lambda": 0.99,
+                "ent_coef": 0.003,
+            },
+        ),
+        # One decision in an episode: what is tried has to last. A linear policy has few numbers for so few decisions.
+        "defender": Training(
+            adapter="follow_road",
+            frame_skip=1800,
+            initial_deviation=0.15,
+            relative=True,
+            ppo={
+                "n_steps": 1,
+                "batch_size": 64,
+                "n_epochs": 4,
+                "learning_rate": 1e-2,
+                "gamma": 1.0,
+                "gae_lambda": 1.0,
+                "policy_kwargs": {"net_arch": []},
+            },
+        ),
+    },
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from gymnasium import spaces
 
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.team import Team
@@ -32,19 +31,14 @@ class VehicleTeam(Team):
         self._config, self._state, self._constants, self._elapsed = config, state, constants, elapsed
         self._budget = budget
         self.agents = tuple(f"vehicle_{q}" for q in range(config.max_vehicles))
-        self.fields = vehicle_fields(config)
-        self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self._fields = vehicle_fields(config)
         self._charged = np.zeros((len(constants), len(self.agents)))
 
     def observe(self) -> Observation:
         """Own rows (B, M, size), see `fields.vehicle_fields`."""
-        encoded = np.empty((len(self._constants), len(self.agents), self.fields.size), np.float32)
-        observe_vehicles(self._state, self._constants, self.fields.offsets, self.fields.scale, encoded)
+        encoded = np.empty((len(self._constants), len(self.agents), self._fields.size), np.float32)
+        observe_vehicles(self._state, self._constants, self._fields.offsets, self._fields.scale, encoded)
         return encoded
-
-    def join(self, actions: Array) -> Array:
-        """The defender's action (B, M) from (B, M, 1)."""
-        return actions[..., 0]
 
     def privileged(self) -> Observation:
         """What each vehicle does not see, (B, M, p), see `truth.truth_of_platoons`."""

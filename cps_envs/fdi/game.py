@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
 from cps_envs.core.team import Team
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
+from cps_envs.fdi.adapters.expected import Expected
+from cps_envs.fdi.adapters.motion import Motion
+from cps_envs.fdi.adapters.sensor import Sensor
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.drawing import Drawing
 from cps_envs.fdi.dynamics import begin, step
@@ -52,6 +55,10 @@ class FdiGame(Game):
     """
 
     name = "fdi"
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"motion": Motion, "expected": Expected},
+        "defender": {"sensor": Sensor},
+    }
     threaded = True
 
     def __init__(self, config: FdiConfig, num_envs: int) -> None:
@@ -189,8 +196,8 @@ class FdiGame(Game):
         return hidden_from_defender(self.config, self.state, self._flags[self.state.task])
 
     def team(self, role: Role) -> Team:
-        """The defender's sensors, see `team.SensorTeam`."""
-        if role == "attacker":
+        """The defender's sensors, see `team.SensorTeam`; there are none without a filter."""
+        if role == "attacker" or not self._filters:
             return super().team(role)
         targets = self._tasks[:, -1]
         return SensorTeam(self.config, self.state, self._metrics, self.terminated, self._flags, targets)

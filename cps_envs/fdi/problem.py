@@ -37,13 +37,7 @@ FDI = Problem(
     },
     viewer="cps_envs.fdi.picture.viewer:Viewer",
     discrete=("attacker", "defender"),
-    adapters={
-        "attacker": {
-            "motion": Later("cps_envs.fdi.adapters.motion:Motion"),
-            "expected": Later("cps_envs.fdi.adapters.expected:Expected"),
-        },
-        "defender": {"sensor": Later("cps_envs.fdi.adapters.sensor:Sensor")},
-    },
+    swarm={"defender": "sensor"},
     training={
         "attacker": Training(
             adapter="motion",

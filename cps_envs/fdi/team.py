@@ -57,14 +57,6 @@ class SensorTeam(Team):
         self._shares = self._gaps == np.arange(config.num_vehicles)[:, np.newaxis]  # (n, A)
         self._shares = self._shares / self._shares.sum(axis=1, keepdims=True)
 
-    def observe(self) -> Observation:
-        """(B, A, 0): sensors see nothing that the role does not."""
-        return np.zeros((*self._state.trust.shape[:1], len(self.agents), 0), np.float32)
-
-    def join(self, actions: Array) -> Array:
-        """Not here: the adapter `sensor` makes the role's action."""
-        raise TypeError("sensors play through the adapter `sensor`")
-
     def privileged(self) -> Observation:
         """See `privileged.hidden_from_sensors`, (B, A, 11)."""
         return hidden_from_sensors(self._config, self._state, self._tasks[self._state.task], self._gaps)

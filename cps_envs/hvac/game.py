@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.config import bounds
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import inlined, kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
+from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.disturbance import disturbances
 from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
+from cps_envs.hvac.expected import Expected
 from cps_envs.hvac.model import Model, Rules, build_model, rules_of
 from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
 from cps_envs.hvac.payoff import count_choice, count_errors, measure, paid_at_start
@@ -63,6 +65,7 @@ class HvacGame(Game):
     """
 
     name = "hvac"
+    adapters: ClassVar[Adapters] = {"attacker": {"expected": Expected}, "defender": {"sensor": Belief}}
     threaded = True
 
     def __init__(self, config: HvacConfig, num_envs: int) -> None:

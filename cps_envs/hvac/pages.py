@@ -154,3 +154,5 @@ Dissertation, chapter 4 and appendix C: equations (4.1) to (4.33), Algorithms 3 
 """
 
 RHYTHM = "every 120 s"  # of the parallel form
+
+SWARM = "The defence with one agent per thermometer, which says whether it is believed. Take preset `learning`."

@@ -61,10 +61,7 @@ HVAC = Problem(
     },
     viewer="cps_envs.hvac.picture.viewer:Viewer",
     unit="A_impact, C2",
-    adapters={
-        "attacker": {"expected": Later("cps_envs.hvac.expected:Expected")},
-        "defender": {"sensor": Later("cps_envs.hvac.belief:Belief")},
-    },
+    swarm={"defender": "sensor"},
     training={"attacker": ATTACK, "defender": DEFENSE},
     work=Work(unit="sensor-steps", per_game_step=sensor_steps),
 )

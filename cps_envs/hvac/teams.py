@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_envs.core.team import Team
-from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
+from cps_envs.core.types import BoolArray, FloatArray, Observation
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.sensors import sensor_names, sensors_of_choices, zones_of_sensors
 from cps_envs.hvac.state import State
@@ -25,18 +25,6 @@ class SensorTeam(Team):
         self.agents = sensor_names(config)
         self._config, self._state = config, state
         self._zone, self._used = zones_of_sensors(config), sensors_of_choices(config)
-
-    def observe(self) -> Observation:
-        """Nothing, (B, S, 0): the adapters make their rows from what the whole role sees."""
-        return np.zeros((*self._state.reading.shape, 0), np.float32)
-
-    def join(self, actions: Array) -> Array:
-        """The adapters do this.
-
-        Raises:
-            TypeError: always.
-        """
-        raise TypeError("the agents of an HVAC role play through an adapter")
 
     def privileged(self) -> Observation:
         """What this side does not see, (B, S, p), see `told`."""

@@ -18,7 +18,7 @@ MAX_REFERENCE_MPS = 60.0
 MAX_RATIO = 3.0
 MAX_ONSET_S = 60.0
 DETECTOR_SPAN = 3.0  # alarm thresholds
-NEAR = 0.25  # m or m/s, chosen: half of the noise in `learning`; below it `compressed` errors are in proportion
+NEAR = 0.2  # m or m/s, chosen: below the noise in `learning`; up to it `compressed` errors are in proportion
 
 
 def attacker_fields(config: RogueConfig) -> Fields:

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
 
-from cps_envs.core.game import Game
+from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.rogue.actions import PLAIN, command_limits, mode_space
+from cps_envs.rogue.adapters import Effort, Vehicle, VehicleFull
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
 from cps_envs.rogue.dynamics import advance_episode
@@ -43,6 +44,10 @@ class RogueGame(Game):
 
     name = "rogue"
     threaded = True
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"effort": Effort},
+        "defender": {"vehicle": Vehicle, "vehicle_full": VehicleFull},
+    }
 
     def __init__(self, config: RogueConfig, num_envs: int) -> None:
         super().__init__(num_envs)

@@ -44,12 +44,14 @@ the vehicle drives by the sliding mode, or with `orders="all"` as the defender o
 
 ## Rewards
 The increase of the damage D (5.8) over all neighbouring pairs, plus `formation_weight_mps2` times the increase of the
-formation cost. The weight is 0.5 in preset `easy` and 0.2 in `learning`. The undiscounted return equals
-`info["damage"] + info["formation_charge"]`.
+formation cost. The weight is 0.5 in preset `easy` and 0.2 in `learning`. There an attacker that stands still earns
+little: nobody has a place beyond it. The undiscounted return equals `info["damage"] + info["formation_charge"]`.
 
 `contact` says what damage is. With `"pass"`, the paper's accounting, vehicles pass through one another. D is then the
 distance in m that they move relative to one another while in contact or in the wrong order. With `"solid"` they
-collide inelastically, and D is the sum of the impact speeds in m/s. Pushing does not count.
+collide inelastically, and D is the sum of the impact speeds in m/s. Pushing does not count. Bumpers take
+`bumper_mps` of each impact: none in `paper` and `easy`, 2 m/s in `learning`. There an impact at 8 m/s pays 6 m/s, and
+tapping pays nothing.
 
 ## Starting State
 Steady state: separations of 9 m, 25 m/s, the leader on its reference. Preset `learning` perturbs it. It also draws the
@@ -99,8 +101,8 @@ have no effect. The first entry is the vehicle's controller:
 
 | Controller | | |
 |---|---|---|
-| 0 | `linear` | bidirectional proportional-derivative (5.15); the neutral action |
-| 1 | `sliding` | sliding mode on both sides (5.9) to (5.11) |
+| 0 | `linear` | bidirectional proportional-derivative (5.15); the neutral action, but in `learning` |
+| 1 | `sliding` | sliding mode on both sides (5.9) to (5.11); the neutral action of `learning` |
 | 2 | `front` | sliding mode on the vehicle ahead, for the leader on its reference |
 | 3 | `rear` | sliding mode on the vehicle behind; the rear vehicle keeps its speed |
 | 4 | `human` | a human driver (2.5), who ignores what is behind |
@@ -125,9 +127,10 @@ The attacker's reward with the opposite sign. The defender loses the increase of
 `-(info["damage"] + info["formation_charge"])`.
 
 The formation cost is the time integral of the mean of two errors: the intact vehicles' mean speed error (over v_ref)
-and their mean separation error (over 10 sigma), each limited to 1. With `formation_cost="log_place"` (`learning`) it is
-the time integral of log(1 + d). Here d is the vehicles' mean distance in sigma from their places behind the reference.
-The seized vehicle does not count from the onset on. Without this cost (`paper`), driving apart wins at once.
+and their mean separation error (over 10 sigma), each limited to 1. With `formation_cost="log_place"` it is the time
+integral of log(1 + d). Here d is the vehicles' mean distance in sigma from their places behind the reference. The
+seized vehicle does not count from the onset on. With `"open_place"` (`learning`) nobody has a place beyond the seized
+vehicle either, since nobody can pass it. Without a cost (`paper`), driving apart wins at once.
 
 ## Starting State
 Steady state: separations of 9 m, 25 m/s, the leader on its reference. Preset `learning` perturbs it. It also draws the

@@ -40,17 +40,10 @@ ROGUE = Problem(
         "learning": {"attacker": ATTACKERS, "defender": "monitor"},
     },
     viewer="cps_envs.rogue.picture.viewer:Viewer",
-    swarm="defender",
+    swarm={"defender": "vehicle_full"},
     discrete=("defender",),
     unit="m/s",
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
-    adapters={
-        "attacker": {"effort": Later("cps_envs.rogue.adapters:Effort")},
-        "defender": {
-            "vehicle": Later("cps_envs.rogue.adapters:Vehicle"),
-            "vehicle_full": Later("cps_envs.rogue.adapters:VehicleFull"),
-        },
-    },
     training={
         "attacker": Training(
             adapter="effort",

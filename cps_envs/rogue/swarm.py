@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from gymnasium import spaces
 
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, FloatArray, Observation
-from cps_envs.rogue.actions import mode_space
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.fields import vehicle_fields
 from cps_envs.rogue.observation import observe_vehicles
@@ -35,19 +33,13 @@ class VehicleTeam(Team):
         self._truth, self._drawn = Truth(config, state, drawn), drawn
         self._worn, self._charged = worn, worn.copy()
         self.agents = names_of(config)
-        self.fields = vehicle_fields(config)
-        modes = config.defense_action == "mode"
-        self.action_space = mode_space(1) if modes else spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self._fields = vehicle_fields(config)
 
     def observe(self) -> Observation:
         """Own rows (B, k, size), see `fields.vehicle_fields`."""
-        encoded = np.empty((len(self._drawn), len(self.agents), self.fields.size), np.float32)
-        observe_vehicles(*self._seen, self.fields.offsets, self.fields.scale, encoded)
+        encoded = np.empty((len(self._drawn), len(self.agents), self._fields.size), np.float32)
+        observe_vehicles(*self._seen, self._fields.offsets, self._fields.scale, encoded)
         return encoded
-
-    def join(self, actions: Array) -> Array:
-        """The defender's action (B, 2 k) from (B, k, 2), or (B, k) from (B, k, 1)."""
-        return actions.reshape(len(actions), -1)
 
     def privileged(self) -> Observation:
         """What the vehicles are not told, (B, k, p), see `privileged.Truth.vehicles`."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from gymnasium import spaces
 
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, FloatArray, Observation
@@ -22,18 +21,13 @@ class RobotTeam(Team):
     def __init__(self, config: RobotConfig, string: State, constants: Array) -> None:
         self._string, self._constants = string, constants
         self.agents = tuple(f"robot_{q}" for q in range(config.num_robots))
-        self.fields = vehicle_fields(config.road)
-        self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self._fields = vehicle_fields(config.road)
 
     def observe(self) -> Observation:
         """Own rows (B, M, size), see `disbanding.fields.vehicle_fields`."""
-        encoded = np.empty((len(self._constants), len(self.agents), self.fields.size), np.float32)
-        observe_vehicles(self._string, self._constants, self.fields.offsets, self.fields.scale, encoded)
+        encoded = np.empty((len(self._constants), len(self.agents), self._fields.size), np.float32)
+        observe_vehicles(self._string, self._constants, self._fields.offsets, self._fields.scale, encoded)
         return encoded
-
-    def join(self, actions: Array) -> Array:
-        """The defender's action (B, M) from (B, M, 1)."""
-        return actions[..., 0]
 
     def rewards(self, payoff: FloatArray) -> FloatArray:
         """Rewards (B, M) of the last step."""

@@ -39,16 +39,14 @@ def test_sources_say_what_importing_says(problem: Problem) -> None:
 
 @pytest.mark.parametrize("problem", PROBLEMS.values(), ids=lambda problem: problem.name)
 def test_what_a_problem_imports_later_is_there(problem: Problem) -> None:
-    config = problem.presets["paper"]
+    config = problem.presets["learning"]
     game = problem.game(config, 1)
     for role in ROLES:
         assert problem.fields[role](config).size == game.fields[role].size
         try:
             game.team(role)
         except TypeError:
-            assert problem.swarm != role
-        else:
-            assert problem.swarm == role
+            assert role not in problem.swarm
     module = pytest.importorskip(f"cps_envs.{problem.name}_v{problem.version}")
     offered = {name.rpartition(".")[2] for form, name in pettingzoo_ids(problem).items() if form != "id"}
     assert offered == {name for name in ("parallel_env", "env", "swarm_env") if hasattr(module, name)}

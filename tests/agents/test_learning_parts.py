@@ -104,7 +104,7 @@ def test_swarm_environments_share_or_split_the_payoff() -> None:
     np.testing.assert_allclose(team.reshape(4, 9), team.reshape(4, 9)[:, :1].repeat(9, axis=1))
     local = replace(SWARM, overrides={**SWARM.overrides, "swarm_reward": "local", "collision_penalty": 0.0})
     own, _ = run_out(make_envs(local, 0), np.zeros(1, np.float32))
-    np.testing.assert_allclose(own.reshape(4, 9).mean(axis=1), team.reshape(4, 9)[:, 0], rtol=0.02)
+    np.testing.assert_allclose(own.reshape(4, 9).sum(axis=1), team.reshape(4, 9)[:, 0], rtol=0.02)
 
 
 def test_bootstrapping_is_told_to_the_learner() -> None:

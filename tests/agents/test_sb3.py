@@ -13,6 +13,7 @@ import pytest
 
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
+from cps_envs.core.seeds import training_seed
 
 torch = pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
@@ -119,7 +120,7 @@ def test_terminal_observation_and_info_are_those_of_the_single_environment() -> 
     batch.seed(5)
     first = batch.reset()
     singles = [single(ATTACK, opponent="none") for _ in range(3)]
-    results = [env.reset(seed=5 + b) for b, env in enumerate(singles)]
+    results = [env.reset(seed=training_seed(5) + b) for b, env in enumerate(singles)]
     np.testing.assert_array_equal(first, [observation for observation, _ in results])
     crew = Crew(batch.env, 3)
     for step in range(10):
@@ -132,7 +133,8 @@ def test_terminal_observation_and_info_are_those_of_the_single_environment() -> 
             assert infos == [{}] * 3
     for b, (last, _, _, truncated, info) in enumerate(expected):
         np.testing.assert_array_equal(infos[b].pop("terminal_observation"), last)
-        assert infos[b].pop("TimeLimit.truncated") is truncated is True
+        assert infos[b].pop("TimeLimit.truncated") is truncated is False
+        assert infos[b].pop("episode")["l"] == 10
         assert infos[b] == {name: value for name, value in info.items() if name != "action_mask"}
         np.testing.assert_array_equal(observation[b], singles[b].reset()[0])
 

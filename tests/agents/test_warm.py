@@ -26,7 +26,9 @@ def test_presets_interfaces_and_policies_are_visited(problem: Any) -> None:
     for preset in problem.presets:
         assert {f"{preset}: {role}, {form}" for role in ROLES for form in ("single", "vector")} <= set(uses)
         assert f"{preset}: parallel" in uses
-        assert (f"{preset}: swarm" in uses) == (problem.swarm is not None)
+        swarms = {use for use in uses if use.startswith(f"{preset}: ") and use.endswith(" swarm")}
+        assert swarms <= {f"{preset}: {role} swarm" for role in problem.swarm}
+    assert {f"learning: {role} swarm" for role in problem.swarm} <= set(uses)
     assert {f"{role} {name}" for role in ROLES for name in policy_names(problem.name, role)} <= set(uses)
     assert any("zoo:" in use for use in uses)
 

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import is_decentralised
 from cps_envs.core.types import ROLES, Role
+from cps_envs.core.uniform import Uniform
+from tests.core.toy import ToyConfig, ToyGame
 
 
 @pytest.mark.parametrize("name", PROBLEMS)
@@ -37,3 +41,28 @@ def test_impossible_actions_are_refused() -> None:
     spec = problem.game(problem.config("paper", {}), 1).spec("defender")
     with pytest.raises(ValueError, match=r"whole number inside Discrete"):
         resolve_policy("always?action=1000", spec)
+
+
+def test_an_adapter_s_action_is_taken_by_all_its_agents() -> None:
+    spec = ToyGame(ToyConfig(), 1).spec("defender")
+    policy = resolve_policy("always?adapter=axis&action=-0.5", spec)
+    assert is_decentralised(policy)
+    team = np.zeros((3, 2, 2), np.float32)
+    shown = np.zeros((3, spec.fields.size), np.float32)
+    actions, _ = policy.predict(shown, team_observation=team)
+    np.testing.assert_array_equal(actions, np.full((3, 2), -0.5))
+    with pytest.raises(UnknownNameError, match="no adapter 'axes'"):
+        resolve_policy("always?adapter=axes&action=0", spec)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("role", ROLES)
+def test_random_play_is_legal_and_its_own_in_each_episode(name: str, role: Role) -> None:
+    problem = find_problem(name)
+    config = problem.config(
+        "learning", {"horizon": 30} if name == "fdi" else {"duration_s": 60.0} if name != "hvac" else {}
+    )
+    together = play_episodes(problem, config, {role: Uniform(problem.game(config, 1).spec(role))}, range(3))
+    alone = play_episodes(problem, config, {role: Uniform(problem.game(config, 1).spec(role))}, [2])
+    assert together["return"][2] == alone["return"][0]
+    assert np.isfinite(together["return"]).all()

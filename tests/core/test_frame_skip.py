@@ -60,7 +60,7 @@ def test_environments_in_a_batch_are_held_each_to_its_own_end() -> None:
     env.reset(seed=0)
     env.step(np.zeros((2, 2)))
     env.reset(options={"reset_mask": np.array([True, False])})
-    ends = [env.step(np.zeros((2, 2)))[3].tolist() for _ in range(2) if not env._ended.any()]
+    ends = [env.step(np.zeros((2, 2)))[2].tolist() for _ in range(2) if not env._ended.any()]
     assert ends == [[False, False], [False, True]]
     assert env.game.elapsed.tolist() == [10, 12]
 

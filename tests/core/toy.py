@@ -14,12 +14,15 @@ import gymnasium
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.adapter import Adapter
 from cps_envs.core.config import Range, bounds, quantity, validate
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.game import Game
 from cps_envs.core.interfaces.env import RoleEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
+from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.problem import Problem
+from cps_envs.core.seen import Seen
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation, Role
 
@@ -53,24 +56,39 @@ def axis_fields(config: ToyConfig) -> Fields:
     return Fields(Field("own", "m", -ARENA, ARENA), Field("rival", "m", -ARENA, ARENA))
 
 
-class Axes(Team):
+AXES = ("axis_0", "axis_1")
+
+
+class Axes(Adapter):
     """One agent per axis of the guard's velocity."""
 
+    local = True
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self.agents, self.fields = AXES, axis_fields(spec.config)
+        self.action_space, self.neutral_action = spaces.Box(-1.0, 1.0, (1,), np.float32), np.zeros(1)
+
+    def observe(self, seen: Seen, state: State) -> Observation:
+        assert seen.team is not None
+        return seen.team.copy()
+
+    def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
+        return actions[..., 0], state
+
+
+class AxisTeam(Team):
+    """What each axis sees by itself."""
+
     def __init__(self, game: ToyGame) -> None:
-        self._game = game
-        self.agents = ("axis_0", "axis_1")
-        self.fields = axis_fields(game.config)
-        self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self._game, self.agents, self._fields = game, AXES, axis_fields(game.config)
 
     def observe(self) -> Observation:
         values = np.stack([self._game.guard, self._game.intruder], axis=-1)
-        return self.fields.encode(values.reshape(-1, 2)).reshape(values.shape)
-
-    def join(self, actions: Array) -> Array:
-        return actions[..., 0]
+        return self._fields.encode(values.reshape(-1, 2)).reshape(values.shape)
 
     def rewards(self, payoff: FloatArray) -> FloatArray:
-        return np.repeat(-payoff[:, np.newaxis], 2, axis=1)
+        return np.repeat(-payoff[:, np.newaxis] / 2, 2, axis=1)
 
 
 class ToyGame(Game):
@@ -78,6 +96,7 @@ class ToyGame(Game):
 
     name = "toy"
     threaded = True
+    adapters: Any = {"defender": {"axis": Axes}}
 
     def __init__(self, config: ToyConfig, num_envs: int) -> None:
         super().__init__(num_envs)
@@ -142,7 +161,7 @@ class ToyGame(Game):
         return {"closeness": self.closeness, "fee": self.fee, "distance_m": distance}
 
     def team(self, role: Role) -> Team:
-        return Axes(self) if role == "defender" else super().team(role)
+        return AxisTeam(self) if role == "defender" else super().team(role)
 
     def scene(self, b: int) -> Any:
         return self.intruder[b].copy(), self.guard[b].copy()
@@ -174,6 +193,7 @@ TOY = Problem(
         "learning": {"attacker": "tests.core.toy_policies:Wander", "defender": "cps_envs.core.policy:Idle"},
     },
     viewer="tests.core.toy:ToyViewer",
+    swarm={"defender": "axis"},
     namespace="toys",
 )
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from cps_envs.core.config import is_multiple
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import records, view
+from cps_envs.core.team import grouped
 from cps_envs.core.types import Array, Role
 from cps_envs.disbanding.config import EASY, PAPER
 from cps_envs.disbanding.game import DisbandingGame
@@ -200,15 +201,59 @@ def test_swarm_rows_agree_with_the_state() -> None:
     assert np.allclose(rows["predecessor_command"][0, 1:], np.clip(state.command[0, :-1], -5, 1), atol=1e-4)
 
 
-def test_local_swarm_rewards_sum_to_the_vehicles_own_errors() -> None:
+def test_local_swarm_rewards_are_the_vehicles_own_errors() -> None:
     game = started(swarm_reward="local")
     team = game.team("defender")
     total = np.zeros((1, 40))
     for step in range(60):
         payoff = go(game, attack=4 if step == 10 else 0, num_steps=1)
         total += team.rewards(payoff)
-    share = 100 / (game.config.horizon_steps * 31)
+    share = 100 / (game.config.horizon_steps * 31) / 40
     assert np.allclose(-total, share * game.state.speed_error)
+
+
+@pytest.mark.parametrize("groups", [40, 4, 1])
+@pytest.mark.parametrize("overrides", [{}, {"payoff_set": "intact_now"}, {"on_collision": "end"}])
+def test_own_parts_of_the_pay_sum_to_minus_the_payoff(overrides: dict[str, Any], groups: int) -> None:
+    crashing = {"tau_s": 0.5, "collision_penalty": 0.3, "swarm_reward": "local", "duration_s": 60.0}
+    game = started(seeds=(0, 1), **crashing, **overrides)
+    team = grouped(game.team("defender"), tuple(map(str, range(groups))))
+    total, paid = np.zeros(groups), 0.0
+    for step in range(game.horizon):
+        payoff = go(game, attack=4 if step == 10 else 0, num_steps=1)
+        rewards = team.rewards(payoff)
+        np.testing.assert_allclose(rewards.sum(axis=1), -payoff, rtol=0, atol=1e-12)
+        total, paid = total + rewards[0], paid + payoff[0]
+    collided = game.state.collided_intact[0]
+    assert collided.any()
+    assert total.sum() == pytest.approx(-paid)
+    own = 0.3 * 100 / 40 * collided.reshape(groups, -1).sum(axis=1)
+    assert (-total >= own - 1e-9).all()
+
+
+def test_groups_of_a_team_are_equally_many() -> None:
+    team = started().team("defender")
+    with pytest.raises(ConfigurationError, match="cannot be divided"):
+        grouped(team, ("a", "b", "c"))
+    with pytest.raises(TypeError, match="adapter"):
+        grouped(team, ("a", "b")).join(np.zeros((1, 2, 1)))
+    assert grouped(team, team.agents) is team
+
+
+def test_privileged_tells_what_episodes_hide() -> None:
+    game = started(seeds=(0, 1), preset="learning")
+    go(game, num_steps=150)
+    for role in ("attacker", "defender"):
+        road = game.privileged(role)
+        assert road.shape == (2, 5 + 6 * 4)
+        assert np.isfinite(road).all()
+        assert np.abs(road).max() < 5
+    team = game.team("defender")
+    own = team.privileged()
+    assert own.shape == (2, 40, 23)
+    np.testing.assert_allclose(grouped(team, tuple("abcd")).privileged(), own[:, ::10], rtol=1e-5)
+    headway = game.state.driver_headway_s.reshape(2, 4, 10).mean(axis=2)
+    np.testing.assert_allclose(own[:, ::10, 6], (headway - 1.5) / 0.3, rtol=1e-5)
 
 
 def test_swarm_needs_vehicle_corrections() -> None:

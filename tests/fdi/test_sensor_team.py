@@ -174,13 +174,14 @@ def test_the_attackers_critic_is_told_the_disturbances_of_now_and_next() -> None
 
 @pytest.mark.parametrize("overrides", [{"preset": "paper"}, {"preset": "learning", "goal": "instability"}])
 def test_sensors_share_impacts_behind_a_filter_only(overrides: dict[str, Any]) -> None:
-    spec = spec_of("defender", **overrides)
     with pytest.raises(ConfigurationError, match='goal = "collision"'):
-        Sensor(spec)
+        Sensor(spec_of("defender", **overrides))
     with pytest.raises(ConfigurationError, match="team of sensors"):
-        FdiGame(spec.config, 1).team("defender")
+        started(goal="instability").team("defender")
 
 
-def test_the_attacker_is_no_team() -> None:
+def test_the_attacker_is_no_team_and_neither_is_a_defender_without_a_filter() -> None:
     with pytest.raises(TypeError, match="no decentralised form"):
         started().team("attacker")
+    with pytest.raises(TypeError, match="no decentralised form"):
+        FdiGame(FDI.presets["paper"], 1).team("defender")

@@ -53,7 +53,7 @@ class Through(AnalyticPolicy):
 
 
 def adapter_of(role: Role, **overrides: Any) -> Adapter:
-    return HVAC.adapter(NAMES[role], spec_of(role, **overrides))
+    return spec_of(role, **overrides).adapter(NAMES[role])
 
 
 def episode(role: Role, index: int | None, days: int, on_act: OnAct | None = None, other: str = "", **rest: Any) -> Any:

@@ -34,6 +34,7 @@ class Challenge:
     role: Role
     opponent: str  # reference
     episodes: int = 50
+    first_seed: int = 0
 
     @property
     def config(self) -> Any:
@@ -44,7 +45,8 @@ class Challenge:
         """The contestant, a trained one with every training seed, against the opponent."""
         rival = Contestant(self.opponent)
         attacker, defender = (contestant, rival) if self.role == "attacker" else (rival, contestant)
-        return Pairing(self.venue, attacker, defender, episodes or self.episodes, every_seed=self.role)
+        count = episodes or self.episodes
+        return Pairing(self.venue, attacker, defender, count, self.first_seed, every_seed=self.role)
 
 
 HAPPENED = ">0"  # after a metric's name: 100 in episodes in which it is above zero, 0 in others

@@ -40,9 +40,10 @@ def evaluate(
     baseline: Annotated[list[str] | None, typer.Option(help=BASELINE)] = None,
     preset: Annotated[str, typer.Option(help="Start from this preset.")] = "learning",
     overrides: Changes = None,
-    episodes: Annotated[
-        int, typer.Option(min=1, max=MOST, help="Play so many episodes with each training seed, on seeds 0, 1, ...")
-    ] = 50,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Play so many episodes with each training seed.")] = 50,
+    first_seed: Annotated[
+        int, typer.Option(min=0, max=MOST - 1, help="Play the episodes of this seed and the next.")
+    ] = 0,
     metric: Annotated[str, typer.Option(help=METRIC)] = "return",
     per: Annotated[str, typer.Option(help="Divide by another metric of the episode, such as oracle_value_mps.")] = "",
     certified: Annotated[
@@ -75,15 +76,18 @@ def evaluate(
     found.config(preset, values)
     opponents = opponent or [found.opponents[preset][other(known)]]
     venue = Venue(problem, preset, values)
-    challenges = [Challenge(venue, known, name, episodes) for name in dict.fromkeys(opponents)]
+    if first_seed + episodes > MOST:
+        raise CommandError(f"seeds up to {first_seed + episodes - 1} are asked for: evaluations end at {MOST - 1:,}")
+    challenges = [Challenge(venue, known, name, episodes, first_seed) for name in dict.fromkeys(opponents)]
     comparison = Comparison(challenges, policy, _baselines(venue, known, baseline or []), metric, per)
     if certified is not None:
         comparison = _with_certificates(comparison, certified)
     standings = _compare(comparison, Store(meetings, fresh=fresh), jobs or available_cores())
     if as_json:
-        heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values), "episodes": episodes}
+        heading = {"problem": problem, "role": role, "preset": preset, "overrides": dict(values)}
+        played = {"episodes": episodes, "first_seed": first_seed}
         measured = {"metric": metric, "per": comparison.per}
-        print_json({**describe(), **heading, **measured, "standings": [each.to_json() for each in standings]})
+        print_json({**describe(), **heading, **played, **measured, "standings": [each.to_json() for each in standings]})
         return
     for challenge in challenges:
         _print(comparison, known, [each for each in standings if each.opponent == challenge.opponent])

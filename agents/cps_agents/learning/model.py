@@ -59,7 +59,7 @@ def seen_columns(envs: TrainingEnvs, recipe: Recipe) -> Array:
     Raises:
         ValueError: `unseen` names no field.
     """
-    fields = envs.team.fields if envs.team else envs.env.game.fields[recipe.role]
+    fields = envs.fields
     for name in recipe.unseen:
         if name not in fields.slices:
             raise ValueError(f"the observation has no field {name!r}. {near(name, fields.slices)}")
@@ -73,7 +73,7 @@ def focus(envs: TrainingEnvs, recipe: Recipe, columns: Array, mean: Array, devia
     Raises:
         ValueError: `focus` names no field.
     """
-    fields = envs.team.fields if envs.team else envs.env.game.fields[recipe.role]
+    fields = envs.fields
     mean, deviation = mean.copy(), deviation.copy()
     for field in fields:
         if field.name in recipe.focus:

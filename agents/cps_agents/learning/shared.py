@@ -33,7 +33,6 @@ from cps_agents.zoo.wired import Head, card_entry, wired_policy
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.policy import Idle
 from cps_envs.core.types import Array, other
-from cps_envs.core.wiring import Wiring
 from cps_envs.registration import find_problem
 
 CHECKPOINT_EVERY_S = 5.0  # at most
@@ -73,11 +72,9 @@ def make_learner(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None =
 def make_envs(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = None) -> LearningVectorEnv:
     """The environments of a recipe."""
     problem = find_problem(recipe.problem)
-    wiring = None
+    scaling: Any = None
     if arrays is not None:
         scaling = tuple(tuple(np.ravel(arrays.get(name, ())).tolist()) for name in ("mean", "deviation"))
-        parts = (recipe.adapter, recipe.hold, recipe.recent_s, recipe.rough_s)
-        wiring = Wiring(recipe.problem, recipe.role, *parts, *scaling)
     return LearningVectorEnv(
         problem,
         recipe.role,
@@ -94,7 +91,7 @@ def make_envs(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = No
         initial_deviation=recipe.initial_deviation,
         pay_power=recipe.pay_power,
         paired=recipe.episode_noise,
-        wiring=wiring,
+        scaling=scaling,
         **recipe.overrides,
     )
 
@@ -206,7 +203,7 @@ class Keeper:
         """The card of the policy with the `facts` about its training seed."""
         run, recipe, envs = self._run, self._run.recipe, self._learner.envs
         problem, network = find_problem(recipe.problem), self._learner.network
-        head = Head(bool(network.masked), network.stickiness, sampled=recipe.sampled)
+        head = Head(network.stickiness, sampled=recipe.sampled)
         return Card(
             name=recipe.name,
             problem=recipe.problem,

@@ -10,8 +10,8 @@ from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 
 from cps_agents.learning.recipe import Recipe
+from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.team import Team
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation
 from cps_envs.registration import find_problem
 
@@ -42,16 +42,16 @@ class TrainingEnvs(VecEnv):
 
     def __init__(self, env: RoleVectorEnv, recipe: Recipe) -> None:
         self.env, self._recipe = env, recipe
-        self.team: Team | None = env.game.team(env.role) if recipe.swarm else None
+        self.team = Outside(env.game, env.role, env.problem.swarm[env.role]) if recipe.swarm else None
         self._agents = len(self.team.agents) if self.team else 1
+        self.fields = self.team.adapter.fields if self.team else env.game.fields[env.role]
         self._actions: Array | None = None
         self._earned, self._learned = np.zeros((2, env.num_envs * self._agents))
         env.on_decision = self._earn
         self._returns = np.zeros(env.num_envs * self._agents)
         self._lengths = np.zeros(env.num_envs * self._agents, np.int64)
-        space = self.team.fields.space() if self.team else env.single_observation_space
-        actions = self.team.action_space if self.team else env.single_action_space
-        super().__init__(env.num_envs * self._agents, space, actions)
+        actions = self.team.adapter.action_space if self.team else env.single_action_space
+        super().__init__(env.num_envs * self._agents, self.fields.space(), actions)
 
     def reset(self) -> Observation:
         """Start an episode in every environment."""
@@ -64,7 +64,7 @@ class TrainingEnvs(VecEnv):
         """What every agent sees now (B, n)."""
         if self.team is None:
             return self.env.game.observe(self.env.role)
-        rows = self.team.observe()
+        rows = self.team.adapter.observe(self.team.seen(), ())
         return rows.reshape(-1, rows.shape[-1])
 
     def step_async(self, actions: Array) -> None:
@@ -98,7 +98,8 @@ class TrainingEnvs(VecEnv):
     def _joined(self, actions: Array) -> Array:
         if self.team is None:
             return actions
-        return self.team.join(actions.reshape(self.env.num_envs, self._agents, -1))
+        taken = actions.reshape(self.env.num_envs, self._agents, -1)
+        return self.team.act(self.team.seen(), (), taken)[0]
 
     def _rewards(self, reward: FloatArray) -> FloatArray:
         """The agents' rewards, from the role's (B,)."""

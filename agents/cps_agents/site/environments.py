@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Iterator
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from cps_agents.table import Table
 from cps_envs import PROBLEMS
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
+from cps_envs.core.training import Training
 from cps_envs.core.types import ROLES, Role
 
 MARK = "<!-- Written by `make pages` from the docstrings of environments and policies; do not edit. -->\n"
@@ -72,6 +74,7 @@ def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterat
     yield f"![What each side touches](../images/{problem.name}-loop.svg)\n"
     yield "The [glossary](../glossary.md) explains words and symbols.\n"
     yield f"## Threat Model\n\n{head}"
+    yield from _adapters(problem, role)
     yield f"## Presets\n\n{_presets(problem)}\n"
     yield f"## Baselines\n\n{_policies(policies(problem, role))}\n"
     yield from _best(problem, role, contests)
@@ -80,7 +83,7 @@ def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterat
 
 
 def shared(problem: Problem) -> Iterator[str]:
-    """The parts of a problem's page: PettingZoo's interfaces, teams, presets, policies of both roles."""
+    """The parts of a problem's page: PettingZoo's interfaces, presets, policies of both roles."""
     links = " and ".join(f"[{class_name(problem, role)}]({class_name(problem, role)}.md)" for role in ROLES)
     yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}."
     yield "The [glossary](../glossary.md) explains words and symbols.\n"
@@ -88,7 +91,6 @@ def shared(problem: Problem) -> Iterator[str]:
         if form != "id":
             module, _, attribute = function.rpartition(".")
             yield f"## `{function}`\n\n{inspect.getdoc(getattr(import_module(module), attribute)) or ''}\n"
-    yield from _teams(problem)
     yield f"## Presets\n\n{_presets(problem)}\n"
     for role in ROLES:
         yield f"## Policies of the {role}\n\n{_policies(policies(problem, role))}\n"
@@ -110,18 +112,42 @@ def _snippet(problem: Problem, role: Role) -> str:
     )
 
 
-def _teams(problem: Problem) -> Iterator[str]:
-    """What the agents of decentralised roles observe."""
-    game = problem.game(problem.presets["paper"], 1)
-    for role in ROLES:
-        try:
-            team = game.team(role)
-        except TypeError:
-            continue
-        first, last = team.agents[0], team.agents[-1]
-        yield f"## The {role} as a team\n"
-        yield f"{len(team.agents)} agents, `{first}` to `{last}`; each acts in `{team.action_space}`.\n"
-        yield f"{team.fields.table()}\n"
+def _adapters(problem: Problem, role: Role) -> Iterator[str]:
+    """What learners can play the role through, and the settings with which an ordinary one learns."""
+    spec = problem.game(problem.presets["learning"], 1).spec(role)
+    if not spec.adapters:
+        return
+    yield "## For Learners\n"
+    yield (
+        "A learner plays the role through an *adapter*, which offers fewer and more telling actions. These lines train "
+        "PPO of stable-baselines3 with settings that work; [Learning](../learning.md) explains them.\n"
+    )
+    yield (
+        "```python\nfrom stable_baselines3 import PPO\n\nfrom cps_agents.sb3 import StickyPolicy, make\n\n"
+        f'envs = make("{class_name(problem, role)}")\n'
+        "model = PPO(StickyPolicy, envs, **envs.settings)\nmodel.learn(1_000_000)\n```\n"
+    )
+    if role in problem.training:
+        yield f"{_settings(problem.training[role])}\n"
+    for name in spec.adapters:
+        adapter = spec.adapter(name)
+        first, last = adapter.agents[0], adapter.agents[-1]
+        who = (
+            "One agent acts"
+            if len(adapter.agents) == 1
+            else f"{len(adapter.agents)} agents, `{first}` to `{last}`, act"
+        )
+        yield f"### Adapter `{name}`\n\n{inspect.getdoc(type(adapter)) or ''}\n"
+        yield f"{who} in `{adapter.action_space}`. The neutral action is `{adapter.neutral_action.tolist()}`.\n"
+        yield f"{adapter.fields.table()}\n"
+
+
+def _settings(training: Training) -> str:
+    """The training settings that differ from the usual ones, as a table."""
+    usual = Training()
+    found = [entry.name for entry in fields(training) if getattr(training, entry.name) != getattr(usual, entry.name)]
+    rows = [(f"`{name}`", f"`{getattr(training, name)}`") for name in found]
+    return "\n".join(Table("", ("Setting", "Value"), rows).markdown())
 
 
 def _presets(problem: Problem) -> str:

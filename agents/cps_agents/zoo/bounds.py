@@ -51,7 +51,9 @@ def rescaling(card: Card, spec: RoleSpec) -> Rescaling | None:
 
 def _fields(problem: Problem, config: Any, role: Role, decentralised: bool) -> Fields:
     """What the role, or one agent of its team, observes."""
-    return problem.game(config, 1).team(role).fields if decentralised else problem.fields[role](config)
+    if not decentralised:
+        return problem.fields[role](config)
+    return problem.game(config, 1).spec(role).adapter(problem.swarm[role]).fields
 
 
 def _bounds(fields: Fields) -> tuple[FloatArray, FloatArray]:

@@ -10,10 +10,11 @@ from cps_agents.zoo.files import find, load
 from cps_agents.zoo.mixing import mixed
 from cps_agents.zoo.numbers import Numbers, member
 from cps_agents.zoo.policy import TrainedPolicy
-from cps_agents.zoo.wired import wired_policy
-from cps_envs.core.errors import UnknownNameError, require
+from cps_agents.zoo.wired import WiredPolicy, wired_policy
+from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.trust import require_trust
+from cps_envs.core.wiring import WiredBox
 
 
 def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool | None = None) -> Policy:
@@ -36,16 +37,18 @@ def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic
     return TrainedPolicy(spec, card, network, deterministic=deterministic is not False, version=version)
 
 
-def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO") -> Policy:
+def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = False) -> Policy:
     """A stable-baselines3 model of your own; `algorithm` is the class that saved it, such as MaskablePPO.
 
-    The file is read with pickle, which can run any code.
+    A model that was trained in environments of `cps_agents.sb3.make` plays as it did there: by its most likely action,
+    or with `sampled` by one that is drawn. The file is read with pickle, which can run any code.
 
     Raises:
         UnknownNameError: there is no such file or algorithm.
         UntrustedCodeError: the user has not agreed to run what the file holds, see `cps_envs.trust`.
         MissingExtraError: stable-baselines3 is not installed.
         ValueError: the file is damaged, or a model of another algorithm.
+        ConfigurationError: the model does not fit the role, or `sampled` is for another kind of model.
     """
     if not Path(path).is_file():
         raise UnknownNameError(f"there is no file {path!r}: write sb3:PATH, a model that stable-baselines3 saved")
@@ -55,6 +58,13 @@ def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO") -> Policy:
         loaded: Policy = found.load(path, device="cpu")
     except Exception as error:  # whatever zipfile, pickle and torch raise
         raise ValueError(f"{path} is no {algorithm} model, or damaged: {error}") from error
+    space = getattr(loaded, "observation_space", None)
+    if isinstance(space, WiredBox):
+        from cps_agents.sb3_policy import head_of, outputs_of_model
+
+        return WiredPolicy(spec, space.wiring, outputs_of_model(loaded), head_of(loaded, sampled=sampled))
+    if sampled:
+        raise ConfigurationError(f"{path}: sampled=true is for models of cps_agents.sb3.make; leave it out")
     return loaded
 
 

@@ -19,7 +19,6 @@ from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, Observation
 from cps_envs.core.wiring import Wired, Wiring
-from cps_envs.registration import find_problem
 
 Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logits or means (n, k)
 
@@ -28,7 +27,6 @@ Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logi
 class Head:
     """How outputs become actions."""
 
-    masked: bool = False  # whether the last inputs say what is legal
     stickiness: float = 0.0  # added to the logit of the agent's last action
     log_deviation: Array | None = None  # of Gaussian actions, (k,)
     sampled: bool = False  # drawn, and not the most likely ones
@@ -44,13 +42,12 @@ class WiredPolicy(AnalyticPolicy):
 
     def __init__(self, spec: RoleSpec, wiring: Wiring, outputs: Outputs, head: Head) -> None:
         super().__init__(spec)
-        problem = find_problem(wiring.problem)
-        if (problem.name, wiring.role) != (spec.problem, spec.role):
+        if (wiring.problem, wiring.role) != (spec.problem, spec.role):
             raise ConfigurationError(
-                f"it was trained as {wiring.role} of {problem.name}, not as {spec.role} of {spec.problem}"
+                f"it was trained as the {wiring.role} of {wiring.problem}, not as the {spec.role} of {spec.problem}"
             )
-        self.wired = Wired(wiring, problem.adapter(wiring.adapter, spec), head.masked)
-        self.masked, self.decentralised = head.masked, self.wired.adapter.local
+        self.wired = Wired(wiring, spec.adapter(wiring.adapter))
+        self.masked, self.decentralised = wiring.masked, self.wired.adapter.local
         self._outputs, self._head = outputs, head
         columns = self.wired.columns
         self._last = slice(columns.scaled, columns.scaled + columns.last_action)
@@ -93,7 +90,7 @@ class WiredPolicy(AnalyticPolicy):
         logits = found + np.float32(self._head.stickiness) * flat[:, self._last]
         if generators is not None:
             logits = logits + np.concatenate([generator.gumbel(size=size) for generator in generators])
-        if self._head.masked:
+        if self.wired.columns.mask:
             logits = np.where(flat[:, -self.wired.columns.mask :] > 0, logits, -np.inf)
         ends = np.cumsum(self.wired.choices)
         parts = [logits[:, end - count : end] for end, count in zip(ends, self.wired.choices, strict=True)]
@@ -114,7 +111,7 @@ def card_entry(wiring: Wiring, head: Head) -> dict[str, Any]:
     """A wiring as a card has it."""
     entry = {name: value for name, value in asdict(wiring).items() if name not in ("problem", "role")}
     entry |= {name: list(value) for name, value in entry.items() if isinstance(value, tuple)}
-    return entry | {"masked": head.masked, "stickiness": head.stickiness, "sampled": head.sampled}
+    return entry | {"stickiness": head.stickiness, "sampled": head.sampled}
 
 
 def wired_policy(
@@ -130,7 +127,7 @@ def wired_policy(
     entry = dict(card.wiring)
     draws = bool(entry.pop("sampled")) if sampled is None else sampled
     entry.pop("sampled", None)
-    head = Head(entry.pop("masked"), entry.pop("stickiness"), network.log_deviation, draws)
+    head = Head(entry.pop("stickiness"), network.log_deviation, draws)
     tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
     wiring = Wiring(card.problem, spec.role, **{**entry, **tuples})
     policy = WiredPolicy(spec, wiring, outputs_of(network), head)

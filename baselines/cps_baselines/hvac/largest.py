@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
+from cps_baselines.hvac.hypotheses import MEMORY_STEPS, MOST, FilterChoices
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 
 
 class Largest(AnalyticPolicy):
@@ -49,13 +50,42 @@ class Largest(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
-        up, down, spread, left = state
-        r = np.where(self._filters.member, seen["innovation"], 0.0)
-        up, down = np.maximum(up + r - self.kappa, 0.0), np.maximum(down - r - self.kappa, 0.0)
-        spread = spread_after(spread, np.where(self._filters.member, r, 1.0))
-        score = np.maximum(up, down).max(axis=2)
-        alarm = (score > self.limit) | (spread < self.smooth).any(axis=2)
-        left = np.where(alarm, self._release_steps, np.maximum(left - 1, 0))
-        up, down = (np.where(alarm[:, :, np.newaxis], 0.0, sums) for sums in (up, down))
-        rank = np.where(left > 0, -1.0, self._filters.size - np.minimum(score, self.limit) / (2.0 * self.limit))
-        return self._filters.choices(rank.argmax(axis=1), seen), (up, down, spread, left)
+        following = tuple(np.empty_like(array) for array in state)
+        index, numbers = np.empty(len(seen), np.int64), (self.kappa, self.limit, self.smooth, self._release_steps)
+        watch(self._filters.member, self._filters.size, seen["innovation"], state, numbers, following, index)
+        return self._filters.choices(index, seen), following
+
+
+@kernel
+def watch(
+    member: BoolArray,
+    size: IntArray,
+    innovation: FloatArray,
+    state: State,
+    numbers: tuple[float, float, float, int],
+    following: State,
+    index: IntArray,
+) -> None:
+    """Fill the next state and the index (B,) of the chosen filter from innovations (B, F, S), see `Largest`."""
+    (up, down, spread, left), (next_up, next_down, next_spread, next_left) = state, following
+    kappa, limit, smooth, release_steps = numbers
+    for b in range(len(index)):
+        best = -np.inf
+        for f in range(member.shape[0]):
+            score, still = 0.0, False
+            for s in range(member.shape[1]):
+                r = innovation[b, f, s] if member[f, s] else 0.0
+                square = min(r * r, MOST) if member[f, s] else 1.0
+                next_up[b, f, s] = max(up[b, f, s] + r - kappa, 0.0)
+                next_down[b, f, s] = max(down[b, f, s] - r - kappa, 0.0)
+                next_spread[b, f, s] = spread[b, f, s] + (square - spread[b, f, s]) / MEMORY_STEPS
+                score = max(score, next_up[b, f, s], next_down[b, f, s])
+                still |= next_spread[b, f, s] < smooth
+            next_left[b, f] = max(left[b, f] - 1, 0)
+            if score > limit or still:
+                next_left[b, f] = release_steps
+                for s in range(member.shape[1]):
+                    next_up[b, f, s] = next_down[b, f, s] = 0.0
+            rank = -1.0 if next_left[b, f] > 0 else size[f] - min(score, limit) / (2.0 * limit)
+            if rank > best:
+                best, index[b] = rank, f

@@ -10,9 +10,8 @@ from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
 from cps_envs.core.interfaces.env import RoleEnv
-from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.vector_env import RoleVectorEnv
-from cps_envs.core.types import AGENTS, Array
+from cps_envs.core.types import Array
 
 Info = Mapping[str, Any]
 
@@ -102,7 +101,5 @@ def _seats(env: Any) -> list[tuple[Any, Array]]:
         return [(env.action_space, game.neutral_action[env.role])]
     if isinstance(env, RoleVectorEnv):
         return [(env.single_action_space, game.neutral_action[env.role])] * env.num_envs
-    if isinstance(env, RolesParallelEnv):
-        return [(env.action_space(agent), game.neutral_action[role]) for role, agent in AGENTS.items()]
-    space = env.team.action_space
-    return [(space, np.zeros(space.shape))] * len(env.possible_agents)
+    adapters = [each.adapter for each in env.outside.values() for _ in each.agents]
+    return [(adapter.action_space, adapter.neutral_action) for adapter in adapters]

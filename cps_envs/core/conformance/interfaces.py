@@ -11,6 +11,7 @@ from cps_envs.core.conformance.actors import Crew, flat
 from cps_envs.core.conformance.recording import assert_same, difference, episode_steps, record
 from cps_envs.core.conformance.replay import Replay
 from cps_envs.core.conformance.subject import NUM_ENVS, Subject
+from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.types import AGENTS, ROLES, Role, other
 
 Actions = list[dict[str, Any]]
@@ -133,11 +134,15 @@ def check_swarm(subject: Subject) -> None:
     actions, results = record(swarm, seed=25)
     single = subject.single()
     info = single.reset(seed=25)[1]
+    outside = Outside(single.game, subject.role, subject.problem.swarm[subject.role])
+    seen, memory = outside.seen(), outside.adapter.begin(1)
     ends = [False, False]
     for step, result in enumerate(results):
         if step:
             stacked = np.stack([actions[step - 1][agent] for agent in swarm.possible_agents])
-            _, _, *ends, info = single.step(swarm.team.join(stacked[np.newaxis])[0])
+            together, memory = outside.act(seen, memory, stacked[np.newaxis])
+            _, _, *ends, info = single.step(together[0])
+            seen = outside.seen()
         metrics = {name: value for name, value in info.items() if name != "action_mask"}
         for agent, shown in result[-1].items():
             own = {name: value for name, value in shown.items() if name != "action_mask"}

@@ -65,7 +65,7 @@ def check_live_swarm(subject: Subject) -> None:
         with contextlib.suppress(NotApplicableError):
             swarm = subject.swarm(**variant)
             for rows in _swarm_rows(swarm):
-                extremes.see(swarm.team.fields, rows)
+                extremes.see(swarm.outside[subject.role].adapter.fields, rows)
     extremes.assert_live("swarm's agents")
 
 

@@ -2,29 +2,37 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 from gymnasium.error import ResetNeeded
 from gymnasium.utils import seeding
 from pettingzoo import ParallelEnv
 
-from cps_envs.core.actions import SHOWN
+from cps_envs.core.actions import SHOWN, ActionReader
 from cps_envs.core.errors import shown
 from cps_envs.core.interfaces.options import check_count, check_options
+from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
+from cps_envs.core.policy import State
 from cps_envs.core.problem import Problem
-from cps_envs.core.types import Array, FloatArray, Observation, Role
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import AGENTS, Array, FloatArray, Observation, Role
+from cps_envs.core.untrained import choices_of
 
 Infos = dict[str, dict[str, Any]]
 Result = tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], Infos]
 
 
 class AgentsEnv(ParallelEnv[str, Observation, Any]):
-    """Base of the parallel environments. A subclass says who the agents are, and what they see, do and are paid."""
+    """Roles that are played from outside, each through an adapter by one agent or a team.
+
+    A step is `interval` game steps, `frame_skip` times. Some roles decide less often. Between their decisions the last
+    action holds, and new ones are ignored.
+    """
 
     possible_agents: list[str]
 
@@ -32,27 +40,49 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         self,
         problem: Problem,
         name: str,
+        adapters: Mapping[Role, str],
         players: Mapping[Role, PolicyReference],
         config: Any,
-        render_mode: str | None,
+        *,
+        render_mode: str | None = None,
         max_cycles: int | None = None,
+        frame_skip: int = 1,
     ) -> None:
+        """`adapters` names those of the roles that are played from outside; `players` plays the other role, if any."""
         check_render_mode(render_mode)
         self._most = None if max_cycles is None else check_count("max_cycles", max_cycles)
+        self.frame_skip = check_count("frame_skip", frame_skip)
         self._cycles = 0
         self.problem, self.config, self.render_mode = problem, config, render_mode
         self.metadata = {
             "name": f"{name}_v{problem.version}",
             "render_modes": RENDER_MODES,
             "render_fps": FRAMES_PER_SECOND,
-            "is_parallelizable": True,
         }
         self._match = problem.match(config, 1, players)
         self.game = self._match.game
+        self.outside = {role: Outside(self.game, role, adapter) for role, adapter in adapters.items()}
+        self._names = {role: _names(each, alone=len(adapters) == 1) for role, each in self.outside.items()}
+        self.possible_agents = [name for names in self._names.values() for name in names]
+        self._roles = {name: role for role, names in self._names.items() for name in names}
+        self._spaces = {role: each.adapter.fields.space() for role, each in self.outside.items()}
+        self._readers = {role: ActionReader(each.adapter.action_space) for role, each in self.outside.items()}
+        self._states: dict[Role, State] = {}
+        self._seen: dict[Role, Seen] = {}
+        self._held: dict[Role, Array] = {}
+        self.interval = min(self.game.decision_interval[role] for role in adapters) if len(adapters) == 1 else 1
         self.agents: list[str] = []
         self._generator: np.random.Generator | None = None
         self._envs = np.ones(1, np.bool_)
         self._renderer = Renderer(problem, self.game)
+
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
+        """The observation space of an agent, the same for every agent of a role."""
+        return self._spaces[self._roles[agent]]
+
+    def action_space(self, agent: str) -> spaces.Space[Any]:
+        """The action space of an agent, the same for every agent of a role."""
+        return self.outside[self._roles[agent]].adapter.action_space
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
@@ -63,9 +93,10 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         check_options(options)
         self._match.reset(self._envs, [self._generator])
         self.agents, self._cycles = self.possible_agents[:], 0
+        self._states = {role: each.adapter.begin(1) for role, each in self.outside.items()}
         if self.render_mode == "human":
             self._renderer.show()
-        return self._observations(), self._infos()
+        return self._look()
 
     def step(self, actions: dict[str, Any]) -> Result:
         """Advance by one decision of the agents.
@@ -77,18 +108,29 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         if not self.agents:
             raise ResetNeeded("no episode is running: call reset() before step(), and again after an episode has ended")
         self._check_agents(actions)
-        payoff = self._match.step(self._moves(actions), self._envs, self._interval())
-        terminated = bool(self.game.terminated[0] or self.game.elapsed[0] >= self.game.horizon)
+        given = {role: self._read(role, actions) for role in self.outside}
+        rewards = self._advance(given)
+        for _ in range(1, self.frame_skip):
+            if self._over():
+                break
+            self._seen = {role: each.seen() for role, each in self.outside.items()}
+            more = self._advance(given)
+            rewards = {role: rewards[role] + more[role] for role in rewards}
         self._cycles += 1
+        terminated = self._over()
         truncated = not terminated and self._cycles == self._most
         if self.render_mode == "human":
             self._renderer.show()
-        rewards = dict(zip(self.agents, self._rewards(payoff), strict=True))
+        paid = {
+            name: float(value)
+            for role, names in self._names.items()
+            for name, value in zip(names, rewards[role][0], strict=True)
+        }
+        observations, infos = self._look()
         ends = (dict.fromkeys(self.agents, terminated), dict.fromkeys(self.agents, truncated))
-        result = (self._observations(), rewards, *ends, self._infos())
         if terminated or truncated:
             self.agents = []
-        return result
+        return observations, paid, *ends, infos
 
     def render(self) -> Array | None:
         """A frame, uint8 (H, W, 3), in mode `rgb_array`; None otherwise."""
@@ -98,6 +140,9 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         """Close the window, if one is open."""
         self._renderer.close()
 
+    def _over(self) -> bool:
+        return bool(self.game.terminated[0] or self.game.elapsed[0] >= self.game.horizon)
+
     def _check_agents(self, actions: dict[str, Any]) -> None:
         if not isinstance(actions, Mapping):
             raise ValueError(f"actions = {shown(actions, SHOWN)} must be a dictionary with an action for each agent")
@@ -106,20 +151,50 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
             some = ", ".join(missing[:5]) + (", ..." if len(missing) > 5 else "")
             raise ValueError(f"each agent has to act, but {len(missing)} actions are missing: {some}")
 
-    @abstractmethod
-    def _interval(self) -> int:
-        """Game steps in a step of this environment."""
+    def _read(self, role: Role, actions: dict[str, Any]) -> Array:
+        """The checked actions (1, A, ...) of a role's agents."""
+        read = [self._readers[role].single(actions[name]) for name in self._names[role]]
+        together: Array = np.concatenate(read)[np.newaxis]
+        return together
 
-    @abstractmethod
-    def _moves(self, actions: dict[str, Any]) -> dict[Role, Array]:
-        """The roles' actions (1, ...) from those of the agents."""
+    def _advance(self, given: Mapping[Role, Array]) -> dict[Role, FloatArray]:
+        """Go `interval` game steps; each role's rewards (1, A)."""
+        for role, each in self.outside.items():
+            if self.game.elapsed[0] % self.game.decision_interval[role] == 0:
+                self._held[role], self._states[role] = each.act(self._seen[role], self._states[role], given[role])
+        payoff = self._match.step(dict(self._held), self._envs, self.interval)
+        return {role: each.rewards(payoff) for role, each in self.outside.items()}
 
-    @abstractmethod
-    def _rewards(self, payoff: FloatArray) -> Sequence[float]:
-        """What the agents get, in order, when the attacker was paid `payoff` (1,)."""
+    def _look(self) -> tuple[dict[str, Observation], Infos]:
+        """What the agents see, and their infos: metrics, and `action_mask` where not all actions are legal.
 
-    @abstractmethod
-    def _observations(self) -> dict[str, Observation]: ...
+        The mask is in the form that `action_space.sample(mask)` takes, as PettingZoo expects: a tuple of arrays for
+        MultiDiscrete.
+        """
+        observations: dict[str, Observation] = {}
+        infos: Infos = {}
+        metrics = self.game.episode_metrics(0)
+        for role, each in self.outside.items():
+            self._seen[role] = seen = each.seen()
+            masks = each.adapter.masks(seen, self._states[role])
+            rows = each.adapter.observe(seen, self._states[role])[0]
+            for place, name in enumerate(self._names[role]):
+                observations[name], infos[name] = rows[place].copy(), dict(metrics)
+                if masks is not None:
+                    infos[name]["action_mask"] = _mask(masks[0, place], each.adapter.action_space)
+        return observations, infos
 
-    @abstractmethod
-    def _infos(self) -> Infos: ...
+
+def _names(outside: Outside, *, alone: bool) -> list[str]:
+    """The agents of a role in the environment; a team says its role where the other role is played from outside too."""
+    if len(outside.agents) == 1:
+        return [AGENTS[outside.role]]
+    return [agent if alone else f"{outside.role}_{agent}" for agent in outside.agents]
+
+
+def _mask(mask: Array, space: spaces.Space[Any]) -> Any:
+    """A mask (k,) as `space.sample` takes it."""
+    fresh = mask.astype(np.int8)
+    if not isinstance(space, spaces.MultiDiscrete):
+        return fresh
+    return tuple(np.split(fresh, np.cumsum(choices_of(space))[:-1]))

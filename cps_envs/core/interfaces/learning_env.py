@@ -14,19 +14,19 @@ from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.interfaces.beside import Beside
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_count, check_options
+from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.policy import State
 from cps_envs.core.problem import Problem
 from cps_envs.core.seeds import SEEDS_PER_RUN, training_seed
-from cps_envs.core.seen import Seen
 from cps_envs.core.streams import spawning
-from cps_envs.core.team import Team
 from cps_envs.core.training import Training
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 from cps_envs.core.untrained import Untrained
-from cps_envs.core.wiring import Wired, WiredBox, Wiring, scaling
+from cps_envs.core.wiring import Scaling, Wired, WiredBox, Wiring, scaling_of
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
@@ -66,14 +66,15 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         neutral_bias: float | None = None,
         initial_deviation: float | None = None,
         pay_power: float | None = None,
-        wiring: Wiring | None = None,
+        relative: bool | None = None,
+        scaling: Scaling | None = None,
         paired: bool = False,
         num_threads: int = 1,
         **overrides: Any,
     ) -> None:
         """What is left out is as `problem.training` says.
 
-        `wiring` is that of a network that is to go on learning; then adapter and inputs are its own, with its scaling.
+        `scaling` is mean and deviation of the inputs of a network that is to go on learning; else they are measured.
         `paired` episodes b and b + num_envs / 2 begin with equal generators, and all episodes at the same time: for
         learners that play an episode twice, with opposite noise.
 
@@ -93,19 +94,14 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self.paired, self._start = paired, 0
         if paired and self.episodes % 2:
             raise ConfigurationError(f"num_envs = {self.episodes} must be even where episodes are paired")
-        chosen = wiring or Wiring(
-            problem.name,
-            role,
-            self.training.adapter,
-            self.training.frame_skip,
-            self.training.recent_s,
-            self.training.rough_s,
-        )
-        self.adapter = problem.adapter(chosen.adapter, self.game.spec(role))
+        self.outside = Outside(self.game, role, self.training.adapter)
+        self._beside: Beside | None = None
+        if self.training.relative:
+            shared = (self.config, self.episodes, role, self.opponent, self.training.adapter)
+            self._beside = Beside(problem, *shared)
+        self.adapter = self.outside.adapter
         self.agents = len(self.adapter.agents)
-        self.team: Team | None = self.game.team(role) if self.agents > 1 or self.adapter.local else None
-        self._masked = self.game.action_mask(role) is not None
-        self.untrained = Untrained(self.adapter, self.training, chosen.frame_skip)
+        self.untrained = Untrained(self.adapter, self.training, self.training.frame_skip)
         self.num_envs = self.episodes * self.agents
         self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
         self.single_action_space = self.adapter.action_space
@@ -115,13 +111,27 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
         self._generators: list[np.random.Generator] = []
         self._everyone = np.ones(self.episodes, np.bool_)
-        self._wire(chosen)
+        self._wire(self._wiring(scaling or ((), ())))
         self._started = False
-        if not chosen.mean:
-            self._wire(self._scaled(chosen))
+        if scaling is None:
+            self._wire(self._wiring(self._measured()))
+
+    def _wiring(self, scaled: Scaling) -> Wiring:
+        """The wiring that the training settings ask for."""
+        training, masked = self.training, self.outside.adapter.masked and self.game.action_mask(self.role) is not None
+        return Wiring(
+            self.problem.name,
+            self.role,
+            training.adapter,
+            training.frame_skip,
+            training.recent_s,
+            training.rough_s,
+            masked,
+            *scaled,
+        )
 
     def _wire(self, wiring: Wiring) -> None:
-        self.wired = Wired(wiring, self.adapter, self._masked)
+        self.wired = Wired(wiring, self.adapter)
         self.state: State = self.wired.begin(self.episodes)
         self.single_observation_space = WiredBox(self.wired.columns, wiring, self.untrained)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -178,10 +188,8 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def privileged(self) -> Observation:
         """What the episodes hide, (B x A, p), for value functions in training only."""
-        if self.team is None:
-            return self.game.privileged(self.role)
-        shown = self.team.privileged()
-        return shown.reshape(self.num_envs, shown.shape[-1])
+        shown = self.outside.privileged()
+        return shown.reshape(self.num_envs, shown.shape[2])
 
     def action_masks(self) -> BoolArray:
         """Legal actions (B x A, k).
@@ -194,12 +202,6 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             raise AttributeError(f"the {self.role} of {self.problem.name} has no action masks here")
         return self._rows()[:, -count:] > 0
 
-    def _seen(self) -> Seen:
-        """What the role sees, from which all agents' inputs are made."""
-        masks = self.game.action_mask(self.role) if self._masked else None
-        team = self.team.observe() if self.team is not None and self.adapter.local else None
-        return Seen(self.game.fields[self.role], self.game.observe(self.role), None, False, masks, team)
-
     def _rows(self) -> Observation:
         return self.wired.inputs(self._now, self.state).reshape(self.num_envs, -1)
 
@@ -207,12 +209,12 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         first, count = training_seed(self._run), self.episodes // 2 if self.paired else self.episodes
         places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
         self._generators = [spawning(seeding.np_random(first + int(place))[0]) for place in places]
-        self._match.reset(self._everyone, self._generators)
+        self._reset(self._everyone)
         self.state = self.wired.begin(self.episodes)
         self._look()
 
     def _look(self) -> None:
-        self._now = self._seen()
+        self._now = self.outside.seen()
         self.state = self.wired.see(self._now, self.state)
 
     def _advance(self, actions: Array) -> tuple[FloatArray, FloatArray, BoolArray]:
@@ -230,12 +232,13 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
                 if self.wired.averages:
                     self._look()
                 else:
-                    self._now = self._seen()
+                    self._now = self.outside.seen()
             action, self.state = self.wired.act(self._now, self.state)
             payoff = self._match.step({self.role: action}, live, interval)
-            own = self.team.rewards(payoff) if self.team is not None else SIGN[self.role] * payoff[:, np.newaxis]
-            reward += np.where(live[:, np.newaxis], own, 0.0)
+            reward += np.where(live[:, np.newaxis], self.outside.rewards(payoff), 0.0)
             total += payoff
+            if self._beside is not None:
+                reward -= self._beside.step(live)
         self._look()
         return reward, total, game.terminated | (game.elapsed >= game.horizon)
 
@@ -264,9 +267,14 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._restart(ended)
         return {"final_obs": final_obs, "_final_obs": rows, "final_info": shared, "_final_info": rows.copy()}
 
-    def _restart(self, envs: BoolArray) -> None:
+    def _reset(self, envs: BoolArray) -> None:
+        if self._beside is not None:
+            self._beside.reset(envs, self._generators)
         self._match.reset(envs, self._generators)
-        state, self._now = self.wired.restart(self.state, envs), self._seen()
+
+    def _restart(self, envs: BoolArray) -> None:
+        self._reset(envs)
+        state, self._now = self.wired.restart(self.state, envs), self.outside.seen()
         looked = self.wired.see(self._now, state)
         self.state = tuple(_rows_of(new, old, envs) for new, old in zip(looked, state, strict=True))
         self._clear(envs)
@@ -294,15 +302,14 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
             if again.any():
                 self._restart(again)
 
-    def _scaled(self, wiring: Wiring) -> Wiring:
-        """The wiring with mean and deviation of the inputs that an untrained policy meets."""
+    def _measured(self) -> Scaling:
+        """Mean and deviation of the inputs that an untrained policy meets."""
         self._begin()
         met = [rows[active] for rows, active in self._stagger()]
         columns = np.concatenate(met)[:, : self.wired.columns.scaled]
         if len(columns) == 0:
             raise ConfigurationError("no agent was active in a first pass: nothing can be learned here")
-        mean, deviation = scaling(columns[:: len(columns) // MOST_SAMPLES + 1])
-        return replace(wiring, mean=mean, deviation=deviation)
+        return scaling_of(columns[:: len(columns) // MOST_SAMPLES + 1])
 
 
 def _settings(training: Training, given: dict[str, Any]) -> Training:

@@ -1,0 +1,179 @@
+"""The door for stable-baselines3: how its learners start, learn, are saved, and play again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.play import play_episodes
+from cps_envs.core.seeds import training_seed
+
+torch = pytest.importorskip("torch")
+pytest.importorskip("stable_baselines3")
+pytest.importorskip("sb3_contrib")
+
+from sb3_contrib import MaskablePPO  # noqa: E402
+from stable_baselines3 import DQN, PPO, SAC  # noqa: E402
+from stable_baselines3.common.vec_env import VecMonitor  # noqa: E402
+
+from cps_agents.sb3 import StickyPolicy, as_sb3, make, neutral_start  # noqa: E402
+from cps_envs.core.trust import vouched  # noqa: E402
+
+TOYS = "tests.core.toy:toys/"
+ATTACK, DEFENSE = f"{TOYS}ToyAttack-v0", f"{TOYS}ToyDefense-v0"
+TEAM = {"adapter": "axis", "recent_s": (2.0,), "frame_skip": 2}
+FAST: dict[str, Any] = {"n_steps": 16, "batch_size": 64, "n_epochs": 2, "device": "cpu", "seed": 0}
+
+
+@pytest.fixture(autouse=True)
+def _one_thread() -> Any:
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)
+
+
+def inner(envs: Any) -> Any:
+    """The vector environment within the layers of stable-baselines3."""
+    return envs.venv.env
+
+
+@pytest.mark.parametrize(
+    ("name", "algorithm", "policy", "options"),
+    [
+        (ATTACK, PPO, StickyPolicy, {"run_s": 9.0, "recent_s": (2.0,)}),
+        (ATTACK, MaskablePPO, "MlpPolicy", {}),
+        (DEFENSE, SAC, "MlpPolicy", {"adapter": "axis"}),
+        (DEFENSE, PPO, StickyPolicy, TEAM),
+        (DEFENSE, PPO, "MlpPolicy", TEAM),
+    ],
+)
+def test_a_saved_model_plays_as_it_was_trained(
+    name: str, algorithm: Any, policy: Any, options: dict[str, Any], tmp_path: Path
+) -> None:
+    envs = make(name, 6, **options)
+    keywords = {**FAST} if algorithm is not SAC else {"device": "cpu", "seed": 0, "learning_starts": 10}
+    model = algorithm(policy, envs, **keywords).learn(300)
+    model.save(tmp_path / "model")
+    env = inner(envs)
+    env.reset(seed=0)
+    env._begin()  # all episodes at their first step
+    returns, ended = np.zeros(6), np.zeros(6, np.bool_)
+    rows = env._rows()
+    while not ended.all():
+        actions, _ = model.predict(rows, deterministic=True)
+        if algorithm is MaskablePPO:
+            actions, _ = model.predict(rows, deterministic=True, action_masks=env.action_masks())
+        rows, reward, over, _, _ = env.step(actions)
+        returns += reward.reshape(6, -1).sum(axis=1) * ~ended
+        ended |= over.reshape(6, -1)[:, 0]
+    with vouched():
+        reference = f"sb3:{tmp_path / 'model.zip'}?algorithm={algorithm.__name__}"
+        seeds = range(training_seed(0), training_seed(0) + 6)
+        played = play_episodes(env.problem, env.config, {env.role: reference, **_rival(env)}, seeds)
+    sign = 1 if env.role == "attacker" else -1
+    np.testing.assert_allclose(sign * returns, played["return"], atol=1e-6)
+
+
+def test_dqn_plays_its_best_legal_action(tmp_path: Path) -> None:
+    envs = make(ATTACK, 4)
+    DQN("MlpPolicy", envs, device="cpu", learning_starts=10).learn(100).save(tmp_path / "model")
+    env = inner(envs)
+    with vouched():
+        policy = resolve_policy(f"sb3:{tmp_path / 'model.zip'}?algorithm=DQN", env.game.spec("attacker"))
+    env.reset(seed=0)
+    masks = env.action_masks()
+    actions, _ = policy.predict(env.game.observe("attacker"), action_masks=masks)
+    assert masks[np.arange(4), actions].all()
+
+
+def _rival(env: Any) -> Any:
+    return {("defender" if env.role == "attacker" else "attacker"): env.opponent}
+
+
+def test_a_sampled_model_draws_from_each_episode_s_own_generator(tmp_path: Path) -> None:
+    envs = make(ATTACK, 4)
+    PPO(StickyPolicy, envs, **FAST).save(tmp_path / "model")
+    env, path = inner(envs), f"sb3:{tmp_path / 'model.zip'}?sampled=true"
+    players = {"attacker": path, "defender": "none"}
+    with vouched():
+        one = play_episodes(env.problem, env.config, players, range(8))["return"]
+        again = play_episodes(env.problem, env.config, players, range(8))["return"]
+        apart = [play_episodes(env.problem, env.config, players, [seed])["return"][0] for seed in range(8)]
+        greedy = play_episodes(env.problem, env.config, {**players, "attacker": path.partition("?")[0]}, range(8))
+    np.testing.assert_array_equal(one, again)
+    np.testing.assert_allclose(one, apart)
+    assert (one != greedy["return"]).any()
+
+
+def test_an_untrained_policy_starts_near_the_neutral_action_and_keeps_an_action() -> None:
+    envs = make(ATTACK, 64, neutral_bias=3.0, run_s=9.0)
+    model = PPO(StickyPolicy, envs, **FAST)
+    rows = envs.reset()
+    drawn, _ = model.predict(rows)
+    assert (drawn == 0).mean() > 0.6
+    kept = rows.copy()
+    columns = envs.observation_space.columns
+    kept[:, columns.scaled : columns.scaled + columns.last_action] = np.eye(5)[3]
+    kept[:, -columns.mask :] = 1
+    free = make(ATTACK, 64, run_s=30.0)
+    drawn, _ = PPO(StickyPolicy, free, **FAST).predict(kept)
+    assert (drawn == 3).mean() > 0.7
+    kept[:, -columns.mask + 3] = 0
+    drawn, _ = model.predict(kept)
+    assert (drawn != 3).all()
+
+
+def test_continuous_actions_start_at_neutral_with_the_deviation_of_the_settings() -> None:
+    envs = make(DEFENSE, 64, adapter="axis", initial_deviation=0.1)
+    for model in (PPO(StickyPolicy, envs, **FAST), PPO("MlpPolicy", envs, **FAST)):
+        neutral_start(model)
+        drawn, _ = model.predict(envs.reset())
+        assert drawn.std() == pytest.approx(0.1, rel=0.3)
+        assert np.abs(model.predict(envs.reset(), deterministic=True)[0]).max() == 0
+
+
+def test_the_return_is_on_the_screen(capsys: pytest.CaptureFixture[str]) -> None:
+    PPO(StickyPolicy, make(ATTACK, 8), verbose=1, **FAST).learn(8 * 16)
+    assert "ep_rew_mean" in capsys.readouterr().out
+
+
+def test_seeds_are_far_from_evaluations() -> None:
+    envs = make(ATTACK, 4)
+    model = PPO(StickyPolicy, envs, **{**FAST, "seed": 3})
+    model.learn(64)
+    assert inner(envs)._run == 3
+    plain = as_sb3(gymnasium.make_vec("toys/ToyAttack-v0", 2, "vector_entry_point", autoreset_mode="SameStep"))
+    plain.seed(0)
+    shown = plain.reset()
+    expected = gymnasium.make("toys/ToyAttack-v0").reset(seed=training_seed(0))[0]
+    np.testing.assert_array_equal(shown[0], expected)
+    with pytest.raises(ConfigurationError, match="numbers a training run"):
+        plain.seed(123_456)
+
+
+def test_nonsense_is_refused(tmp_path: Path) -> None:
+    wrapped = gymnasium.wrappers.vector.TransformReward(
+        gymnasium.make_vec("toys/ToyAttack-v0", 2, "vector_entry_point", autoreset_mode="SameStep"), lambda r: r
+    )
+    with pytest.raises(ConfigurationError, match="wraps a vector environment"):
+        as_sb3(wrapped)
+    plain = VecMonitor(as_sb3(wrapped.unwrapped))
+    with pytest.raises(ConfigurationError, match=r"cps_agents.sb3.make"):
+        PPO(StickyPolicy, plain, **FAST)
+    with pytest.raises(ConfigurationError, match="neutral_start needs"):
+        neutral_start(PPO("MlpPolicy", plain, **FAST))
+    envs = make(ATTACK, 2)
+    PPO(StickyPolicy, envs, **FAST).save(tmp_path / "model")
+    env = inner(envs)
+    with vouched(), pytest.raises(ConfigurationError, match="as the attacker of toy, not as the defender"):
+        resolve_policy(f"sb3:{tmp_path / 'model.zip'}", env.game.spec("defender"))
+    PPO("MlpPolicy", plain, **FAST).save(tmp_path / "plain")
+    with vouched(), pytest.raises(ConfigurationError, match="sampled=true is for models"):
+        resolve_policy(f"sb3:{tmp_path / 'plain.zip'}?sampled=true", env.game.spec("attacker"))

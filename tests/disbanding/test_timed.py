@@ -1,0 +1,111 @@
+"""Attacks that a learner plans ahead."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cps_envs.core.policy import State
+from cps_envs.core.seen import Seen
+from cps_envs.disbanding.game import DisbandingGame
+from cps_envs.disbanding.problem import DISBANDING
+from cps_envs.disbanding.timed import DELAYS_S, IDLE, Timed
+from tests.disbanding.rounds import game_of, started_match
+
+FRONT, LINK = 10, 11  # disband the front platoon; block the radio ahead of the paper's platoon 1
+IN_5_S = int(np.flatnonzero(DELAYS_S == 5)[0])
+
+
+def seen(game: DisbandingGame, masked: bool = True) -> Seen:
+    masks = game.action_mask("attacker") if masked else None
+    return Seen(game.fields["attacker"], game.observe("attacker"), masks=masks)
+
+
+def drive(game: DisbandingGame, adapter: Timed, choices: list[tuple[int, int]], seconds: int) -> list[int]:
+    """The actions of environment 0 when the agent makes these choices, one after the other, and then waits."""
+    state: State = adapter.begin(game.num_envs)
+    taken, left = [], list(choices)
+    for _ in range(seconds):
+        now = seen(game)
+        free = bool(adapter.active(now, state)[0, 0])
+        choice = left.pop(0) if free and left else (0, 0)
+        before = [array.copy() for array in state]
+        action, after = adapter.act(now, state, np.full((game.num_envs, 1, 2), choice))
+        assert all(np.array_equal(old, new) for old, new in zip(before, state, strict=True))
+        state = after
+        taken.append(int(action[0]))
+        game.advance({"attacker": action}, np.ones(game.num_envs, np.bool_), 10)
+    return taken
+
+
+def game_that_opens(earliest_s: int) -> DisbandingGame:
+    overrides: dict[str, Any] = {"earliest_attack_s": earliest_s, "attack_budget": 2, "quiet_share": 0.0}
+    game = game_of(1, **overrides)
+    started_match(game)
+    return game
+
+
+def test_what_is_planned_is_done_in_time() -> None:
+    game = game_that_opens(1)
+    taken = drive(game, Timed(game.spec("attacker")), [(0, 0), (IN_5_S, FRONT), (0, LINK)], 12)
+    assert taken == [0, 0, 0, 0, 0, 0, FRONT, LINK, 0, 0, 0, 0]
+
+
+def test_a_plan_waits_until_it_is_legal() -> None:
+    game = game_that_opens(9)
+    taken = drive(game, Timed(game.spec("attacker")), [(0, FRONT), (0, FRONT - 1)], 20)
+    assert [second for second, action in enumerate(taken) if action == FRONT] == [9]
+    assert [second for second, action in enumerate(taken) if action == FRONT - 1] == [14], "the pause is 5 s"
+
+
+def test_a_plan_that_became_impossible_is_dropped() -> None:
+    game = game_that_opens(1)
+    adapter = Timed(game.spec("attacker"))
+    taken = drive(game, adapter, [(1, FRONT), (0, FRONT), (0, 3)], 12)
+    assert [action for action in taken if action] == [FRONT, 3]
+
+
+def test_masks_tell_what_can_be_planned() -> None:
+    game = game_that_opens(30)
+    adapter, now = Timed(game.spec("attacker")), seen(game)
+    delays = len(DELAYS_S)
+    free = adapter.masks(now, adapter.begin(1))[0, 0]
+    assert free.all(), "nothing is legal yet, but all of it will be"
+    planned = (np.array([3]), np.array([FRONT]))
+    assert np.flatnonzero(adapter.masks(now, planned)[0, 0]).tolist() == [0, delays]
+    game.budget[:], game.state.jam_steps[:] = 0, 0
+    spent = adapter.masks(seen(game), adapter.begin(1))[0, 0]
+    assert np.flatnonzero(spent[delays:]).tolist() == [0]
+
+
+def test_the_agent_sees_its_plan() -> None:
+    game = game_that_opens(1)
+    adapter = Timed(game.spec("attacker"))
+    rows = adapter.observe(seen(game), (np.array([50]), np.array([FRONT])))
+    shown = adapter.fields.decode(rows)
+    assert rows.shape == (1, 1, adapter.fields.size)
+    assert (shown["plans"][0, 0], shown["due_in_s"][0, 0]) == (1, 50)
+    idle = adapter.fields.decode(adapter.observe(seen(game), adapter.begin(1)))
+    assert (idle["plans"][0, 0], idle["due_in_s"][0, 0]) == (0, 0)
+
+
+@pytest.mark.parametrize("preset", ["paper", "easy", "learning"])
+def test_any_choices_are_legal_actions(preset: str) -> None:
+    game = game_of(3, preset, **({"num_platoons": (4, 6)} if preset == "easy" else {}))
+    started_match(game)
+    adapter, generator = DISBANDING.adapter("timed", game.spec("attacker")), np.random.default_rng(0)
+    state = adapter.begin(3)
+    for _ in range(40):
+        now = seen(game)
+        masks = adapter.masks(now, state)
+        assert masks is not None
+        delay, target = (
+            np.where(part, generator.random(part.shape), -1).argmax(axis=1)
+            for part in np.split(masks[:, 0], [len(DELAYS_S)], axis=1)
+        )
+        action, state = adapter.act(now, state, np.stack([delay, target], axis=1)[:, np.newaxis])
+        assert game.action_mask("attacker")[np.arange(3), action].all()  # type: ignore[index]
+        game.advance({"attacker": action}, np.ones(3, np.bool_), 10)
+    assert (state[0] >= IDLE).all()

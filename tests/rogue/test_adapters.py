@@ -1,0 +1,161 @@
+"""What learners play the two roles through: three efforts, and a controller or all orders for each vehicle."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cps_envs.core.adapter import Adapter
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, Role
+from cps_envs.rogue.adapters import EFFORTS, Effort, Vehicle, VehicleFull
+from cps_envs.rogue.controllers import CONTROLLERS
+from cps_envs.rogue.fields import NEAR, compressed
+from cps_envs.rogue.game import RogueGame
+from cps_envs.rogue.problem import ROGUE
+from tests import episodes
+from tests.rogue.test_game import go
+from tests.rogue.test_hidden import FIXED
+
+started = partial(episodes.started, ROGUE)
+spec_of = partial(episodes.spec_of, ROGUE)
+NEUTRAL = range(1_000_000, 1_000_032)
+FORMS: dict[type[Adapter], Role] = {Effort: "attacker", Vehicle: "defender", VehicleFull: "defender"}
+
+
+def seen_by(game: RogueGame, role: Role) -> Seen:
+    team = game.team("defender").observe() if role == "defender" else None
+    return Seen(game.fields[role], game.observe(role), team=team)
+
+
+def rows(game: RogueGame, adapter: Adapter) -> Array:
+    return adapter.observe(seen_by(game, adapter.spec.role), adapter.begin(game.num_envs))
+
+
+def neutral_rows(form: type[Adapter]) -> Array:
+    """What the agents see (k, m) where they are there, while their role is neutral, against the usual opponent."""
+    role = FORMS[form]
+    adapter = form(spec_of(role, preset="learning"))
+
+    def see(game: RogueGame) -> Array:
+        there = np.ones((game.num_envs, 1), bool) if role == "attacker" else adapter.active(seen_by(game, role), ())
+        return rows(game, adapter)[there]
+
+    usual = ROGUE.opponents["learning"]
+    attacker = usual["attacker"] if role == "defender" else "none"
+    defender = usual["defender"] if role == "attacker" else "none"
+    found = episodes.watched(ROGUE, see, attacker, defender, NEUTRAL, "learning")
+    return np.concatenate(found)
+
+
+@pytest.mark.parametrize("form", [Effort, Vehicle])
+def test_nine_of_ten_columns_vary_in_neutral_episodes(form: type[Adapter]) -> None:
+    shown = neutral_rows(form)
+    assert shown.dtype == np.float32
+    assert np.abs(shown).max() <= 1
+    assert np.mean(shown.std(axis=0) >= 0.2) >= 0.9, shown.std(axis=0).round(2)
+
+
+@given(st.floats(-60, 60), st.floats(-60, 60))
+def test_compressed_errors_keep_their_order_and_can_be_read(one: float, other: float) -> None:
+    shown = compressed(np.array([one, other]))
+    assert np.sinh(shown) * NEAR == pytest.approx([one, other], abs=1e-9)
+    assert (shown[0] < shown[1]) == (one < other) or abs(one - other) < 1e-9
+
+
+def test_efforts_are_those_of_the_engine() -> None:
+    game, adapter = started((0, 1, 2), "learning", **FIXED, onset_s=0.0), Effort(spec_of("attacker", preset="learning"))
+    native, _ = adapter.act(seen_by(game, "attacker"), (), np.array([[0], [1], [2]]))
+    assert native.tolist() == [[-1], [0], [1]]
+    speed = game.state.speed[:, 2].copy()
+    game.advance({"attacker": native}, np.ones(3, bool), 1)
+    gained = game.state.speed[:, 2] - speed
+    assert gained[0] < -0.5
+    assert gained[1] == pytest.approx(0, abs=1e-3)
+    assert gained[2] > 0.1
+    assert EFFORTS[adapter.neutral_action] == 0
+
+
+def test_the_seized_vehicle_sees_its_own_sensors() -> None:
+    game = started(range(20), "learning")
+    go(game, -1.0, [1, 0] * 8, 200)
+    adapter = Effort(game.spec("attacker"))
+    shown = adapter.fields.decode(rows(game, adapter)[:, 0])
+    told = seen_by(game, "attacker")
+    for name in ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate"):
+        limit = np.sinh(adapter.fields.scale[1, adapter.fields.slices[name]]) * NEAR
+        assert np.sinh(shown[name]) * NEAR == pytest.approx(np.clip(told[name], -limit, limit), rel=1e-4, abs=1e-4)
+    for name in ("reference_speed", "power_ratio", "attacker_index", "num_vehicles", "time_left_s"):
+        assert shown[name] == pytest.approx(told[name], abs=1e-4)
+
+
+def test_an_effort_counts_from_the_onset_on() -> None:
+    game = started(range(60), "learning")
+    adapter = Effort(game.spec("attacker"))
+    for _ in range(4):
+        began = game.state.step >= game.drawn["onset_step"]
+        assert np.array_equal(adapter.active(seen_by(game, "attacker"), ())[:, 0], began)
+        go(game, 0.0, [1, 0] * 8, 100)
+    assert began.any()
+    assert not began.all()
+
+
+def test_a_vehicle_chooses_its_controller_and_nothing_else() -> None:
+    game = started((0, 1), "learning")
+    adapter = Vehicle(game.spec("defender"))
+    chosen = np.arange(16).reshape(2, 8) % len(CONTROLLERS)
+    native, _ = adapter.act(seen_by(game, "defender"), (), chosen)
+    assert native[:, ::2].tolist() == chosen.tolist()
+    assert not native[:, 1::2].any()
+    assert CONTROLLERS[adapter.neutral_action] == "sliding"
+    there = adapter.active(seen_by(game, "defender"), ())
+    assert there.sum(axis=1).tolist() == game.drawn["num_vehicles"].tolist()
+    assert np.all(np.diff(there.astype(int), axis=1) <= 0)  # those that lack are the last
+
+
+def test_a_vehicle_sees_its_own_row_and_nothing_marks_the_seized_one() -> None:
+    shown = []
+    for seat in (1, 3):
+        game = started((4,), "learning", **(FIXED | {"attacker_index": seat, "onset_s": 20.0}))
+        go(game, 1.0, [5, 1] * 5, 150)
+        shown.append(rows(game, Vehicle(game.spec("defender"))))
+    assert np.array_equal(shown[0], shown[1])
+    fields = Vehicle(game.spec("defender")).fields
+    assert fields.decode(shown[0])["trails"][0].tolist() == [1, 0, 0, 0, 0]
+    assert fields.decode(shown[0])["leads"][0].tolist() == [0, 0, 0, 0, 1]
+
+
+@pytest.mark.parametrize("orders", ["intact", "all"])
+@pytest.mark.parametrize("defense_action", ["mode", "command"])
+def test_all_orders_of_all_vehicles_are_the_role_s_action(orders: str, defense_action: str) -> None:
+    game = started((0, 1, 2), "paper", orders=orders, defense_action=defense_action)
+    adapter, space = VehicleFull(game.spec("defender")), game.action_space["defender"]
+    agents = len(adapter.agents)
+    chosen = np.stack([space.sample() for _ in range(3)])
+    each = chosen.reshape(3, agents, *(adapter.action_space.shape or ()))
+    assert all(adapter.action_space.contains(action) for action in each.reshape(3 * agents, -1))
+    assert np.array_equal(adapter.act(seen_by(game, "defender"), (), each)[0], chosen)
+    neutral = np.tile(adapter.neutral_action, (1, agents, 1))
+    assert np.array_equal(adapter.act(seen_by(game, "defender"), (), neutral)[0][0], game.neutral_action["defender"])
+    assert np.array_equal(rows(game, adapter), game.team("defender").observe())
+    assert adapter.active(seen_by(game, "defender"), ()).all()
+
+
+def test_controllers_cannot_be_chosen_where_accelerations_are_ordered() -> None:
+    with pytest.raises(ConfigurationError, match='defense_action="mode"'):
+        Vehicle(spec_of("defender", defense_action="command"))
+
+
+def test_what_is_always_the_same_takes_no_room() -> None:
+    """In `paper` nothing is drawn: the adapters work there, with fewer columns."""
+    for form, role in FORMS.items():
+        game = started((0,), "paper", contact="solid")
+        fixed, free = (form(spec_of(role, preset=preset)).fields.size for preset in ("paper", "learning"))
+        assert rows(game, form(game.spec(role))).shape[2] == fixed
+        assert fixed <= free
+    assert Effort(spec_of("attacker")).fields.size == 7
