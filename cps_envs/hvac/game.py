@@ -19,7 +19,7 @@ from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.disturbance import disturbances
 from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
-from cps_envs.hvac.expected import Expected
+from cps_envs.hvac.expected import Expected, Together
 from cps_envs.hvac.model import Model, Rules, build_model, rules_of
 from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
 from cps_envs.hvac.payoff import count_choice, count_errors, measure, paid_at_start
@@ -65,7 +65,10 @@ class HvacGame(Game):
     """
 
     name = "hvac"
-    adapters: ClassVar[Adapters] = {"attacker": {"expected": Expected}, "defender": {"sensor": Belief}}
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"expected": Expected, "together": Together},
+        "defender": {"sensor": Belief},
+    }
     threaded = True
 
     def __init__(self, config: HvacConfig, num_envs: int) -> None:
