@@ -17,7 +17,7 @@ from cps_envs.fdi.adapters.expected import LEVELS, Expected
 from cps_envs.fdi.adapters.motion import LEVELS_MPS2, Motion
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.problem import FDI
-from tests.fdi.episodes import QUIET, place, play, spec_of, started
+from tests.fdi.episodes import QUIET, advance, place, play, spec_of, started
 
 FORMS = {"motion": Motion, "expected": Expected}
 ATTACKED: dict[str, Any] = {"attack_share": 1.0, "onset_s": 0.0}
@@ -90,6 +90,16 @@ def test_nothing_is_told_before_the_onset_and_no_more_than_is_legal(form: str) -
     assert lies[20].any(axis=1).all()
     assert np.abs(lies[..., :7]).max() <= game.config.max_range_injection_m
     assert np.abs(lies[..., 7:]).max() <= game.config.max_rate_injection_mps
+
+
+@EACH_FORM
+def test_an_attacker_is_active_from_shortly_before_its_lies_work(form: str) -> None:
+    game = started(2, onset_s=2.0, attack_share=1.0)
+    adapter, found = FORMS[form](game.spec("attacker")), []
+    for _ in range(20):
+        found.append(adapter.active(seen_by(game), ())[:, 0].tolist())
+        advance(game)
+    assert found == [[False] * 2] * 14 + [[True] * 2] * 6  # the first lie changes readings at step 20
 
 
 @EACH_FORM
