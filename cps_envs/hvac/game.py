@@ -161,6 +161,11 @@ class HvacGame(Game):
         """One agent for each sensor, see `teams`."""
         return (Liars if role == "attacker" else Believers)(self.config, self.state)
 
+    def privileged(self, role: Role) -> Observation:
+        """The mean of what the agents of the team are told, (B, p)."""
+        told: Observation = self.team(role).privileged().mean(axis=1)
+        return told
+
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""
         return scene_of(self.state, self.constants, b, int(self._episodes[b]), self.episode_metrics(b))
