@@ -19,6 +19,7 @@ from cps_agents.commands.dataset import dataset
 from cps_agents.commands.double_oracle import double_oracle
 from cps_agents.commands.evaluate import evaluate
 from cps_agents.commands.league import league
+from cps_agents.commands.learnability import learnability
 from cps_agents.commands.oracle import oracle
 from cps_agents.commands.play import drive_robots, list_everything, play
 from cps_agents.commands.reliability import reliability
@@ -126,6 +127,7 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
     "Play": {"list": list_everything, "play": play, "testbed": drive_robots},
     "Learn": {
         "train": train,
+        "learnability": learnability,
         "zoo": zoo,
         "tune": tune,
         "best-response": best_response,

@@ -51,7 +51,7 @@ Steady state at 31 m/s, with gaps x_d inside platoons and h v_d = 46.5 m between
 perturb it.
 
 ## Episode End
-Truncated after 180 s. Terminated only with `on_collision="end"`, at the first collision of an intact vehicle.
+Terminated after 180 s; with `on_collision="end"` also at the first collision of an intact vehicle.
 
 ## Arguments
 `preset` ("paper", "one_vehicle", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or policy),
@@ -105,7 +105,7 @@ Steady state at 31 m/s, with gaps x_d inside platoons and h v_d = 46.5 m between
 perturb it.
 
 ## Episode End
-Truncated after 180 s. Terminated only with `on_collision="end"`, at the first collision of an intact vehicle. The
+Terminated after 180 s; with `on_collision="end"` also at the first collision of an intact vehicle. The
 rest of the episode is then charged at 100 %.
 
 ## Arguments

@@ -28,7 +28,8 @@ SPEEDS_MPS = (0.0, 50.0)  # chosen: v_max
 class Effort(Adapter):
     """The seized vehicle brakes in full, keeps its speed or drives in full: `EFFORTS`.
 
-    The best attacks that are known do nothing else. It sees what the attacker sees, errors as `compressed`.
+    The best attacks that are known do nothing else. It sees what the attacker sees, within the bounds that untrained
+    efforts reach (chosen).
     """
 
     def __init__(self, spec: RoleSpec) -> None:
@@ -37,8 +38,12 @@ class Effort(Adapter):
         self.agents = (spec.role,)
         self.action_space, self.neutral_action = spaces.Discrete(len(EFFORTS)), np.array(CRUISE)
         self.fields = Fields(
-            *(compressed_field(name) for name in SIDES),
-            compressed_field("excess_speed"),
+            Field("front_gap_error", "m", -60, 60, (), "distance to the vehicle ahead minus sigma"),
+            Field("front_gap_rate", "m/s", -25, 25, (), "speed of the vehicle ahead minus own"),
+            Field("rear_gap_error", "m", -15, 15, (), "distance to the vehicle behind minus sigma"),
+            Field("rear_gap_rate", "m/s", -10, 10, (), "own speed minus that of the vehicle behind"),
+            Field("speed", "m/s", *SPEEDS_MPS, (), "own"),
+            Field("effort", "-", config.min_effort, config.max_effort, (), "own, in the last integration step"),
             range_field("reference_speed", "m/s", config.reference_speed_mps),
             range_field("power_ratio", "-", config.power_ratio),
             range_field("attacker_index", "-", config.attacker_index),
@@ -49,9 +54,7 @@ class Effort(Adapter):
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """The seized vehicle's row (B, 1, m)."""
-        columns = {name: compressed(seen[name]) for name in SIDES}
-        columns["excess_speed"] = compressed(seen["speed"] - seen["reference_speed"])
-        return encoded(self.fields, columns, seen)[:, np.newaxis]
+        return encoded(self.fields, {}, seen)[:, np.newaxis]
 
     def active(self, seen: Seen, state: State) -> BoolArray:
         """Whether the attack has begun, (B, 1)."""

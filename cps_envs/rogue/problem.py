@@ -50,6 +50,7 @@ ROGUE = Problem(
             frame_skip=2,
             recent_s=(0.4, 1.6),
             run_s=5.0,
+            num_envs=128,
             ppo={"n_steps": 64, "batch_size": 2048, "n_epochs": 4, "learning_rate": 1.5e-3, "ent_coef": 0.003},
         ),
         "defender": Training(
@@ -58,7 +59,15 @@ ROGUE = Problem(
             recent_s=(3.0, 20.0),
             rough_s=1.0,
             neutral_bias=2.5,
-            ppo={"learning_rate": 5e-3, "batch_size": 4096, "n_epochs": 5, "gamma": 0.97, "gae_lambda": 0.9},
+            ppo={
+                "n_steps": 64,
+                "batch_size": 4096,
+                "n_epochs": 5,
+                "learning_rate": 5e-3,
+                "gamma": 0.97,
+                "gae_lambda": 0.9,
+                "target_kl": 0.03,
+            },
         ),
     },
 )

@@ -6,6 +6,7 @@ import hashlib
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.card import MIXTURE, Card, read_card
@@ -13,7 +14,7 @@ from cps_agents.zoo.files import find, read_pair
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
 
-PREFIX = "zoo:"
+PREFIX, SB3 = "zoo:", "sb3:"
 NAMED = re.compile(r'zoo:([^?"&,\]]+)')  # also inside mixture?policies=["zoo:..."]
 TRAINED = re.compile(r'(^|")(zoo|sb3):')
 FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a role sees and acts, not what happens
@@ -38,13 +39,25 @@ def card_of(reference: str) -> Card | None:
 
 
 def by_training_seed(reference: str) -> dict[int | None, str]:
-    """A reference for each training seed of a trained policy, unless it names one itself; others stand alone."""
+    """A reference for each training seed of a trained policy, unless it names one itself; others stand alone.
+
+    `sb3:FOLDER` stands for the models `FOLDER/seed-N/model.zip` of all training seeds.
+    """
+    name, _, query = reference.partition("?")
+    if name.startswith(SB3) and Path(name.removeprefix(SB3)).is_dir():
+        return _models(name.removeprefix(SB3), f"?{query}" if query else "")
     card = card_of(reference)
-    query = reference.partition("?")[2]
     if card is None or any(part.startswith("seed=") for part in query.split("&")):
         return {None: reference}
     joint = "&" if query else "?"
     return {int(seed): f"{reference}{joint}seed={seed}" for seed in card.seeds}
+
+
+def _models(folder: str, query: str) -> dict[int | None, str]:
+    found = {int(path.parent.name.removeprefix("seed-")): path for path in Path(folder).glob("seed-*/model.zip")}
+    if not found:
+        raise UnknownNameError(f"the folder {folder!r} has no models seed-0/model.zip, seed-1/model.zip, ...")
+    return {seed: f"{SB3}{found[seed]}{query}" for seed in sorted(found)}
 
 
 def is_trained(reference: str) -> bool:

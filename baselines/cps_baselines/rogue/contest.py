@@ -98,7 +98,7 @@ CONTEST = Contest(
         informed=(Contestant("informed"),),
         searches=(MONITOR,),
         margin_informed=1.0,
-        margin_neutral=5.0,
+        margin_neutral=0.5,  # the neutral action is the best controller that needs no thought
         left_out={
             **dict.fromkeys(("zoo:rogue-defense-ppo", "zoo:rogue-defense-cma"), OTHER_SPACES),
             "zoo:rogue-defense-mixture": SELF_PLAY,
@@ -121,7 +121,8 @@ CONTEST = Contest(
         reference="sliding",
     ),
     notes=(
-        "The attacker is paid the damage and 0.2 m/s for each second of formation cost, which counts intact vehicles.",
+        "The attacker is paid the damage, impacts by their speed beyond 2 m/s, and 0.2 m/s for each second of formation"
+        " cost. It counts intact vehicles and the places that they can reach.",
         "Read with a constraint: of the defenders whose formation cost is at most that of `sliding`, the one with the "
         "least damage. Means over all attackers; `open` where the interval of the paired difference contains zero.",
         "`informed` is told the seat, the onset and the attacker; its laws against each were searched.",
