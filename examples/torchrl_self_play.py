@@ -1,6 +1,6 @@
 """Self-play with TorchRL: attacker and defender learn against each other, each by PPO, from reward alone.
 
-    python examples/torchrl_self_play.py                               # the fdi duel, three CPU minutes
+    python examples/torchrl_self_play.py                               # the fdi duel, two CPU minutes
     python examples/torchrl_self_play.py --problem rogue --png rogue.png
 
 In a zero-sum game the returns of self-play say little: both sides get better at once. So from time to time each side
@@ -40,7 +40,7 @@ class Args:
     """What can be set."""
 
     problem: str = "fdi"  # one whose roles have discrete actions
-    cpu_seconds: float = 180.0  # of training, judging left out
+    cpu_seconds: float = 120.0  # of training, judging left out
     num_envs: int = 256
     frame_skip: int = 5  # steps of the game for which both sides keep their actions
     num_steps: int = 20  # decisions of each episode between two updates

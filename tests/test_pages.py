@@ -40,8 +40,9 @@ EACH_NOTEBOOK = pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda notebo
 
 def run(folder: Path, code: str, *arguments: str) -> None:
     """Run Python code in a process of its own, with `arguments` of the interpreter or the program."""
-    if "stable_baselines3" in code:
-        pytest.importorskip("stable_baselines3")
+    for package in ("stable_baselines3", "minari"):
+        if package in code:
+            pytest.importorskip(package)
     options = [each for each in arguments if each.startswith("-W")]
     command = [sys.executable, *options, "-c", code, *(each for each in arguments if each not in options)]
     result = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)

@@ -38,8 +38,8 @@ class DuelEnv(EnvBase):
     """B episodes in which attacker and defender are both learned: a group of agents for each role.
 
     Entries are `("attacker", "observation")` (B, A, n), `("attacker", "action")`, `("attacker", "reward")` (B, A, 1),
-    and the same for the defender, whose team shares the payoff. All decide every `frame_skip` steps of the game. Inputs
-    are those of `cps_envs.learning_env`: scaled once, with averages, the last action and, where there are any, masks.
+    and the same for the defender. Each agent of a team is paid for its own part. All decide every `frame_skip` steps of
+    the game. Inputs are those of `cps_envs.learning_env`: scaled once, with averages, last action and masks.
     `sides[role]` is that environment; its `single_observation_space` says which column is what, and
     `cps_agents.zoo.own.save_network` takes it to keep a network that was trained here.
 
