@@ -82,8 +82,9 @@ def test_models_are_judged_beside_everything_else_on_the_same_episodes(taught: P
     assert to_json([found])[0]["beaten"] == found.beaten()
 
 
-def test_the_command_refuses_what_does_not_exist(tmp_path: Path) -> None:
-    wrong = invoke("--trust", "learnability", "RougeAttack", "--out", str(tmp_path))
+def test_the_command_refuses_what_does_not_exist(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
+    wrong = invoke("learnability", "RougeAttack", "--out", str(tmp_path))
     assert wrong.exit_code != 0
     assert "there is no role 'RougeAttack'. Did you mean 'RogueAttack'" in wrong.output
     untrusted = invoke("learnability", "FdiAttack", "--out", str(tmp_path))
