@@ -53,9 +53,21 @@ def cells(notebook: Path) -> list[dict[str, Any]]:
     return found
 
 
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the model that the first pages train."""
+    folder = tmp_path_factory.mktemp("trained")
+    (training,) = (snippet for snippet in PYTHON if "model.learn" in snippet)
+    run(folder, training)
+    return folder
+
+
 @pytest.mark.parametrize("snippet", PYTHON, ids=lambda text: text.strip().splitlines()[-1][:40])
-def test_python_snippets_run(snippet: str, tmp_path: Path) -> None:
-    run(tmp_path, snippet)
+def test_python_snippets_run(snippet: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    if "model.learn" in snippet:
+        assert list(request.getfixturevalue("trained").glob("*.zip"))
+    else:
+        run(tmp_path, snippet)
 
 
 @pytest.mark.parametrize("snippet", HVAC, ids=["start", "house", "building"])
@@ -64,8 +76,9 @@ def test_snippets_of_the_hvac_page_run_without_a_warning(snippet: str, tmp_path:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_commands_run(command: str, tmp_path: Path) -> None:
-    run(tmp_path, "from cps_agents.cli import main; main()", *shlex.split(command)[1:])
+def test_commands_run(command: str, request: pytest.FixtureRequest, tmp_path: Path) -> None:
+    folder = request.getfixturevalue("trained") if "sb3:" in command else tmp_path
+    run(folder, "from cps_agents.cli import main; main()", *shlex.split(command)[1:])
 
 
 @EACH_NOTEBOOK

@@ -20,6 +20,7 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.registration import learning_env
 
 try:
+    from stable_baselines3.common.utils import LinearSchedule
     from stable_baselines3.common.vec_env import VecNormalize
     from stable_baselines3.common.vec_env.base_vec_env import VecEnv, VecEnvIndices
 
@@ -57,7 +58,10 @@ class BatchVecEnv(VecEnv):
         training = self.env.training if isinstance(self.env, LearningVectorEnv) else None
         if training is None:
             return {"device": "cpu"}
-        return {"device": "cpu", "rollout_buffer_class": ActiveBuffer, **training.ppo}
+        chosen = dict(training.ppo)
+        if "final_learning_rate" in chosen:  # not of PPO: its rate falls to this one
+            chosen["learning_rate"] = LinearSchedule(chosen["learning_rate"], chosen.pop("final_learning_rate"), 1.0)
+        return {"device": "cpu", "rollout_buffer_class": ActiveBuffer, **chosen}
 
     def seed(self, seed: int | None = None) -> list[int | None]:
         """Let the next `reset` play the episodes of a training run, numbered from 0.

@@ -13,7 +13,8 @@ NATIVE = "native"  # the adapter that every role has
 class Training:
     """What a learner should play a role through, and how it should start. Everything can be set otherwise.
 
-    `ppo` holds arguments of stable-baselines3's PPO; other libraries have the same under other names.
+    `ppo` holds arguments of stable-baselines3's PPO; other libraries have the same under other names. With
+    `final_learning_rate` the learning rate falls linearly to that over the steps of a run.
     """
 
     adapter: str = NATIVE  # name among the problem's `adapters` of the role

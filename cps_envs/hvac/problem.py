@@ -28,19 +28,43 @@ LEARNING_ATTACKERS = (
     '"tracker","tracker?warmer=true"]&weights=[2,2,1,1,3,3,3,3,2,2,2,2,3,3]'
 )
 
-# All chosen, by trials with stable-baselines3's PPO.
+# All chosen, by trials with stable-baselines3's PPO. A lie pays with the square of its size. Four agents that draw
+# levels by themselves see little of that: one agent for all finds in 20 CPU s what they find in 100. The first
+# updates decide which sign is found. An untrained policy that keeps its level for long (`run_s`) finds the warm ones
+# in some runs, which pay half; without that every run found the cold ones.
 ATTACK = Training(
-    adapter="expected",
-    frame_skip=10,
+    adapter="together",
+    frame_skip=20,
     pay_power=0.5,
-    ppo={"n_steps": 72, "batch_size": 2048, "n_epochs": 8, "gamma": 1.0, "gae_lambda": 0.95, "learning_rate": 3e-3},
+    num_envs=64,
+    ppo={
+        "n_steps": 36,
+        "batch_size": 256,
+        "n_epochs": 10,
+        "gamma": 1.0,
+        "gae_lambda": 0.95,
+        "learning_rate": 4e-3,
+        "final_learning_rate": 4e-4,
+        "ent_coef": 0.005,
+        "target_kl": 0.05,
+    },
 )
 DEFENSE = Training(
     adapter="sensor",
     frame_skip=10,
     recent_s=(3600.0, 14400.0),
     neutral_bias=2.5,
-    ppo={"n_steps": 72, "batch_size": 4096, "n_epochs": 5, "gamma": 0.98, "gae_lambda": 0.9, "learning_rate": 5e-3},
+    num_envs=128,
+    ppo={
+        "n_steps": 36,
+        "batch_size": 4608,
+        "n_epochs": 5,
+        "gamma": 0.98,
+        "gae_lambda": 0.9,
+        "learning_rate": 5e-3,
+        "final_learning_rate": 1e-3,
+        "target_kl": 0.03,
+    },
 )
 
 HVAC = Problem(

@@ -104,14 +104,6 @@ class Parts(Team):
     def __init__(self, game: ArmsGame, role: Role) -> None:
         self._game, self._role = game, role
         self.agents = ("first", "second")
-        self.fields = arms_fields(game.config)
-        self.action_space = game.action_space[role]
-
-    def observe(self) -> Observation:
-        return np.repeat(self._game.observe(self._role)[:, np.newaxis], 2, axis=1)
-
-    def join(self, actions: Array) -> Array:
-        return actions
 
     def privileged(self) -> Observation:
         return self._game.cue[:, :, np.newaxis].astype(np.float32)
@@ -124,6 +116,7 @@ class Parts(Team):
 class Arms(Adapter):
     """One agent per arm, which sees its own cue."""
 
+    masked = True
     agents = ("first", "second")
 
     def __init__(self, spec: RoleSpec) -> None:
@@ -150,6 +143,8 @@ class Arms(Adapter):
 class Dials(Arms):
     """One agent per dial."""
 
+    masked = False
+
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         self.action_space, self.neutral_action = spaces.Box(-1.0, 1.0, (1,), np.float32), np.zeros(1)
@@ -161,6 +156,7 @@ class Dials(Arms):
         return actions[..., 0], state
 
 
+ArmsGame.adapters = {"attacker": {"arms": Arms}, "defender": {"dials": Dials}}
 ARMS = Problem(
     name="arms",
     version=0,
@@ -174,7 +170,6 @@ ARMS = Problem(
     },
     viewer="",
     namespace="arms",
-    adapters={"attacker": {"arms": Arms}, "defender": {"dials": Dials}},
     training={
         "attacker": Training(
             adapter="arms", num_envs=32, ppo={"learning_rate": 1e-2, "n_steps": 10, "batch_size": 256}

@@ -223,15 +223,14 @@ def test_a_played_policy_sees_and_does_what_it_did_in_training(problem: Any, rol
     with torch.no_grad():
         learner.network.policy[-1].weight.normal_(generator=learner.generator)
     network = learner.network.exported()
-    head = Head(bool(learner.network.masked), learner.network.stickiness)
+    head = Head(learner.network.stickiness)
     outputs, asked = outputs_of(network), []
 
     def listening(rows: Array) -> Array:
         asked.append(rows)
         return outputs(rows)
 
-    wiring = replace(envs.wired.wiring, problem=f"tests.{'core.toy:TOY' if problem is TOY else 'agents.arms:ARMS'}")
-    policy = WiredPolicy(envs.game.spec(role), wiring, listening, head)
+    policy = WiredPolicy(envs.game.spec(role), envs.wired.wiring, listening, head)
     seeds = range(training_seed(0), training_seed(0) + 4)
     other: Role = "defender" if role == "attacker" else "attacker"
     played = play_episodes(problem, envs.config, {role: policy, other: envs.opponent}, seeds)

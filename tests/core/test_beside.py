@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import cps_envs
+from cps_envs.core.types import FloatArray
 
 SHORT = {"duration_s": 30.0, "num_platoons": 4, "attack_budget": 1, "quiet_share": 0.0, "earliest_attack_s": 1}
 
@@ -22,7 +23,7 @@ def test_the_neutral_action_gains_nothing_over_itself() -> None:
 
 
 def test_relative_pay_is_the_difference_of_two_returns() -> None:
-    def gained(action: float, relative: bool) -> np.ndarray:
+    def gained(action: float, relative: bool) -> FloatArray:
         options = {"adapter": "follow", "frame_skip": 300, "relative": relative, **SHORT}
         env = cps_envs.learning_env("DisbandingDefense", 2, seed=1, **options)
         env.reset()

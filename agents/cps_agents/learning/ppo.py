@@ -139,6 +139,7 @@ class Learner:
         """Start all episodes, whose seeds follow from the number of updates."""
         self.rows, _ = self.envs.reset(options={"start": self.updates // self.restart_every})
         self.discounted = np.zeros(self.envs.num_envs)
+        self.begun = np.full(self.envs.num_envs, self.envs.paired)  # rows whose episode has been played from its start
 
     def improve(self, falling: float) -> None:
         """Collect decisions of all episodes, and learn from them."""
@@ -185,10 +186,12 @@ class Learner:
         self.discounted[ended] = 0.0
 
     def note_ended(self, info: dict[str, Any], ended: BoolArray) -> None:
-        """Keep the returns of episodes that have ended."""
+        """Keep the returns of episodes that were played from their start to their end."""
         if ended.any():
             own = slice(None, None, self.envs.agents)
-            self.returns.extend(info["final_info"]["episode"]["r"][own][ended[own]].tolist())
+            whole = (ended & self.begun)[own]
+            self.returns.extend(info["final_info"]["episode"]["r"][own][whole].tolist())
+            self.begun |= ended
 
     def update(self, played: Played, chosen: Tensor, falling: float) -> None:
         """Clipped policy gradients and value errors over the rows `chosen`, until the policy has moved enough."""

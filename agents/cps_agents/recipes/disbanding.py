@@ -98,7 +98,7 @@ class DisbandingDefense(Recipe):
         much better or worse than a copy of that vehicle it does.
         """
         config, state = game.config, game.state
-        percent = 100.0 / (config.duration_s * config.desired_speed_mps)
+        percent = 100.0 / (config.duration_s * config.desired_speed_mps) / config.max_vehicles
         size, platoons = config.vehicles_per_platoon, config.max_platoons
         disbanded = state.disbanding_s <= (state.step * config.dynamics.dt_s)[:, np.newaxis]
         nearest = np.maximum.accumulate(np.where(disbanded, np.arange(platoons), -1), axis=1)

@@ -129,7 +129,7 @@ def wired_policy(
     entry.pop("sampled", None)
     head = Head(entry.pop("stickiness"), network.log_deviation, draws)
     tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
-    wiring = Wiring(card.problem, spec.role, **{**entry, **tuples})
+    wiring = Wiring(spec.problem, spec.role, **{**entry, **tuples})
     policy = WiredPolicy(spec, wiring, outputs_of(network), head)
     space, size = policy.wired.adapter.action_space, policy.wired.columns.size
     if (count_actions(space), size) != (card.actions, card.observation_size):

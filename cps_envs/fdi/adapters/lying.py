@@ -21,6 +21,8 @@ from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.observation import is_drawn
 from cps_envs.fdi.team import sensor_gaps
 
+SOON_S = 0.5  # an action may be kept for so long; chosen
+
 
 class Sight(NamedTuple):
     """What kernels know of an attacker's observation, and of what they make of it."""
@@ -78,6 +80,11 @@ class Lying(Adapter):
         shown = np.empty((len(seen), 1, self.fields.size), np.float32)
         _observe(self._sight, seen.observation, self.lies(seen, state), shown[:, 0])
         return shown
+
+    def active(self, seen: Seen, state: State) -> BoolArray:
+        """Where injections work, or soon will, (B, 1)."""
+        soon: BoolArray = seen["wait"] * self.spec.config.dt_s <= SOON_S + 1e-6
+        return soon
 
     def works(self, seen: Seen) -> BoolArray:
         """Whether injections of now work, (B,)."""
