@@ -76,7 +76,8 @@ feasible. A list such as `"x4>4 v1,3>2"` names the tasks to draw from.
 
 ## Episode End
 Terminated at the first sample where any gap has closed. With `limits="hard"` an illegal injection also terminates the
-episode; with `limits="clip"` injections and commands are clipped instead. Truncated after `horizon` steps.
+episode; with `limits="clip"` injections and commands are clipped instead. Terminated after `horizon` steps at the
+latest.
 
 ## Arguments
 `preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "easy": feasible tasks drawn, "five": the
@@ -138,7 +139,7 @@ Steady state. Presets `defense` and `learning` perturb it, and draw the opponent
 
 ## Episode End
 Terminated at the first sample where any gap has closed. With `limits="hard"` the attacker's illegal injection also
-terminates the episode. Truncated after `horizon` steps.
+terminates the episode. Terminated after `horizon` steps at the latest.
 
 ## Arguments
 `preset` ("paper", "B", "C", "fig32", "clip", "easy", "five", "instability", "defense", "drawn", "learning"),

@@ -92,8 +92,12 @@ class Expected(Adapter):
 
     def active(self, seen: Seen, state: State) -> BoolArray:
         """Whether the next reading is forged, (B, S)."""
-        forges: BoolArray = (seen["compromised"] > 0.5) & (seen["active"] > 0.5)[:, np.newaxis]
-        return forges
+        return self.forges(seen)
+
+    def forges(self, seen: Seen) -> BoolArray:
+        """The sensors (B, S) whose next reading is forged."""
+        marks: BoolArray = (seen["compromised"] > 0.5) & (seen["active"] > 0.5)[:, np.newaxis]
+        return marks
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The role's action (B, S + 1), or (B, S), from the indices of levels (B, S)."""
@@ -101,7 +105,7 @@ class Expected(Adapter):
         level = self._levels[actions]
         missing = (level - self._without_noise(seen)) / self._scale
         grown = np.minimum(np.maximum(bias_c + GAIN * missing, -MAX_BIAS_C), MAX_BIAS_C)
-        forges = self.active(seen, state)
+        forges = self.forges(seen)
         begun = (seen["attack_h"] > 0.5 * self._step_h)[:, np.newaxis]  # a reading was forged already
         bias_c = np.where(forges & begun, grown, 0.0)
         return bias_action(self._config, -bias_c, keep_noise=True), (bias_c, np.where(forges, level, 0.0))
@@ -140,6 +144,39 @@ class Expected(Adapter):
             "left_h": config.duration_h - seen["elapsed_h"][:, np.newaxis],
             "time_of_day": seen["time_of_day"][:, np.newaxis],
             "liars": liars.sum(axis=1, keepdims=True),
-            "sensor": np.eye(len(self.agents))[np.newaxis],
+            "sensor": np.eye(len(self._zone))[np.newaxis],
         }
         return encoded(self.fields, columns)
+
+
+class Together(Expected):
+    """One agent that chooses a level for all compromised sensors. It sees the mean of their rows.
+
+    Sensors that choose by themselves pull in different directions while they explore, and a lie pays with the square of
+    its size. Together they find out sooner which sign pays.
+    """
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self.sensors, self.agents = len(self.agents), (spec.role,)
+
+    def begin(self, num_envs: int) -> State:
+        """The biases (B, S), C, and the levels (B, S) that are held."""
+        return np.zeros((num_envs, self.sensors)), np.zeros((num_envs, self.sensors))
+
+    def active(self, seen: Seen, state: State) -> BoolArray:
+        """Whether any next reading is forged, (B, 1)."""
+        some: BoolArray = self.forges(seen).max(axis=1, keepdims=True)
+        return some
+
+    def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
+        """The role's action from the index (B, 1) of a level."""
+        return super().act(seen, state, np.repeat(actions, self.sensors, axis=1))
+
+    def observe(self, seen: Seen, state: State) -> Observation:
+        """The mean (B, 1, size) of the compromised sensors' rows, of all where there are none."""
+        liars = seen["compromised"].astype(np.float32)
+        counted = np.where(liars.any(axis=1, keepdims=True), liars, np.float32(1.0))
+        weights = counted / counted.sum(axis=1, keepdims=True)
+        mean: Observation = (super().observe(seen, state) * weights[..., np.newaxis]).sum(axis=1, keepdims=True)
+        return mean

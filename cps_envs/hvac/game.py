@@ -19,7 +19,7 @@ from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.disturbance import disturbances
 from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
-from cps_envs.hvac.expected import Expected
+from cps_envs.hvac.expected import Expected, Together
 from cps_envs.hvac.model import Model, Rules, build_model, rules_of
 from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_attacker, observe_defender
 from cps_envs.hvac.payoff import count_choice, count_errors, measure, paid_at_start
@@ -65,7 +65,10 @@ class HvacGame(Game):
     """
 
     name = "hvac"
-    adapters: ClassVar[Adapters] = {"attacker": {"expected": Expected}, "defender": {"sensor": Belief}}
+    adapters: ClassVar[Adapters] = {
+        "attacker": {"expected": Expected, "together": Together},
+        "defender": {"sensor": Belief},
+    }
     threaded = True
 
     def __init__(self, config: HvacConfig, num_envs: int) -> None:
@@ -157,6 +160,11 @@ class HvacGame(Game):
     def team(self, role: Role) -> SensorTeam:
         """One agent for each sensor, see `teams`."""
         return (Liars if role == "attacker" else Believers)(self.config, self.state)
+
+    def privileged(self, role: Role) -> Observation:
+        """The mean of what the agents of the team are told, (B, p)."""
+        told: Observation = self.team(role).privileged().mean(axis=1)
+        return told
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""

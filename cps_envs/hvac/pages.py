@@ -71,7 +71,7 @@ All zones at 24 C at midnight, heating off. The presets draw the rest at each re
 - `hard` is `learning` with 150 W in every zone.
 
 ## Episode End
-Truncated after 719 decisions, at state x(719). Never terminated.
+Terminated after 719 decisions, at state x(719), never before.
 
 ## Arguments
 `preset` ("paper", "easy", "learning", "hard"), `opponent` (a defender: name, "module:attribute" or policy),
@@ -137,7 +137,7 @@ All zones at 24 C at midnight, heating off. `HvacAttack` says what the presets d
 the model and the weather forecast are exact, so ignoring all sensors is as good as any defence.
 
 ## Episode End
-Truncated after 719 decisions, at state x(719). Never terminated.
+Terminated after 719 decisions, at state x(719), never before.
 
 ## Arguments
 `preset` ("paper", "easy", "learning", "hard"), `opponent` (an attacker: name, "module:attribute" or policy),

@@ -59,7 +59,7 @@ number of vehicles, which one is seized, the power ratio, drive, drag and the re
 whether there is an attack, and when it begins.
 
 ## Episode End
-Truncated after 100 s (`paper`, `oscillation`, `seats`) or 60 s. Nothing terminates an episode.
+Terminated after 100 s (`paper`, `oscillation`, `seats`) or 60 s, never before.
 
 ## Arguments
 `preset` ("paper", "oscillation", "seats", "easy", "learning"), `opponent` (a defender: name, "module:attribute" or
@@ -139,7 +139,7 @@ whether there is an attack, and when it begins. `learning` adds sensor noise to 
 vehicles' own controllers and detectors see.
 
 ## Episode End
-Truncated after 100 s (`paper`, `oscillation`, `seats`) or 60 s. Nothing terminates an episode.
+Terminated after 100 s (`paper`, `oscillation`, `seats`) or 60 s, never before.
 
 ## Arguments
 `preset` ("paper", "oscillation", "seats", "easy", "learning"), `opponent` (an attacker: name, "module:attribute" or

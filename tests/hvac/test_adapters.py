@@ -84,6 +84,22 @@ def test_the_filters_innovations_are_held_near_the_level(level: float) -> None:
     assert 0.7 < share < 1.0
 
 
+def test_together_the_liars_hold_one_level_and_see_the_mean_of_their_rows() -> None:
+    one, many = spec_of("attacker").adapter("together"), adapter_of("attacker")
+
+    def look(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
+        level = drawn[:, :1]
+        alike, following = one.act(seen, state, level)
+        np.testing.assert_array_equal(alike, many.act(seen, state, np.repeat(level, 4, axis=1))[0])
+        np.testing.assert_array_equal(one.active(seen, following)[:, 0], many.active(seen, following).any(axis=1))
+        rows, shown = many.observe(seen, state), one.observe(seen, state)
+        for b, liars in enumerate(seen["compromised"] > 0.5):
+            mean = rows[b, liars].mean(axis=0) if liars.any() else rows[b].mean(axis=0)
+            np.testing.assert_allclose(shown[b, 0], mean, atol=1e-6)
+
+    episode("attacker", None, 6, look, num_steps=120, window_steps=60, onset_step=70)
+
+
 def test_only_compromised_sensors_lie_and_the_first_forged_reading_is_honest() -> None:
     def look(seen: Seen, state: State, drawn: Array, action: Array, after: State) -> None:
         forges = (seen["compromised"] > 0.5) & (seen["active"] > 0.5)[:, np.newaxis]

@@ -62,6 +62,12 @@ def test_critics_are_told_finite_numbers_of_about_unit_size(role: Role) -> None:
     assert (told != 0).any(axis=(0, 1)).all()
 
 
+@pytest.mark.parametrize("role", ROLES)
+def test_a_role_of_one_agent_is_told_the_mean_of_its_team(role: Role) -> None:
+    game, _ = attacked(1)
+    np.testing.assert_allclose(game.privileged(role), game.team(role).privileged().mean(axis=1), rtol=1e-6)
+
+
 def test_critics_of_the_attacker_are_told_whom_the_defender_believes() -> None:
     for choice, used in ((1, [0, 0, 0, 1]), (8, [1, 0, 0, 0]), (15, [0] * 4), (30, [1] * 4), (31, [0] * 4)):
         game, _ = attacked(choice, 1)
