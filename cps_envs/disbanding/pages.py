@@ -84,7 +84,8 @@ overridden.
 units of 6 m/s2 (u_max - u_min). With `defense_action="platoon"` the shape is `(N,)`, and row i - 1 is the paper's
 platoon i. A correction below 0.05 m/s2 changes nothing. A larger one is added to the law's command, which is first
 clipped to [u_min, u_max]. Corrections act on intact vehicles behind the most forward disbanded platoon (`mitigable`).
-In `learning` they act on every intact vehicle at any time.
+In `learning` they act on every intact vehicle at any time, and the rule grows from nothing: up to 1 m/s2 the clipping,
+and the noise of the actuator, are in proportion to the correction.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.

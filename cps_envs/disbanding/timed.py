@@ -24,6 +24,8 @@ class Timed(Adapter):
     always takes its most probable action would never attack. Choosing 0, to wait, means to look again by then.
     """
 
+    masked = True
+
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         self.agents = (spec.role,)

@@ -49,10 +49,6 @@ With `attack_action="share"` an entry is 0 = inject nothing, 1 to 21 = from the 
 In preset `learning` the attacker chooses every 0.1 s one of 41 levels for each of 14 sensors. Entry a then injects
 (a - 20) 0.5 m or (a - 20) 0.25 m/s.
 
-Learners take an adapter instead (`cps_envs.learning_env("FdiAttack")`). `motion` has one action: how the lie
-accelerates, `Discrete(9)`. With `expected`, `MultiDiscrete([9, 9])`, attacked sensors report what the filter expects
-plus some deviations, the first entry for ranges, the second for range-rates.
-
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["attacker"].decode(observation)` gives units back.
 Where tasks are drawn, the observation also names the attacked sensors and the target. With a filter it adds the
@@ -80,7 +76,8 @@ feasible. A list such as `"x4>4 v1,3>2"` names the tasks to draw from.
 
 ## Episode End
 Terminated at the first sample where any gap has closed. With `limits="hard"` an illegal injection also terminates the
-episode; with `limits="clip"` injections and commands are clipped instead. Terminated after `horizon` steps at the latest.
+episode; with `limits="clip"` injections and commands are clipped instead. Terminated after `horizon` steps at the
+latest.
 
 ## Arguments
 `preset` ("paper": set A of the specification, "B", "C", "fig32", "clip", "easy": feasible tasks drawn, "five": the
@@ -125,10 +122,6 @@ the readings that are not trusted now. The last n entries correct each vehicle's
 
 In preset `learning` there are 14 readings, and the decision is about the present ones. They are the ranges at the
 fronts of vehicles 1..4 and at the rears of 2..4, then the range-rates.
-
-Learners take the adapter `sensor` instead (`cps_envs.learning_env("FdiDefense")`): seven agents, one for each sensor.
-Each decides whether its own range and its own range-rate are used, `MultiDiscrete([2, 2])`. It pays for its own
-replaced readings and its share of the impact in its gap.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.

@@ -39,7 +39,7 @@ FDI = Problem(
     discrete=("attacker", "defender"),
     swarm={"defender": "sensor"},
     training={
-        "attacker": Training(
+        "attacker": Training(  # no run_s: a lie in motion is slow by itself
             adapter="motion",
             frame_skip=5,
             num_envs=256,
@@ -47,11 +47,19 @@ FDI = Problem(
         ),
         "defender": Training(
             adapter="sensor",
-            frame_skip=2,
-            recent_s=(0.6, 2.4),
+            frame_skip=3,
+            recent_s=(0.9, 3.6),
             neutral_bias=2.5,
-            num_envs=256,
-            ppo={"gamma": 0.98, "gae_lambda": 0.9, "n_steps": 50, "batch_size": 4096, "n_epochs": 5},
+            num_envs=96,
+            ppo={
+                "gamma": 0.98,
+                "gae_lambda": 0.9,
+                "n_steps": 34,
+                "batch_size": 1024,
+                "n_epochs": 4,
+                "learning_rate": 3e-3,
+                "target_kl": 0.03,
+            },
         ),
     },
     unit="m/s",

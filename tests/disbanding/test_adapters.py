@@ -14,7 +14,7 @@ from cps_envs.core.types import FloatArray, Observation
 from cps_envs.disbanding.adapters import STEPS, Follow, FollowRoad, Vehicle
 from cps_envs.disbanding.follower import PLAIN, UNIT, SetPoints, set_points
 from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.problem import DISBANDING, LEARNING_ATTACKERS
+from cps_envs.disbanding.problem import LEARNING_ATTACKERS
 from tests.disbanding.rounds import game_of, played, started_match
 
 EVERY = 50  # decisions between two looks
@@ -172,5 +172,5 @@ def test_adapters_correct_vehicles_only(kind: type[Adapter]) -> None:
 
 def test_every_adapter_has_its_name() -> None:
     spec = game_of(1).spec("defender")
-    kinds = {name: type(DISBANDING.adapter(name, spec)) for name in ("follow", "follow_road", "vehicle")}
+    kinds = {name: type(spec.adapter(name)) for name in ("follow", "follow_road", "vehicle")}
     assert kinds == {"follow": Follow, "follow_road": FollowRoad, "vehicle": Vehicle}

@@ -17,6 +17,7 @@ from cps_envs.core.kernels import records, view
 from cps_envs.core.team import grouped
 from cps_envs.core.types import Array, Role
 from cps_envs.disbanding.config import EASY, PAPER
+from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.payoff import Metrics, charge, measured
 from cps_envs.disbanding.problem import DISBANDING
@@ -189,8 +190,7 @@ def test_swarm_rows_agree_with_the_state() -> None:
     game = started()
     go(game)
     go(game, attack=4, num_steps=40)
-    team = game.team("defender")
-    rows = team.fields.decode(team.observe())
+    rows = vehicle_fields(game.config).decode(game.team("defender").observe())
     state = game.state
     assert np.allclose(rows["speed"][0], state.speed[0], atol=1e-4)
     assert np.allclose(rows["gap"][0, 1:], -np.diff(state.position[0]), atol=1e-3)
@@ -235,8 +235,6 @@ def test_groups_of_a_team_are_equally_many() -> None:
     team = started().team("defender")
     with pytest.raises(ConfigurationError, match="cannot be divided"):
         grouped(team, ("a", "b", "c"))
-    with pytest.raises(TypeError, match="adapter"):
-        grouped(team, ("a", "b")).join(np.zeros((1, 2, 1)))
     assert grouped(team, team.agents) is team
 
 

@@ -10,7 +10,6 @@ import pytest
 from cps_envs.core.policy import State
 from cps_envs.core.seen import Seen
 from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.timed import DELAYS_S, IDLE, Timed
 from tests.disbanding.rounds import game_of, started_match
 
@@ -95,7 +94,7 @@ def test_the_agent_sees_its_plan() -> None:
 def test_any_choices_are_legal_actions(preset: str) -> None:
     game = game_of(3, preset, **({"num_platoons": (4, 6)} if preset == "easy" else {}))
     started_match(game)
-    adapter, generator = DISBANDING.adapter("timed", game.spec("attacker")), np.random.default_rng(0)
+    adapter, generator = game.spec("attacker").adapter("timed"), np.random.default_rng(0)
     state = adapter.begin(3)
     for _ in range(40):
         now = seen(game)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array
 from cps_envs.fdi.adapters.expected import LEVELS, Expected
@@ -173,6 +174,32 @@ def test_the_state_is_not_changed_in_place_and_rows_do_not_mix() -> None:
             alone, state_alone = adapter.act(seen.part([b]), adapter.begin(1), actions[b : b + 1])
             np.testing.assert_array_equal(alone[0], native[b])
             np.testing.assert_array_equal(state_alone[0][0], after[0][b])
+
+
+class Held(AnalyticPolicy):
+    """The same choice of a form for ever."""
+
+    def __init__(self, adapter: Adapter, choice: int) -> None:
+        super().__init__(adapter.spec)
+        self.adapter, self.action = adapter, np.full((1, *(adapter.action_space.shape or ())), choice)
+
+    def begin(self, generators: Generators, knowledge: Knowledge) -> State:
+        return self.adapter.begin(len(generators))
+
+    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
+        return self.adapter.act(seen, state, np.repeat(self.action[np.newaxis], len(seen), axis=0))
+
+
+@pytest.mark.parametrize(("form", "level", "least"), [("motion", 1.0, 1.1), ("expected", 2.5, 1.4)])
+def test_constants_of_a_good_form_are_strong_attacks(form: str, level: float, least: float) -> None:
+    adapter = FORMS[form](spec_of("attacker", preset="learning"))
+    choices = {"motion": LEVELS_MPS2, "expected": LEVELS}[form]
+    pay = {
+        chosen: play(Held(adapter, choices.index(chosen)), "cusum", range(120), "learning", attack_share=1.0)["return"]
+        for chosen in (0.0, level)
+    }
+    assert pay[0.0].mean() < 0.3
+    assert pay[level].mean() > least
 
 
 def test_the_registered_mimic_plays_constant_motion() -> None:

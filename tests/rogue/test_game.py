@@ -13,6 +13,7 @@ from cps_envs.core.kernels import records, view
 from cps_envs.core.types import Array, Role
 from cps_envs.rogue.actions import action_of_effort
 from cps_envs.rogue.controllers import DRIVEN, HUMAN, SLIDING
+from cps_envs.rogue.fields import vehicle_fields
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.noise import noise
 from cps_envs.rogue.payoff import Metrics, measure
@@ -143,7 +144,7 @@ def test_swarm_rows_agree_with_the_central_view() -> None:
     for _ in range(30):
         go(game, 1.0, [5, 1] * 4)
     team, central, vehicles = game.team("defender"), seen(game, "defender"), view(game.state, 0)
-    rows = {name: values[0] for name, values in team.fields.decode(team.observe()).items()}
+    rows = {name: values[0] for name, values in vehicle_fields(game.config).decode(team.observe()).items()}
     gaps, rates = central["gap_error"][0], central["gap_rate"][0]
     reference = central["reference_error"][0]
     assert rows["front_gap_error"] == pytest.approx([gaps[0], gaps[1], gaps[3], reference], abs=1e-4)

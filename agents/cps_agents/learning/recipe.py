@@ -97,6 +97,7 @@ class Recipe:
     rough_s: float = 0.0  # s, that of a running average of their changes; 0: none
     run_s: float = 0.0  # s, for which an untrained policy repeats an action on average; 0: draws each anew
     pay_power: float = 1.0  # below 1 the increase of this power of what was paid so far is learned from
+    relative: bool = False  # learn from what is gained over the neutral action in the same, second episode
     rows_per_update: int = 20_000  # at most, drawn from all decisions since the last update
     episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`
     bias_learning_rate: float = 0.08  # of the last layer's bias, with `episode_noise`

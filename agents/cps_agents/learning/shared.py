@@ -90,6 +90,7 @@ def make_envs(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = No
         neutral_bias=recipe.neutral_bonus,
         initial_deviation=recipe.initial_deviation,
         pay_power=recipe.pay_power,
+        relative=recipe.relative,
         paired=recipe.episode_noise,
         scaling=scaling,
         **recipe.overrides,

@@ -11,6 +11,7 @@ from cps_envs.core.training import Training
 from cps_envs.core.types import Role
 
 KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
+    "final_learning_rate": "final_learning_rate",
     "n_steps": "steps_per_update",
     "n_epochs": "epochs",
     "gamma": "discount",
@@ -22,7 +23,19 @@ KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
 }
 STEPS = 4_000_000  # chosen: one to three CPU minutes
 # What a role needs beside the settings that every library is told, and how long it learns.
-OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {}
+OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
+    ("disbanding", "defender"): {  # what one platoon does for a while hardly shows: noise that lasts, and renewed plans
+        "adapter": "follow",
+        "hold": 100,
+        "relative": False,
+        "episode_noise": True,
+        "initial_deviation": 0.15,
+        "learning_rate": 1.5e-4,
+        "final_learning_rate": 2e-5,
+        "bias_learning_rate": 0.04,
+        "num_envs": 64,
+    },
+}
 
 
 def learning_recipe(problem: Problem, role: Role) -> Recipe:
@@ -47,6 +60,7 @@ def learning_recipe(problem: Problem, role: Role) -> Recipe:
         "neutral_bonus": training.neutral_bias,
         "initial_deviation": training.initial_deviation,
         "pay_power": training.pay_power,
+        "relative": training.relative,
         "num_envs": training.num_envs,
     }
     own = OWN.get((problem.name, role), {})

@@ -38,12 +38,14 @@ class Sensor(Adapter):
 
     MultiDiscrete (2, 2): believe the own range, the own range-rate (1), or replace it by the filter's estimate (0).
     Nobody corrects commands.
-
-    Raises:
-        ConfigurationError: there is no filter, or the payoff is not the impact speed.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
+        """Take a role in a duel.
+
+        Raises:
+            ConfigurationError: there is no filter, or the payoff is not the impact speed.
+        """
         super().__init__(spec)
         config: FdiConfig = spec.config
         check_duel(config)
@@ -80,8 +82,8 @@ def sensor_fields(config: FdiConfig) -> Fields:
     return Fields(
         Field("range_z", "deviations", -z, z, (), "innovation of the own range"),
         Field("rate_z", "deviations", -z, z, (), "innovation of the own range-rate"),
-        Field("range_z2", "-", 0, MOST_SQUARE, (), "its square"),
-        Field("rate_z2", "-", 0, MOST_SQUARE, (), "its square"),
+        Field("range_z2", "-", 0, MOST_SQUARE, (), "its square, also of larger ones"),
+        Field("rate_z2", "-", 0, MOST_SQUARE, (), "its square, also of larger ones"),
         Field("partner_range_z", "deviations", -z, z, (), "innovation of the range of the other sensor of the gap"),
         Field("partner_rate_z", "deviations", -z, z, (), "innovation of its range-rate"),
         Field("worst_range_z", "deviations", 0, z, (), "the largest size of an innovation of all ranges"),
@@ -89,7 +91,7 @@ def sensor_fields(config: FdiConfig) -> Fields:
         bent_field("predicted_gap_error", GAP_M, "m", (), "the filter's prediction"),
         bent_field("predicted_speed", SPEED_MPS, "m/s", (), "the filter's prediction"),
         bent_field("command_behind", COMMAND_MPS2, "m/s2", (), "the last command of the vehicle behind the gap"),
-        bent_field("command_ahead", COMMAND_MPS2, "m/s2", (), "of the vehicle ahead; the lead's reference has none"),
+        bent_field("command_ahead", COMMAND_MPS2, "m/s2", (), "that of the vehicle ahead; 0 for the lead's gap"),
         Field("range_used", "-", 0, 1, (), "1 where the own range was used in the last step"),
         Field("rate_used", "-", 0, 1, (), "1 where the own range-rate was used in the last step"),
         Field("rear", "-", 0, 1, (), "1 for a rear sensor"),
