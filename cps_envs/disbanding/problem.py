@@ -36,7 +36,7 @@ DISBANDING = Problem(
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
     training={
         "attacker": Training(
-            neutral_bias=5.0,
+            adapter="timed",
             ppo={
                 "n_steps": 180,
                 "batch_size": 2880,
