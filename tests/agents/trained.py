@@ -57,7 +57,7 @@ def save_tiny(
             "overrides": overrides or {},
             "recipe": {"evaluation_episodes": 2},
             "activation": "tanh",
-            "head": "gaussian" if type(space).__name__ == "Box" else "discrete",
+            "head": "gaussian" if type(adapter.action_space).__name__ == "Box" else "discrete",
             "decentralised": swarm,
             "hold": hold,
             "observation_size": size,
