@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import re
 import warnings
 from collections.abc import Mapping, Sequence
@@ -31,9 +33,28 @@ from cps_envs.core.policy import (
 )
 from cps_envs.core.problem import Problem
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import SIGN, Array, BoolArray, Role, other
+from cps_envs.core.types import ROLES, SIGN, Array, BoolArray, Role, other
 
 NUM_ENVS = 64  # episodes that are played at once
+
+
+def name_of(
+    problem: Problem,
+    preset: str,
+    overrides: Mapping[str, Any],
+    role: Role,
+    players: Mapping[Role, str],
+    seeds: Sequence[int],
+) -> str:
+    """A dataset's name, such as `cps_envs/fdi/learning/attacker-tracker-cusum-1f0c9ab2-v0`.
+
+    The hash tells apart what the words do not: other settings, other options of the policies, other episodes.
+    """
+    everything = [preset, dict(overrides), dict(players), seeds[0], len(seeds)]
+    digest = hashlib.sha256(json.dumps(everything, sort_keys=True, default=repr).encode()).hexdigest()[:8]
+    words = "-".join((role, *(players[each].partition("?")[0] for each in ROLES), digest)).lower()
+    place = "/".join((problem.namespace, problem.name, preset))
+    return f"{place}/{re.sub('[^a-z0-9_]+', '-', words)}-v{problem.version}"
 
 
 def write_dataset(

@@ -1,4 +1,4 @@
-"""Gymnasium, PettingZoo, TorchRL and CleanRL's style of PPO on the registered environments, by their own utilities."""
+"""Gymnasium, PettingZoo and TorchRL on the registered environments, by their own utilities."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import subprocess
 import sys
 from functools import partial
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -92,30 +91,3 @@ def test_torchrl_plays_duels(name: str) -> None:
     from torchrl.envs.utils import check_env_specs
 
     check_env_specs(PettingZooWrapper(module_of(name).parallel_env(), use_mask=True))
-
-
-@pytest.fixture
-def cleanrl(monkeypatch: pytest.MonkeyPatch) -> Any:
-    """The single-file PPO of the examples."""
-    pytest.importorskip("torch")
-    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "examples"))
-    return import_module("cleanrl_ppo")
-
-
-def test_cleanrl_trains_on_native_vector_environments(cleanrl: Any) -> None:
-    sizes = {"num_envs": 4, "num_steps": 720, "total_steps": 2880, "update_epochs": 1}
-    history = cleanrl.train(cleanrl.Args(env_id="cps_envs/HvacAttack-v0", **sizes))
-    assert len(history) == 1
-    assert np.isfinite(history).all()
-
-
-def test_its_advantages_are_returns_minus_values_without_discount(cleanrl: Any) -> None:
-    import torch
-
-    rewards, values = torch.rand(6, 3), torch.rand(6, 3)
-    ended = torch.zeros(6, 3)
-    ended[-1] = 1.0
-    arguments = cleanrl.Args(gamma=1.0, gae_lambda=1.0)
-    found = cleanrl.advantages(rewards, values, ended, torch.rand(3), arguments)
-    expected = rewards.flip(0).cumsum(0).flip(0) - values
-    np.testing.assert_allclose(found.numpy(), expected.numpy(), atol=1e-5)

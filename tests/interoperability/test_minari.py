@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from cps_agents.datasets import write_dataset
+from cps_agents.datasets import name_of, write_dataset
 from cps_agents.errors import CommandError
 from cps_envs.core.play import play_episodes
 from cps_envs.registration import find_problem
@@ -73,8 +74,38 @@ def test_names_are_checked(tmp_path: Path) -> None:
         write_dataset(find_problem("fdi"), role, players, preset, overrides, range(1), "mine")
 
 
+def test_names_tell_settings_apart() -> None:
+    fdi, players = find_problem("fdi"), {"attacker": 'tracker?rest_of_it=["a"]', "defender": "cusum"}
+    usual: Any = (fdi, "learning", {}, "attacker", players, range(5, 8))
+    others: list[Any] = [
+        (fdi, "paper", {}, "attacker", players, range(5, 8)),
+        (fdi, "learning", {"gain_spread": 0.0}, "attacker", players, range(5, 8)),
+        (fdi, "learning", {"gain_spread": 0.1}, "attacker", players, range(5, 8)),
+        (fdi, "learning", {}, "defender", players, range(5, 8)),
+        (fdi, "learning", {}, "attacker", {**players, "attacker": "tracker"}, range(5, 8)),
+        (fdi, "learning", {}, "attacker", players, range(6, 9)),
+        (fdi, "learning", {}, "attacker", players, range(5, 9)),
+    ]
+    names = {name_of(*each) for each in (usual, *others)}
+    assert len(names) == 1 + len(others)
+    assert name_of(*usual) == name_of(*usual)
+    assert re.fullmatch(r"cps_envs/fdi/learning/attacker-tracker-cusum-[0-9a-f]{8}-v0", name_of(*usual))
+
+
 def test_command() -> None:
-    result = invoke(*["dataset", "fdi", "--role", "attacker", "--attacker", "oracle", "--episodes", "2", "--json"])
+    words = ["dataset", "fdi", "--role", "attacker", "--attacker", "oracle", "--preset", "paper", "--episodes", "2"]
+    result = invoke(*words, "--json")
     assert result.exit_code == 0
     document = json.loads(result.stdout)
     assert document["steps"] == minari.load_dataset(document["id"]).total_steps == 40
+    assert "/paper/attacker-oracle-" in document["id"]
+
+
+def test_the_default_is_preset_learning() -> None:
+    result = invoke("dataset", "rogue", "--role", "defender", "--set", "duration_s=3", "--episodes", "2", "--json")
+    assert result.exit_code == 0
+    document = json.loads(result.stdout)
+    assert document["preset"] == "learning"
+    assert document["id"].startswith("cps_envs/rogue/learning/defender-mixture-monitor-")
+    env: Any = minari.load_dataset(document["id"]).recover_environment().unwrapped
+    assert env.config == find_problem("rogue").config("learning", {"duration_s": 3.0})

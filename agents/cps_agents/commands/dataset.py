@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from enum import Enum
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,12 +26,13 @@ def dataset(
     role: Annotated[Side, typer.Option(help="Keep this role's observations, actions and rewards.")],
     attacker: Annotated[str | None, typer.Option(help="Policy; default: the preset's.")] = None,
     defender: Annotated[str | None, typer.Option(help="Policy; default: the preset's.")] = None,
-    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "paper",
+    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "learning",
     overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, help="Record so many episodes.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others count up.")] = 10_000_000,
     name: Annotated[
-        str | None, typer.Option("--id", help="Name of the dataset, such as cps_envs/fdi/oracle-v0.")
+        str | None,
+        typer.Option("--id", help="Name of the dataset; default: from preset, policies and a hash of all settings."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -41,7 +41,7 @@ def dataset(
     Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says. Read it with
     minari.load_dataset(ID). Evaluations never use the seeds of these episodes.
     """
-    from cps_agents.datasets import write_dataset
+    from cps_agents.datasets import name_of, write_dataset
     from cps_envs import find_problem
 
     found = find_problem(problem)
@@ -53,8 +53,7 @@ def dataset(
         "defender": defender or usual["defender"],
     }
     side: Role = "attacker" if role is Side.attacker else "defender"
-    plain = re.sub(r"[^a-z0-9_]+", "-", f"{players['attacker']}-{players['defender']}".lower()).strip("-")
-    dataset_id = name or f"cps_envs/{problem}/{side}-{plain}-v0"
+    dataset_id = name or name_of(found, preset, changes, side, players, range(seed, seed + episodes))
     with err().status(f"playing {episodes} episodes"):
         made = write_dataset(found, side, players, preset, changes, range(seed, seed + episodes), dataset_id)
     steps = int(made.total_steps)

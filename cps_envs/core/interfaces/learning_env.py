@@ -84,6 +84,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         """
         self.problem, self.role = problem, role
         self.training = _settings(problem.training.get(role, Training()), locals())
+        self.preset, self.overrides = preset, dict(overrides)
         self.config = problem.config(preset, overrides)
         self.opponent = problem.opponents[preset][other(role)] if opponent is None else opponent
         self.episodes = check_count("num_envs", self.training.num_envs)

@@ -1,0 +1,104 @@
+"""Keep a network that another library has trained, so that every command plays it as `zoo:FOLDER`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cps_agents.machine import versions
+from cps_agents.zoo.card import Card
+from cps_agents.zoo.files import save
+from cps_agents.zoo.network import ACTIVATIONS, Network
+from cps_agents.zoo.policy import count_actions
+from cps_agents.zoo.wired import Head, card_entry
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.interfaces.learning_env import LearningVectorEnv
+from cps_envs.core.types import Array
+
+Layer = tuple[Array, Array]  # weight (outputs, inputs) and bias (outputs,), as PyTorch has them
+
+
+def save_network(
+    folder: str | Path,
+    envs: LearningVectorEnv,
+    layers: Sequence[Layer],
+    *,
+    activation: str = "tanh",
+    log_deviation: Array | None = None,
+    stickiness: float = 0.0,
+    sampled: bool = False,
+    facts: Mapping[str, Any] | None = None,
+) -> str:
+    """Write a network that was trained in `envs` into a folder; returns the name that plays it, `zoo:FOLDER`.
+
+    The network takes rows of `envs`. Its outputs are logits of the discrete actions, one entry after the other, or the
+    means of continuous ones, whose `log_deviation` (k,) is needed to draw them. `stickiness` is added to the logit of
+    the last action. With `sampled` actions are drawn. `facts` are notes for the card, such as steps and CPU seconds.
+
+    Raises:
+        ConfigurationError: the layers do not fit the environments or one another, or there is no such activation.
+        OSError: the files cannot be written.
+    """
+    dense = tuple((np.ascontiguousarray(_array(weight).T), _array(bias)) for weight, bias in layers)
+    actions, inputs = count_actions(envs.single_action_space), envs.wired.columns.size
+    sizes = [inputs, *(len(bias) for _, bias in dense)]
+    shapes = [weight.shape for weight, _ in dense]
+    if shapes != list(pairwise(sizes)) or sizes[-1] != envs.wired.columns.last_action:
+        raise ConfigurationError(
+            f"the layers have the shapes {[shape[::-1] for shape in shapes]} (outputs, inputs), but the rows have "
+            f"{inputs} inputs and the actions need {envs.wired.columns.last_action} outputs"
+        )
+    if activation not in ACTIVATIONS:
+        raise ConfigurationError(f"activation = {activation!r} must be one of {', '.join(ACTIVATIONS)}")
+    network = Network(
+        columns=np.arange(inputs),
+        mean=np.zeros(inputs, np.float32),
+        deviation=np.ones(inputs, np.float32),
+        layers=dense,
+        activation=activation,
+        log_deviation=None if log_deviation is None else _array(log_deviation),
+    )
+    path = Path(folder) / "policy.json"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save(
+        path,
+        _card(Path(folder).name, envs, actions, activation, Head(stickiness, None, sampled), facts or {}),
+        {0: network},
+    )
+    return f"zoo:{folder}"
+
+
+def _card(
+    name: str, envs: LearningVectorEnv, actions: tuple[int, ...], activation: str, head: Head, facts: Mapping[str, Any]
+) -> Card:
+    discrete = bool(envs.wired.choices)
+    return Card(
+        name=name,
+        problem=envs.problem.name,
+        version=envs.problem.version,
+        role=envs.role,
+        algorithm="own",
+        opponent=envs.opponent if isinstance(envs.opponent, str) else type(envs.opponent).__name__,
+        preset=envs.preset,
+        overrides=envs.overrides,
+        recipe={},
+        activation=activation,
+        head="discrete" if discrete else "gaussian",
+        decentralised=envs.adapter.local,
+        hold=envs.wired.wiring.frame_skip,
+        observation_size=envs.wired.columns.size,
+        actions=actions,
+        best=0,
+        seeds={"0": dict(facts)},
+        command="",
+        versions=versions(),
+        wiring=card_entry(envs.wired.wiring, head),
+    )
+
+
+def _array(values: Array) -> Any:
+    return np.asarray(values).astype(np.float32)

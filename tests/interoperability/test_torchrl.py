@@ -1,0 +1,111 @@
+"""TorchRL's batch of duels, and self-play in it."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cps_envs.core.errors import ConfigurationError
+
+pytest.importorskip("torchrl")
+SHORT: dict[str, dict[str, Any]] = {"rogue": {"duration_s": 6.0}, "fdi": {}}
+
+
+def duel(problem: str, num_envs: int = 3, frame_skip: int = 5, **options: Any) -> Any:
+    from cps_agents.torchrl import DuelEnv
+
+    return DuelEnv(problem, num_envs, frame_skip, **{**SHORT[problem], **options})
+
+
+@pytest.mark.parametrize("problem", SHORT)
+def test_torchrl_accepts_it(problem: str) -> None:
+    from torchrl.envs.utils import check_env_specs
+
+    check_env_specs(duel(problem))
+
+
+def test_continuous_actions_and_roles_of_different_pace() -> None:
+    from torchrl.envs.utils import check_env_specs
+
+    from cps_agents.torchrl import DuelEnv
+
+    with pytest.raises(ConfigurationError, match="frame_skip = 5 must be a multiple of the decision intervals"):
+        DuelEnv("disbanding", 2, 5)
+    check_env_specs(DuelEnv("disbanding", 2, 100, duration_s=60.0))
+
+
+@pytest.mark.parametrize("problem", SHORT)
+def test_an_episode_is_that_of_the_parallel_interface(problem: str) -> None:
+    """The same seed and actions: equal observations before scaling, rewards and ends, whoever plays beside it."""
+    import torch
+
+    env = duel(problem)
+    adapters = {role: side.training.adapter for role, side in env.sides.items()}
+    module = import_module(f"cps_envs.{problem}_v0")
+    parallel = module.parallel_env(preset="learning", adapters=adapters, frame_skip=5, **SHORT[problem])
+    env.set_seed(0)
+    env._cut[:] = 0  # whole episodes from the start
+    seen = env.reset()
+    observations, _ = parallel.reset(seed=2_000_001)
+    groups = {role: [name for name in parallel.possible_agents if name.startswith(role)] for role in adapters}
+    torch.manual_seed(0)
+    while parallel.agents:
+        for role, names in groups.items():
+            wiring, size = env.sides[role].wired.wiring, len(observations[names[0]])
+            shown = np.stack([observations[name] for name in names])
+            scaled = (shown - np.array(wiring.mean[:size])) / np.array(wiring.deviation[:size])
+            found = seen[role, "observation"][1, :, :size].numpy()
+            np.testing.assert_allclose(found, np.clip(scaled, -5, 5), atol=1e-4)
+        step = env.step(env.rand_action(seen))
+        actions = {
+            name: step[role, "action"][1, place].numpy()
+            for role, names in groups.items()
+            for place, name in enumerate(names)
+        }
+        observations, rewards, terminations, _, _ = parallel.step(actions)
+        for role, names in groups.items():
+            paid = step["next", role, "reward"][1, :, 0].numpy()
+            np.testing.assert_allclose(paid, [rewards[name] for name in names], atol=1e-5)
+        assert bool(step["next", "terminated"][1]) == all(terminations.values())
+        seen = env.maybe_reset(env.step_mdp(step))  # others may end earlier, and begin anew
+
+
+def test_first_episodes_end_at_different_times() -> None:
+    env = duel("fdi", num_envs=16)
+    played = env.rollout(20, break_when_any_done=False)
+    truncated, terminated = (played["next", name][..., 0] for name in ("truncated", "terminated"))
+    assert not (truncated & terminated).any()
+    assert len(set(truncated.nonzero()[:, 1].tolist())) > 3
+    assert truncated.sum(1).max() <= 1
+    again = duel("fdi", num_envs=16)
+    assert (again.reset()["attacker", "observation"] == env.reset()["attacker", "observation"]).float().mean() < 1
+
+
+@pytest.fixture
+def self_play(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "examples"))
+    return import_module("torchrl_self_play")
+
+
+@pytest.mark.parametrize("problem", ["fdi", "rogue"])
+def test_self_play_prints_a_row_for_each_judgement(self_play: Any, problem: str, tmp_path: Path) -> None:
+    tiny = {"cpu_seconds": 0.01, "num_envs": 4, "num_steps": 2, "judgements": 1, "episodes": 2}
+    rows = self_play.train(self_play.Args(problem=problem, out=str(tmp_path), **tiny))
+    assert len(rows) == 2
+    assert np.isfinite(rows).all()
+    assert {path.parent.name for path in tmp_path.rglob("policy.json")} == {
+        f"{problem}-attacker",
+        f"{problem}-defender",
+    }
+
+
+@pytest.mark.slow
+def test_both_sides_get_better(self_play: Any, tmp_path: Path) -> None:
+    rows = self_play.train(self_play.Args(cpu_seconds=60.0, judgements=1, out=str(tmp_path)))
+    (_, attack, defense), (_, better_attack, better_defense) = rows
+    assert better_attack > attack + 0.4  # m/s against cusum
+    assert better_defense < defense - 0.4  # against the usual attackers
