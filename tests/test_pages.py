@@ -71,7 +71,7 @@ def test_python_snippets_run(snippet: str, request: pytest.FixtureRequest, tmp_p
         run(tmp_path, snippet)
 
 
-@pytest.mark.parametrize("snippet", HVAC, ids=["start", "house", "building"])
+@pytest.mark.parametrize("snippet", HVAC, ids=["start", "team", "house", "building"])
 def test_snippets_of_the_hvac_page_run_without_a_warning(snippet: str, tmp_path: Path) -> None:
     run(tmp_path, snippet, "-Werror")
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.fdi.contest import CONTEST
+from cps_baselines.fdi.contest import CONTEST, LATER
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, Role
@@ -30,7 +30,8 @@ def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
         return [{"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}]
     if problem == "fdi":
         side, exact = {"attacker": (CONTEST.attackers, "paper"), "defender": (CONTEST.defenders, "clip")}[role]
-        return [{"preset": exact if name in ("none", *side.left_out) else "learning"}]
+        elsewhere = {each for each, reason in side.left_out.items() if reason != LATER}
+        return [{"preset": exact if name in {"none", *elsewhere} else "learning"}]
     if problem == "hvac":
         filters = {"kalman_filters": name in CHOOSE_FILTERS}
         return [{"num_steps": 230, "num_sensors": sensors, **filters} for sensors in (4, 8)]

@@ -36,12 +36,13 @@ DISBANDING = Problem(
     work=Work(unit="vehicle-steps", per_game_step=vehicle_steps),
     training={
         "attacker": Training(
-            neutral_bias=5.0,
+            adapter="timed",
             ppo={
                 "n_steps": 180,
                 "batch_size": 2880,
                 "n_epochs": 4,
                 "learning_rate": 2e-3,
+                "final_learning_rate": 2e-4,
                 "gamma": 1.0,
                 "gae_lambda": 0.99,
                 "ent_coef": 0.003,
@@ -57,7 +58,8 @@ DISBANDING = Problem(
                 "n_steps": 1,
                 "batch_size": 64,
                 "n_epochs": 4,
-                "learning_rate": 1e-2,
+                "learning_rate": 2e-2,
+                "final_learning_rate": 2e-3,
                 "gamma": 1.0,
                 "gae_lambda": 1.0,
                 "policy_kwargs": {"net_arch": []},

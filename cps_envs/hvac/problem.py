@@ -28,18 +28,18 @@ LEARNING_ATTACKERS = (
     '"tracker","tracker?warmer=true"]&weights=[2,2,1,1,3,3,3,3,2,2,2,2,3,3]'
 )
 
-# All chosen, by trials with stable-baselines3's PPO. A lie pays with the square of its size. Four agents that draw
-# levels by themselves see little of that: one agent for all finds in 20 CPU s what they find in 100. The first
-# updates decide which sign is found. An untrained policy that keeps its level for long (`run_s`) finds the warm ones
-# in some runs, which pay half; without that every run found the cold ones.
+# All chosen, by trials with stable-baselines3's PPO. A lie pays with the square of its size, so a policy that draws
+# levels at random sees little of it, and the first updates decide which sign it finds. An untrained policy that keeps
+# its level for long (`run_s`) finds the warm ones in some runs, which pay half. Without that every run found the cold
+# ones. The adapter "together" is faster at first and not better after two minutes.
 ATTACK = Training(
-    adapter="together",
+    adapter="expected",
     frame_skip=20,
     pay_power=0.5,
     num_envs=64,
     ppo={
         "n_steps": 36,
-        "batch_size": 256,
+        "batch_size": 1024,
         "n_epochs": 10,
         "gamma": 1.0,
         "gae_lambda": 0.95,

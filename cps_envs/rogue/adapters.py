@@ -26,10 +26,10 @@ SPEEDS_MPS = (0.0, 50.0)  # chosen: v_max
 
 
 class Effort(Adapter):
-    """The seized vehicle brakes in full, keeps its speed or drives in full: `EFFORTS`.
+    """The seized vehicle brakes in full (0), keeps its speed (1) or drives in full (2).
 
-    The best attacks that are known do nothing else. It sees what the attacker sees, within the bounds that untrained
-    efforts reach (chosen).
+    The best attacks that are known do nothing else. It sees what the attacker sees; what an untrained policy hardly
+    reaches lies beyond the bounds (chosen).
     """
 
     def __init__(self, spec: RoleSpec) -> None:
@@ -44,10 +44,10 @@ class Effort(Adapter):
             Field("rear_gap_rate", "m/s", -10, 10, (), "own speed minus that of the vehicle behind"),
             Field("speed", "m/s", *SPEEDS_MPS, (), "own"),
             Field("effort", "-", config.min_effort, config.max_effort, (), "own, in the last integration step"),
-            range_field("reference_speed", "m/s", config.reference_speed_mps),
-            range_field("power_ratio", "-", config.power_ratio),
-            range_field("attacker_index", "-", config.attacker_index),
-            range_field("num_vehicles", "-", config.num_vehicles),
+            range_field("reference_speed", "m/s", config.reference_speed_mps, "v_ref"),
+            range_field("power_ratio", "-", config.power_ratio, "own alpha over that of the others"),
+            range_field("attacker_index", "-", config.attacker_index, "of the seized vehicle, 1 = rear"),
+            range_field("num_vehicles", "-", config.num_vehicles, "of the platoon"),
             Field("until_onset_s", "s", 0, 60, (), "until the own effort takes effect"),
             Field("time_left_s", "s", 0, config.duration_s, (), "until the end of the episode"),
         )
@@ -99,9 +99,9 @@ class VehicleFull(Adapter):
 
 
 class Vehicle(VehicleFull):
-    """Each vehicle that gets orders chooses one of the six `CONTROLLERS`; following is never modified.
+    """Each vehicle that gets orders chooses one of the six controllers; following is never modified.
 
-    It sees its own row without what it has chosen itself, errors as `compressed`.
+    It sees its own row without what it has chosen itself, and errors e as arsinh(e / 0.2).
 
     Raises:
         ConfigurationError: the environment takes accelerations, not controllers.
@@ -121,7 +121,7 @@ class Vehicle(VehicleFull):
             Field("trails", "-", 0, 1, (), "nobody is behind"),
             *(compressed_field(name) for name in SIDES),
             Field("speed", "m/s", *SPEEDS_MPS, (), "own"),
-            range_field("reference_speed", "m/s", config.reference_speed_mps),
+            range_field("reference_speed", "m/s", config.reference_speed_mps, "v_ref"),
             Field("front_acceleration", "m/s2", -ACCELERATION_MPS2, ACCELERATION_MPS2, (), "ahead"),
             Field("rear_acceleration", "m/s2", -ACCELERATION_MPS2, ACCELERATION_MPS2, (), "behind"),
             Field("front_detector", "m2/s3", 0, spread, (), "own z_f"),
@@ -148,10 +148,10 @@ def compressed_field(name: str) -> Field:
     return Field(name, "-", -high, high, (), f"arsinh of the error in {NEAR:g} {unit}")
 
 
-def range_field(name: str, unit: str, drawn_from: Range) -> Field:
+def range_field(name: str, unit: str, drawn_from: Range, meaning: str) -> Field:
     """The field of something that episodes draw; without entries where it is always the same."""
     low, high = bounds(drawn_from)
-    return Field(name, unit, low, high) if low < high else Field(name, unit, low, low + 1, (0,))
+    return Field(name, unit, low, high, (), meaning) if low < high else Field(name, unit, low, low + 1, (0,))
 
 
 def encoded(fields: Fields, columns: dict[str, FloatArray], seen: Seen) -> Observation:

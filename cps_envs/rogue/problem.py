@@ -13,7 +13,7 @@ EASY_ATTACKERS = (
 EASY_DEFENDERS = 'mixture?policies=["pd","sliding","sliding_detection","disband_2","disband_4","disband_7"]'
 ATTACKERS = (
     'mixture?policies=["none","square?frequency_hz=0.05","duty_square","random","strike","switching",'
-    '"contested?against=sliding","contested?against=monitor","identify"]'
+    '"contested?against=sliding","contested?against=monitor","identify","always?action=-1"]'
 )
 
 

@@ -16,7 +16,7 @@ from cps_agents.learning.demonstrations import demonstrate, join
 from cps_agents.learning.export import learned_by, network_of_model
 from cps_agents.learning.imitation import imitate
 from cps_agents.learning.model import CLASSES, check_fit, make_model, seen_columns, spread, wander
-from cps_agents.learning.recipe import ALGORITHMS, SEARCH, Recipe, changed
+from cps_agents.learning.recipe import ALGORITHMS, SEARCH, SHARED, Recipe, changed
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_envs.core.play import play_episodes
 from cps_envs.core.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
@@ -184,7 +184,7 @@ def test_algorithms_that_do_not_fit_are_refused(recipe: Recipe, message: str) ->
 
 
 def test_every_algorithm_has_a_class() -> None:
-    assert {*CLASSES, SEARCH} == set(ALGORITHMS)
+    assert {*CLASSES, SEARCH, SHARED} == set(ALGORITHMS)
 
 
 def test_imitation_learns_what_the_teacher_does() -> None:

@@ -24,7 +24,7 @@ from cps_agents.learning.recipe import Recipe, changed
 from cps_agents.learning.run import Job
 from cps_agents.learning.shared import make_envs, make_learner, settings_of
 from cps_agents.recipes.finding import RECIPES, find_recipe
-from cps_agents.recipes.learning import learning_recipe
+from cps_agents.recipes.learning import OWN, learning_recipe
 from cps_agents.zoo.files import load
 from cps_agents.zoo.wired import Head, WiredPolicy, outputs_of
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
@@ -339,13 +339,13 @@ def test_recipes_take_their_numbers_from_the_problems() -> None:
             assert RECIPES[recipe.name] == recipe
             assert find_recipe(problem.env_id(role)) == recipe
             assert find_recipe(problem.env_id(role), "ppo").algorithm != "shared-ppo"
-            if training is not None:
-                assert (recipe.adapter, recipe.hold, recipe.run_s) == (
-                    training.adapter,
-                    training.frame_skip,
-                    training.run_s,
-                )
-                assert settings_of(recipe).learning_rate == training.ppo.get("learning_rate", 1e-3)
+            if training is None:
+                continue
+            own = OWN.get((problem.name, role), {})
+            told = {"adapter": training.adapter, "hold": training.frame_skip, "num_envs": training.num_envs, **own}
+            assert {name: getattr(recipe, name) for name in told} == told
+            rate = own.get("learning_rate", training.ppo.get("learning_rate", 1e-3))
+            assert settings_of(recipe).learning_rate == rate
 
 
 def test_nothing_is_played_twice_in_a_run() -> None:

@@ -11,6 +11,7 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
 from cps_agents.zoo.network import Network
 from cps_agents.zoo.policy import count_actions
+from cps_envs.core.training import NATIVE
 from cps_envs.core.types import Role
 from cps_envs.registration import find_problem
 
@@ -42,10 +43,8 @@ def save_tiny(
     """Write a policy with random weights to `path` (its card) that fits a role of a configuration."""
     problem = find_problem(problem_name)
     game = problem.game(problem.config(preset, overrides or {}), 1)
-    team = game.team(role) if swarm else None
-    space = team.action_space if team else game.action_space[role]
-    actions = count_actions(space)
-    size = team.fields.size if team else game.fields[role].size
+    adapter = game.spec(role).adapter(problem.swarm[role] if swarm else NATIVE)
+    actions, size = count_actions(adapter.action_space), adapter.fields.size
     card = Card(
         **{
             "name": path.stem,
@@ -58,7 +57,7 @@ def save_tiny(
             "overrides": overrides or {},
             "recipe": {"evaluation_episodes": 2},
             "activation": "tanh",
-            "head": "gaussian" if type(space).__name__ == "Box" else "discrete",
+            "head": "gaussian" if type(adapter.action_space).__name__ == "Box" else "discrete",
             "decentralised": swarm,
             "hold": hold,
             "observation_size": size,

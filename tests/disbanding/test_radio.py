@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_envs.core.types import Array
+from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.disbanding.game import DisbandingGame
 from cps_envs.disbanding.problem import DISBANDING
 
@@ -55,7 +56,7 @@ def test_a_record_is_the_state_of_the_disbanded_vehicle_when_it_was_taken() -> N
         state = game.state
         moment = state.position[0, 9], state.speed[0, 9], state.acceleration[0, 9], state.command[0, 9]
         history[(step + 1) * 10] = np.array(moment)
-    rows = game.team("defender").fields.decode(game.team("defender").observe())
+    rows = vehicle_fields(game.config).decode(game.team("defender").observe())
     for q in range(10, 40):
         if rows["warned"][0, q] > 0.5:
             stamp_s = 8.0 - rows["record_age_s"][0, q]

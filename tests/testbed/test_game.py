@@ -15,6 +15,7 @@ from cps_envs.core.game import Game
 from cps_envs.core.kernels import view
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec
+from cps_envs.disbanding.fields import vehicle_fields
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.game import RobotGame
 from cps_envs.testbed.payoff import METRICS, measure_episode, velocity_error
@@ -210,7 +211,7 @@ def test_each_robot_sees_its_own_row_as_a_vehicle_of_the_string() -> None:
 
     def look(game: Game) -> None:
         team = game.team("defender")
-        own = team.fields.decode(team.observe())
+        own = vehicle_fields(SHORT.road).decode(team.observe())
         whole = game.fields["defender"].decode(game.observe("defender"))
         for name in ("speed", "acceleration", "law_command"):
             np.testing.assert_allclose(own[name][:, 3:], whole[name][:, 3:], atol=1e-5)
@@ -222,7 +223,6 @@ def test_each_robot_sees_its_own_row_as_a_vehicle_of_the_string() -> None:
     assert (rows[-1]["active"][0] == [0, 0, 0, 1, 1, 1, 1, 1, 1]).all()
     team = TESTBED.game(SHORT, 2).team("defender")
     assert team.agents[0] == "robot_0"
-    np.testing.assert_array_equal(team.join(np.full((2, 9, 1), 0.5)), np.full((2, 9), 0.5))
     np.testing.assert_array_equal(team.rewards(np.array([1.0, 0.0])), np.repeat([[-1.0], [0.0]], 9, axis=1))
 
 

@@ -71,9 +71,10 @@ def _teach(lesson: Lesson, report: Report) -> dict[str, Any]:
     model = PPO(StickyPolicy, envs, seed=lesson.seed, **envs.settings)
     with replacing(lesson.folder / START) as draft:
         model.save(draft)
-    began = time.process_time()
+    began, planned = time.process_time(), model.lr_schedule
+    model.lr_schedule = lambda _: planned(max(1.0 - (time.process_time() - began) / lesson.cpu_s, 0.0))
     model.learn(10**12, callback=_limited(began, lesson.cpu_s, report))
-    cpu_s = time.process_time() - began
+    cpu_s, model.lr_schedule = time.process_time() - began, planned
     with replacing(lesson.folder / MODEL) as draft:
         model.save(draft)
     found = {

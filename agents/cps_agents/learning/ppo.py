@@ -48,8 +48,7 @@ class Settings:
     target_kl: float = 0.03  # an update ends beyond it, from the second epoch on
     max_grad_norm: float = 0.5
     hidden: int = 64  # units of both hidden layers, of policy and value each
-    episode_noise: bool = False  # learn by noise that is held for an episode instead, see `episode_noise`
-    bias_learning_rate: float = 0.08  # with it: of the last layer's bias
+    bias_learning_rate: float = 0.08  # of `episode_noise`: that of the last layer's bias
 
 
 class Progress(NamedTuple):

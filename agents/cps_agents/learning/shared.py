@@ -116,7 +116,6 @@ def settings_of(recipe: Recipe) -> Settings:
         target_kl=recipe.target_kl or np.inf,
         max_grad_norm=recipe.max_grad_norm,
         hidden=recipe.hidden[0],
-        episode_noise=recipe.episode_noise,
         bias_learning_rate=recipe.bias_learning_rate,
     )
 

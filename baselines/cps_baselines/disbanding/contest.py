@@ -95,6 +95,7 @@ CONTEST = Contest(
         margin_informed=0.5,
         margin_neutral=5.0,
         left_out={
+            "random": "draws every action anew, which is no defence; `cps-envs learnability` plays it",
             "mpc_tuned": f"half a second for an episode; {MEASURED}",
             "joint": f"a second for an episode; {MEASURED}",
             "zoo:disbanding-defense-ppo": OTHER_SPACES,

@@ -87,6 +87,7 @@ CONTEST = Contest(
         margin_informed=0.1,
         margin_neutral=0.3,
         left_out={
+            "random": "draws every action anew, which is no defence; `cps-envs learnability` plays it",
             **dict.fromkeys(("kinematic", "redundancy", "model"), UNFILTERED),
             "zoo:fdi-defense-ppo": OTHER_SPACES,
             "zoo:fdi-defense-mixture": SELF_PLAY,

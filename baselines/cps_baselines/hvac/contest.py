@@ -102,6 +102,7 @@ DEFENDERS = Side(
     margin_informed=2.0,
     margin_neutral=20.0,
     left_out={
+        "random": "draws every action anew, which is no defence; `cps-envs learnability` plays it",
         "zoo:hvac-defense-ppo": UNFIT,
         "zoo:hvac-defense-mixture": SELF_PLAY,
         "mtd2_calibrated": "no threshold is shipped for `learning`: its recipe makes MTD2 worse where heat drifts",

@@ -100,6 +100,7 @@ CONTEST = Contest(
         margin_informed=1.0,
         margin_neutral=0.5,  # the neutral action is the best controller that needs no thought
         left_out={
+            "random": "draws every order anew, which is no defence; `cps-envs learnability` plays it",
             **dict.fromkeys(("zoo:rogue-defense-ppo", "zoo:rogue-defense-cma"), OTHER_SPACES),
             "zoo:rogue-defense-mixture": SELF_PLAY,
         },

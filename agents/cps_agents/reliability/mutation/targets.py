@@ -40,7 +40,7 @@ DISBANDING = _of(
     "charges_follow_their_formula",
     "a_collision_ends_the_episode_and_charges_the_rest",
     "a_platoon_is_disbanded_once_and_the_budget_ends",
-    "local_swarm_rewards_sum_to_the_vehicles_own_errors",
+    "local_swarm_rewards_are_the_vehicles_own_errors",
 )
 ROGUE = _of(
     "tests/rogue/test_game.py",

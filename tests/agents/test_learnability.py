@@ -1,0 +1,104 @@
+"""Ordinary learners learn: what is trained and judged, and that it works in every role (slow)."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cps_agents.commands.learnability import NAMES
+from cps_agents.errors import CommandError
+from cps_envs import PROBLEMS
+from cps_envs.core.registration import class_name
+from cps_envs.core.trust import vouched
+from cps_envs.core.types import ROLES
+from tests.agents.command_line import invoke
+
+pytest.importorskip("torch")
+pytest.importorskip("stable_baselines3")
+
+from cps_agents.arena.store import Store
+from cps_agents.learning.learnability import COLUMNS, HELD_OUT, constants_of, judge, table, to_json
+from cps_agents.learning.ordinary import Lesson, teach
+
+BUDGET_S = 120.0
+SURELY = {"none", "random", "best constant"}
+
+
+def test_every_role_is_there_with_settings_and_an_opponent_to_hold_out() -> None:
+    expected = {class_name(problem, role) for problem in PROBLEMS.values() for role in ROLES}
+    assert set(NAMES) == set(HELD_OUT) == expected
+    for problem in PROBLEMS.values():
+        game = problem.game(problem.presets["learning"], 1)
+        for role in ROLES:
+            assert game.spec(role).adapter(problem.training[role].adapter).agents
+            assert problem.training[role].ppo
+
+
+def test_constants_are_all_actions_of_an_adapter() -> None:
+    spec = PROBLEMS["fdi"].game(PROBLEMS["fdi"].presets["learning"], 1).spec("attacker")
+    assert constants_of(spec, "motion") == [f"always?adapter=motion&action={level}" for level in range(9)]
+    assert len(constants_of(spec, "expected")) == 81
+    assert constants_of(spec, "expected")[1] == "always?adapter=expected&action=[0,1]"
+    assert constants_of(spec, "native") == []
+
+
+@pytest.fixture(scope="module")
+def taught(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("learned")
+    for seed in (0, 1):
+        teach(Lesson("FdiAttack", seed, 1.0, folder / "FdiAttack" / f"seed-{seed}"))
+    return folder
+
+
+def test_a_lesson_is_kept_and_not_given_twice(taught: Path) -> None:
+    folder = taught / "FdiAttack" / "seed-0"
+    run = json.loads((folder / "run.json").read_text())
+    assert run["cpu_s"] >= 1.0
+    assert {path.name for path in folder.iterdir()} >= {"model.zip", "start.zip", "run.json"}
+    before = (folder / "model.zip").read_bytes()
+    assert teach(Lesson("FdiAttack", 0, 1.0, folder)) == run
+    assert (folder / "model.zip").read_bytes() == before
+    with pytest.raises(CommandError, match="holds another run"):
+        teach(Lesson("FdiAttack", 0, 2.0, folder))
+
+
+def test_models_are_judged_beside_everything_else_on_the_same_episodes(taught: Path, tmp_path: Path) -> None:
+    with vouched():
+        found = judge("FdiAttack", taught / "FdiAttack", Store(tmp_path), 1, episodes=4, rivals=False)
+    assert set(found.rows) == {"none", "random", "start", "best constant"}
+    assert found.models.mean.seeds == 2
+    assert {each.mean.episodes for each in (found.models, *found.rows.values())} == {4}
+    constants = [each for each in found.models.differences if each.startswith("always")]
+    assert len(constants) == 9
+    best = found.rows["best constant"]
+    assert best.policy in constants
+    paired = found.models.differences[best.policy].mean
+    np.testing.assert_allclose(paired, found.models.mean.mean - best.mean.mean)
+    shown = "\n".join(table([found], {"FdiAttack": 1.0}, "t").markdown())
+    assert all(column in shown for column in COLUMNS)
+    assert to_json([found])[0]["beaten"] == found.beaten()
+
+
+def test_the_command_refuses_what_does_not_exist(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
+    wrong = invoke("learnability", "RougeAttack", "--out", str(tmp_path))
+    assert wrong.exit_code != 0
+    assert "there is no role 'RougeAttack'. Did you mean 'RogueAttack'" in wrong.output
+    untrusted = invoke("learnability", "FdiAttack", "--out", str(tmp_path))
+    assert untrusted.exit_code != 0
+    assert "--trust" in untrusted.output
+
+
+@pytest.mark.slow
+def test_ordinary_learners_learn_at_least_seven_of_eight_roles(tmp_path: Path) -> None:
+    learned = []
+    for name in NAMES:
+        teach(Lesson(name, 0, BUDGET_S, tmp_path / name / "seed-0"))
+        with vouched():
+            found = judge(name, tmp_path / name, Store(tmp_path / "meetings"), 2, rivals=False)
+        if set(found.beaten()) >= SURELY:
+            learned.append(name)
+    assert len(learned) >= 7, f"only {learned}"

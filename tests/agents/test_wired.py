@@ -1,0 +1,107 @@
+"""Cards of networks that play through a wiring: they are read, or refused with a sentence that names the file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+pytest.importorskip("torch")
+
+from cps_agents.learning.learner import learn
+from cps_agents.zoo.card import SHIPPED, read_card
+from cps_agents.zoo.files import load, save
+from cps_agents.zoo.network import Memory
+from cps_agents.zoo.wiring import check_wiring
+from cps_envs.core.documents import DamagedFileError
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.core.play import play_episodes
+from tests.agents.arms import ARMS
+from tests.agents.test_ppo import job
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of our own PPO."""
+    found = tmp_path_factory.mktemp("run")
+    learn(job(found, total_steps=320))
+    return found
+
+
+def played(path: Path, preset: str = "learning", **overrides: Any) -> Any:
+    return play_episodes(ARMS, ARMS.config(preset, overrides), {"attacker": f"zoo:{path}"}, range(2))["return"]
+
+
+WRONG = {
+    "frame_skip": [0, 1.5, True, 10**9],
+    "recent_s": [[0.0], [float("1e300")], "often", [1.0] * 1000],
+    "rough_s": [-1.0, "never"],
+    "mean": [["0"], [1e9], [[0.0]]],
+    "deviation": [[0.0], [-1.0]],
+    "masked": [1],
+    "stickiness": [1e6, None],
+    "sampled": ["yes"],
+    "adapter": [3],
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wiring_that_makes_no_sense_is_refused(name: str, folder: Path, tmp_path: Path) -> None:
+    good = json.loads((folder / "policy.json").read_text())
+    check_wiring(good["wiring"])
+    for value in WRONG[name]:
+        (tmp_path / "policy.json").write_text(json.dumps({**good, "wiring": {**good["wiring"], name: value}}))
+        with pytest.raises(DamagedFileError, match=r"policy\.json is no card .*wiring"):
+            read_card(tmp_path / "policy.json")
+
+
+def test_entries_that_are_missing_or_unknown_are_named(folder: Path) -> None:
+    good = read_card(folder / "policy.json").wiring
+    with pytest.raises(ValueError, match="different numbers"):
+        check_wiring({**good, "mean": good["mean"][:-1]})
+    with pytest.raises(ValueError, match="colour"):
+        check_wiring({**good, "colour": 1})
+    with pytest.raises(ValueError, match="rough_s"):
+        check_wiring({name: value for name, value in good.items() if name != "rough_s"})
+
+
+def test_a_wiring_of_another_adapter_or_size_is_refused(folder: Path, tmp_path: Path) -> None:
+    card, network = load(folder / "policy.json")
+    for change, error, words in (
+        ({"adapter": "legs"}, UnknownNameError, "no adapter 'legs'"),
+        ({"recent_s": [1.0]}, ConfigurationError, "scaled inputs"),
+        ({"masked": False}, ConfigurationError, "play it in the configuration of its card"),
+    ):
+        fields = {name: getattr(card, name) for name in card.__dataclass_fields__}
+        save(tmp_path / "policy.json", type(card)(**{**fields, "wiring": {**card.wiring, **change}}), {0: network})
+        with pytest.raises(error, match=words):
+            played(tmp_path)
+
+
+def test_a_wired_network_has_no_memory(folder: Path, tmp_path: Path) -> None:
+    card, network = load(folder / "policy.json")
+    inputs = len(network.columns)
+    gates = (
+        (np.zeros((inputs, 8), np.float32), np.zeros(8, np.float32)),
+        (np.zeros((2, 8), np.float32), np.zeros(8, np.float32)),
+    )
+    layers = ((np.zeros((2, 3), np.float32), np.zeros(3, np.float32)),)
+    fields = {name: getattr(network, name) for name in network.__dataclass_fields__}
+    remembering = type(network)(**{**fields, "layers": layers, "memory": Memory(*gates)})
+    save(tmp_path / "policy.json", card, {0: remembering})
+    with pytest.raises(ValueError, match="no memory"):
+        load(tmp_path / "policy.json")
+
+
+def test_cards_without_a_wiring_stay_as_they_are() -> None:
+    paths = sorted(SHIPPED.glob("*.json"))[:3]
+    for path in paths:
+        assert "wiring" not in read_card(path).to_json() or read_card(path).wiring
+    assert paths
+
+
+def test_a_network_plays_in_another_length_of_the_episode(folder: Path) -> None:
+    assert played(folder, duration_s=20.0).mean() > played(folder).mean()
