@@ -26,7 +26,7 @@ TINY = {"opponent": "none", "cpu_seconds": 0.01, "num_envs": 2, "baseline": "non
 
 @pytest.mark.parametrize(
     ("role", "entries"),
-    [("RogueAttack", 1), ("FdiDefense", 2), ("DisbandingAttack", 1), ("DisbandingDefense", 0)],
+    [("RogueAttack", 1), ("FdiDefense", 2), ("DisbandingAttack", 2), ("DisbandingDefense", 0)],
     ids=["discrete", "team", "masked", "continuous"],
 )
 def test_an_update_of_every_kind_of_role(cleanrl: Any, role: str, entries: int, tmp_path: Path) -> None:
@@ -44,7 +44,7 @@ def test_illegal_actions_are_never_drawn_and_an_action_lasts(cleanrl: Any) -> No
 
     import cps_envs
 
-    space = cps_envs.learning_env("DisbandingAttack", 2).single_observation_space
+    space = cps_envs.learning_env("DisbandingAttack", 2, adapter="native").single_observation_space
     agent = cleanrl.Agent(space, [8])
     rows = torch.zeros(500, space.columns.size)
     rows[:, -2:] = 1.0  # the last two actions are legal
