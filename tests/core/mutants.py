@@ -17,7 +17,7 @@ from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.types import Role
 from tests.core.toy import (
     TOY,
-    Axes,
+    AxisTeam,
     ToyAttackEnv,
     ToyAttackVectorEnv,
     ToyDefenseEnv,
@@ -68,7 +68,7 @@ def wrong(method: str, instead: Callable[..., Any], *checks: str, part: str = "g
     mutant(*checks, role=role, part=part)(type(f"Wrong{method}", (base,), {method: replaced}))
 
 
-class DeadAxes(Axes):
+class DeadAxes(AxisTeam):
     def observe(self) -> Any:
         return super().observe() * np.array([1, 0], np.float32)
 
@@ -86,7 +86,7 @@ wrong(  # a bonus per call: a decision of three steps gets it once, three steps 
 wrong("_advance", lambda game, real, *to: 2 * real(*to), "return")
 wrong(
     "_moves",
-    lambda env, real, to: {**real(to), "attacker": env._readers["attacker"].single(to["attacker_0"])},
+    lambda env, real, given: {**real(given), "attacker": given["attacker"][:, 0]},
     "held_actions",
     **PAIRED,
 )
@@ -246,10 +246,13 @@ class ChangesAction(ToyDefenseEnv):
 
 @mutant("actions_untouched", part="parallel_class")
 class KeepsReference(RolesParallelEnv):
-    def _moves(self, actions: Any) -> Any:
+    def step(self, actions: Any) -> Any:
         due = not hasattr(self, "kept") or self.game.elapsed[0] % 3 == 0
         self.kept = actions if due else self.kept
-        super()._moves(actions)
+        return super().step(actions)
+
+    def _moves(self, given: Any) -> Any:
+        super()._moves(given)
         return {**self._held, "attacker": np.array([self.kept["attacker_0"]])}
 
 

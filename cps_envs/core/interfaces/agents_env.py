@@ -96,7 +96,8 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         self._states = {role: each.adapter.begin(1) for role, each in self.outside.items()}
         if self.render_mode == "human":
             self._renderer.show()
-        return self._look()
+        self._look()
+        return self._observations(), self._infos()
 
     def step(self, actions: dict[str, Any]) -> Result:
         """Advance by one decision of the agents.
@@ -113,7 +114,7 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
         for _ in range(1, self.frame_skip):
             if self._over():
                 break
-            self._seen = {role: each.seen() for role, each in self.outside.items()}
+            self._look()
             more = self._advance(given)
             rewards = {role: rewards[role] + more[role] for role in rewards}
         self._cycles += 1
@@ -126,7 +127,8 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
             for role, names in self._names.items()
             for name, value in zip(names, rewards[role][0], strict=True)
         }
-        observations, infos = self._look()
+        self._look()
+        observations, infos = self._observations(), self._infos()
         ends = (dict.fromkeys(self.agents, terminated), dict.fromkeys(self.agents, truncated))
         if terminated or truncated:
             self.agents = []
@@ -159,30 +161,41 @@ class AgentsEnv(ParallelEnv[str, Observation, Any]):
 
     def _advance(self, given: Mapping[Role, Array]) -> dict[Role, FloatArray]:
         """Go `interval` game steps; each role's rewards (1, A)."""
+        payoff = self._match.step(self._moves(given), self._envs, self.interval)
+        return {role: each.rewards(payoff) for role, each in self.outside.items()}
+
+    def _moves(self, given: Mapping[Role, Array]) -> dict[Role, Array]:
+        """The roles' actions in force: new ones where a decision of the role is due, held ones otherwise."""
         for role, each in self.outside.items():
             if self.game.elapsed[0] % self.game.decision_interval[role] == 0:
                 self._held[role], self._states[role] = each.act(self._seen[role], self._states[role], given[role])
-        payoff = self._match.step(dict(self._held), self._envs, self.interval)
-        return {role: each.rewards(payoff) for role, each in self.outside.items()}
+        return dict(self._held)
 
-    def _look(self) -> tuple[dict[str, Observation], Infos]:
-        """What the agents see, and their infos: metrics, and `action_mask` where not all actions are legal.
+    def _look(self) -> None:
+        self._seen = {role: each.seen() for role, each in self.outside.items()}
+
+    def _observations(self) -> dict[str, Observation]:
+        shown: dict[str, Observation] = {}
+        for role, each in self.outside.items():
+            rows = each.adapter.observe(self._seen[role], self._states[role])[0]
+            shown |= {name: row.copy() for name, row in zip(self._names[role], rows, strict=True)}
+        return shown
+
+    def _infos(self) -> Infos:
+        """Metrics, and `action_mask` where not all actions are legal.
 
         The mask is in the form that `action_space.sample(mask)` takes, as PettingZoo expects: a tuple of arrays for
         MultiDiscrete.
         """
-        observations: dict[str, Observation] = {}
-        infos: Infos = {}
         metrics = self.game.episode_metrics(0)
+        infos: Infos = {name: dict(metrics) for name in self.possible_agents}
         for role, each in self.outside.items():
-            self._seen[role] = seen = each.seen()
-            masks = each.adapter.masks(seen, self._states[role])
-            rows = each.adapter.observe(seen, self._states[role])[0]
+            masks = each.adapter.masks(self._seen[role], self._states[role])
+            if masks is None:
+                continue
             for place, name in enumerate(self._names[role]):
-                observations[name], infos[name] = rows[place].copy(), dict(metrics)
-                if masks is not None:
-                    infos[name]["action_mask"] = _mask(masks[0, place], each.adapter.action_space)
-        return observations, infos
+                infos[name]["action_mask"] = _mask(masks[0, place], each.adapter.action_space)
+        return infos
 
 
 def _names(outside: Outside, *, alone: bool) -> list[str]:
