@@ -118,7 +118,7 @@ def test_a_role_has_a_page_with_everything_that_there_is_to_know() -> None:
         assert f"\n## {heading}\n" in page
     assert "{" not in page.partition("## Arguments")[0].replace("{table}", "")
     assert "| 0-9 | `mean_speed` |" in page
-    assert "`vehicle_0` to `vehicle_99`" in docs.pages()["environments/disbanding.md"]
+    assert "`vehicle_0` to `vehicle_99`" in docs.pages()["environments/DisbandingDefense.md"]
 
 
 def test_pictures_of_the_pages_are_there_and_small() -> None:

@@ -86,7 +86,7 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
     command(f"train own_problem:own_problem/TankAttack-v0 {tiny}")
     mine, every = "zoo:runs/tank-attacker-ppo/seed-0", "league own_problem:TANK --attackers all --episodes 20"
     assert "Value of the game" in command(f"{every} --attackers {mine}")
-    assert "Played before: 4 meetings" in command("benchmark own_problem:TANK")
+    assert "Played before: 9 meetings" in command("benchmark own_problem:TANK")
     judged = command(f"evaluate own_problem:TANK attacker --policy {mine} --baseline own_problem:Bias --episodes 20")
     assert "Played before: 2 meetings" in judged
     learned = command(f"benchmark own_problem:TANK --suite learned --policy {mine} --quick")

@@ -71,9 +71,9 @@ def test_a_building_of_one_s_own_can_be_made_and_played() -> None:
     assert env.action_space.n == 3**3 - 1 - 2**3 + 2
     env.reset(seed=0)
     for _ in range(299):
-        _, reward, _, truncated, info = env.step(19)
+        _, reward, terminated, _, info = env.step(19)
         assert math.isfinite(reward)
-    assert truncated
+    assert terminated
     assert info["mean_abs_error_c"] < 3
 
 

@@ -85,7 +85,7 @@ def test_a_day_is_that_of_the_environment_with_the_same_seed() -> None:
         env.reset(seed=seed)
         total, done = 0.0, False
         while not done:
-            _, reward, _, done, info = env.step(0)
+            _, reward, done, _, info = env.step(0)
             total -= reward
         assert info["a_impact"] == pytest.approx(expected, rel=1e-12)
         assert total == pytest.approx(expected, rel=1e-9)
