@@ -159,6 +159,9 @@ def test_nonsense_is_refused() -> None:
         attack(recent_s=(0.0,))
     with pytest.raises(ConfigurationError, match="num_envs"):
         attack(0)
+    for seed in (-1, "zero", True, [None]):
+        with pytest.raises(ConfigurationError, match=r"seed = .* must be a whole number from 0 on"):
+            attack().reset(seed=seed)  # type: ignore[arg-type]
     with pytest.raises(ResetNeeded):
         attack().step(np.zeros(4, np.int64))
     envs = attack()

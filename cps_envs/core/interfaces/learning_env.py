@@ -13,7 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
-from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.errors import ConfigurationError, shown
 from cps_envs.core.interfaces.beside import Beside
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_count, check_options
@@ -91,7 +91,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._match = problem.match(self.config, self.episodes, {other(role): self.opponent})
         self.game = self._match.game
         self.game.use_threads(check_count("num_threads", num_threads))
-        self._run = check_count("seed", seed + 1) - 1
+        self._run = _number("seed", seed)
         self.paired, self._start = paired, 0
         if paired and self.episodes % 2:
             raise ConfigurationError(f"num_envs = {self.episodes} must be even where episodes are paired")
@@ -140,7 +140,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Start all episodes, at different times. `seed` numbers the training run, 0 to 9,999; None: the one given.
+        """Start all episodes, at different times. `seed` numbers the training run, 0 to 8,999; None: the one given.
 
         `options["start"]` numbers the starts of a run, which have episodes of their own; 0 if left out.
 
@@ -149,8 +149,8 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         """
         check_options(options)
         if seed is not None:
-            self._run = check_count("seed", _first(seed) + 1) - 1
-        self._start = check_count("start", (options or {}).get("start", 0) + 1) - 1
+            self._run = _number("seed", seed[0] if isinstance(seed, Sequence) else seed)
+        self._start = _number("start", (options or {}).get("start", 0))
         self._begin()
         if not self.paired:
             for _ in self._stagger():
@@ -327,5 +327,8 @@ def _rows_of(new: Array, old: Array, envs: BoolArray) -> Array:
     return np.where(envs.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
 
 
-def _first(seed: int | Sequence[int | None]) -> int:
-    return int(seed[0] or 0) if isinstance(seed, Sequence) else int(seed)
+def _number(name: str, value: Any) -> int:
+    """A whole number from 0 on."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
+        raise ConfigurationError(f"{name} = {shown(value)} must be a whole number from 0 on")
+    return int(value)
