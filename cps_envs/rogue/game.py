@@ -68,7 +68,7 @@ class RogueGame(Game):
         self._limits = command_limits(config)
         self.state: State = allocate(num_envs, config.max_vehicles)
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
-        self._held, self._worn = hold(self.state), np.zeros_like(self.state.damage)
+        self._held, self._episodes = hold(self.state), np.zeros(num_envs, np.int64)
         self._neutral = {role: np.stack([action] * num_envs) for role, action in self.neutral_action.items()}
         self._orders = np.full((num_envs, ordered, 2), (COMMANDED, 0))
         self._accelerations = np.zeros((num_envs, ordered))
@@ -76,6 +76,7 @@ class RogueGame(Game):
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         draws = draw(self.config, np.flatnonzero(envs), generators)
+        self._episodes[envs] += 1
         start_episodes(self._held, self.drawn, self._scores, draws, self._ranges, self.rules)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
@@ -83,7 +84,7 @@ class RogueGame(Game):
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
         moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
         given = (self._held, self.drawn, self.rules, moves)
-        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, self._worn, payoff), envs)
+        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs)
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
@@ -141,7 +142,7 @@ class RogueGame(Game):
     def team(self, role: Role) -> Team:
         """The defender as one agent for each vehicle that gets orders."""
         if role == "defender":
-            return VehicleTeam(self.config, self._held, self.drawn, self.rules, self._worn)
+            return VehicleTeam(self.config, self._held, self.drawn, self.rules, self._episodes)
         return super().team(role)
 
 
@@ -154,12 +155,9 @@ def step(
     envs: BoolArray,
     periods: int,
     scores: Array,
-    worn: FloatArray,
     payoff: FloatArray,
 ) -> None:
     """Advance the marked environments (B,) by game steps; write what the attacker is paid (B,).
-
-    The damage of each pair is also added to `worn` (B, n - 1).
 
     `moves` are the attacker's actions (B, 1) in [-1, 1]; of the k vehicles that get orders controllers (B, k, 2) and
     whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`.
@@ -173,10 +171,6 @@ def step(
             episode = platoon(state, b, c.num_vehicles)
             before = score.damage + score.formation_charge
             order, acceleration = borrowed(orders)[b], borrowed(accelerations)[b]
-            for i in range(episode.damage.size):
-                worn[b, i] -= episode.damage[i]
             advance_episode(episode, lend(scratch), attack[b, 0], order, acceleration, periods, score, c, r)
-            for i in range(episode.damage.size):
-                worn[b, i] += episode.damage[i]
             measure(episode, score, c, r)
             payoff[b] = score.damage + score.formation_charge - before

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.team import Team
-from cps_envs.core.types import Array, FloatArray, Observation
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.fields import vehicle_fields
 from cps_envs.rogue.observation import observe_vehicles
@@ -25,13 +25,14 @@ def names_of(config: RogueConfig) -> tuple[str, ...]:
 class VehicleTeam(Team):
     """The agents of `names_of`. They look at the state, the drawn quantities and the rules of a game.
 
-    `worn` (B, n - 1) is the game's own count of the damage of each pair, over all episodes.
+    `episodes` (B,) is the game's own count of the episodes that have begun.
     """
 
-    def __init__(self, config: RogueConfig, state: State, drawn: Array, rules: Array, worn: FloatArray) -> None:
+    def __init__(self, config: RogueConfig, state: State, drawn: Array, rules: Array, episodes: IntArray) -> None:
         self._config, self._seen = config, (state, drawn, rules)
         self._truth, self._drawn = Truth(config, state, drawn), drawn
-        self._worn, self._charged = worn, worn.copy()
+        self._damage, self._charged = state.damage, state.damage.copy()
+        self._episodes, self._charged_in = episodes, episodes.copy()
         self.agents = names_of(config)
         self._fields = vehicle_fields(config)
 
@@ -46,12 +47,14 @@ class VehicleTeam(Team):
         return self._ordered(self._truth.vehicles())
 
     def rewards(self, payoff: FloatArray) -> FloatArray:
-        """Rewards (B, k) since the last call, which sum to minus the payoff (B,) since then.
+        """Rewards (B, k) since the last call in this episode, which sum to minus the payoff (B,) since then.
 
         The damage of a pair is charged to its two vehicles in equal parts, and what is left, the formation charge, to
         all that the platoon has. What would fall to the seized vehicle, once it is driven, falls to the others.
         """
-        damage, self._charged = self._worn - self._charged, self._worn.copy()
+        same = (self._episodes == self._charged_in)[:, np.newaxis]
+        damage = self._damage - np.where(same, self._charged, 0.0)
+        self._charged, self._charged_in = self._damage.copy(), self._episodes.copy()
         driven = self._truth.there()
         seized = np.ones(len(payoff), np.bool_) if not self._config.hidden else self._truth.attacked()
         driven[seized, self._truth.seat[seized]] = False

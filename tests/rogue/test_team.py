@@ -62,7 +62,7 @@ def test_rewards_go_on_after_an_episode_has_started_anew() -> None:
 def charges(game: RogueGame, pair: int, payoff: float) -> Array:
     """What each vehicle is charged for 4 m/s of damage of a pair, and for the rest of a payoff."""
     team = game.team("defender")
-    game._worn[0, pair] += 4.0
+    game.state.damage[0, pair] += 4.0
     charged: Array = -team.rewards(np.array([payoff]))[0]
     return charged
 
