@@ -10,6 +10,7 @@ import typer
 from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings, conclude
 from cps_agents.console import out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.files import write_text
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 
@@ -33,6 +34,9 @@ def learnability(
     to: Annotated[Path, typer.Option("--out", metavar="DIR", help="Keep models and runs here.")] = Path(
         "runs/learnability"
     ),
+    markdown: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Also write the tables to this file, as Markdown.")
+    ] = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
     as_json: AsJson = False,
@@ -69,10 +73,15 @@ def learnability(
     if as_json:
         print_json({"budget_s": budget, "cpu_s": cpu_s, "usual": to_json(found), "held_out": to_json(unmet)})
         return
-    out().print(table(found, cpu_s, "Ordinary learners against the opponents of preset learning"))
+    tables = [table(found, cpu_s, "Ordinary learners against the opponents of preset learning")]
     if unmet:
-        out().print(table(unmet, cpu_s, "The same models against opponents that training has not met"))
-    conclude([])
+        tables.append(table(unmet, cpu_s, "The same models against opponents that training has not met"))
+    for each in tables:
+        out().print(each)
+    if markdown is not None:
+        parts = ("\n".join((f"**{each.title}**", "", *each.markdown(), "", *each.caption, "")) for each in tables)
+        write_text(markdown, "\n".join(parts))
+    conclude([] if markdown is None else [markdown])
 
 
 def _teach(lessons: Sequence[Lesson], workers: int) -> dict[str, float]:
