@@ -23,6 +23,7 @@ from cps_envs.core.training import Training
 from cps_envs.core.types import ROLES, Role
 
 MARK = "<!-- Written by `make pages` from the docstrings of environments and policies; do not edit. -->\n"
+STALE = "Played before"  # how a note begins that figures are of an earlier game
 BEST = 5  # policies that the page of a role ranks
 ENDS = "## References"  # what we add goes before it
 
@@ -176,6 +177,7 @@ def _best(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Itera
     if not found:
         return
     (contest,) = found
+    stale = [note for note in contest["notes"] if note.startswith(STALE)]
     entries = contest[f"{role}s"]
     sign = -1.0 if role == "attacker" else 1.0
     ranked = sorted(
@@ -183,6 +185,7 @@ def _best(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Itera
     )
     others = [each for each in entries if each["kind"] != "policy"]
     yield "## Best Known Results\n"
+    yield from (f"{note}\n" for note in stale)
     yield (
         f"What the attacker is paid in preset `learning`, in {contest['unit']}: the mean over the policies of the "
         f"other side, with its 95 % interval. {'More' if role == 'attacker' else 'Less'} is better. "

@@ -121,6 +121,8 @@ CONTEST = Contest(
         Column("false_alarms", "corrected in vain, nobody attacks (%)", form="{:.2f}", against="none"),
     ),
     notes=(
+        "Played before preset `learning` changed: corrections below 0.05 m/s2 did nothing, larger ones jumped in with "
+        "noise, and the attacker's usual opponent was `string`. Do not compare these figures with today's game.",
         "Every vehicle acts on its own sensors, its predecessor's and its record; only `informed` is told more.",
         "Where nobody attacks, the row of `none` is what a defence costs.",
         "A gap below 0 is that of vehicles that passed through one another: collisions do not stop an episode.",

@@ -122,6 +122,8 @@ CONTEST = Contest(
         reference="sliding",
     ),
     notes=(
+        "Played before preset `learning` changed: impacts were paid by their whole speed, places that nobody could "
+        "reach were charged, and `none` was the linear controller. Do not compare these figures with today's game.",
         "The attacker is paid the damage, impacts by their speed beyond 2 m/s, and 0.2 m/s for each second of formation"
         " cost. It counts intact vehicles and the places that they can reach.",
         "Read with a constraint: of the defenders whose formation cost is at most that of `sliding`, the one with the "
