@@ -11,9 +11,10 @@ import pytest
 from cps_agents.commands.learnability import NAMES
 from cps_agents.errors import CommandError
 from cps_envs import PROBLEMS
+from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.registration import class_name
 from cps_envs.core.trust import vouched
-from cps_envs.core.types import ROLES
+from cps_envs.core.types import ROLES, other
 from tests.agents.command_line import invoke
 
 pytest.importorskip("torch")
@@ -35,6 +36,7 @@ def test_every_role_is_there_with_settings_and_an_opponent_to_hold_out() -> None
         for role in ROLES:
             assert game.spec(role).adapter(problem.training[role].adapter).agents
             assert problem.training[role].ppo
+            resolve_policy(HELD_OUT[class_name(problem, role)], game.spec(other(role)))
 
 
 def test_constants_are_all_actions_of_an_adapter() -> None:

@@ -29,7 +29,7 @@ EPISODES: Mapping[str, int] = {"rogue": 200, "fdi": 400, "hvac": 400, "disbandin
 UNTRAINED, CONSTANTS, ANALYTIC, TRAINED = "start", "best constant", "best analytic", "best trained"
 HELD_OUT: Mapping[str, str] = {  # opponents that training does not meet
     "RogueAttack": "sliding_detection",
-    "RogueDefense": "contested?against=informed",
+    "RogueDefense": "contested?against=assigned",
     "FdiAttack": "bank",
     "FdiDefense": "mimic?acceleration_mps2=0.4",
     "HvacAttack": "mtd2",
