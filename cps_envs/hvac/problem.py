@@ -30,8 +30,8 @@ LEARNING_ATTACKERS = (
 
 # All chosen, by trials with stable-baselines3's PPO. A lie pays with the square of its size, so a policy that draws
 # levels at random sees little of it, and the first updates decide which sign it finds. An untrained policy that keeps
-# its level for long (`run_s`) finds the warm ones in some runs, which pay half. Without that every run found the cold
-# ones. The adapter "together" is faster at first and not better after two minutes.
+# its level for long (`run_s`) finds the warm ones in some runs, which pay half. Without that the four runs whose levels
+# were kept found the cold ones. The adapter "together" is faster at first and not better after two minutes.
 ATTACK = Training(
     adapter="expected",
     frame_skip=20,

@@ -96,7 +96,8 @@ def judge(
     venue, rival = Venue(problem.name, PRESET), opponent or problem.opponents[PRESET][other(role)]
     spec = problem.game(venue.config, 1).spec(role)
     training = problem.training[role]
-    names = [each.reference for each in able(venue, role, usual(venue, role))] if rivals else ["none", "random"]
+    playing = able(venue, role, usual(venue, role)) if rivals else ()
+    names = [each.reference for each in playing if not each.overrides]  # without those made for another configuration
     groups = {
         CONSTANTS: constants_of(spec, training.adapter),
         ANALYTIC: [each for each in names if not each.startswith(PREFIX)],
@@ -111,9 +112,9 @@ def judge(
     by_name = {each.policy: each for each in standings}
     rows = {"none": by_name["none"], "random": by_name["random"], UNTRAINED: by_name[f"{start}{sampled}"]}
     for group, members in groups.items():
-        playing = [by_name[member] for member in members if member not in ("none", "random")]
-        if playing:
-            rows[group] = _best(playing, role)
+        known = [by_name[member] for member in members if member not in ("none", "random")]
+        if known:
+            rows[group] = _best(known, role)
     return Reached(name, role, rival, by_name[f"{models}{sampled}"], rows)
 
 
