@@ -20,12 +20,14 @@ from cps_envs import PROBLEMS
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
+from cps_envs.core.training import NATIVE
 from cps_envs.core.types import ROLES, Role, other
 from cps_envs.core.untrained import choices_of
 
 PRESET = "learning"
+LONGEST = 20  # characters of a constant action in a table
 MOST_CONSTANTS = 81  # of an adapter; above that they are too many to play
-EPISODES: Mapping[str, int] = {"rogue": 200, "fdi": 400, "hvac": 400, "disbanding": 64}  # chosen: seconds each
+EPISODES: Mapping[str, int] = {"rogue": 200, "fdi": 400, "hvac": 400, "disbanding": 200}  # chosen: seconds each
 UNTRAINED, CONSTANTS, ANALYTIC, TRAINED = "start", "best constant", "best analytic", "best trained"
 HELD_OUT: Mapping[str, str] = {  # opponents that training does not meet
     "RogueAttack": "sliding_detection",
@@ -66,13 +68,16 @@ def role_of(name: str) -> tuple[Problem, Role]:
 
 
 def constants_of(spec: RoleSpec, adapter: str) -> list[str]:
-    """A reference to each constant action of an adapter; of a continuous one the neutral action only."""
+    """A reference to each constant action of an adapter; of a continuous one the neutral action only.
+
+    Of an adapter with too many, the role's own constant actions instead, if those are few.
+    """
     bound = spec.adapter(adapter)
     choices = choices_of(bound.action_space)
     if not choices:
         return [f"always?adapter={adapter}&action={bound.neutral_action.tolist()}".replace(" ", "")]
     if np.prod(choices) > MOST_CONSTANTS:
-        return []
+        return [] if adapter == NATIVE else constants_of(spec, NATIVE)
     actions = [list(each) if bound.action_space.shape else each[0] for each in product(*map(range, choices))]
     return [f"always?adapter={adapter}&action={action}".replace(" ", "") for action in actions]
 
@@ -163,7 +168,10 @@ def _short(reference: str) -> str:
     name, _, query = reference.partition("?")
     if name == "mixture":
         return "the preset's mixture"
-    return query.partition("action=")[2] if name == "always" else reference
+    if name != "always":
+        return reference
+    action = query.partition("action=")[2]
+    return action if len(action) < LONGEST else "neutral"  # of a continuous action only the neutral one plays
 
 
 def to_json(found: Sequence[Reached]) -> list[dict[str, Any]]:
