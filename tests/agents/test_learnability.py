@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -82,6 +83,14 @@ def test_models_are_judged_beside_everything_else_on_the_same_episodes(taught: P
     shown = "\n".join(table([found], {"FdiAttack": 1.0}, "t").markdown())
     assert all(column in shown for column in COLUMNS)
     assert to_json([found])[0]["beaten"] == found.beaten()
+
+
+def test_one_training_seed_is_judged_too(taught: Path, tmp_path: Path) -> None:
+    alone = tmp_path / "FdiAttack"
+    shutil.copytree(taught / "FdiAttack" / "seed-0", alone / "seed-0")
+    with vouched():
+        found = judge("FdiAttack", alone, Store(tmp_path / "meetings"), 1, episodes=2, rivals=False)
+    assert (found.models.mean.seeds, found.models.mean.episodes) == (1, 2)
 
 
 def test_the_command_refuses_what_does_not_exist(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from typing import Generic, TypeVar
 
 from cps_agents.arena.meeting import Job, Meeting, Preparation, Result, attempt, make_meeting, make_preparation
 from cps_agents.arena.store import Store, file_name
-from cps_agents.zoo.references import by_training_seed
+from cps_agents.zoo.references import SB3, by_training_seed
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.types import ROLES, Role, other
@@ -55,7 +55,7 @@ class Pairing:
             return [self._meeting(pair, self.label)]
         mine, label = pair[self.every_seed], self.label or f"{self.attacker.name} - {self.defender.name}"
         seeds = by_training_seed(mine.reference)
-        if len(seeds) == 1:  # the same meeting as without the seed's number
+        if len(seeds) == 1 and not mine.reference.startswith(SB3):  # the same meeting as without the seed's number
             return [self._meeting(pair, label)]
         return [
             self._meeting({**pair, self.every_seed: replace(mine, policy=reference)}, f"{label}, seed {seed}")
