@@ -55,7 +55,8 @@ class Pairing:
             return [self._meeting(pair, self.label)]
         mine, label = pair[self.every_seed], self.label or f"{self.attacker.name} - {self.defender.name}"
         seeds = by_training_seed(mine.reference)
-        if len(seeds) == 1 and not mine.reference.startswith(SB3):  # the same meeting as without the seed's number
+        folder = mine.reference.startswith(SB3) and None not in seeds  # which no policy can be looked up by
+        if len(seeds) == 1 and not folder:  # the same meeting as without the seed's number
             return [self._meeting(pair, label)]
         return [
             self._meeting({**pair, self.every_seed: replace(mine, policy=reference)}, f"{label}, seed {seed}")
