@@ -22,7 +22,7 @@ pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
 from cps_agents.arena.store import Store
-from cps_agents.learning.learnability import COLUMNS, HELD_OUT, constants_of, judge, table, to_json
+from cps_agents.learning.learnability import COLUMNS, HELD_OUT, constants_of, judge, native_constants, table, to_json
 from cps_agents.learning.ordinary import Lesson, teach
 
 BUDGET_S = 120.0
@@ -45,7 +45,9 @@ def test_constants_are_all_actions_of_an_adapter() -> None:
     assert constants_of(spec, "motion") == [f"always?adapter=motion&action={level}" for level in range(9)]
     assert len(constants_of(spec, "expected")) == 81
     assert constants_of(spec, "expected")[1] == "always?adapter=expected&action=[0,1]"
-    assert constants_of(spec, "native") == []
+    assert constants_of(spec, "native") == native_constants(spec) == []
+    house = PROBLEMS["hvac"].game(PROBLEMS["hvac"].presets["learning"], 1).spec("defender")
+    assert len(native_constants(house)) == house.action_space.n  # among them each set of believed sensors
 
 
 @pytest.fixture(scope="module")

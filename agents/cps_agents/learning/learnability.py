@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from gymnasium import spaces
 
 from cps_agents.arena.challenge import Challenge, able, usual
 from cps_agents.arena.store import Store
@@ -68,18 +69,20 @@ def role_of(name: str) -> tuple[Problem, Role]:
 
 
 def constants_of(spec: RoleSpec, adapter: str) -> list[str]:
-    """A reference to each constant action of an adapter; of a continuous one the neutral action only.
-
-    Of an adapter with too many, the role's own constant actions instead, if those are few.
-    """
+    """A reference to each constant action of an adapter, if they are few; of a continuous one to the neutral action."""
     bound = spec.adapter(adapter)
     choices = choices_of(bound.action_space)
     if not choices:
         return [f"always?adapter={adapter}&action={bound.neutral_action.tolist()}".replace(" ", "")]
     if np.prod(choices) > MOST_CONSTANTS:
-        return [] if adapter == NATIVE else constants_of(spec, NATIVE)
+        return []
     actions = [list(each) if bound.action_space.shape else each[0] for each in product(*map(range, choices))]
     return [f"always?adapter={adapter}&action={action}".replace(" ", "") for action in actions]
+
+
+def native_constants(spec: RoleSpec) -> list[str]:
+    """A reference to each of the role's own constant actions, if these are single numbers and few."""
+    return constants_of(spec, NATIVE) if isinstance(spec.action_space, spaces.Discrete) else []
 
 
 def judge(
@@ -104,7 +107,7 @@ def judge(
     playing = able(venue, role, usual(venue, role)) if rivals else ()
     names = [each.reference for each in playing if not each.overrides]  # without those made for another configuration
     groups = {
-        CONSTANTS: constants_of(spec, training.adapter),
+        CONSTANTS: [*constants_of(spec, training.adapter), *native_constants(spec)],
         ANALYTIC: [each for each in names if not each.startswith(PREFIX)],
         TRAINED: [each for each in names if each.startswith(PREFIX)],
     }
