@@ -49,7 +49,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
 
 
 def learning_recipe(problem: Problem, role: Role) -> Recipe:
-    """The recipe `rogue-attack-learning`, and so on."""
+    """The recipe `rogue-attack`, and so on."""
     training = problem.training.get(role, Training())
     side = {"attacker": "attack", "defender": "defense"}[role]
     given = {KNOBS[name]: value for name, value in training.ppo.items() if name in KNOBS}
@@ -74,5 +74,5 @@ def learning_recipe(problem: Problem, role: Role) -> Recipe:
         "num_envs": training.num_envs,
     }
     own = OWN.get((problem.name, role), {})
-    name = f"{problem.name}-{side}-learning"
+    name = f"{problem.name}-{side}"
     return Recipe(name=name, problem=problem.name, role=role, algorithm=SHARED, **{**knobs, **given, **own})
