@@ -27,9 +27,9 @@ from cps_agents.learning.run import Job, Run, recording
 from cps_agents.learning.tracking import Tracker
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.files import save
+from cps_agents.zoo.files import save, starts_of
 from cps_agents.zoo.policy import count_actions
-from cps_agents.zoo.wired import Head, card_entry, wired_policy
+from cps_agents.zoo.wired import Head, card_entry, wired_policy, with_scaling
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.policy import Idle
 from cps_envs.core.types import Array, other
@@ -179,7 +179,7 @@ class Keeper:
     def evaluate(self) -> None:
         """Play validation episodes with the network as it is; if it is the best so far, keep it."""
         run, learner = self._run, self._learner
-        network = learner.network.exported()
+        network = with_scaling(learner.network.exported(), learner.envs.wired.wiring)
         outcome = validate(run.recipe, wired_policy(self._spec, self._card({}), network))
         score, self._untrained = run.recipe.score(outcome), learner.steps == 0
         row = {"steps": learner.steps, "cpu_s": round(learner.cpu_s, 1), "validation": score, "none": self._idle}
@@ -187,7 +187,8 @@ class Keeper:
         self._tracker.log({"validation/score": score}, learner.steps)
         if self._best is None or score > self._best or not run.card.is_file():
             self._best = score
-            save(run.card, self._card(row), {run.seed: network})
+            starts = {run.seed: network} if learner.steps == 0 else starts_of(run.card) if run.card.is_file() else {}
+            save(run.card, self._card(row), {run.seed: network}, starts)
         self._validation = f"validation {score:.3g} (best {self._best:.3g}, none {self._idle:.3g})"
 
     def _after(self, share: float) -> float:

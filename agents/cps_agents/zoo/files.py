@@ -24,6 +24,7 @@ MOST_BYTES = 256 * 2**20  # of a file of weights
 WEIGHTS = ".safetensors"
 WAIT_S = 10.0  # for another process that writes the same policy
 ATTEMPTS = 3  # to read card and weights that fit, while another process may be writing them
+START = "start/"  # before the training seed, in the names of the weights before any training
 
 
 def shipped_names(folder: Path = SHIPPED) -> list[str]:
@@ -51,8 +52,15 @@ def find(name: str) -> Path:
     )
 
 
-def save(card_path: Path, card: Card, networks: Mapping[int, Network | Numbers]) -> Card:
+def save(
+    card_path: Path,
+    card: Card,
+    networks: Mapping[int, Network | Numbers],
+    starts: Mapping[int, Network] | None = None,
+) -> Card:
     """Write weights and card so that at every moment a pair that fits is there. Returns the card with their hash.
+
+    `networks` has those of each training seed, `starts` the same before any training, where they are known.
 
     New weights wait beside the old ones until the card that names their hash is there. Whoever is killed in between
     leaves the old policy, or the new one.
@@ -61,10 +69,11 @@ def save(card_path: Path, card: Card, networks: Mapping[int, Network | Numbers])
         CommandError: another command goes on writing this policy.
         OSError: a file cannot be written.
     """
-    tensors = {
-        f"{seed}/{name}": array for seed, network in networks.items() for name, array in network.tensors().items()
-    }
-    data = to_bytes(tensors)
+    kept = {f"{seed}/": network for seed, network in networks.items()}
+    kept |= {f"{START}{seed}/": network for seed, network in (starts or {}).items()}
+    data = to_bytes(
+        {f"{prefix}{name}": array for prefix, network in kept.items() for name, array in network.tensors().items()}
+    )
     written = replace(card, weights=hashlib.sha256(data).hexdigest())
     with alone_at(card_path, wait_s=WAIT_S):
         _settle(card_path)
@@ -75,11 +84,13 @@ def save(card_path: Path, card: Card, networks: Mapping[int, Network | Numbers])
     return written
 
 
-def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network | Numbers]:
+def load(card_path: Path, seed: int | None = None, *, untrained: bool = False) -> tuple[Card, Network | Numbers]:
     """The card and the network, or the numbers, of one training seed, the best if none is given. It runs no code.
 
+    With `untrained` the network is the one that this training began with.
+
     Raises:
-        ValueError: a damaged file, or a seed that is not in it.
+        ValueError: a damaged file, a seed that is not in it, or no untrained network in it.
         OSError: a file cannot be read.
     """
     card, data = read_pair(card_path)
@@ -88,7 +99,12 @@ def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network | Numb
         raise ValueError(f"{card.name} has no training seed {chosen}. Known: {', '.join(card.seeds)}.")
     try:
         tensors = from_bytes(data)
-        prefix = f"{chosen}/"
+    except SafetensorError as error:
+        raise _damaged(card_path, error) from error
+    if untrained and not any(name.startswith(f"{START}{chosen}/") for name in tensors):
+        raise ValueError(f"{card.name} was saved without the network that its training began with")
+    try:
+        prefix = f"{START}{chosen}/" if untrained else f"{chosen}/"
         mine = {name.removeprefix(prefix): array for name, array in tensors.items() if name.startswith(prefix)}
         if card.numbers:
             return card, numbers_of(mine, len(card.numbers))
@@ -97,8 +113,25 @@ def load(card_path: Path, seed: int | None = None) -> tuple[Card, Network | Numb
         if card.wiring and network.memory is not None:
             raise ValueError("a network with a wiring has no memory")
         return card, network
-    except (SafetensorError, ValueError) as error:
+    except ValueError as error:
         raise _damaged(card_path, error) from error
+
+
+def starts_of(card_path: Path) -> dict[int, Network]:
+    """The untrained networks of a file, by training seed.
+
+    Raises:
+        ValueError: a damaged file.
+        OSError: a file cannot be read.
+    """
+    card, data = read_pair(card_path)
+    try:
+        names = from_bytes(data).keys()
+    except SafetensorError as error:
+        raise _damaged(card_path, error) from error
+    seeds = [int(seed) for seed in card.seeds if any(name.startswith(f"{START}{seed}/") for name in names)]
+    found = {seed: load(card_path, seed, untrained=True)[1] for seed in seeds}
+    return {seed: network for seed, network in found.items() if isinstance(network, Network)}
 
 
 def read_pair(card_path: Path) -> tuple[Card, bytes]:

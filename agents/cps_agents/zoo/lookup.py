@@ -17,15 +17,23 @@ from cps_envs.core.trust import require_trust
 from cps_envs.core.wiring import WiredBox
 
 
-def trained(name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool | None = None) -> Policy:
+def trained(
+    name: str, spec: RoleSpec, *, seed: int | None = None, deterministic: bool | None = None, untrained: bool = False
+) -> Policy:
     """A shipped policy by its name, or one of your own by the path of its card or of its training run.
 
     `seed` chooses a training seed (`zoo:hvac-attack-ppo?seed=3`), the best by validation if left out. Without
-    `deterministic` it plays as its card says, which for most is the most likely action.
+    `deterministic` it plays as its card says, which for most is the most likely action. With `untrained` it plays the
+    network that its training began with.
+
+    Raises:
+        UnknownNameError: there is no such policy.
+        ValueError: a damaged file, a seed that is not in it, or no untrained network in it.
+        ConfigurationError: the policy does not fit the role.
     """
     from cps_envs import PROBLEMS
 
-    card, network = load(find(name), seed)
+    card, network = load(find(name), seed, untrained=untrained)
     version = PROBLEMS[spec.problem].version if spec.problem in PROBLEMS else None
     if isinstance(network, Numbers) and card.head == MIXTURE:
         return mixed(spec, card, network, version)

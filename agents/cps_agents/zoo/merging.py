@@ -10,7 +10,7 @@ from pathlib import Path
 from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import differing
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.files import load, save
+from cps_agents.zoo.files import load, save, starts_of
 from cps_agents.zoo.network import Network
 from cps_agents.zoo.numbers import Numbers
 
@@ -29,13 +29,15 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
     loaded = [load(path) for path in cards]
     first = loaded[0][0]
     networks: dict[int, Network | Numbers] = {}
+    starts: dict[int, Network] = {}
     for path, (card, network) in zip(cards, loaded, strict=True):
         if differing(card.recipe, first.recipe) or card.version != first.version:
             raise CommandError(f"{path} has another recipe than {cards[0]}: put each into its own policy")
         if card.best in networks:
             raise CommandError(f"{path}: training seed {card.best} is already in the policy")
         networks[card.best] = network
-    size = sum(array.nbytes for network in networks.values() for array in network.tensors().values())
+        starts |= starts_of(path)
+    size = sum(array.nbytes for each in (*networks.values(), *starts.values()) for array in each.tensors().values())
     if size > LIMIT_BYTES:
         raise CommandError(f"the weights take {size:,} bytes, at most {LIMIT_BYTES:,} can be shipped: use fewer seeds")
     seeds = {seed: facts for card, _ in loaded for seed, facts in card.seeds.items()}
@@ -48,7 +50,7 @@ def merge(cards: Sequence[Path], target: Path) -> Card:
         best=best,
         seeds=dict(sorted(seeds.items(), key=lambda entry: int(entry[0]))),
     )
-    return save(target, merged, networks)
+    return save(target, merged, networks, starts)
 
 
 def without_places(command: str) -> str:

@@ -14,7 +14,7 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
 from cps_agents.zoo.network import ACTIVATIONS, Network
 from cps_agents.zoo.policy import count_actions
-from cps_agents.zoo.wired import Head, card_entry
+from cps_agents.zoo.wired import Head, card_entry, with_scaling
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import Array
@@ -67,7 +67,7 @@ def save_network(
     save(
         path,
         _card(Path(folder).name, envs, actions, activation, Head(stickiness, None, sampled), facts or {}),
-        {0: network},
+        {0: with_scaling(network, envs.wired.wiring)},
     )
     return f"zoo:{folder}"
 

@@ -6,7 +6,7 @@ What the network is made with does not matter. `WiredPolicy` plays any function 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -20,6 +20,7 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, Observation
 from cps_envs.core.wiring import Wired, Wiring
 
+SCALING = ("mean", "deviation")
 Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logits or means (n, k)
 
 
@@ -108,10 +109,17 @@ def outputs_of(network: Network) -> Outputs:
 
 
 def card_entry(wiring: Wiring, head: Head) -> dict[str, Any]:
-    """A wiring as a card has it."""
-    entry = {name: value for name, value in asdict(wiring).items() if name not in ("problem", "role")}
+    """A wiring as a card has it; the scaling is of a training seed and lies with its weights."""
+    entry = {name: value for name, value in asdict(wiring).items() if name not in ("problem", "role", *SCALING)}
     entry |= {name: list(value) for name, value in entry.items() if isinstance(value, tuple)}
     return entry | {"stickiness": head.stickiness, "sampled": head.sampled}
+
+
+def with_scaling(network: Network, wiring: Wiring) -> Network:
+    """The network with a wiring's scaling, for a file."""
+    mean, deviation = network.mean.copy(), network.deviation.copy()
+    mean[: len(wiring.mean)], deviation[: len(wiring.mean)] = wiring.mean, wiring.deviation
+    return replace(network, mean=mean, deviation=deviation)
 
 
 def wired_policy(
@@ -129,8 +137,12 @@ def wired_policy(
     entry.pop("sampled", None)
     head = Head(entry.pop("stickiness"), network.log_deviation, draws)
     tuples = {name: tuple(value) for name, value in entry.items() if isinstance(value, (list, tuple))}
-    wiring = Wiring(spec.problem, spec.role, **{**entry, **tuples})
-    policy = WiredPolicy(spec, wiring, outputs_of(network), head)
+    plain = Wiring(spec.problem, spec.role, **{**entry, **tuples})
+    columns = Wired(plain, spec.adapter(plain.adapter)).columns
+    mean, deviation = (tuple(each[: columns.scaled].tolist()) for each in (network.mean, network.deviation))
+    unscaled = replace(network, mean=np.zeros_like(network.mean), deviation=np.ones_like(network.deviation))
+    wiring = replace(plain, mean=mean, deviation=deviation)
+    policy = WiredPolicy(spec, wiring, outputs_of(unscaled), head)
     space, size = policy.wired.adapter.action_space, policy.wired.columns.size
     if (count_actions(space), size) != (card.actions, card.observation_size):
         raise ConfigurationError(

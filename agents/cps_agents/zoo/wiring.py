@@ -10,8 +10,6 @@ MOST_FRAME_SKIP = 10**6
 MOST_S = 1e9  # of a time constant
 MOST_AVERAGES = 100
 MOST_STICKINESS = 100.0
-MOST_VALUE = 1e6  # of a mean or a deviation
-MOST_INPUTS = 10**6
 
 
 def check_wiring(entry: Mapping[str, Any]) -> None:
@@ -28,8 +26,6 @@ def check_wiring(entry: Mapping[str, Any]) -> None:
     for name, fits in CHECKS.items():
         if not fits(entry[name]):
             raise ValueError(f"its wiring has {name} = {str(entry[name])[:40]!r}, which makes no sense")
-    if len(entry["mean"]) != len(entry["deviation"]):
-        raise ValueError("its wiring has means and deviations of different numbers of inputs")
 
 
 def _number(low: float, high: float) -> Callable[[Any], bool]:
@@ -53,8 +49,6 @@ CHECKS: Mapping[str, Callable[[Any], bool]] = {
     "frame_skip": lambda value: type(value) is int and 1 <= value <= MOST_FRAME_SKIP,
     "recent_s": _numbers(MOST_AVERAGES, 1e-9, MOST_S),
     "rough_s": _number(0.0, MOST_S),
-    "mean": _numbers(MOST_INPUTS, -MOST_VALUE, MOST_VALUE),
-    "deviation": _numbers(MOST_INPUTS, 1e-9, MOST_VALUE),
     "masked": lambda value: isinstance(value, bool),  # whether the last inputs say what is legal
     "stickiness": _number(-MOST_STICKINESS, MOST_STICKINESS),  # added to the logit of the last action
     "sampled": lambda value: isinstance(value, bool),  # whether the policy draws, where nothing else is asked for
