@@ -22,7 +22,16 @@ pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
 from cps_agents.arena.store import Store
-from cps_agents.learning.learnability import COLUMNS, HELD_OUT, constants_of, judge, native_constants, table, to_json
+from cps_agents.learning.learnability import (
+    COLUMNS,
+    HELD_OUT,
+    Learned,
+    constants_of,
+    judge,
+    native_constants,
+    table,
+    to_json,
+)
 from cps_agents.learning.ordinary import Lesson, teach
 
 BUDGET_S = 120.0
@@ -37,7 +46,8 @@ def test_every_role_is_there_with_settings_and_an_opponent_to_hold_out() -> None
         for role in ROLES:
             assert game.spec(role).adapter(problem.training[role].adapter).agents
             assert problem.training[role].ppo
-            resolve_policy(HELD_OUT[class_name(problem, role)], game.spec(other(role)))
+            for opponent in HELD_OUT[class_name(problem, role)]:
+                resolve_policy(opponent, game.spec(other(role)))
 
 
 def test_constants_are_all_actions_of_an_adapter() -> None:
@@ -72,7 +82,9 @@ def test_a_lesson_is_kept_and_not_given_twice(taught: Path) -> None:
 
 def test_models_are_judged_beside_everything_else_on_the_same_episodes(taught: Path, tmp_path: Path) -> None:
     with vouched():
-        found = judge("FdiAttack", taught / "FdiAttack", Store(tmp_path), 1, episodes=4, rivals=False)
+        found = judge(
+            Learned.in_folder("FdiAttack", taught / "FdiAttack"), Store(tmp_path), 1, episodes=4, rivals=False
+        )
     assert set(found.rows) == {"none", "random", "start", "best constant"}
     assert found.models.mean.seeds == 2
     assert {each.mean.episodes for each in (found.models, *found.rows.values())} == {4}
@@ -82,7 +94,7 @@ def test_models_are_judged_beside_everything_else_on_the_same_episodes(taught: P
     assert best.policy in constants
     paired = found.models.differences[best.policy].mean
     np.testing.assert_allclose(paired, found.models.mean.mean - best.mean.mean)
-    shown = "\n".join(table([found], {"FdiAttack": 1.0}, "t").markdown())
+    shown = "\n".join(table([found], "t").markdown())
     assert all(column in shown for column in COLUMNS)
     assert to_json([found])[0]["beaten"] == found.beaten()
 
@@ -91,7 +103,7 @@ def test_one_training_seed_is_judged_too(taught: Path, tmp_path: Path) -> None:
     alone = tmp_path / "FdiAttack"
     shutil.copytree(taught / "FdiAttack" / "seed-0", alone / "seed-0")
     with vouched():
-        found = judge("FdiAttack", alone, Store(tmp_path / "meetings"), 1, episodes=2, rivals=False)
+        found = judge(Learned.in_folder("FdiAttack", alone), Store(tmp_path / "meetings"), 1, episodes=2, rivals=False)
     assert (found.models.mean.seeds, found.models.mean.episodes) == (1, 2)
 
 
@@ -105,13 +117,19 @@ def test_the_command_refuses_what_does_not_exist(tmp_path: Path, monkeypatch: py
     assert "--trust" in untrusted.output
 
 
+def test_shipped_networks_are_judged_without_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("cps_agents.learning.learnability.SIDES", {"attacker": "attack", "defender": "nobody"})
+    with pytest.raises(CommandError, match=r"no networks of FdiDefense are shipped: .* train FdiDefense-v0"):
+        Learned.shipped("FdiDefense")
+
+
 @pytest.mark.slow
 def test_ordinary_learners_learn_at_least_seven_of_eight_roles(tmp_path: Path) -> None:
     learned = []
     for name in NAMES:
         teach(Lesson(name, 0, BUDGET_S, tmp_path / name / "seed-0"))
         with vouched():
-            found = judge(name, tmp_path / name, Store(tmp_path / "meetings"), 2, rivals=False)
+            found = judge(Learned.in_folder(name, tmp_path / name), Store(tmp_path / "meetings"), 2, rivals=False)
         if set(found.beaten()) >= SURELY:
             learned.append(name)
     assert len(learned) >= 7, f"only {learned}"

@@ -1,4 +1,4 @@
-"""`cps-envs learnability`: whether an ordinary learner learns each role, beside everything else that plays it."""
+"""`cps-envs learnability`: what learned policies reach in each role, beside everything else that plays it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cps_agents.progress import Progress
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cps_agents.learning.ordinary import Lesson
+    from cps_agents.learning.learnability import Learned, Reached
 
 NAMES = (
     *("RogueAttack", "RogueDefense", "FdiAttack", "FdiDefense"),
@@ -30,7 +30,8 @@ def learnability(
     seeds: Annotated[int, typer.Option(min=1, max=100, help="Train so many seeds of each role.")] = 5,
     budget: Annotated[float, typer.Option(min=1, metavar="SECONDS", help="Train each seed for this CPU time.")] = 120.0,
     episodes: Annotated[int, typer.Option(min=0, help="Judge on so many episodes; 0: what a role needs.")] = 0,
-    held_out: Annotated[bool, typer.Option(help="Judge against an opponent that training does not meet, too.")] = True,
+    held_out: Annotated[bool, typer.Option(help="Judge against opponents that training does not meet, too.")] = True,
+    shipped: Annotated[bool, typer.Option("--shipped", help="Judge the shipped networks instead of training.")] = False,
     to: Annotated[Path, typer.Option("--out", metavar="DIR", help="Keep models and runs here.")] = Path(
         "runs/learnability"
     ),
@@ -43,60 +44,58 @@ def learnability(
 ) -> None:
     """Train PPO of stable-baselines3 on each role, and judge it beside everything else.
 
-    Prints what the models reach beside doing nothing, random play, their own start, the best constant action, and the
-    best registered policies. Ctrl-C loses no finished model, and the same command continues. The models are read with
-    pickle, so write `cps-envs --trust learnability`.
+    Prints what the models reach beside doing nothing, random play, their own start, the best constant action, every
+    registered policy and one that is told more. Ctrl-C loses no finished model, and the same command continues. The
+    models are read with pickle, so write `cps-envs --trust learnability`. With --shipped nothing is trained.
     """
     from cps_agents.arena.store import Store
-    from cps_agents.learning.learnability import HELD_OUT, judge, table, to_json
-    from cps_agents.learning.ordinary import Lesson
+    from cps_agents.learning.learnability import HELD_OUT, Learned, judge, table, to_json
     from cps_envs.core.errors import near
-    from cps_envs.core.trust import require_trust
 
     names = list(dict.fromkeys(role or NAMES))
     for name in names:
         if name not in NAMES:
             raise CommandError(f"there is no role {name!r}. {near(name, NAMES)}")
-    require_trust(f"sb3:{to}")
-    workers = jobs or available_cores()
-    lessons = [Lesson(name, seed, budget, to / name / f"seed-{seed}") for seed in range(seeds) for name in names]
-    cpu_s = _teach(lessons, workers)
-    store = Store(meetings)
-    found, unmet = [], []
-    with Progress("roles judged", len(names)) as progress:
-        for place, name in enumerate(names):
-            progress.update(place, name)
-            found.append(judge(name, to / name, store, workers, episodes=episodes))
-            if held_out:
-                unmet.append(judge(name, to / name, store, workers, opponent=HELD_OUT[name], episodes=episodes))
-        progress.update(len(names))
+    workers, store = jobs or available_cores(), Store(meetings)
+    learned = [Learned.shipped(name) for name in names] if shipped else _trained(names, seeds, budget, to, workers)
+    questions = [(each, rival) for each in learned for rival in ("", *(HELD_OUT[each.name] if held_out else ()))]
+    usual: list[Reached] = []
+    unmet: list[Reached] = []
+    with Progress("roles judged", len(questions)) as progress:
+        for place, (each, rival) in enumerate(questions):
+            progress.update(place, f"{each.name} {rival}")
+            (unmet if rival else usual).append(judge(each, store, workers, opponent=rival, episodes=episodes))
+        progress.update(len(questions))
     if as_json:
-        print_json({"budget_s": budget, "cpu_s": cpu_s, "usual": to_json(found), "held_out": to_json(unmet)})
+        print_json({"usual": to_json(usual), "held_out": to_json(unmet)})
         return
-    tables = [table(found, cpu_s, "Ordinary learners against the opponents of preset learning")]
+    who = "Shipped networks" if shipped else "Ordinary learners"
+    tables = [table(usual, f"{who} against the opponents of preset learning")]
     if unmet:
-        tables.append(table(unmet, cpu_s, "The same models against opponents that training has not met"))
-    for each in tables:
-        out().print(each)
+        tables.append(table(unmet, "The same against opponents that training has not met"))
+    for shown in tables:
+        out().print(shown)
     if markdown is not None:
         parts = ("\n".join((f"**{each.title}**", "", *each.markdown(), "", *each.caption, "")) for each in tables)
         write_text(markdown, "\n".join(parts))
     conclude([] if markdown is None else [markdown])
 
 
-def _teach(lessons: Sequence[Lesson], workers: int) -> dict[str, float]:
-    """Train what is not trained yet; the mean CPU seconds of each role."""
-    from cps_agents.learning.ordinary import teach
+def _trained(names: Sequence[str], seeds: int, budget: float, to: Path, workers: int) -> list[Learned]:
+    """Train what is not trained yet."""
+    from cps_agents.learning.learnability import Learned
+    from cps_agents.learning.ordinary import Lesson, teach
     from cps_baselines.workers import Workers
+    from cps_envs.core.trust import require_trust
 
+    require_trust(f"sb3:{to}")
+    lessons = [Lesson(name, seed, budget, to / name / f"seed-{seed}") for seed in range(seeds) for name in names]
     left = [lesson for lesson in lessons if not lesson.done]
-    spent: dict[str, list[float]] = {}
     with Progress("models trained", len(lessons)) as progress, Workers(min(workers, max(len(left), 1))) as pool:
         done = len(lessons) - len(left)
         progress.update(done)
         for lesson, run in pool.run(teach, left):
             done += 1
             progress.update(done, f"{lesson.name}, seed {lesson.seed}: training return {run['training_return']}")
-        for lesson in lessons:
-            spent.setdefault(lesson.name, []).append(teach(lesson)["cpu_s"])
-    return {name: sum(values) / len(values) for name, values in spent.items()}
+    spent = {name: [teach(lesson)["cpu_s"] for lesson in lessons if lesson.name == name] for name in names}
+    return [Learned.in_folder(name, to / name, sum(spent[name]) / len(spent[name])) for name in names]

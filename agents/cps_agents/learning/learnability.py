@@ -1,4 +1,4 @@
-"""Whether ordinary learners learn: what each role's models reach beside doing nothing, constants and every rival."""
+"""What a role's learned policies reach beside doing nothing, constants and every rival, on the same episodes."""
 
 from __future__ import annotations
 
@@ -13,10 +13,15 @@ from gymnasium import spaces
 
 from cps_agents.arena.challenge import Challenge, able, usual
 from cps_agents.arena.store import Store
-from cps_agents.evaluation import Comparison, Standing, compare
+from cps_agents.contest.contest import declared_contest
+from cps_agents.errors import CommandError
+from cps_agents.evaluation import Comparison, Standing, compare, is_better
 from cps_agents.table import Table
-from cps_agents.zoo.references import PREFIX, SB3
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.files import find
+from cps_agents.zoo.references import PREFIX, SB3, is_missing
 from cps_baselines.arena import Venue
+from cps_baselines.contest import Side
 from cps_envs import PROBLEMS
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.problem import Problem
@@ -26,41 +31,83 @@ from cps_envs.core.types import ROLES, Role, other
 from cps_envs.core.untrained import choices_of
 
 PRESET = "learning"
+SIDES: Mapping[Role, str] = {"attacker": "attack", "defender": "defense"}
 LONGEST = 20  # characters of a constant action in a table
 MOST_CONSTANTS = 81  # of an adapter; above that they are too many to play
 EPISODES: Mapping[str, int] = {"rogue": 200, "fdi": 400, "hvac": 400, "disbanding": 200}  # chosen: seconds each
-UNTRAINED, CONSTANTS, ANALYTIC, TRAINED = "start", "best constant", "best analytic", "best trained"
-HELD_OUT: Mapping[str, str] = {  # opponents that training does not meet
-    "RogueAttack": "sliding_detection",
-    "RogueDefense": "contested?against=assigned",
-    "FdiAttack": "bank",
-    "FdiDefense": "mimic?acceleration_mps2=0.4",
-    "HvacAttack": "mtd2",
-    "HvacDefense": "shaped",
-    "DisbandingAttack": "mpc",
-    "DisbandingDefense": "adaptive",
+UNTRAINED, CONSTANTS, ANALYTIC, TRAINED, TOLD = "start", "best constant", "best controller", "best trained", "best told"
+HELD_OUT: Mapping[str, tuple[str, ...]] = {  # opponents that training does not meet
+    "RogueAttack": ("sliding_detection",),
+    "RogueDefense": ("contested?against=assigned",),
+    "FdiAttack": ("bank",),
+    "FdiDefense": ("mimic?acceleration_mps2=0.4",),
+    "HvacAttack": ("mtd2",),
+    "HvacDefense": ("shaped",),
+    "DisbandingAttack": ("mpc",),
+    "DisbandingDefense": ("adaptive",),
 }
 
 
 @dataclass(frozen=True)
-class Reached:
-    """What the models of a role reached against an opponent, and what is beside them."""
+class Learned:
+    """The learned policies of a role: references to all training seeds, and to what they began as."""
 
     name: str  # of the role, such as RogueAttack
+    models: str
+    start: str
+    cpu_s: float  # of training, the mean over seeds
+
+    @classmethod
+    def in_folder(cls, name: str, folder: Path, cpu_s: float = 0.0) -> Learned:
+        """Models of stable-baselines3, `FOLDER/seed-N/model.zip`, with `start.zip` beside them."""
+        problem, role = role_of(name)
+        sampled = "?sampled=true" if problem.training[role].sampled else ""
+        start = folder / "seed-0" / "start.zip"
+        return cls(name, f"{SB3}{folder}{sampled}", f"{SB3}{start}{sampled}", cpu_s)
+
+    @classmethod
+    def shipped(cls, name: str) -> Learned:
+        """The networks that come with the package, such as `zoo:rogue-attack`.
+
+        Raises:
+            CommandError: there are none.
+        """
+        problem, role = role_of(name)
+        reference = f"{PREFIX}{problem.name}-{SIDES[role]}"
+        if is_missing(reference):
+            raise CommandError(f"no networks of {name} are shipped: train them with `cps-envs train {name}-v0`")
+        seeds = read_card(find(reference.removeprefix(PREFIX))).seeds.values()
+        spent = [float(facts.get("cpu_s", 0.0)) for facts in seeds]
+        return cls(name, reference, f"{reference}?untrained=true", float(np.mean(spent)))
+
+
+@dataclass(frozen=True)
+class Reached:
+    """What the learned policies of a role reached against an opponent, and what is beside them."""
+
+    learned: Learned
     role: Role
     opponent: str
     models: Standing
-    rows: Mapping[str, Standing]  # none, random, start, best constant, best analytic, best trained
+    rows: Mapping[str, Standing]  # none, random, start, best constant, best controller, best trained, best told
+    rivals: Sequence[Standing]  # every controller and every other trained policy
+
+    def beats(self, policy: str) -> bool | None:
+        """Whether the models surely beat a policy, in pairs on the same episodes; None: neither is surely better."""
+        gain = self.models.differences.get(policy)
+        return None if gain is None else is_better(gain, self.role)
 
     def beaten(self) -> list[str]:
-        """The rows that the models surely beat, in pairs on the same episodes."""
-        sign = 1.0 if self.role == "attacker" else -1.0
-        found = []
-        for row, standing in self.rows.items():
-            gain = self.models.differences.get(standing.policy)
-            if gain is not None and gain.excludes_zero and sign * gain.mean > 0:
-                found.append(row)
-        return found
+        """The rows that the models surely beat."""
+        return [row for row, standing in self.rows.items() if self.beats(standing.policy)]
+
+    def level(self) -> list[str]:
+        """The rivals that the models are neither surely better nor surely worse than."""
+        return [each.policy for each in self.rivals if self.beats(each.policy) is None]
+
+    def better(self) -> list[str]:
+        """The rivals that surely beat the models."""
+        return [each.policy for each in self.rivals if self.beats(each.policy) is False]
 
 
 def role_of(name: str) -> tuple[Problem, Role]:
@@ -86,8 +133,7 @@ def native_constants(spec: RoleSpec) -> list[str]:
 
 
 def judge(
-    name: str,
-    folder: Path,
+    learned: Learned,
     store: Store,
     workers: int,
     *,
@@ -96,34 +142,49 @@ def judge(
     rivals: bool = True,
     report: Callable[[int, int, str], None] = lambda done, total, note: None,
 ) -> Reached:
-    """Judge the models `FOLDER/seed-N/model.zip` on the evaluation seeds 0, 1, ..., which no training meets.
+    """Judge learned policies on the evaluation seeds 0, 1, ..., which no training meets.
 
-    The best constant, analytic and trained rival are the best on these very episodes, which favours them.
+    The best constant, controller, trained and told rival are the best on these very episodes, which favours them.
     """
-    problem, role = role_of(name)
+    problem, role = role_of(learned.name)
     venue, rival = Venue(problem.name, PRESET), opponent or problem.opponents[PRESET][other(role)]
     spec = problem.game(venue.config, 1).spec(role)
-    training = problem.training[role]
-    playing = able(venue, role, usual(venue, role)) if rivals else ()
-    names = [each.reference for each in playing if not each.overrides]  # without those made for another configuration
+    names = [name for name in rivals_of(venue, role) if name != learned.models] if rivals else []
     groups = {
-        CONSTANTS: [*constants_of(spec, training.adapter), *native_constants(spec)],
+        CONSTANTS: [*constants_of(spec, problem.training[role].adapter), *native_constants(spec)],
         ANALYTIC: [each for each in names if not each.startswith(PREFIX)],
         TRAINED: [each for each in names if each.startswith(PREFIX)],
+        TOLD: told(problem, role) if rivals else [],
     }
-    models, start = f"{SB3}{folder}", f"{SB3}{folder / 'seed-0' / 'start.zip'}"
-    sampled = "?sampled=true" if training.sampled else ""
     challenge = Challenge(venue, role, rival, episodes or EPISODES.get(problem.name, 100))
-    others = ["none", "random", f"{start}{sampled}", *(each for group in groups.values() for each in group)]
-    comparison = Comparison([challenge], [f"{models}{sampled}"], list(dict.fromkeys(others)), "return")
+    others = ["none", "random", learned.start, *(each for group in groups.values() for each in group)]
+    comparison = Comparison([challenge], [learned.models], list(dict.fromkeys(others)), "return")
     standings, _ = compare(comparison, store, workers, report)
     by_name = {each.policy: each for each in standings}
-    rows = {"none": by_name["none"], "random": by_name["random"], UNTRAINED: by_name[f"{start}{sampled}"]}
+    rows = {"none": by_name["none"], "random": by_name["random"], UNTRAINED: by_name[learned.start]}
     for group, members in groups.items():
         known = [by_name[member] for member in members if member not in ("none", "random")]
         if known:
             rows[group] = _best(known, role)
-    return Reached(name, role, rival, by_name[f"{models}{sampled}"], rows)
+    return Reached(learned, role, rival, by_name[learned.models], rows, [by_name[each] for each in names])
+
+
+def rivals_of(venue: Venue, role: Role) -> list[str]:
+    """Every registered policy of a role that can play and knows no more than it observes, in all declared variants."""
+    declared = [each.reference for each in side.policies] if (side := _side(venue.problem, role)) else []
+    found = able(venue, role, [*usual(venue, role), *declared])
+    return [each.reference for each in found if not each.overrides]  # without those made for another configuration
+
+
+def told(problem: Problem, role: Role) -> list[str]:
+    """The policies of a role that are told what it has to infer."""
+    side = _side(problem.name, role)
+    return [each.reference for each in side.informed] if side else []
+
+
+def _side(problem: str, role: Role) -> Side | None:
+    contest = declared_contest(problem)
+    return None if contest is None else contest.attackers if role == "attacker" else contest.defenders
 
 
 def _best(standings: Sequence[Standing], role: Role) -> Standing:
@@ -131,25 +192,27 @@ def _best(standings: Sequence[Standing], role: Role) -> Standing:
     return max(standings, key=lambda standing: sign * standing.mean.mean)
 
 
-COLUMNS = ("none", "random", UNTRAINED, CONSTANTS, ANALYTIC, TRAINED)
+COLUMNS = ("none", "random", UNTRAINED, CONSTANTS, ANALYTIC, TRAINED, TOLD)
 
 
-def table(found: Sequence[Reached], cpu_s: Mapping[str, float], title: str) -> Table:
-    """What the attacker is paid, role by role; a star marks what the models surely beat."""
+def table(found: Sequence[Reached], title: str) -> Table:
+    """What the attacker is paid, role by role; a star marks what the learned policies surely beat."""
     rows = [
         [
-            f"{each.name}\nagainst {_short(each.opponent)}",
-            f"{_interval(each.models)}\n{each.models.mean.seeds} x {cpu_s.get(each.name, 0.0):.0f} CPU s",
+            f"{each.learned.name}\nagainst {_short(each.opponent)}",
+            f"{_interval(each.models)}\n{each.models.mean.seeds} x {each.learned.cpu_s:.0f} CPU s",
             *(_cell(each, column) for column in COLUMNS),
+            "\n".join([*(f"{_short(name)} (better)" for name in each.better()), *map(_short, each.level())]),
         ]
         for each in found
     ]
     caption = (
         "What the attacker is paid: attackers want more, defenders less. Means with 95 % intervals over training seeds "
         "and episodes.",
-        "* the ordinary learner is better, in pairs on the same episodes: the interval of the difference excludes 0.",
+        "* the learned policies are better, in pairs on the same episodes: the interval of the difference excludes 0.",
+        "Not beaten: controllers and other trained policies for which that cannot be said.",
     )
-    return Table(title, ("role", "ordinary learner", *COLUMNS), rows, caption=caption)
+    return Table(title, ("role", "learned", *COLUMNS, "not beaten"), rows, caption=caption)
 
 
 def _cell(reached: Reached, column: str) -> str:
@@ -157,7 +220,7 @@ def _cell(reached: Reached, column: str) -> str:
         return ""
     standing = reached.rows[column]
     star = "*" if column in reached.beaten() else ""
-    named = f"\n{_short(standing.policy)}" if column in (CONSTANTS, ANALYTIC, TRAINED) else ""
+    named = f"\n{_short(standing.policy)}" if column in (CONSTANTS, ANALYTIC, TRAINED, TOLD) else ""
     return f"{standing.mean.mean:.3g}{star}{named}"
 
 
@@ -181,11 +244,14 @@ def to_json(found: Sequence[Reached]) -> list[dict[str, Any]]:
     """Everything as plain data."""
     return [
         {
-            "role": each.name,
+            "role": each.learned.name,
+            "cpu_s": each.learned.cpu_s,
             "opponent": each.opponent,
             "models": each.models.to_json(),
             "rows": {name: standing.to_json() for name, standing in each.rows.items()},
             "beaten": each.beaten(),
+            "level": each.level(),
+            "better": each.better(),
         }
         for each in found
     ]
