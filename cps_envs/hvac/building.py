@@ -50,6 +50,16 @@ def transition(config: Parameters, beta: FloatArray) -> FloatArray:
     return np.eye(config.num_zones) + rates(config) * (1.0 + beta)
 
 
+def modes(config: Parameters) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues (n,) of the nominal A, all real, and its eigenvectors as the columns of V (n, n).
+
+    With C the heat capacities, C A_c is symmetric. So C^1/2 A C^-1/2 = Q D Q' with an orthogonal Q, and V = C^-1/2 Q.
+    """
+    root = np.sqrt(np.array(config.heat_capacity_j_per_k))
+    eigenvalues, Q = np.linalg.eigh(root[:, np.newaxis] * discretise(config).A / root)
+    return eigenvalues, Q / root[:, np.newaxis]
+
+
 def rates(config: Parameters) -> FloatArray:
     """Dt A_c, (n, n): what A and A_p have beside the identity."""
     return config.step_s * conductances(config)

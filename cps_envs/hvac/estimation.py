@@ -8,6 +8,7 @@ from cps_envs.hvac.dynamics import drift
 from cps_envs.hvac.filtering import update_filters
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.state import Scratch, State
+from cps_envs.hvac.window import sum_windows
 
 
 @inlined
@@ -55,26 +56,6 @@ def average_readings(model: Model, reading: FloatArray, out: FloatArray) -> None
 
 
 @inlined
-def sum_windows(model: Model, episode: State, first: int, sums: FloatArray) -> None:
-    """h_s = sum over t of (A^t)' e_zone(s) r_s(first + t), (S, n), summed anew each step.
-
-    Sliding the sum on would multiply its error by the inverse of A at each step. Four sums at a time stay in registers.
-    """
-    for s in range(len(model.zone)):
-        for block in range(model.window.shape[1]):
-            rows = model.window[model.zone[s], block]
-            one, two, three, four = 0.0, 0.0, 0.0, 0.0
-            for t in range(rows.shape[0]):
-                residual = episode.series[first + t, s]
-                one += rows[t, 0] * residual
-                two += rows[t, 1] * residual
-                three += rows[t, 2] * residual
-                four += rows[t, 3] * residual
-            at = rows.shape[1] * block
-            sums[s, at], sums[s, at + 1], sums[s, at + 2], sums[s, at + 3] = one, two, three, four
-
-
-@inlined
 def estimate_set(model: Model, episode: State, a: int, scratch: Scratch) -> None:
     """xh_a = F + A^N_e (O_a' O_a)^-1 sum of h_s, and J_a = mean over the set of (y_s - xh_a at its zone)^2, (4.32)."""
     total, found, sensors, n = scratch.vector, episode.estimate[a + 1], len(model.zone), len(scratch.vector)
@@ -82,7 +63,7 @@ def estimate_set(model: Model, episode: State, a: int, scratch: Scratch) -> None
     for s in range(sensors):
         if model.member[a, s]:
             for i in range(n):
-                total[i] += scratch.sums[s, i]
+                total[i] += scratch.sums[s * n + i]
     copy(episode.forced, found)
     for j in range(n):
         for i in range(n):

@@ -11,7 +11,7 @@ from gymnasium import spaces
 from cps_envs.core.config import bounds
 from cps_envs.core.game import Adapters, Game
 from cps_envs.core.holding import hold
-from cps_envs.core.kernels import inlined, kernel, lend, pack, unpack, view
+from cps_envs.core.kernels import kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.belief import Belief
@@ -34,7 +34,7 @@ PAID = {"impact": "a_impact", "discomfort": "discomfort_h", "energy": "attack_kw
 
 
 class Views(NamedTuple):
-    """What the roles observe, in units, and where each field begins."""
+    """Room for what the roles observe, in units, and where each field begins."""
 
     attacker: FloatArray  # (B, size)
     defender: FloatArray  # (B, size)
@@ -117,7 +117,11 @@ class HvacGame(Game):
 
     def observe(self, role: Role) -> Observation:
         """See `observation.attacker_fields` and `observation.defender_fields`."""
-        return self.fields[role].encode(self._views.attacker if role == "attacker" else self._views.defender)
+        if role == "attacker":
+            show_attacker(self._batch)
+            return self.fields[role].encode(self._views.attacker)
+        show_defender(self._batch)
+        return self.fields[role].encode(self._views.defender)
 
     def action_mask(self, role: Role) -> BoolArray | None:
         """Legal choices (B, sets + 2 + F) of the defender; the attacker's actions are always legal."""
@@ -144,7 +148,7 @@ class HvacGame(Game):
     def model(self, b: int, num_envs: int) -> HvacGame:
         """Privileged: copies of one episode in its present state, noise and disturbances to come included."""
         copy = HvacGame(self.config, num_envs)
-        for mine, theirs in zip((*self.state, *self._views[:2]), (*copy.state, *copy._views[:2]), strict=True):
+        for mine, theirs in zip(self.state, copy.state, strict=True):
             theirs[:] = mine[b]
         copy.elapsed[:] = self.elapsed[b]
         return copy
@@ -174,7 +178,7 @@ class HvacGame(Game):
 @kernel
 def begin(batch: Batch, quiet: FloatArray, envs: BoolArray) -> None:
     """Put drawn episodes at k = 0 and read the sensors, which nobody has forged, in the marked environments (B,)."""
-    model, views, rules = lend(batch.model), lend(batch.views), unpack(Rules, batch.rules, 0)
+    model, rules = lend(batch.model), unpack(Rules, batch.rules, 0)
     room = make_scratch(model)
     for b in range(len(envs)):
         if envs[b]:
@@ -183,7 +187,7 @@ def begin(batch: Batch, quiet: FloatArray, envs: BoolArray) -> None:
             count_errors(model, rules, episode)
             sense(model, rules, episode, quiet[b])
             estimate(model, rules, episode, scratch)
-            report(model, rules, episode, views, b)
+            measure(model, episode)
 
 
 @kernel
@@ -200,7 +204,7 @@ def step(
     The defender's `choices` (B,) answer the readings of k; the attacker's actions `forging` (B, S + 1) or (B, S) make
     those of k + 1. In the first step the attacker is paid for x(0) too, if the attack counts from there.
     """
-    model, views, rules = lend(batch.model), lend(batch.views), unpack(Rules, batch.rules, 0)
+    model, rules = lend(batch.model), unpack(Rules, batch.rules, 0)
     room, table = make_scratch(model), make_desk(model)
     for b in range(len(envs)):
         if envs[b]:
@@ -215,13 +219,20 @@ def step(
                 payoff[b] += count_errors(model, rules, episode)
                 sense(model, rules, episode, forging[b])
                 estimate(model, rules, episode, scratch)
-            report(model, rules, episode, views, b)
+            measure(model, episode)
 
 
-@inlined
-def report(model: Model, rules: Rules, episode: State, views: Views, b: int) -> None:
-    """Bring metrics and observations of an episode up to its state."""
-    measure(model, episode)
-    at, defended = views.defender_at[0], views.defender[b]
-    observe_defender(model, rules, episode, at, defended)
-    observe_attacker(rules, episode, views.attacker_at[0], views.attacker[b], at, defended)
+@kernel
+def show_attacker(batch: Batch) -> None:
+    """Bring what the attacker observes up to the state of all environments."""
+    views, rules = lend(batch.views), unpack(Rules, batch.rules, 0)
+    for b in range(len(batch.state.step)):
+        observe_attacker(rules, view(batch.state, b), views.attacker_at[0], views.attacker[b])
+
+
+@kernel
+def show_defender(batch: Batch) -> None:
+    """Bring what the defender observes up to the state of all environments."""
+    model, views, rules = lend(batch.model), lend(batch.views), unpack(Rules, batch.rules, 0)
+    for b in range(len(batch.state.step)):
+        observe_defender(model, rules, view(batch.state, b), views.defender_at[0], views.defender[b])

@@ -8,16 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cps_envs.core.types import BoolArray, FloatArray, IntArray
-from cps_envs.hvac.building import discretise, outdoor, rates, weather
+from cps_envs.hvac.building import discretise, modes, outdoor, rates, weather
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import feedforward, gains
 from cps_envs.hvac.kalman import filter_gains, memory
-from cps_envs.hvac.moving_horizon import powers, set_gains, warn_if_blind
+from cps_envs.hvac.moving_horizon import set_gains, warn_if_blind
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets, zones_of_sensors
 
 MEAN_H = 2.0  # over which innovations are averaged, exponentially weighted
 AHEAD_H = (0.0, 2.0, 4.0, 6.0)  # at which the defender sees the outside temperature
-BLOCK = 4  # zones whose window sums a kernel forms together: as many sums as an adder works on at a time
+CHUNK = 16  # samples of the window of which one sum is kept all the time, see `window`
 
 
 class Rules(NamedTuple):
@@ -62,8 +62,9 @@ class Model(NamedTuple):
     error_gain: FloatArray  # (n, n) W/C, K_e
     difference_gain: FloatArray  # (n, n) W/C, K_d
     feedforward: FloatArray  # (K, n) W, K_w dW(k)
-    window: FloatArray  # (n, blocks, N_e, BLOCK) entry [z, i, t, j] is A^t[z, BLOCK i + j]; zero beyond zone n
-    set_gain: FloatArray  # (sets, n, n) transposed: [a, j, i] of A^N_e (O_a' O_a)^-1 at (i, j)
+    decay: FloatArray  # (N_e + 1, S n) eigenvalues of A to the power t, once for each sensor
+    mode: FloatArray  # (S n,) entry (zone(s), i) of V, whose columns are the eigenvectors of A
+    set_gain: FloatArray  # (sets, n, n) transposed: [a, j, i] of A^N_e (O_a' O_a)^-1 V^-T at (i, j)
     member: BoolArray  # (sets, S)
     filter_member: BoolArray  # (F, S) of the Kalman filters
     filter_gain: FloatArray  # (F, 2n, S)
@@ -84,6 +85,8 @@ def build_model(config: HvacConfig) -> Model:
     w = weather(config, config.num_steps + config.prediction_steps)
     control = gains(building, config.prediction_steps, config.move_weight)
     set_gain, condition = set_gains(building.A, config.window_steps, member, zone)
+    eigenvalues, V = modes(config)
+    powers = eigenvalues ** np.arange(config.window_steps + 1)[:, np.newaxis]
     warn_if_blind(condition, sensor_sets(config))
     filter_member = membership(config, filter_sets(config))
     filters = filter_gains(config, building, filter_member, zone)
@@ -97,8 +100,9 @@ def build_model(config: HvacConfig) -> Model:
         error_gain=control.K_e,
         difference_gain=control.K_d,
         feedforward=feedforward(control.K_w, w, config.num_steps),
-        window=in_blocks(powers(building.A, config.window_steps - 1)),
-        set_gain=np.ascontiguousarray(set_gain.transpose(0, 2, 1)),
+        decay=np.tile(powers, len(zone)),
+        mode=V[zone].ravel(),
+        set_gain=np.ascontiguousarray(np.linalg.solve(V, set_gain.transpose(0, 2, 1))),
         member=member,
         filter_member=filter_member,
         filter_gain=filters.gain,
@@ -106,15 +110,6 @@ def build_model(config: HvacConfig) -> Model:
         zone=zone,
         ahead=ahead,
     )
-
-
-def in_blocks(rows: FloatArray) -> FloatArray:
-    """Powers A^t (N_e, n, n) as `Model.window` holds them, (n, blocks, N_e, BLOCK)."""
-    steps, n, _ = rows.shape
-    blocks = -(-n // BLOCK)
-    padded = np.zeros((n, blocks * BLOCK, steps))
-    padded[:, :n] = rows.transpose(1, 2, 0)
-    return np.ascontiguousarray(padded.reshape(n, blocks, BLOCK, steps).transpose(0, 1, 3, 2))
 
 
 def rules_of(config: HvacConfig) -> Rules:

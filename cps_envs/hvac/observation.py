@@ -40,7 +40,7 @@ BY_CHOICE = ("last_choice", "last_estimate", "heating")  # fields that show what
 
 
 def _loop(config: HvacConfig) -> tuple[Field, ...]:
-    """What the control loop does, and what the residuals say; the kernels copy these fields in few pieces."""
+    """What the control loop does, and what the residuals say."""
     zones, sets, filters = config.num_zones, len(sensor_sets(config)), len(filter_sets(config))
     compared = (filters, config.num_sensors) if filters else (0,)
     return (
@@ -104,36 +104,24 @@ def observe_defender(model: Model, rules: Rules, episode: State, at: Record, row
     """Fill `row` (size,) with `defender_fields` in their units; `at` says where each begins."""
     fill(row, 0.0)
     ready = is_ready(rules, episode)
-    put(episode.reading, row, at.reading)
-    if ready:
-        for a in range(len(episode.residual)):
-            row[at.residual + a] = np.log1p(episode.residual[a] / rules.threshold_c2)
-            row[at.mean_residual + a] = np.log1p(episode.mean_residual[a] / rules.threshold_c2)
-            row[at.passes + a] = episode.mean_residual[a] <= rules.threshold_c2
-        mark_better_half(episode.residual, row[at.better_half : at.passes])
-    if episode.step[0] > 0:
-        row[at.last_choice + episode.choice[0]] = 1.0
-    put(episode.fed, row, at.last_estimate)
-    put(episode.heating, row, at.heating)
-    put(episode.innovation.reshape(-1), row, at.innovation)
-    put(episode.innovation_mean.reshape(-1), row, at.innovation_mean)
+    show_loop(rules, episode, at, row)
+    show_choice(episode, at, row)
     put(episode.estimate.reshape(-1), row, at.estimate)
+    if ready:
+        mark_better_half(episode.residual, row[at.better_half : at.passes])
+        for a in range(len(episode.residual)):
+            row[at.passes + a] = episode.mean_residual[a] <= rules.threshold_c2
     row[at.ready] = ready
     row[at.samples] = max(episode.step[0] - rules.window_steps + 1, 0)
     for i in range(len(model.ahead)):
         row[at.outdoor_c + i] = model.outdoor[episode.step[0] + model.ahead[i]]
-    time_s = episode.step[0] * rules.step_s
-    angle = 2.0 * np.pi * time_s / DAY_S
-    row[at.elapsed_h] = time_s / 3600.0
-    row[at.time_of_day] = np.sin(angle)
-    row[at.time_of_day + 1] = np.cos(angle)
+    show_clock(rules, episode, at, row)
 
 
 @inlined
-def observe_attacker(
-    rules: Rules, episode: State, at: Record, row: FloatArray, defence: Record, defended: FloatArray
-) -> None:
-    """Fill `row` (size,) with `attacker_fields`; what the defender sees too is copied from its row `defended`."""
+def observe_attacker(rules: Rules, episode: State, at: Record, row: FloatArray) -> None:
+    """Fill `row` (size,) with `attacker_fields` in their units; `at` says where each begins."""
+    fill(row, 0.0)
     age = episode.step[0] + 1 - episode.onset[0]
     for s in range(len(episode.measured)):
         hidden = 0.5 * (rules.sensor_low_c + rules.sensor_high_c)
@@ -141,15 +129,43 @@ def observe_attacker(
         row[at.compromised + s] = episode.compromised[s]
     row[at.active] = age >= 0
     row[at.attack_h] = max(age, 0) * rules.step_s / 3600.0
-    row[at.elapsed_h] = defended[defence.elapsed_h]
-    row[at.time_of_day] = defended[defence.time_of_day]
-    row[at.time_of_day + 1] = defended[defence.time_of_day + 1]
+    show_clock(rules, episode, at, row)
     if rules.white_box:
         put(episode.temperature, row, at.temperature)
-        put(defended[defence.reading : defence.last_choice], row, at.reading)
+        show_loop(rules, episode, at, row)
         if rules.sees_choice:
-            put(defended[defence.last_choice : defence.innovation], row, at.last_choice)
-        put(defended[defence.innovation : defence.estimate], row, at.innovation)
+            show_choice(episode, at, row)
+
+
+@inlined
+def show_loop(rules: Rules, episode: State, at: Record, row: FloatArray) -> None:
+    """Fill in readings, residuals, which are 0 until the window is full, and innovations."""
+    put(episode.reading, row, at.reading)
+    if is_ready(rules, episode):
+        for a in range(len(episode.residual)):
+            row[at.residual + a] = np.log1p(episode.residual[a] / rules.threshold_c2)
+            row[at.mean_residual + a] = np.log1p(episode.mean_residual[a] / rules.threshold_c2)
+    put(episode.innovation.reshape(-1), row, at.innovation)
+    put(episode.innovation_mean.reshape(-1), row, at.innovation_mean)
+
+
+@inlined
+def show_choice(episode: State, at: Record, row: FloatArray) -> None:
+    """Fill in the fields `BY_CHOICE`."""
+    if episode.step[0] > 0:
+        row[at.last_choice + episode.choice[0]] = 1.0
+    put(episode.fed, row, at.last_estimate)
+    put(episode.heating, row, at.heating)
+
+
+@inlined
+def show_clock(rules: Rules, episode: State, at: Record, row: FloatArray) -> None:
+    """Fill in the time of day."""
+    time_s = episode.step[0] * rules.step_s
+    angle = 2.0 * np.pi * time_s / DAY_S
+    row[at.elapsed_h] = time_s / 3600.0
+    row[at.time_of_day] = np.sin(angle)
+    row[at.time_of_day + 1] = np.cos(angle)
 
 
 @inlined

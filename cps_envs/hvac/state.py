@@ -8,7 +8,7 @@ import numpy as np
 
 from cps_envs.core.kernels import inlined, records
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
-from cps_envs.hvac.model import BLOCK, Model
+from cps_envs.hvac.model import CHUNK, Model
 
 
 class Metrics(NamedTuple):
@@ -46,6 +46,9 @@ class State(NamedTuple):
     heat_drift: FloatArray  # (B, K or 0, n) W, unmeasured, what comes to it
     outdoor_error: FloatArray  # (B, K or 0) C, outside temperature minus forecast
     series: FloatArray  # (B, K, S) up to k the residual readings r_s, C; beyond k noise to come, standard normal
+    mark: FloatArray  # (B, chunks + 1, S n) C, sums of a block of N_e samples from each chunk on, see `window`
+    tail: FloatArray  # (B, CHUNK, S n) C, the same from each sample of the present chunk on
+    head: FloatArray  # (B, S n) C, sums of the next block up to k - 1
     temperature: FloatArray  # (B, n) C, x(k)
     forced: FloatArray  # (B, n) C, F(k)
     integrator: FloatArray  # (B, n) W, u_c(k - 1)
@@ -76,7 +79,7 @@ class State(NamedTuple):
 class Scratch(NamedTuple):
     """Room that a call of a kernel works in, one environment after the other."""
 
-    sums: FloatArray  # (S, blocks BLOCK) h_s
+    sums: FloatArray  # (S n,) h_s by modes
     vector: FloatArray  # (n,)
     change: FloatArray  # (n,) C, dxh(k)
     matrix: FloatArray  # (n, n)
@@ -105,6 +108,9 @@ def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast
         heat_drift=zeros(steps if drifting else 0, n),
         outdoor_error=zeros(steps if misforecast else 0),
         series=zeros(steps, sensors),
+        mark=zeros(-(-(len(model.decay) - 1) // CHUNK) + 1, sensors * n),
+        tail=zeros(CHUNK, sensors * n),
+        head=zeros(sensors * n),
         temperature=zeros(n),
         forced=zeros(n),
         integrator=zeros(n),
@@ -136,5 +142,5 @@ def allocate(num_envs: int, model: Model, *, drifting: bool = False, misforecast
 @inlined
 def make_scratch(model: Model) -> Scratch:
     """Room for a call of a kernel, its contents of no meaning."""
-    n, blocks = model.window.shape[0], model.window.shape[1]
-    return Scratch(np.empty((len(model.zone), blocks * BLOCK)), np.empty(n), np.empty(n), np.empty((n, n)))
+    n = len(model.B)
+    return Scratch(np.empty(len(model.mode)), np.empty(n), np.empty(n), np.empty((n, n)))

@@ -339,12 +339,14 @@ def test_scene_is_a_copy_of_the_environment() -> None:
 def told(game: HvacGame, role: Role = "attacker", **changed: Any) -> Array:
     """What a role would observe if arrays of the state held other values."""
     state = game.state._replace(**{name: np.full_like(getattr(game.state, name), to) for name, to in changed.items()})
-    at = {each: fields.offsets.view(np.recarray)[0] for each, fields in game.fields.items()}
-    rows = {each: np.zeros((game.num_envs, fields.size)) for each, fields in game.fields.items()}
-    for b, (mine, theirs) in enumerate(zip(rows["attacker"], rows["defender"], strict=True)):
-        observe_defender(game.constants, game.rules, view(state, b), at["defender"], theirs)
-        observe_attacker(game.rules, view(state, b), at["attacker"], mine, at["defender"], theirs)
-    return game.fields[role].encode(rows[role])
+    fields = game.fields[role]
+    at, rows = fields.offsets.view(np.recarray)[0], np.zeros((game.num_envs, fields.size))
+    for b, row in enumerate(rows):
+        if role == "attacker":
+            observe_attacker(game.rules, view(state, b), at, row)
+        else:
+            observe_defender(game.constants, game.rules, view(state, b), at, row)
+    return fields.encode(rows)
 
 
 @pytest.mark.parametrize("sees", [True, False])

@@ -37,7 +37,7 @@ class Scene:
 
 def scene_of(state: State, model: Model, b: int, episode: int, metrics: dict[str, float]) -> Scene:
     """Episode `b` of a batch at its present step."""
-    k, window, n = int(state.step[b]), model.window.shape[2], len(model.B)
+    k, window, n = int(state.step[b]), len(model.decay) - 1, len(model.B)
     drift, error = state.heat_drift[b], state.outdoor_error[b]
     followed = int(state.choice[b]) - len(model.member) - 2
     return Scene(

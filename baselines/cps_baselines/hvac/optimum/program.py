@@ -20,7 +20,7 @@ from cps_baselines.optional import optional
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.building import discretise
+from cps_envs.hvac.building import discretise, modes
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import gains
 from cps_envs.hvac.game import HvacGame
@@ -95,11 +95,10 @@ def hats(steps: int, onset: int, apart: int) -> FloatArray:
 def window_weights(config: HvacConfig, index: int, zone: int) -> FloatArray:
     """W[t] (N_e, n): what a reading t steps into the window moves the estimate of the set `index` of one sensor."""
     model = build_model(config)
-    gain, row, weights = model.set_gain[index].T, np.eye(config.num_zones)[zone], []
-    for _ in range(config.window_steps):
-        weights.append(gain @ row)
-        row = model.A.T @ row
-    return np.array(weights)
+    eigenvalues, V = modes(config)
+    powers = eigenvalues ** np.arange(config.window_steps)[:, np.newaxis]
+    weights: FloatArray = (powers * V[zone]) @ model.set_gain[index]
+    return weights
 
 
 def window_errors(weight: FloatArray, course: FloatArray) -> FloatArray:
