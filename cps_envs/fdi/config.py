@@ -71,6 +71,7 @@ class FdiConfig:
     disturbance_hold_s: float = quantity(
         0.0, unit="s", low=0, high=100, source="chosen: a disturbance lasts this long; 0: one step"
     )
+    own_phases: bool = quantity(False, source="chosen: each vehicle's disturbances change at drawn times of its own")
     gain_spread: float = quantity(0.0, low=0, high=0.5, source="chosen: k_p and k_d are drawn +- this part of them")
     estimator: str = quantity(
         "model", choices=("model", "kalman"), source="chosen: what replaces a reading; kalman: of all sensors, noisy"
@@ -161,6 +162,12 @@ class FdiConfig:
         return max(round(self.disturbance_hold_s / self.dt_s), 1)
 
     @property
+    def most_blocks(self) -> int:
+        """Disturbances that a vehicle feels in an episode, at most."""
+        steps = self.horizon + (self.hold_steps - 1 if self.own_phases else 0)
+        return math.ceil(steps / self.hold_steps) if self.disturbed else 0
+
+    @property
     def disturbed(self) -> bool:
         """Whether vehicles feel disturbances."""
         return bounds(self.disturbance_mps2)[1] > 0
@@ -231,6 +238,7 @@ LEARNING = replace(
     gain_spread=0.2,
     disturbance_mps2=(0.3, 0.5),
     disturbance_hold_s=1.0,
+    own_phases=True,
     estimator="kalman",
     range_noise_m=0.25,
     rate_noise_mps=0.1,

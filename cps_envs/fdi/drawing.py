@@ -29,6 +29,8 @@ class Drawing:
         generator.random(out=state.error[b])
         if state.disturbance.shape[1]:
             generator.standard_normal(out=state.disturbance[b])
+            if config.own_phases:
+                state.phase[b] = generator.integers(config.hold_steps, size=config.num_vehicles)
         if config.estimator == "kalman":
             generator.standard_normal(out=state.noise[b])
             attacked, onset_s = generator.random() < config.attack_share, drawn(config.onset_s, generator)

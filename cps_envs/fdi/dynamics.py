@@ -152,7 +152,9 @@ def move(episode: State, c: Constants, m: Matrices, offset: FloatArray, before: 
         add_product(m.step, 2 * n, offset, episode.error)
         add_product(m.step, 4 * n, episode.correction, episode.error)
     if episode.disturbance.shape[0] > 0:
-        add_product(m.hold, 2 * n, episode.disturbance[episode.step[0] // c.hold_steps], episode.error)
+        for i in range(n):
+            before[i] = episode.disturbance[(episode.step[0] + episode.phase[i]) // c.hold_steps, i]
+        add_product(m.hold, 2 * n, before[:n], episode.error)
 
 
 @kernel

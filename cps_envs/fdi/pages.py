@@ -29,7 +29,8 @@ readings must stay possible. The target vehicle should hit the one ahead as fast
 Vehicle n leads and follows a virtual reference.
 
 Preset `learning` is a duel with a defender that has a filter. All readings are noisy and rounded to the resolution,
-also those of the rear sensors. Disturbances last for 1 s, and a lie can hide in them. The attacker sees the true
+also those of the rear sensors. Disturbances last for 1 s, and a lie can hide in them. Each vehicle's change at times
+of their own, which nobody is told. The attacker sees the true
 errors and the filter's prediction. It also knows from when on injections work. In a quarter of the episodes they
 never do. An injection is added to the readings of the next step.
 
@@ -109,7 +110,8 @@ drifts away from the truth.
 
 In preset `learning` a Kalman filter predicts the readings of all front and rear sensors. Its estimate replaces what
 the defender does not trust. The defender judges readings before the vehicles use them. It does not know whether there
-is an attack, when it begins, or which sensors lie. Honest readings are noisy, and disturbances last for 1 s.
+is an attack, when it begins, or which sensors lie. Honest readings are noisy, and disturbances last for 1 s. Those of
+each vehicle change at times of their own, which nobody is told.
 
 ## Threat Model
 {threats}

@@ -19,9 +19,9 @@ def hidden_from_attacker(config: FdiConfig, state: State) -> Observation:
     blocks = state.disturbance.shape[1]
     if blocks == 0:
         return np.zeros((len(state.step), 0), np.float32)
-    now = state.step // config.hold_steps
-    rows = np.minimum(np.stack([now, now + 1], axis=1), blocks - 1)  # (B, 2)
-    shown = np.take_along_axis(state.disturbance, rows[..., np.newaxis], axis=1) / bounds(config.disturbance_mps2)[1]
+    now = (state.step[:, np.newaxis] + state.phase) // config.hold_steps  # (B, n)
+    rows = np.minimum(np.stack([now, now + 1], axis=1), blocks - 1)  # (B, 2, n)
+    shown = np.take_along_axis(state.disturbance, rows, axis=1) / bounds(config.disturbance_mps2)[1]
     return _told(shown.reshape(len(now), -1))
 
 

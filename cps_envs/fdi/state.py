@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,6 +42,7 @@ class State(NamedTuple):
     residual: FloatArray  # (B, n) kinematic residual, m
     legal: IntArray  # (B, S, 2) lowest and highest legal level of each slot
     disturbance: FloatArray  # (B, k, n) accelerations that no vehicle commanded, m/s2; each holds for some steps
+    phase: IntArray  # (B, n) steps for which each vehicle's first one has held before the episode began
     noise: FloatArray  # (B, horizon + 1, R) of the readings, in standard deviations; or (B, 0, R)
     covariance: FloatArray  # (B, 2n, 2n) of `prediction`; or (B, 0, 0)
     doubted: IntArray  # (B, R) steps for which a reading has been replaced without a break
@@ -56,7 +56,6 @@ def allocate(config: FdiConfig, num_envs: int, slots: int) -> State:
     """The state of B episodes that have not begun; `slots` is S."""
     n, filters = config.num_vehicles, config.estimator == "kalman"
     pairs, sensors, vehicles = (num_envs, 2 * n), (num_envs, config.num_readings), (num_envs, n)
-    blocks = math.ceil(config.horizon / config.hold_steps) if config.disturbed else 0
     return State(
         error=np.zeros(pairs),
         injection=np.zeros(sensors),
@@ -69,7 +68,8 @@ def allocate(config: FdiConfig, num_envs: int, slots: int) -> State:
         rear=np.zeros(vehicles),
         residual=np.zeros(vehicles),
         legal=np.zeros((num_envs, slots, 2), np.int64),
-        disturbance=np.zeros((num_envs, blocks, n)),
+        disturbance=np.zeros((num_envs, config.most_blocks, n)),
+        phase=np.zeros(vehicles, np.int64),
         noise=np.zeros((num_envs, config.horizon + 1 if filters else 0, config.num_readings)),
         covariance=np.zeros((num_envs, 2 * n, 2 * n) if filters else (num_envs, 0, 0)),
         doubted=np.zeros(sensors, np.int64),

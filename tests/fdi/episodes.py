@@ -21,6 +21,7 @@ QUIET: dict[str, Any] = {  # exact sensors, nothing drawn
     "quantised": False,
     "disturbance_mps2": 0.0,
     "disturbance_hold_s": 0.0,
+    "own_phases": False,
     "gain_spread": 0.0,
     "gap_spread_m": 0.0,
     "speed_spread_mps": 0.0,

@@ -122,7 +122,9 @@ def test_onsets_shares_gains_and_disturbances_are_drawn_as_stated() -> None:
     assert gains.max() == pytest.approx(1.2, abs=1e-3)
     np.testing.assert_array_equal(gains, game.fields["defender"].decode(game.observe("defender"))["gain"])
     deviation = game.state.disturbance.std(axis=(1, 2))
-    assert game.state.disturbance.shape == (3000, 10, 4)  # each for a second
+    assert game.state.disturbance.shape == (3000, 11, 4)  # each for a second, the first and the last for less
+    assert np.all(np.abs(np.bincount(game.state.phase.ravel()) / game.state.phase.size - 0.1) < 0.02)
+    assert np.abs(np.corrcoef(game.state.phase.T) - np.eye(4)).max() < 0.08
     assert 0.38 < deviation.mean() < 0.41
     assert abs(np.corrcoef(gains.T)[0, 1]) < 0.06
 
@@ -137,6 +139,21 @@ def test_a_disturbance_lasts_as_long_as_stated() -> None:
     change = np.diff(speeds).reshape(4, 10)  # of the lead against its reference, which nothing disturbs
     np.testing.assert_allclose(change, np.repeat(change[:, :1], 10, axis=1), atol=2e-3)
     assert np.abs(np.diff(change[:, 0])).min() > 1e-3
+
+
+def test_each_vehicle_has_disturbances_that_change_at_times_of_their_own() -> None:
+    quiet = {**QUIET, "disturbance_mps2": 0.4, "disturbance_hold_s": 1.0, "own_phases": True}
+    game = started(**quiet, proportional_gain=1e-4, derivative_gain=1e-3, tasks="v4>4")
+    speeds = [game.state.error[0, 4:].copy()]
+    for _ in range(40):
+        advance(game)
+        speeds.append(game.state.error[0, 4:].copy())
+    own = -np.diff(speeds, axis=0)[:, ::-1].cumsum(axis=1)[:, ::-1]  # of vehicle i: the gaps from i on
+    changes = [set(np.flatnonzero(np.abs(np.diff(own[:, i])) > 1e-3) + 1) for i in range(4)]
+    phases = [(-phase) % 10 for phase in game.state.phase[0].tolist()]
+    assert changes == [set(range(phase or 10, 40, 10)) for phase in phases]
+    assert len(set(phases)) > 1
+    assert not started(own_phases=False).state.phase.any()
 
 
 def test_drawn_gains_are_those_of_the_commands() -> None:

@@ -40,7 +40,7 @@ def normalised_innovations(attacker: str, task: str, seeds: Sequence[int] = rang
 def test_trackers_keep_the_innovations_of_their_sensors_at_the_margin(attacker: str, task: str) -> None:
     found = normalised_innovations(f"{attacker}?{STEADY}", task)[12:30]
     attacked = FDI.config("learning", {"tasks": task}).listed_tasks[0].sensors.flags(4, rear=True)
-    np.testing.assert_allclose(np.nanmean(found, axis=(0, 1))[attacked], 0.5, atol=0.13)
+    np.testing.assert_allclose(np.nanmean(found, axis=(0, 1))[attacked], 0.5, atol=0.15)
 
 
 def test_a_margin_below_zero_opens_the_gap_and_one_above_closes_it() -> None:

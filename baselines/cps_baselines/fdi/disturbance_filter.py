@@ -1,4 +1,4 @@
-"""Kalman filters that also estimate each vehicle's disturbance, which lasts for a known time."""
+"""Kalman filters that also estimate each vehicle's disturbance, which lasts for a while."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ class HypothesisFilters(NamedTuple):
 
     Their states (3n + 1,) are the platoon's errors (2n,), the disturbance of each vehicle (n,) in m/s2, and a lasting
     acceleration of the whole platoon, which shows in the lead's gap only and is zero but for the last hypothesis.
+    Nobody knows when a disturbance changes: of one that lasts k steps a share of 1 / k is forgotten in each.
     Readings are taken in one after the other, so the innovations of a step are independent.
     """
 
@@ -59,10 +60,14 @@ def hypothesis_filters(config: FdiConfig) -> HypothesisFilters:
     lasts = np.eye(3 * n + 1)
     lasts[: 2 * n, : 2 * n] = law.coast
     lasts[: 2 * n, 2 * n : 3 * n] = law.command
+    kept = 1 - 1 / config.hold_steps  # the correlation of a disturbance and that of the next step
+    lasts[2 * n : 3 * n, 2 * n : 3 * n] = kept * np.eye(n)
+    fresh = np.zeros(3 * n + 1)
+    fresh[2 * n : 3 * n] = (1 - kept**2) * variance
     lasts[: 2 * n, -1] = law.command.sum(axis=1)
     gains = np.zeros((config.horizon + 1, *heard.shape, 3 * n + 1))
     precisions, surprise = np.zeros(gains.shape[:3]), np.zeros(gains.shape[:2])
-    _fill(heard, lasts, start, law.view.argmax(axis=1), law.noise, config.hold_steps, gains, precisions, surprise)
+    _fill(heard, lasts, fresh, start, law.view.argmax(axis=1), law.noise, gains, precisions, surprise)
     return HypothesisFilters(trusted, heard, gains, precisions, surprise, lasts, start)
 
 
@@ -70,25 +75,25 @@ def hypothesis_filters(config: FdiConfig) -> HypothesisFilters:
 def _fill(
     heard: BoolArray,
     lasts: FloatArray,
+    fresh: FloatArray,
     start: FloatArray,
     state: IntArray,
     noise: FloatArray,
-    hold_steps: int,
     gains: FloatArray,
     precisions: FloatArray,
     surprise: FloatArray,
 ) -> None:
-    """Fill the last three arrays; `state` (R,) is the error that a reading shows, and noise (R,) its variances."""
+    """Fill the last three arrays.
+
+    `fresh` (3n + 1,) are variances that each step adds; `state` (R,) is the error that a reading shows, and `noise`
+    (R,) its variances.
+    """
     size = lasts.shape[0]
-    first, end = 2 * (size // 3), size - 1  # of the disturbances
     for k in range(heard.shape[0]):
         covariance = start[k].copy()
         for step in range(gains.shape[0]):
             if step > 0:
-                covariance = lasts @ covariance @ lasts.T
-                if step % hold_steps == 0:
-                    covariance[first:end, :] = start[k, first:end, :]
-                    covariance[:, first:end] = start[k, :, first:end]
+                covariance = lasts @ covariance @ lasts.T + np.diag(fresh)
             for j in range(heard.shape[1]):
                 variance = covariance[state[j], state[j]] + noise[j]
                 precisions[step, k, j] = 1 / np.sqrt(variance)

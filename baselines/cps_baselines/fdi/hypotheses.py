@@ -46,7 +46,6 @@ class Filters(NamedTuple):
     command: FloatArray  # (2n, n)
     state: IntArray  # (R,) the error that a reading shows
     feedback: FloatArray  # (R, n) what each vehicle commands per unit of what a sensor tells it
-    hold_steps: IntArray  # (1,)
     level_mps2: FloatArray  # (1,) of a correction
     levels: IntArray  # (1,) of corrections to either side
     horizon: IntArray  # (1,)
@@ -89,8 +88,8 @@ class Hypotheses(AnalyticPolicy):
         per_sensor: float = 2.0,
         drift_threshold: float = 4.0,
         release: float = 0.3,
-        outlier: float = 3.0,
-        gate: float = 3.0,
+        outlier: float = 4.0,
+        gate: float = 4.0,
         correction: float = 1.0,
         caution: float = 1.0,
     ) -> None:
@@ -145,7 +144,6 @@ def _filters(spec: RoleSpec) -> Any:
             command=law.command,
             state=law.view.argmax(axis=1),
             feedback=feedback,
-            hold_steps=np.array([config.hold_steps]),
             level_mps2=np.array([config.max_correction_mps2 / config.correction_levels]),
             levels=np.array([config.correction_levels]),
             horizon=np.array([config.horizon]),
@@ -177,7 +175,7 @@ def _judge(
         for k in range(hypotheses):
             own = borrowed(estimates)[b, k]
             if step > 0:
-                predict(f, step, own, s)
+                predict(f, own, s)
             misfit = take(f, step, k, own, weights.outlier[b], s.told, borrowed(s.values)[k])
             if k == 0:
                 honest = misfit
@@ -213,7 +211,7 @@ def look(f: Filters, row: Observation, s: Scratch) -> None:
 
 
 @inlined
-def predict(f: Filters, step: int, own: FloatArray, s: Scratch) -> None:
+def predict(f: Filters, own: FloatArray, s: Scratch) -> None:
     """Turn the estimate (3n + 1,) of the last step into the prediction of this one."""
     n = f.command.shape[1]
     copy(own, s.before)
@@ -221,8 +219,6 @@ def predict(f: Filters, step: int, own: FloatArray, s: Scratch) -> None:
         own[i] = s.moved[i] if i < 2 * n else 0.0
         for k in range(own.size):
             own[i] += f.lasts[i, k] * s.before[k]
-    if step % f.hold_steps[0] == 0:  # disturbances are drawn anew
-        fill(own[2 * n : 3 * n], 0.0)
 
 
 @inlined
