@@ -17,24 +17,17 @@ pytest.importorskip("scipy")
 from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
-from cps_agents.league.exploitability import LeagueValue, gain_over, judge, league_value
+from cps_agents.league.exploitability import LeagueValue, gain_over, judge, league_value, line_up_known
 from cps_agents.league.league import Plan, play_league
-from cps_agents.league.oracles import (
-    Oracle,
-    SearchJob,
-    choose_oracles,
-    in_venue,
-    merged,
-    oracles_of,
-    other_presets,
-    usual_of,
-    venue_against,
-)
+from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue, usual_recipe
 from cps_agents.league.report import document
 from cps_agents.league.response import Budget, Question, Response, Responses, against, limited, respond
+from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import mix, strategy_of
+from cps_agents.league.venues import merged, venue_against
 from cps_agents.learning import learner
-from cps_agents.learning.recipe import SEARCH, Recipe
+from cps_agents.learning.recipe import SHARED, Recipe
+from cps_agents.learning.shared import make_learner
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
 from cps_baselines.contest import Search
@@ -48,9 +41,9 @@ from tests.agents.trained import save_tiny
 VENUE = Venue("rogue", "easy", {"duration_s": 3.0})
 
 
-def returns(attacker: str, defender: str, episodes: int) -> np.ndarray[Any, Any]:
+def returns(attacker: str, defender: str, seeds: range) -> np.ndarray[Any, Any]:
     players: Any = {"attacker": attacker, "defender": defender}
-    return play_episodes(find_problem("rogue"), VENUE.config, players, range(episodes))["return"]
+    return play_episodes(find_problem("rogue"), VENUE.config, players, seeds)["return"]
 
 
 def silent(done: int, total: int, label: str) -> None:
@@ -62,40 +55,48 @@ def answered(*references: str) -> Responses:
 
 
 @pytest.mark.parametrize("role", ["attacker", "defender"])
-def test_a_response_is_worth_its_weighted_payoff(role: Role, tmp_path: Path) -> None:
+def test_validation_chooses_the_best_of_all_and_fresh_episodes_judge_it(role: Role, tmp_path: Path) -> None:
     mine, theirs = (["square", "switching"], ["pd", "sliding"])[:: 1 if role == "attacker" else -1]
     question = Question(role, mix(theirs, [1, 3]), VENUE, episodes=4)
-    found = judge(question, mine, answered(mine[0], "none"), Store(tmp_path), 1, silent)
-
-    def expected(name: str) -> Any:
-        pairs = [(name, rival) if role == "attacker" else (rival, name) for rival in theirs]
-        return 0.25 * returns(*pairs[0], 4) + 0.75 * returns(*pairs[1], 4)
-
-    assert found.response.mean == pytest.approx(expected(mine[0]).mean())
-    assert found.oracles["ppo"].mean == pytest.approx((expected(mine[0]).mean() + expected("none").mean()) / 2)
-    means = {name: expected(name).mean() for name in mine}
-    best = (max if role == "attacker" else min)(means, key=lambda name: means[name])
-    assert found.best_known == best
+    present = line_up_known(question, mine, Store(tmp_path), 1)
+    found = judge(question, present, answered(mine[0], "none"), Store(tmp_path), 1, silent)
     sign = 1 if role == "attacker" else -1
-    assert found.gain.mean == pytest.approx(sign * (means[mine[0]] - means[best]), abs=1e-12)
-    assert found.gain.mean <= 0
+
+    def expected(name: str, start: int) -> Any:
+        pairs = [(name, rival) if role == "attacker" else (rival, name) for rival in theirs]
+        first, second = (returns(*pair, range(start, start + 4)) for pair in pairs)
+        return 0.25 * first + 0.75 * second
+
+    validation = {name: expected(name, 1_000_000).mean() for name in (*mine, "none")}
+    assert found.known == max(mine, key=lambda name: sign * validation[name])
+    response = max((mine[0], "none"), key=lambda name: sign * validation[name])
+    assert found.response == f"ppo, seed {(mine[0], 'none').index(response)}"
+    assert found.response_pay.mean == pytest.approx(expected(response, 0).mean())
+    assert found.known_pay.mean == pytest.approx(expected(found.known, 0).mean())
+    assert found.gain.mean == pytest.approx(sign * (found.response_pay.mean - found.known_pay.mean), abs=1e-12)
+    both = {found.response: found.response_pay, found.known: found.known_pay}
+    assert sign * found.pay.mean == max(sign * each.mean for each in both.values())  # the worst of what is shown
+    assert found.pay == both[found.best]
+    paid = [sign * each.mean for each in found.validation.values()]
+    assert paid == sorted(paid, reverse=True)
+    assert len(paid) == 4
 
 
 def test_an_opponent_that_cannot_play_is_an_error(tmp_path: Path) -> None:
     question = Question("attacker", mix(["pd", "disband_2?number=-3"]), VENUE, episodes=1)
     with pytest.raises(CommandError, match=r"opponent 'disband_2\?number=-3' cannot play"):
-        judge(question, ["square"], answered("square"), Store(tmp_path), 1, silent)
+        line_up_known(question, ["square"], Store(tmp_path), 1)
 
 
 def test_a_response_is_looked_for_where_the_opponent_learned(tmp_path: Path) -> None:
     save_tiny(tmp_path / "share.json", "fdi", "attacker", overrides={"attack_action": "share", "disturbance_mps2": 0.3})
-    strategy, usual = mix(["random", f"zoo:{tmp_path}/share.json"]), find_recipe("fdi-defense-ppo")
+    strategy, usual = mix(["random", f"zoo:{tmp_path}/share.json"]), usual_recipe("fdi", "defender")
     venue = venue_against(strategy, usual, None, {})
     assert (venue.preset, venue.overrides["disturbance_mps2"]) == ("paper", 0.3)
     assert venue_against(strategy, usual, None, {"disturbance_mps2": 0.2}).overrides["disturbance_mps2"] == 0.2
     chosen = venue_against(strategy, usual, "easy", {})
     assert (chosen.preset, chosen.overrides) == ("easy", {})
-    (ppo,) = in_venue(choose_oracles("fdi", "defender", ["ppo"]), chosen, {})
+    (ppo,) = in_venue(choose_oracles("fdi", "defender"), chosen, {})
     assert ppo.recipe is not None
     tuned = against(ppo.recipe, Question("defender", strategy, chosen, 1), "response")
     assert (tuned.preset, tuned.overrides["attack_action"]) == ("easy", "share")
@@ -105,42 +106,42 @@ def test_a_response_is_looked_for_where_the_opponent_learned(tmp_path: Path) -> 
         merged([{"a": 1, "b": 2}, {"b": 2, "a": 3}], "a recipe")
 
 
-def test_a_recipe_of_another_preset_is_noticed() -> None:
-    oracles = choose_oracles("fdi", "attacker", ["ppo", "search"])
-    venue = venue_against(mix(["zoo:fdi-defense-ppo"]), usual_of(oracles, "fdi", "attacker"), None, {})
-    assert venue.preset == "defense"
-    assert other_presets(oracles, venue) == ["fdi-attack-ppo (easy)"]
-
-
-def test_a_role_has_the_oracles_that_its_searches_families_and_recipes_make() -> None:
-    names = {role: [oracle.name for oracle in choose_oracles("hvac", role)] for role in ("attacker", "defender")}
-    assert names["attacker"][:4] == ["search", "hvac-brink", "hvac-tracker", "hvac-tracker-warm"]
-    assert names["defender"] == ["search", "hvac-bayes", "hvac-bayes-together", "ppo"]
-    assert "plans" in [oracle.kind for oracle in oracles_of("fdi", "attacker")]
-    assert "recurrent" not in [oracle.kind for oracle in choose_oracles("rogue", "attacker")]
-    (recurrent,) = choose_oracles("rogue", "attacker", ["recurrent"])
-    assert recurrent.recipe == find_recipe("rogue-attack-recurrent")
-    (named,) = choose_oracles("fdi", "attacker", ["fdi-attack-disturbed-ppo", "FdiDefense-v0"])
-    assert named.recipe == find_recipe("fdi-attack-disturbed-ppo")
+def test_our_own_ppo_is_the_usual_oracle_and_others_are_named() -> None:
+    (usual,) = choose_oracles("hvac", "defender")
+    assert (usual.name, usual.recipe) == (SHARED, find_recipe("hvac-defense"))
+    (search,) = choose_oracles("hvac", "attacker", [SEARCHES])
+    assert search.searches
+    (named,) = choose_oracles("fdi", "attacker", ["fdi-attack", "FdiDefense-v0"])
+    assert named.recipe == find_recipe("fdi-attack")
     for name, message in (
         ("serch", "Did you mean 'search'"),
-        ("hvac-attack-ppo", "not one of fdi"),
-        ("recurrent", "no oracle recurrent. It has: search"),
+        ("hvac-attack", "not one of fdi"),
+        ("fdi-defense", "no oracle fdi-defense: shared-ppo is there for all roles"),
     ):
         with pytest.raises(CommandError, match=message):
             choose_oracles("fdi", "attacker", [name])
 
 
-def test_searched_families_are_judged_by_what_they_are_paid() -> None:
-    bayes = next(oracle for oracle in choose_oracles("hvac", "defender") if oracle.kind == SEARCH)
-    (moved,) = in_venue([bayes], Venue("hvac", "learning"), {"population": 6})
-    assert moved.recipe is not None
-    recipe = against(
-        moved.recipe, Question("defender", mix(["ramp", "none"]), Venue("hvac", "learning"), 1), "bayes-response"
-    )
-    assert (recipe.population, recipe.preset, len(recipe.scenes)) == (6, "learning", 1)
-    assert recipe.opponent == recipe.scenes[0].opponent or not recipe.scenes[0].opponent
-    assert recipe.values({"return": np.array([4.0])}) == [-4.0]  # and not its root
+def test_learning_goes_on_with_the_best_known_network(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = replace(usual_recipe("tests.agents.arms:ARMS", "attacker"), hidden=(16, 16), evaluations=1)
+    venue = Venue("tests.agents.arms:ARMS", "learning", {})
+    question = Question("attacker", mix(["none"]), venue, episodes=2, known=("none",))
+    budget = Budget(1, 1, "cps-envs best-response", steps=6_400)
+    store = Store(tmp_path / "meetings")
+    first = respond([Oracle(SHARED, recipe)], question, tmp_path / "a", budget, store, "test").chosen
+    assert first.validation > 15
+    again = replace(question, known=("none", first.reference))
+    second = respond([Oracle(SHARED, recipe)], again, tmp_path / "b", budget, store, "test").chosen
+    run = json.loads((tmp_path / "b" / SHARED / "seed-0" / "run.json").read_text())
+    assert run["recipe"]["start"] == first.reference
+    rows = (tmp_path / "b" / SHARED / "seed-0" / "evaluations.jsonl").read_text().splitlines()
+    assert json.loads(rows[0])["validation"] == first.validation  # before it has learned anything
+    assert second.validation >= first.validation
+    narrow = replace(recipe, hidden=(8, 8))
+    respond([Oracle(SHARED, narrow)], again, tmp_path / "c", replace(budget, steps=640), store, "test")
+    assert not json.loads((tmp_path / "c" / SHARED / "seed-0" / "run.json").read_text())["recipe"]["start"]
+    with pytest.raises(CommandError, match=r"start = .* is no network of shared-ppo"):
+        make_learner(replace(narrow, start=first.reference), 0)
 
 
 def test_a_teacher_is_kept_for_each_policy_of_a_mixture() -> None:
@@ -154,8 +155,8 @@ def test_a_teacher_is_kept_for_each_policy_of_a_mixture() -> None:
 
 def test_oracles_that_cannot_are_left_out_and_validation_chooses(tmp_path: Path) -> None:
     pytest.importorskip("cma")
-    searching = [oracle for oracle in choose_oracles("rogue", "attacker") if oracle.kind == "search"]
-    broken = Oracle("ppo", "broken", Recipe(name="x", problem="rogue", algorithm="dqn", overrides=VENUE.overrides))
+    searching = choose_oracles("rogue", "attacker", [SEARCHES])
+    broken = Oracle("broken", Recipe(name="x", problem="rogue", algorithm="dqn", overrides=VENUE.overrides))
     question = Question("attacker", mix(["pd"]), VENUE, episodes=3)
     told: list[str] = []
     budget = Budget(2, 1, "cps-envs best-response", steps=30)
@@ -188,7 +189,7 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
     path = tmp_path / "league.json"
     path.write_text(json.dumps(document(found, {}, 0.0)))
     value = league_value(path, VENUE)
-    assert value.mean == pytest.approx(returns("square", "pd", 3).mean())
+    assert value.mean == pytest.approx(returns("square", "pd", range(3)).mean())
     assert value.low is not None
     with pytest.raises(CommandError, match="other duration_s"):
         league_value(path, Venue("rogue", "easy", {"duration_s": 4.0}))
@@ -201,49 +202,47 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
 
 
 TINY = (
-    *("--set", "duration_s=3", "--steps", "64", "--jobs", "1", "--episodes", "2", "--knob", "num_envs=4"),
+    *("--set", "duration_s=3", "--steps", "640", "--jobs", "1", "--episodes", "2", "--knob", "num_envs=4"),
     *("--knob", "steps_per_update=16", "--knob", "batch_size=32", "--knob", "evaluations=1"),
-    *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8]", "--knob", "teacher_episodes=2"),
+    *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8,8]"),
 )
 
 
 def test_the_command_trains_and_judges(tmp_path: Path) -> None:
-    pytest.importorskip("sb3_contrib")
+    pytest.importorskip("torch")
     base = ("best-response", "rogue", "defender", "--against", "square", "--against", "none", "--weights", "3,1")
-    where = ("--oracle", "ppo", "--seeds", "2", "--known", "pd", "--known", "sliding", "--out", str(tmp_path))
+    where = ("--oracle", SHARED, "--seeds", "2", "--known", "pd", "--known", "sliding", "--out", str(tmp_path))
     code, printed, told = run(*base, *TINY, *where, "--json")
     assert code == 0, told
     found = json.loads(printed)
     assert found["opponent"] == {"square": 0.75, "none": 0.25}
     assert [each["seed"] for each in found["responses"]] == [0, 1]
-    assert found["budget"]["steps"] >= 2 * 64
-    assert set(found["judgement"]["known"]) == {"pd", "sliding"}
+    assert found["budget"]["steps"] >= 2 * 640
+    assert set(found["judgement"]["validation"]) == {"pd", "sliding", "shared-ppo, seed 0", "shared-ppo, seed 1"}
     assert found["chosen"]["validation"] == max(each["validation"] for each in found["responses"])
-    assert found["reference"] == f"zoo:{tmp_path.resolve()}/ppo/seed-{found['chosen']['seed']}"
+    assert found["reference"] == f"zoo:{tmp_path.resolve()}/shared-ppo/seed-{found['chosen']['seed']}"
     assert json.loads((tmp_path / "best-response.json").read_text()) == found
     code, printed, _ = run(*base, *TINY, *where, "--resume")
     assert code == 0
-    assert "oracle ppo, 2 seeds" in printed
-    assert "pay, m/s" in printed
+    assert "The best defence found is" in printed
+    assert "pay, fresh episodes" in printed
     code, _, told = run(*base, *TINY, *where, "--set", "duration_s=4")
     assert code == 2
     assert "another recipe" in told
 
 
 def test_a_terminated_response_says_so_and_leaks_no_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("sb3_contrib")
+    pytest.importorskip("torch")
 
     def terminating(progress: Any, job: Any, before: Any) -> Any:
         return lambda steps, note: signal.raise_signal(signal.SIGTERM) if steps else None
 
     monkeypatch.setattr(learner, "_counting", terminating)
-    base = ("best-response", "rogue", "defender", "--against", "square", "--oracle", "ppo", "--preset", "easy")
-    code, _, told = run(
-        *base, *TINY, "--steps", "128", "--knob", "batch_size=24", "--seeds", "1", "--out", str(tmp_path)
-    )
+    base = ("best-response", "rogue", "defender", "--against", "square", "--oracle", SHARED, "--known", "pd")
+    code, _, told = run(*base, *TINY, "--out", str(tmp_path))
     assert code == 143
     assert "Warning" not in told
-    assert json.loads((tmp_path / "ppo" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
+    assert json.loads((tmp_path / SHARED / "seed-0" / "run.json").read_text())["status"] == "interrupted"
 
 
 def test_mistakes_are_told_before_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -252,15 +251,15 @@ def test_mistakes_are_told_before_training(tmp_path: Path, monkeypatch: pytest.M
         (("--weights", "a"), "write numbers with commas"),
         (("--weights", "1,2"), "one weight for each policy"),
         (("--league", "nowhere.json"), "play the league first"),
-        (("--oracle", "FdiAttack-v0"), "trains the attacker of fdi"),
+        (("--oracle", "fdi-attack"), "trains the attacker of fdi"),
     ):
         code, _, told = run(*base, *arguments)
         assert code == 2
         assert message in told.replace("\n", " ")
     code, _, told = run("best-response", "rogue", "atacker", "--against", "pd")
     assert (code, "not a role" in told) == (2, True)
-    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    code, _, told = run(*base, "--oracle", "ppo")
+    monkeypatch.setitem(sys.modules, "torch", None)
+    code, _, told = run(*base)
     assert code == 2
     assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")
     assert not list(tmp_path.rglob("run.json"))
@@ -272,6 +271,7 @@ def test_a_budget_bounds_search_and_learning_together() -> None:
     assert (found.search_steps, found.total_steps) == (150, 50)
     assert limited(recipe, None) == recipe
     assert limited(recipe, None, 3.0).most_cpu_s == 3.0
+    assert limited(find_recipe("fdi-attack"), None).most_cpu_s == 60
     searched = replace(find_recipe("hvac-attack-cma"), total_steps=9_000)
     assert limited(searched, 10 * 719 * 2).total_steps in (20, 21)  # episodes of 719 decisions and a little
     assert limited(replace(recipe, search_steps=0), 7).total_steps == 7

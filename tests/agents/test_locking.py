@@ -43,8 +43,8 @@ COMMANDS = {
     "examination": ("benchmark", "rogue", "--suite", "learned", "--quick"),
     "contest": ("contest", "rogue", "--quick"),
     "reproduce": ("reproduce", "all", "--quick", "--reading", "ch5"),
-    "self-play": ("self-play", "rogue", "--attackers", "none", "--defenders", "pd", "--oracle", "ppo", *SMALL),
-    "best-response": ("best-response", "rogue", "attacker", "--against", "pd", "--oracle", "ppo", *SMALL),
+    "self-play": ("self-play", "rogue", "--attackers", "none", "--defenders", "pd", *SMALL),
+    "best-response": ("best-response", "rogue", "attacker", "--against", "pd", *SMALL),
 }
 LEARNING = ("self-play", "best-response")
 

@@ -19,6 +19,7 @@ pytest.importorskip("matplotlib")
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
 from cps_agents.league import self_play
+from cps_agents.league.bounds import Outcome, judge, shares
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import play_meetings
 from cps_agents.league.oracles import Oracle
@@ -26,8 +27,6 @@ from cps_agents.league.response import Budget, Question, Response, Responses
 from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
 from cps_agents.league.self_play_report import document, draw
 from cps_agents.league.strategy import mix, strategy_of
-from cps_agents.league.worst_case import Outcome, judge, shares
-from cps_agents.learning.recipe import Recipe
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs.core.documents import DamagedFileError
@@ -42,7 +41,7 @@ EVERY: dict[Role, list[str]] = {
 GAME = Game(
     VENUE,
     {"attacker": ["none"], "defender": ["pd"]},
-    {role: [Oracle("search", "exact")] for role in ROLES},
+    {role: [Oracle("exact")] for role in ROLES},
     episodes=6,
     seeds=1,
 )
@@ -114,7 +113,9 @@ def test_bounds_are_those_of_the_evaluation_seeds(tmp_path: Path, oracle: Respon
     assert first.conceded.mean == pytest.approx(matrix[row, 0])
     assert first.secured.mean == pytest.approx(matrix[0, column])
     assert first.value.mean == pytest.approx(matrix[0, 0])
-    assert first.exploitability.mean == pytest.approx(matrix[row, 0] - matrix[0, column])
+    assert first.attacker_gain.mean == pytest.approx(matrix[row, 0] - matrix[0, 0])
+    assert first.defender_gain.mean == pytest.approx(matrix[0, 0] - matrix[0, column])
+    assert first.exploitability.mean == pytest.approx(first.attacker_gain.mean + first.defender_gain.mean)
 
 
 def test_interrupted_anywhere_it_goes_on_to_the_same_end(
@@ -185,16 +186,15 @@ def test_the_report_holds_everything(tmp_path: Path, oracle: Respond) -> None:
     }
 
 
+ARMS = ("--trust", "self-play", "tests.agents.arms:ARMS", "--attackers", "none", "--defenders", "none", "--jobs", "1")
 TINY = (
-    *("--set", "duration_s=3", "--steps", "128", "--jobs", "1", "--episodes", "2", "--knob", "num_envs=4"),
-    *("--knob", "steps_per_update=16", "--knob", "batch_size=32", "--knob", "evaluations=1"),
-    *("--knob", "evaluation_episodes=2", "--knob", "hidden=[8]", "--knob", "teacher_episodes=2"),
+    *("--steps", "6400", "--episodes", "4", "--knob", "hidden=[16,16]", "--knob", "evaluations=1"),
+    *("--knob", "evaluation_episodes=4"),
 )
-FEW = ("--attackers", "square", "--attackers", "none", "--defenders", "pd", "--defenders", "sliding")
 
 
-def test_the_command_trains_is_interrupted_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("sb3_contrib")
+def test_the_command_learns_is_interrupted_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("torch")
     from cps_agents.learning import learner
 
     counting, jobs = learner._counting, []
@@ -206,47 +206,38 @@ def test_the_command_trains_is_interrupted_and_goes_on(tmp_path: Path, monkeypat
         return counting(progress, job, before)
 
     monkeypatch.setattr(learner, "_counting", interrupting)
-    base = ("rogue", "--preset", "easy", "--oracle", "ppo", *FEW, *TINY, "--out", str(tmp_path))
-    code, _, told = command_line.run("self-play", *base, "--iterations", "2")
+    base = (*ARMS, *TINY, "--out", str(tmp_path), "--meetings", str(tmp_path / "meetings"))
+    code, _, told = command_line.run(*base, "--iterations", "2")
     assert (code, "Interrupted" in told) == (130, True)
-    first = tmp_path / "iteration-1"
-    assert json.loads((first / "attacker" / "ppo" / "seed-0" / "run.json").read_text())["status"] == "finished"
-    assert json.loads((first / "defender" / "ppo" / "seed-0" / "run.json").read_text())["status"] == "interrupted"
-    assert not (first / "result.json").exists()
-    code, _, told = command_line.run("self-play", *base)
+    runs = [f"iteration-{k + 1}/{role}/shared-ppo/seed-{k}" for k in range(2) for role in ROLES]
+    states = [json.loads((tmp_path / run / "run.json").read_text())["status"] for run in runs[:2]]
+    assert states == ["finished", "interrupted"]
+    assert not (tmp_path / "iteration-1" / "result.json").exists()
+    code, _, told = command_line.run(*base)
     assert code == 2
     assert "--resume" in told
-    code, printed, told = command_line.run("self-play", *base, "--iterations", "2", "--resume", "--json")
+    code, printed, told = command_line.run(*base, "--iterations", "2", "--resume", "--json")
     assert code == 0, told
     found = json.loads(printed)
-    assert list(found["pool"]["attacker"]) == ["square", "none", "response 1", "response 2"]
-    seeds = [[one["seed"] for one in each["responses"]["attacker"]["found"]] for each in found["iterations"]]
-    assert seeds == [[0], [1]]  # every iteration trains with seeds of its own
+    assert list(found["pool"]["attacker"]) == ["none", "response 1", "response 2"]
+    assert "Round 1: the attacker is paid 5" in told
+    assert "Round 2: the attacker is paid" in told
+    first, second = (each["bounds"] for each in found["iterations"])
+    assert first["attacker_gain"]["mean"] > 10  # 15 hits, found from reward alone
+    assert first["defender_gain"]["mean"] > 4  # of 5 that idle dials are charged
+    assert second["exploitability"]["mean"] < 1
     assert (tmp_path / "self-play.png").stat().st_size > 1000
-    assert [job.folder.relative_to(tmp_path.resolve()).as_posix() for job in jobs[2:]] == [
-        "iteration-1/attacker/ppo/seed-0",
-        "iteration-1/defender/ppo/seed-0",
-        "iteration-2/attacker/ppo/seed-1",
-        "iteration-2/defender/ppo/seed-1",
-    ]
+    assert [job.folder.relative_to(tmp_path.resolve()).as_posix() for job in jobs[2:]] == runs
+    starts = [Path(job.recipe.start.removeprefix("zoo:")) for job in jobs[4:]]
+    assert starts == [(tmp_path / run).resolve() for run in runs[:2]]  # it goes on with the network of before
 
 
-def test_what_the_recipes_need_differently_has_to_be_chosen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("sb3_contrib")
-    recipes = {
-        role: Recipe(name=role, problem="rogue", role=role, overrides={"duration_s": float(place + 3)})
-        for place, role in enumerate(ROLES)
-    }
-    for module in ("recipes.finding", "league.oracles"):
-        monkeypatch.setattr(f"cps_agents.{module}.RECIPES", recipes)
-    base = ("rogue", "--oracle", "ppo", *FEW, "--out", str(tmp_path))
-    code, _, told = command_line.run("self-play", *base)
-    assert code == 2
-    assert "choose one with --set duration_s=" in told.replace("\n", " ")
-    code, _, told = command_line.run("self-play", *base, "--set", "duration_s=3", "--defenders", "pdd")
+def test_what_is_wrong_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    base = ("self-play", "rogue", "--out", str(tmp_path), "--attackers", "none")
+    code, _, told = command_line.run(*base, "--set", "duration_s=3", "--defenders", "pdd")
     assert code == 2
     assert "Did you mean 'pd'" in told
-    monkeypatch.setitem(sys.modules, "stable_baselines3", None)
-    code, _, told = command_line.run("self-play", *base, "--set", "duration_s=3")
+    monkeypatch.setitem(sys.modules, "torch", None)
+    code, _, told = command_line.run(*base, "--set", "duration_s=3")
     assert code == 2
     assert 'pip install "cps-envs[train]"' in told.replace("\n", " ")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -54,7 +54,7 @@ def best_response(
     knobs: Knobs = None,
     steps: Steps = None,
     budget: BudgetS = None,
-    seeds: Annotated[int, typer.Option(min=1, help="Use so many training seeds.")] = 5,
+    seeds: Annotated[int, typer.Option(min=1, help="Use so many training seeds.")] = 1,
     known: Annotated[list[str] | None, typer.Option("--known", metavar="NAME", help=KNOWN)] = None,
     league: Annotated[Path | None, typer.Option(metavar="FILE.json", help=LEAGUE)] = None,
     episodes: Annotated[
@@ -72,11 +72,12 @@ def best_response(
 ) -> None:
     """Find a best response to a fixed opponent: at least how far can it be exploited?
 
-    All methods that the role has look for one, with every training seed. Validation seeds choose among what they find,
-    and evaluation seeds judge the choice. The result is a lower bound: a better response may exist that none found.
+    Our own PPO looks for one, and a search over the numbers of hand-made policies. Validation seeds choose among all
+    that they find and all policies known before; the best of both play fresh episodes. The result is a lower bound: a
+    better response may exist that nobody found.
     """
     from cps_agents.arena.store import Store
-    from cps_agents.league.exploitability import gain_over, judge, league_value
+    from cps_agents.league.exploitability import gain_over, judge, league_value, line_up_known
     from cps_agents.league.oracles import in_venue
     from cps_agents.league.response import Budget, respond
     from cps_agents.league.strategy import mix
@@ -89,10 +90,12 @@ def best_response(
     value = None if league is None else league_value(league, question.venue)
     store = Store(meetings, fresh=fresh)
     with alone_in(folder):
-        responses = respond(oracles, question, folder, spent, store, "response", None if oracle else _note)
-        with Progress("evaluation pairs", 1) as progress:
-            judgement = judge(question, known or ["all"], responses, store, spent.workers, progress.report)
-        over_value = None if value is None else gain_over(value, judgement.response, question.role)
+        present = line_up_known(question, known or ["all"], store, spent.workers)
+        question = replace(question, known=tuple(each.reference for each in present.known))
+        responses = respond(oracles, question, folder, spent, store, "response", _note)
+        with Progress("pairs", 1) as progress:
+            judgement = judge(question, present, responses, store, spent.workers, progress.report)
+        over_value = None if value is None else gain_over(value, judgement.response_pay, question.role)
         content = _document(question, oracles, responses, judgement, over_value) | describe()
         write_json(folder / "best-response.json", content)
     if as_json:
@@ -116,18 +119,18 @@ def _question(
     overrides: list[str] | None,
     episodes: int,
 ) -> tuple[Question, list[Oracle]]:
-    """What is asked, and who is to respond; says where a recipe was made for another preset."""
-    from cps_agents.league.oracles import choose_oracles, other_presets, usual_of, venue_against
+    """What is asked, and who is to respond."""
+    from cps_agents.league.oracles import KINDS, choose_oracles, usual_recipe
     from cps_agents.league.response import Question
+    from cps_agents.league.venues import venue_against
     from cps_envs.core.types import ROLES
 
     mine = next((each for each in ROLES if each == role), None)
     if mine is None:
         raise CommandError(f"{role!r} is not a role: write attacker or defender")
-    oracles = choose_oracles(problem, mine, names or [])
-    venue = venue_against(strategy, usual_of(oracles, problem, mine), preset, assignments(overrides or []))
-    for name in other_presets(oracles, venue):
-        _note(f"Note: responses are looked for in preset {venue.preset}; this recipe was made for another: {name}.")
+    oracles = choose_oracles(problem, mine, names or KINDS)
+    recipe = next((each.recipe for each in oracles if each.recipe is not None), usual_recipe(problem, mine))
+    venue = venue_against(strategy, recipe, preset, assignments(overrides or []))
     return Question(mine, strategy, venue, episodes), oracles
 
 
@@ -160,7 +163,7 @@ def _document(
         "responses": [asdict(each) for each in responses.found],
         "chosen": asdict(responses.chosen),
         "reference": responses.chosen.reference,
-        "judgement": asdict(judgement),
+        "judgement": {**asdict(judgement), "best": judgement.best, "pay": asdict(judgement.pay)},
         "gain_over_league": None if over_value is None else asdict(over_value),
     }
 
@@ -169,24 +172,30 @@ def _show(question: Question, responses: Responses, judgement: Judgement, over_v
     from cps_agents.league.report import stacked
     from cps_envs import find_problem
 
-    console, chosen = out(), responses.chosen
-    rows = [(f"response: {chosen.oracle}, seed {chosen.seed}", stacked(judgement.response), "")]
-    for name, found in judgement.oracles.items():
-        spent = sum(each.cpu_s for each in responses.found if each.oracle == name)
-        rows.append((f"oracle {name}, {found.seeds} seeds", stacked(found), f"{spent:.0f}"))
-    rows += [(name, stacked(found), "") for name, found in judgement.known.items()]
+    console = out()
+    fresh = {judgement.response: judgement.response_pay, judgement.known: judgement.known_pay}
+    spent = {f"{each.oracle}, seed {each.seed}": f"{each.cpu_s:.0f}" for each in responses.found}
+    rows = [
+        (name, stacked(found), stacked(fresh[name]) if name in fresh else "", spent.get(name, ""))
+        for name, found in judgement.validation.items()
+    ]
     unit = find_problem(question.venue.problem).unit or "return"
     title = f"{question.venue.problem}: what the attacker is paid, {unit}; opponent: {question.strategy.reference}"
-    columns = (question.role, f"pay, {unit}", "found in, CPU s")
-    console.print(Table(title, columns, rows))
-    console.print(_verdict(f"the best policy known before, {judgement.best_known},", judgement.gain), markup=False)
+    console.print(Table(title, (question.role, "pay, all", "pay, fresh episodes", "found in, CPU s"), rows))
+    console.print(_verdict(f"the best policy known before, {judgement.known},", judgement.gain), markup=False)
     if over_value is not None:
         console.print(_verdict("the value of the league's game", over_value), markup=False)
+    what = "worst attack" if question.role == "attacker" else "best defence"
+    pay = _interval(judgement.pay)
+    console.print(f"The {what} found is {judgement.best}: it pays the attacker {pay}.", markup=False, soft_wrap=True)
     console.print(f"Spent: {responses.steps:,} steps, {responses.cpu_s:.0f} CPU s.")
 
 
 def _verdict(what: str, gain: Estimate) -> str:
-    ends = "" if gain.low is None else f" [{gain.low:.4g}, {gain.high:.4g}]"
-    if gain.mean <= 0 or (gain.low is not None and gain.low <= 0):
-        return f"Over {what} the response gains {gain.mean:.4g}{ends}: these oracles show no more than was known."
-    return f"Over {what} the response gains {gain.mean:.4g}{ends}: the opponent can be exploited by at least that."
+    shown = gain.mean > 0 and not (gain.low is not None and gain.low <= 0)
+    so = "the opponent can be exploited by at least that" if shown else "these oracles show no more than was known"
+    return f"Over {what} the response gains {_interval(gain)}: {so}."
+
+
+def _interval(found: Estimate) -> str:
+    return f"{found.mean:.4g}" + ("" if found.low is None else f" ({found.low:.4g} to {found.high:.4g})")

@@ -24,9 +24,9 @@ Changes = Annotated[
 Knobs = Annotated[
     list[str] | None, typer.Option("--knob", metavar="NAME=VALUE", help="Change a knob; may be repeated.")
 ]
-ORACLE = "By search, cma-es, plans, ppo, recurrent, or a recipe; may be repeated. Default: what the role has."
+ORACLE = "By shared-ppo (our own PPO), search (numbers of hand-made policies), or a recipe; may be repeated."
 STEPS = "Decisions for each method and training seed, searches included."
-BUDGET = "CPU time for each method and training seed."
+BUDGET = "CPU time for each method and training seed; default: 60."
 Oracles = Annotated[list[str] | None, typer.Option("--oracle", metavar="NAME", help=ORACLE)]
 Steps = Annotated[int | None, typer.Option(min=1, help=STEPS)]
 BudgetS = Annotated[float | None, typer.Option("--budget", metavar="SECONDS", min=0.1, help=BUDGET)]

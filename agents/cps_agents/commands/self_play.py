@@ -17,21 +17,21 @@ from cps_baselines.workers import Workers
 
 if TYPE_CHECKING:
     from cps_agents.arena.store import Store
+    from cps_agents.league.bounds import Outcome
     from cps_agents.league.oracles import Oracle
     from cps_agents.league.response import Budget
     from cps_agents.league.self_play import Game, Iteration, Pool
-    from cps_agents.league.worst_case import Outcome
     from cps_baselines.arena import Venue
     from cps_envs.core.types import Role
 
 
 def self_play(
     problem: Annotated[str, typer.Argument(help="Problem, such as rogue.")],
-    iterations: Annotated[int, typer.Option(min=1, help="Iterations in all; ask for more with --resume.")] = 5,
+    iterations: Annotated[int, typer.Option(min=1, help="Rounds in all; ask for more with --resume.")] = 3,
     attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
     defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
     oracle: Oracles = None,
-    preset: Annotated[str | None, typer.Option(help="Preset of the environment; default: that of the recipes.")] = None,
+    preset: Annotated[str | None, typer.Option(help="Preset of the environment; default: learning.")] = None,
     overrides: Changes = None,
     knobs: Annotated[
         list[str] | None,
@@ -49,10 +49,10 @@ def self_play(
     device: Annotated[str, typer.Option(help="Device: cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
-    """Let both roles find best responses in turn, each against the equilibrium of all policies so far.
+    """Let both roles learn best responses in rounds, each against the equilibrium of all policies so far.
 
-    It starts from the computed policies and the shipped trained ones. Press Ctrl-C at any time: every finished pair,
-    run and iteration is kept, and --resume continues.
+    It starts from the computed policies and the shipped trained ones. Our own PPO goes on from the best network that
+    fits. Press Ctrl-C at any time: every finished pair, run and round is kept, and --resume continues.
     """
     from cps_agents.arena.store import Store
     from cps_agents.league.response import Budget
@@ -81,12 +81,17 @@ def _settings(
     problem: str, names: list[str], preset: str | None, values: Mapping[str, Any], knobs: Mapping[str, Any]
 ) -> tuple[Venue, dict[Role, list[Oracle]]]:
     """One configuration for all oracles: as asked, or what the recipes need together."""
-    from cps_agents.league.oracles import choose_oracles, in_venue, merged, usual_of
+    from cps_agents.league.oracles import choose_oracles, in_venue, usual_recipe
+    from cps_agents.league.venues import merged
+    from cps_agents.learning.recipe import SHARED
     from cps_baselines.arena import Venue
     from cps_envs.core.types import ROLES
 
-    oracles = {role: choose_oracles(problem, role, names) for role in ROLES}
-    recipes = [usual_of(oracles[role], problem, role) for role in ROLES]
+    oracles = {role: choose_oracles(problem, role, names or (SHARED,)) for role in ROLES}
+    recipes = [
+        next((each.recipe for each in oracles[role] if each.recipe is not None), usual_recipe(problem, role))
+        for role in ROLES
+    ]
     venue = Venue(problem, preset or merged([{"preset": each.preset} for each in recipes], "a recipe")["preset"])
     if preset is None:
         needed = [{name: each for name, each in recipe.overrides.items() if name not in values} for recipe in recipes]
@@ -140,15 +145,16 @@ def _note(line: str) -> None:
 
 
 def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budget) -> Outcome:
-    """Iterate; after each iteration the results are judged and written."""
+    """Iterate; after each iteration the results are judged, told and written."""
+    from cps_agents.league.bounds import judge
     from cps_agents.league.self_play import iterate
-    from cps_agents.league.self_play_report import draw
-    from cps_agents.league.worst_case import judge
+    from cps_agents.league.self_play_report import draw, tell_round
 
-    outcomes = []
+    outcomes: list[Outcome] = []
 
     def report(pool: Pool, done: list[Iteration]) -> None:
         outcomes.append(judge(game, pool, done, store, budget.workers))
+        _note(tell_round(outcomes[-1]))
         write_json(folder / "self-play.json", _document(outcomes[-1]))
         write_figure(folder / "self-play.png", draw(outcomes[-1]))
 
@@ -163,11 +169,11 @@ def _document(outcome: Outcome) -> dict[str, Any]:
 
 
 def _show(outcome: Outcome) -> None:
-    from cps_agents.league.self_play_report import table
+    from cps_agents.league.self_play_report import strategy_line, table
     from cps_envs.core.types import ROLES
 
     console = out()
     console.print(table(outcome))
     for role in ROLES:
-        console.print(f"The final {role} plays as {outcome.final[role].reference}", markup=False, soft_wrap=True)
-    console.print(f"Oracles: {outcome.steps:,} steps, {outcome.cpu_s:.0f} CPU s.")
+        console.print(strategy_line(outcome, role), markup=False, soft_wrap=True)
+    console.print(f"Responses: {outcome.steps:,} steps, {outcome.cpu_s:.0f} CPU s.")

@@ -14,9 +14,11 @@ from cps_agents.arena.sources import sources_of
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError, explain
 from cps_agents.league.meetings import play_meetings
-from cps_agents.league.oracles import Oracle, SearchJob, check_installed, decisions, forms_of, venue_of
+from cps_agents.league.oracles import Oracle
+from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
-from cps_agents.learning.recipe import SEARCH, Recipe, Scene, changed
+from cps_agents.league.venues import decisions, forms_of, venue_of
+from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, Scene, changed
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
@@ -28,7 +30,9 @@ from cps_envs.core.types import SIGN, FloatArray, Role, other
 SEARCH_START = TRAINING_START + 90_000_000  # seeds that no training run plays
 SEARCH_SEEDS = 1_000_000  # of each training seed
 SEARCH_EPISODES = 16  # of a candidate
-SEARCH_S = 60.0  # CPU time of each search that nothing bounds
+USUAL_S = 60.0  # CPU time of our own PPO and of all searches together, where nothing bounds them
+UNBOUNDED = 10**9  # steps, of learning that CPU time ends
+WARM_UP = 4  # updates of the value alone, where learning begins with a trained network
 Tell = Callable[[str], None]
 
 
@@ -44,6 +48,7 @@ class Question:
     strategy: Strategy
     venue: Venue
     episodes: int  # on validation seeds, which choose among what is found
+    known: tuple[str, ...] = ()  # policies of the role; our own PPO goes on from the best network among them
 
 
 @dataclass(frozen=True)
@@ -107,11 +112,11 @@ def respond(
     budget: Budget,
     store: Store,
     title: str,
-    tell: Tell | None = silent,
+    tell: Tell = silent,
 ) -> Responses:
     """Let all oracles respond, one after the other, and value what they find on validation seeds.
 
-    An oracle that cannot play there is left out, and `tell` hears why; with None it is an error.
+    An oracle that cannot play there is left out, and `tell` hears why.
 
     Raises:
         CommandError: no oracle has found anything.
@@ -123,7 +128,7 @@ def respond(
             found += _ask(oracle, question, folder / oracle.name, budget, store, f"{title}, {oracle.name}")
         except Exception as error:
             reason = explain(error)
-            if reason is None or tell is None:
+            if reason is None:
                 raise
             left_out[oracle.name] = reason
             tell(f"Left out: {oracle.name}: {reason}")
@@ -137,11 +142,23 @@ def respond(
 
 
 def _ask(oracle: Oracle, question: Question, folder: Path, budget: Budget, store: Store, title: str) -> list[Response]:
-    check_installed(oracle)
     if oracle.recipe is None:
         return list(_search(oracle, question, budget, store, title))
     recipe = against(oracle.recipe, question, f"{oracle.recipe.name}-response")
+    if recipe.algorithm == SHARED:
+        recipe = _warm(recipe, question, store, budget.workers, title)
     return _train(oracle.name, limited(recipe, budget.steps, budget.cpu_s), folder, budget, title)
+
+
+def _warm(recipe: Recipe, question: Question, store: Store, workers: int, title: str) -> Recipe:
+    """The recipe beginning with the network, among the known policies, that is paid most; as it is if there is none."""
+    from cps_agents.learning.warm_start import fits
+
+    networks = [reference for reference in question.known if fits(reference, recipe)]
+    if recipe.start or not networks:
+        return recipe
+    best = int(_validate(networks, question, store, workers, title).argmax())
+    return replace(recipe, start=networks[best], value_warm_up=WARM_UP)
 
 
 def against(recipe: Recipe, question: Question, name: str) -> Recipe:
@@ -162,6 +179,8 @@ def against(recipe: Recipe, question: Question, name: str) -> Recipe:
 
 def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None) -> Recipe:
     """The recipe with so many decisions and CPU seconds per seed: of its search and its learning, in proportion."""
+    if recipe.algorithm == SHARED and steps is None:
+        return replace(recipe, total_steps=UNBOUNDED, most_cpu_s=float(cpu_s or USUAL_S))
     timed = recipe if cpu_s is None else replace(recipe, most_cpu_s=float(cpu_s))
     if steps is None:
         return timed
@@ -183,7 +202,7 @@ def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, ti
             question.role,
             opponent,
             search,
-            budget_s=SEARCH_S if budget.cpu_s is None else budget.cpu_s / count,
+            budget_s=(budget.cpu_s or USUAL_S) / count,
             episodes=SEARCH_EPISODES,
             most_episodes=0 if budget.steps is None else max(budget.steps // (per_episode * count), 1),
             first_seed=SEARCH_START + seed * SEARCH_SEEDS,

@@ -165,7 +165,8 @@ def _iterate(game: Game, pool: Pool, number: int, store: Store, home: Path, budg
     own = replace(budget, seeds=game.seeds, first_seed=number * game.seeds, resume=True)
     responses: dict[Role, Responses] = {}
     for role in ROLES:
-        question = Question(role, profile[other(role)], game.venue, game.episodes)
+        known = tuple(player.reference for player in pool[role])
+        question = Question(role, profile[other(role)], game.venue, game.episodes, known)
         title = f"iteration {number + 1}, {role}"
         responses[role] = respond(game.oracles[role], question, home / role, own, store, title, tell)
     iteration = Iteration(number, profile, responses)

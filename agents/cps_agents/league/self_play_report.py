@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate
+from cps_agents.league.bounds import Bounds, Outcome
 from cps_agents.league.report import stacked
 from cps_agents.league.self_play import MOST_STEPS, Profile, strategy_in
-from cps_agents.league.worst_case import Bounds, Outcome
 from cps_agents.table import Table
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.merging import without_places
@@ -20,7 +20,7 @@ from cps_agents.zoo.mixing import save_mixture
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import Entry, read_entry
 from cps_envs.core.errors import require
-from cps_envs.core.types import ROLES
+from cps_envs.core.types import ROLES, Role
 from cps_envs.registration import find_problem
 
 FIGURE_INCHES = (8.0, 3.4)
@@ -51,22 +51,46 @@ def _profile(profile: Profile, bounds: Bounds) -> dict[str, Any]:
 
 
 def table(outcome: Outcome) -> Table:
-    """One line per profile."""
+    """One line per round: its profile, judged by all policies found."""
     names = [*(str(iteration.number + 1) for iteration in outcome.iterations), "final"]
     rows = [
         (
             name,
-            *map(stacked, (found.secured, found.value, found.conceded, found.exploitability)),
+            *map(stacked, (found.value, found.attacker_gain, found.defender_gain, found.exploitability)),
             "-" if found.at_most is None else f"{found.at_most:.4g}",
             f"{found.best_attacker}\n{found.best_defender}",
         )
         for name, found in zip(names, [*outcome.bounds, outcome.final_bounds], strict=True)
     ]
-    columns = ("profile", "secured", "value", "conceded", "gap", "gap, at most", "best replies")
-    venue = outcome.game.venue
-    unit = find_problem(venue.problem).unit or "return"
-    title = f"{venue.problem}: what profiles pay the attacker ({unit}), against all policies found"
+    columns = ("round", "pay", "an attacker gains", "a defender gains", "both", "both, at most", "best replies")
+    title = f"{outcome.game.venue.problem}: what the attacker is paid ({_unit(outcome)}), and what a best reply gains"
     return Table(title, columns, rows)
+
+
+def tell_round(outcome: Outcome) -> str:
+    """The last round in a sentence each."""
+    found, number = outcome.bounds[-1], len(outcome.bounds)
+    return (
+        f"Round {number}: the attacker is paid {_interval(found.value)} {_unit(outcome)} when both play. "
+        f"Against the defender's mixture {found.best_attacker} gains {_interval(found.attacker_gain)}; "
+        f"against the attacker's {found.best_defender} gains {_interval(found.defender_gain)}."
+    )
+
+
+def strategy_line(outcome: Outcome, role: Role) -> str:
+    """What a role's final strategy plays, by the names of the pool."""
+    names, strategy = {each.reference: each.name for each in outcome.pool[role]}, outcome.final[role]
+    parts = sorted(zip(strategy.probabilities, strategy.policies, strict=True), reverse=True)
+    shown = ", ".join(f"{share:.0%} {names[policy]}" for share, policy in parts)
+    return f"The final {role} plays {shown}."
+
+
+def _unit(outcome: Outcome) -> str:
+    return find_problem(outcome.game.venue.problem).unit or "return"
+
+
+def _interval(found: Estimate) -> str:
+    return f"{found.mean:.4g}" + ("" if found.low is None else f" ({found.low:.4g} to {found.high:.4g})")
 
 
 def draw(outcome: Outcome) -> Any:

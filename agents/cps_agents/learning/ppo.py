@@ -47,6 +47,7 @@ class Settings:
     value_weight: float = 0.5
     target_kl: float = 0.03  # an update ends beyond it, from the second epoch on
     max_grad_norm: float = 0.5
+    value_warm_up: int = 0  # updates of the value alone, for policies that are not to be forgotten
     hidden: int = 64  # units of both hidden layers, of policy and value each
     bias_learning_rate: float = 0.08  # of `episode_noise`: that of the last layer's bias
 
@@ -218,8 +219,11 @@ class Learner:
                 gain = torch.min(ratio * weight[part], clipped * weight[part]).mean()
                 error = (network.values(rows[part], truth[part]) - target[part]).square().mean()
                 bonus = settings.entropy_bonus * falling * entropy.mean()
+                loss = settings.value_weight * error
+                if self.updates >= settings.value_warm_up:
+                    loss = loss - gain - bonus
                 self.optimizer.zero_grad()
-                (settings.value_weight * error - gain - bonus).backward()  # type: ignore[no-untyped-call]
+                loss.backward()  # type: ignore[no-untyped-call]
                 torch.nn.utils.clip_grad_norm_(parameters, settings.max_grad_norm)
                 self.optimizer.step()
 

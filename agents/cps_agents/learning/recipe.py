@@ -102,6 +102,7 @@ class Recipe:
     episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`
     bias_learning_rate: float = 0.08  # of the last layer's bias, with `episode_noise`
     sampled: bool = False  # draw actions where the trained policy plays, instead of the most likely ones
+    start: str = ""  # a trained policy, zoo:NAME, with whose weights learning begins; random ones if empty
 
     buffer_size: int = 300_000  # SAC, DQN
     learning_starts: int = 10_000
@@ -118,7 +119,7 @@ class Recipe:
     teacher_rounds: int = 1  # from the second on the network plays and the teacher says what it would have done
     teacher_noise: float = 0.0  # deviation of what disturbs the actions that a teacher plays, to show how to recover
     teacher_epochs: int = 20  # over all demonstrations, in a round
-    value_warm_up: int = 0  # updates of the value alone before the imitated policy may change
+    value_warm_up: int = 0  # updates of the value alone before the policy that learning begins with may change
 
     family: str = ""  # of policies whose numbers are searched (CMA-ES, of which a step is an episode)
     population: int = 14  # candidates in a generation

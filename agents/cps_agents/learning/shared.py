@@ -25,6 +25,7 @@ from cps_agents.learning.ppo import Learner, Progress, Settings
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Job, Run, recording
 from cps_agents.learning.tracking import Tracker
+from cps_agents.learning.warm_start import read_start
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save, starts_of
@@ -33,6 +34,7 @@ from cps_agents.zoo.wired import Head, card_entry, wired_policy, with_scaling
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.policy import Idle
 from cps_envs.core.types import Array, other
+from cps_envs.core.wiring import Scaling
 from cps_envs.registration import find_problem
 
 CHECKPOINT_EVERY_S = 5.0  # at most
@@ -64,17 +66,27 @@ def train(job: Job, report: Report) -> None:
 
 
 def make_learner(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = None) -> Learner:
-    """A recipe's learner with its environments; `arrays` of a checkpoint have the scaling of the inputs."""
-    envs = make_envs(recipe, seed, arrays)
-    return (EpisodeNoise if recipe.episode_noise else Learner)(envs, settings_of(recipe), seed)
+    """A recipe's learner with its environments; `arrays` of a checkpoint have the scaling of the inputs.
+
+    Raises:
+        CommandError: the policy that learning begins with does not fit.
+    """
+    start = read_start(recipe)
+    envs = make_envs(recipe, seed, arrays, None if start is None else start.scaling)
+    learner = (EpisodeNoise if recipe.episode_noise else Learner)(envs, settings_of(recipe), seed)
+    if start is not None:
+        start.put(learner.network)
+    return learner
 
 
-def make_envs(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = None) -> LearningVectorEnv:
-    """The environments of a recipe."""
+def make_envs(
+    recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None = None, scaling: Scaling | None = None
+) -> LearningVectorEnv:
+    """The environments of a recipe, whose inputs are scaled as a checkpoint's `arrays` or `scaling` say, or anew."""
     problem = find_problem(recipe.problem)
-    scaling: Any = None
     if arrays is not None:
-        scaling = tuple(tuple(np.ravel(arrays.get(name, ())).tolist()) for name in ("mean", "deviation"))
+        mean, deviation = (tuple(np.ravel(arrays.get(name, ())).tolist()) for name in ("mean", "deviation"))
+        scaling = mean, deviation
     return LearningVectorEnv(
         problem,
         recipe.role,
@@ -116,6 +128,7 @@ def settings_of(recipe: Recipe) -> Settings:
         target_kl=recipe.target_kl or np.inf,
         max_grad_norm=recipe.max_grad_norm,
         hidden=recipe.hidden[0],
+        value_warm_up=recipe.value_warm_up,
         bias_learning_rate=recipe.bias_learning_rate,
     )
 
@@ -210,7 +223,7 @@ class Keeper:
             problem=recipe.problem,
             version=problem.version,
             role=recipe.role,
-            algorithm=recipe.algorithm if facts.get("steps") else "untrained",
+            algorithm=recipe.algorithm if recipe.start or facts.get("steps") else "untrained",
             opponent=recipe.opponent or problem.opponents[recipe.preset][other(recipe.role)],
             preset=recipe.preset,
             overrides=dict(recipe.overrides),

@@ -51,8 +51,7 @@ JOBS = (
     Job("train", f"train rogue-attack-ppo --seeds 1 --steps 512 {TINY}", learns=True),
     Job(
         "self-play",
-        "self-play rogue --iterations 1 --attackers square --defenders pd --oracle ppo "
-        f"--steps 256 --episodes 2 {TINY}",
+        f"self-play rogue --iterations 1 --attackers square --defenders pd --steps 256 --episodes 2 {TINY}",
         learns=True,
     ),
 )
