@@ -6,7 +6,7 @@ import os
 import signal
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 os.environ.setdefault("CPS_ENVS_QUIET", "1")  # tests compare stderr, of processes that they start, too
 os.environ.setdefault("CPS_ENVS_TRUST", "1")  # tests, and processes that they start, name code of their own
@@ -14,7 +14,9 @@ os.environ.setdefault("CPS_ENVS_TRUST", "1")  # tests, and processes that they s
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell's background jobs ignore Ctrl-C, which tests press
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-settings.register_profile("suite", deadline=None)  # the first example compiles kernels
+settings.register_profile(  # the first example compiles kernels, or builds a table; the machine may be busy
+    "suite", deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("suite")
 
 

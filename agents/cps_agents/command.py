@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import codecs
 import sys
+from io import TextIOWrapper
 
 NEEDED = ("typer", "rich", "click")
 
 
+PLAIN = {"─": "-", "–": "-", "−": "-", "…": "...", "×": "x", "±": "+-", "≥": ">=", "≤": "<=", "°": " deg ", "²": "2"}
+DRAWN = "cps-envs.drawn"  # error handler: characters that an encoding does not have become plain ones
+
+
 def main() -> None:
     """Run the command line; exit code 2 where its packages are missing."""
+    _print_everywhere()
     try:
         from cps_agents.cli import main as run
     except ModuleNotFoundError as error:
@@ -19,3 +26,18 @@ def main() -> None:
         )
         sys.exit(2)
     run()
+
+
+def _print_everywhere() -> None:
+    """Print to a pipe or file whose encoding has no lines, as on Windows, instead of ending with an error."""
+    codecs.register_error(DRAWN, _in_plain_characters)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors=DRAWN)
+
+
+def _in_plain_characters(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    lost = error.object[error.start : error.end]
+    return "".join(PLAIN.get(letter, "?") for letter in lost), error.end

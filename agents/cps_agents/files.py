@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 from typing import Any
 
 from filelock import FileLock, Timeout
@@ -28,32 +29,34 @@ def replacing(path: Path) -> Iterator[Path]:
         OSError: the file cannot be written; the message names `path`.
     """
     drafts = path.parent / DRAFTS
-    draft = drafts / f"{os.getpid()}-{path.name}"
     try:
-        _begin(draft)
-        yield draft
-        _flush(draft)
-        os.replace(draft, path)
+        draft = _begin(drafts, path.suffix)
+        try:
+            yield draft
+            _flush(draft)
+            os.replace(draft, path)
+        finally:
+            with suppress(OSError):
+                draft.unlink(missing_ok=True)
+                drafts.rmdir()  # if nobody else writes there
     except OSError as error:
         if error.filename is None or DRAFTS in Path(str(error.filename)).parts:
             raise OSError(error.errno, f"it cannot be written: {error.strerror}", str(path)) from error
         raise
-    finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
-            drafts.rmdir()  # if nobody else writes there
 
 
-def _begin(draft: Path) -> None:
-    """Make an empty file and its folder, which another process may be about to remove."""
+def _begin(drafts: Path, suffix: str) -> Path:
+    """Make an empty file that nobody else has, and its folder, which another process may be about to remove."""
     for attempts_left in reversed(range(ATTEMPTS)):
+        draft = drafts / f"{token_hex(8)}{suffix}"
         try:
-            draft.parent.mkdir(parents=True, exist_ok=True)
-            draft.touch()
-            return
-        except (FileExistsError, FileNotFoundError):  # removed between two looks at it
+            drafts.mkdir(parents=True, exist_ok=True)
+            draft.touch(exist_ok=False)
+            return draft
+        except (FileExistsError, FileNotFoundError):  # the folder was removed between two looks at it
             if not attempts_left:
                 raise
+    raise AssertionError("unreachable")
 
 
 def _flush(path: Path) -> None:

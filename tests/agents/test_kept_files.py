@@ -43,6 +43,27 @@ SIDE = {"found": [RESPONSE], "left_out": {"search": "no time"}}
 MIX = {"policies": ["pd"], "probabilities": [1.0]}
 
 
+def test_two_writers_of_one_file_never_mix(tmp_path: Path) -> None:
+    """As two containers do on one drive, or two threads: their processes have one number."""
+    path = tmp_path / "kept.json"
+    with replacing(path) as first, first.open("w", encoding="utf-8") as file:
+        file.write('{"who": "A", ')
+        file.flush()
+        write_text(path, '{"who": "B"}')
+        assert path.read_text(encoding="utf-8") == '{"who": "B"}'
+        file.write('"rows": []}')
+    assert path.read_text(encoding="utf-8") == '{"who": "A", "rows": []}'
+    assert [each.name for each in tmp_path.iterdir()] == ["kept.json"]
+
+
+def test_a_draft_is_never_written_into(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = iter(["one", "one", "two"])
+    monkeypatch.setattr("cps_agents.files.token_hex", lambda size: next(names))
+    with replacing(tmp_path / "a.json") as first, replacing(tmp_path / "b.json") as second:
+        assert first.name == "one.json"
+        assert second.name == "two.json"
+
+
 def league() -> dict[str, Any]:
     equilibrium = {"value": 3.0, "low": 2.0, "high": None}
     config = plain_values(VENUE.config)

@@ -25,7 +25,7 @@ from cps_agents.reliability.document import document, markdown, publish
 from cps_agents.reliability.faults.comparing import damaged, differing
 from cps_agents.reliability.faults.jobs import JOBS, warm_up
 from cps_agents.reliability.faults.part import Trials
-from cps_agents.reliability.fuzz import actions, configurations, files
+from cps_agents.reliability.fuzz import actions, configurations, files, misspelt
 from cps_agents.reliability.fuzz.judging import Tally, is_refusal
 from cps_agents.reliability.journal import Journal, read_journal
 from cps_agents.reliability.mutation.mutants import draw
@@ -35,6 +35,7 @@ from cps_agents.reliability.store import Store
 from cps_agents.reliability.suite import run_parts
 from cps_envs.core.errors import ConfigurationError
 from tests.agents.broken_parts import PART as TOYS
+from tests.agents.command_line import refusal
 
 HANGING = """
 import subprocess
@@ -87,6 +88,27 @@ def test_configurations_are_played_or_refused(number: int, monkeypatch: pytest.M
     tally = Tally(Chunk("fuzz", "slice", number), Journal())
     configurations.configurations(Chunk("fuzz", "slice", number), tally)
     assert not tally.examples
+
+
+def test_every_command_refuses_a_misspelt_word(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    tally = Tally(Chunk("fuzz", "slice"), Journal())
+    misspelt.misspelt(Chunk("fuzz", "slice"), tally)
+    assert not tally.examples
+    assert tally.counts["refused"] > 400
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("league", "hvac", "--preset", "learnin"),
+        ("search-string", "--trials=4", "--form", "locl"),
+        ("train", "hvac-attack-ppo", "--device", "pcu"),
+    ],
+)
+def test_a_misspelt_value_is_named(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert words[3] in refusal(*words)
 
 
 def test_the_same_process_gives_the_same_hashes() -> None:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from gymnasium import spaces
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -21,6 +21,10 @@ def test_box_is_clipped_and_float64(actions: Any) -> None:
     read = ActionReader(BOX).batch(actions, 3)
     assert read.dtype == np.float64
     np.testing.assert_array_equal(read, np.clip(actions, BOX.low, BOX.high))
+
+
+def test_a_busy_machine_fails_no_test_of_random_values() -> None:
+    assert HealthCheck.too_slow in settings().suppress_health_check
 
 
 @given(st.sampled_from([BOX, DISCRETE, MULTI]), st.data())

@@ -105,8 +105,13 @@ class Admission:
 
 
 def usual(venue: Venue, role: Role) -> list[str]:
-    """References of the registered policies of a role, of the preset's own one, and of the shipped trained ones."""
+    """References of the registered policies of a role, of the preset's own one, and of the shipped trained ones.
+
+    Raises:
+        ConfigurationError: there is no such preset or field.
+    """
     problem = find_problem(venue.problem)
+    problem.config(venue.preset, venue.overrides)  # which refuses unknown ones
     registered = [entry.name for entry in policies(problem, role) if entry.name not in NEED_OPTIONS]
     own = [name for name in [problem.opponents[venue.preset][role]] if ":" in name and "?" not in name]
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]

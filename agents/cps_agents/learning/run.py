@@ -21,10 +21,12 @@ from cps_agents.learning.tracking import Subject, Tracker, make_tracker
 from cps_agents.machine import versions
 from cps_agents.recipes.finding import RECIPES
 from cps_envs.core.documents import Entry, Source, entry_of, read_entry, read_text
+from cps_envs.core.errors import near
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
 REMEDY = "Delete the folder and train again."
 MOST_STEPS = 10**15
+DEVICES = ("auto", "cpu", "cuda", "mps")
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,11 @@ def _check(found: Entry) -> None:
 
 @dataclass(frozen=True)
 class Job:
-    """A recipe, a seed, and where its run goes; plain data that any process can do."""
+    """A recipe, a seed, and where its run goes; plain data that any process can do.
+
+    Raises:
+        CommandError: there is no such kind of device.
+    """
 
     recipe: Recipe
     seed: int
@@ -129,6 +135,10 @@ class Job:
     resume: bool = False
     device: str = "cpu"
     tracker: str = "tensorboard"
+
+    def __post_init__(self) -> None:
+        if self.device.partition(":")[0] not in DEVICES:
+            raise CommandError(f"there is no device {self.device!r}. {near(self.device, DEVICES)}")
 
     @property
     def run(self) -> Run:

@@ -155,7 +155,7 @@ def search_string(
 
 def candidate_costs(candidates: Candidates, search: StringSearch, first_seed: int) -> FloatArray:
     """Costs (P,): mean return of the attackers, plus what small gaps cost."""
-    config = DISBANDING.config(search.preset, {**SETTINGS[search.form], **search.overrides})
+    config = DISBANDING.config(search.preset, {**SETTINGS.get(search.form, {}), **search.overrides})
     game = DISBANDING.game(config, 1)
     spec = game.spec("defender")
     gains, thresholds = (np.repeat(part, search.draws, axis=0) for part in candidates)

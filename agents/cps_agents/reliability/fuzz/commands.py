@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from functools import cache
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
 import typer
-from typer.testing import CliRunner
 
 import cps_agents.cli
 import cps_agents.errors
@@ -21,7 +22,7 @@ from cps_agents.reliability.fuzz.values import Generator, pick
 
 INPUTS = 150  # of a chunk
 PATIENCE_S = 1.5  # CPU seconds for a command that was accepted
-LIBRARIES = ("cma", "cvxpy", "matplotlib.pyplot", "optuna", "pymoo.core.algorithm", "stable_baselines3")
+LIBRARIES = ("cma", "cvxpy", "matplotlib.pyplot", "numba", "optuna", "pymoo.core.algorithm", "stable_baselines3")
 LEFT_OUT = ("reliability", "warm", "bench")  # nothing in them but time, or this command itself
 SAID = {"--jobs": ("--jobs", "1"), "--dry-run": ("--dry-run",)}  # always; without them work goes on in other processes
 NO_OPTIONS = ("--help", "--publish", "--trust", "--debug", *SAID)  # nothing to be tried here
@@ -36,13 +37,27 @@ WORDS = (
 
 def commands(chunk: Chunk, tally: Tally) -> None:
     """Each command with options and values drawn from real and odd ones, in an empty folder."""
+    prepare()
+    rng = np.random.default_rng([chunk.number, 8])
+    found = list(leaves((), the_command()))
+    for _ in range(INPUTS):
+        name, command = pick(found, rng)
+        words = [*name, *_options(command, rng)]
+        shown = " ".join(map(ascii, words))[:400]
+        tally.attempt(shown, limited(lambda words=words: invoke(words), PATIENCE_S))  # type: ignore[misc]
+
+
+def prepare() -> None:
+    """Import libraries and write the files that command lines name to the working folder."""
     for library in LIBRARIES:  # now: an import that is stopped half-way leaves a library that does not work
         with suppress(ImportError):
             import_module(library)
-    rng = np.random.default_rng([chunk.number, 8])
     Path("here.json").write_text("{}", encoding="utf-8")
     Path("broken.json").write_text("{", encoding="utf-8")
-    found = list(_leaves((), typer.main.get_command(cps_agents.cli.app)))
+
+
+def invoke(words: Sequence[str]) -> str | None:
+    """Run a command line; what is wrong with its exit code, if anything is. An error that it ends with is raised."""
     explained: list[Exception] = []
     explain = cps_agents.errors.explain
 
@@ -50,33 +65,35 @@ def commands(chunk: Chunk, tally: Tally) -> None:
         explained.append(error)
         return explain(error)
 
-    def run(words: Sequence[str]) -> str | None:
-        explained.clear()
-        with patch.object(cps_agents.cli, "explain", remember):
-            outcome = CliRunner().invoke(cps_agents.cli.app, list(words))
-        if explained:
-            raise explained[-1]
-        if outcome.exit_code == 2:
-            raise ValueError(outcome.output or "nothing was said")
-        if outcome.exception is not None and not isinstance(outcome.exception, SystemExit):
-            raise outcome.exception
-        return f"exit code {outcome.exit_code}: {outcome.output[-200:]}" if outcome.exit_code else None
-
-    for _ in range(INPUTS):
-        name, command = pick(found, rng)
-        words = [*name, *_options(command, rng)]
-        tally.attempt(" ".join(map(ascii, words))[:400], limited(lambda words=words: run(words), PATIENCE_S))  # type: ignore[misc]
+    with patch.object(cps_agents.cli, "explain", remember), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        try:
+            code = the_command().main(list(words), prog_name="cps-envs", standalone_mode=False)
+        except Exception as error:
+            if getattr(error, "exit_code", None) == 2:  # the command-line library's own
+                raise ValueError(error.format_message() or "nothing was said") from error  # type: ignore[attr-defined]
+            raise
+    if explained:
+        raise explained[-1]
+    return f"exit code {code}" if code else None
 
 
-def _leaves(name: tuple[str, ...], command: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
+@cache
+def the_command() -> Any:
+    """`cps-envs` itself, which takes a tenth of a second to put together."""
+    return typer.main.get_command(cps_agents.cli.app)
+
+
+def leaves(
+    name: tuple[str, ...], command: Any, left_out: Sequence[str] = LEFT_OUT
+) -> Iterator[tuple[tuple[str, ...], Any]]:
     """Every command that is no group, with the words that call it."""
     inside = getattr(command, "commands", None)
     if inside is None:
         yield name, command
         return
     for word, each in inside.items():
-        if word not in LEFT_OUT:
-            yield from _leaves((*name, word), each)
+        if word not in left_out:
+            yield from leaves((*name, word), each, left_out)
 
 
 def _options(command: Any, rng: Generator) -> list[str]:

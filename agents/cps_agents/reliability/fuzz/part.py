@@ -18,6 +18,7 @@ CHUNKS: Mapping[str, tuple[str, int]] = {  # row: what does it, and how many chu
     "opponents by name": ("configurations:opponents", 16),
     "arguments and order of calls": ("arguments:arguments", 8),
     "command lines": ("commands:commands", 12),
+    "one word misspelt": ("misspelt:misspelt", 4),
     "cards and weights": ("files:cards", 8),
     "results of finished pairs": ("files:cells", 2),
 }
@@ -34,7 +35,7 @@ USED = (  # by everything but command lines: the environments, and where policie
 def chunks() -> list[Chunk]:
     """Every row's first chunk, then every row's second one, and so on. A chunk's number is its seed."""
     found = [
-        Chunk("fuzz", row, number, (*(CODE if place.startswith("commands:") else USED), FUZZ))
+        Chunk("fuzz", row, number, (*(CODE if place.startswith(("commands:", "misspelt:")) else USED), FUZZ))
         for row, (place, count) in CHUNKS.items()
         for number in range(count)
     ]
