@@ -49,9 +49,9 @@ class Vehicle(Adapter):
 
 
 class Follow(Adapter):
-    """One agent for each platoon, front to rear, that sets twenty numbers of a follower; zero is the plain one.
+    """One agent for each platoon, front to rear, that sets 22 numbers of a follower; zero is the plain one.
 
-    The first ten are the leader's, the others those of the vehicles behind, see `follower.SetPoints`. The follower
+    The first eleven are the leader's, the others those of the vehicles behind, see `follower.SetPoints`. The follower
     itself corrects every intact vehicle ten times a second, so that agents may keep their numbers for long.
     """
 
@@ -86,7 +86,7 @@ class Follow(Adapter):
 
 
 class FollowRoad(Follow):
-    """`Follow` with one agent that chooses the same twenty numbers for all platoons of the road."""
+    """`Follow` with one agent that chooses the same 22 numbers for all platoons of the road."""
 
     shared = True
 

@@ -12,6 +12,8 @@ MAX_LAG_S = 1.0
 MAX_DESIRED_GAP_M = 20.0
 MAX_DISTANCE_M = 1000.0
 MAX_AGE_S = 60.0
+MAX_SILENCE_S = 10.0
+SILENCE = "since a message of the vehicle ahead last came through: long where the link is jammed"
 
 
 def _road(config: DisbandingConfig) -> tuple[Field, ...]:
@@ -86,6 +88,7 @@ def defender_fields(config: DisbandingConfig) -> Fields:
         Field("mitigable", "-", 0, 1, (corrected,), correctable),
         Field("warned", "-", 0, 1, _kept((behind,), relayed), "the vehicle has received a record, q >= n"),
         Field("record_age_s", "s", 0, MAX_AGE_S, _kept((behind,), relayed), "of that record; 0 if there is none"),
+        Field("silence_s", "s", 0, MAX_SILENCE_S, _kept((behind,), relayed), SILENCE),
         Field("disbanded", "-", 0, 1, _kept((platoons,), not relayed), "the platoon has been disbanded"),
         Field("ahead_speed", "m/s", 0, fastest, (told,), source),
         Field("ahead_acceleration", "m/s2", low, high, (told,), "of that vehicle; 0 if there is none"),
@@ -121,6 +124,7 @@ def vehicle_fields(config: DisbandingConfig) -> Fields:
         Field("since_disbanding_s", "s", 0, config.duration_s, since, "since the first disbanding ahead; 0 if none"),
         Field("warned", "-", 0, 1, _kept((), relayed), "has received a record"),
         Field("record_age_s", "s", 0, MAX_AGE_S, _kept((), relayed), "of that record; 0 if there is none"),
+        Field("silence_s", "s", 0, MAX_SILENCE_S, _kept((), relayed), SILENCE),
         Field("ahead_speed", "m/s", 0, fastest, (), f"{told}: nearest disbanded vehicle ahead; v_d if none"),
         Field("ahead_acceleration", "m/s2", low, high, (), f"{told}: of that vehicle; 0 if none"),
         Field("ahead_command", "m/s2", low - reach, high + reach, _kept((), relayed), f"{told}: its final command"),

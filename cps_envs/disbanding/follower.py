@@ -17,6 +17,7 @@ from cps_envs.core.types import Array, FloatArray, Observation
 REACH_M = 10.0  # m, to which e is limited, chosen
 EXCESS_MPS = 0.5  # chosen, as in `string`: vehicles may catch up
 FORGETTING = 0.2  # 1/s, chosen: a record counts 1 / (1 + this * its age)
+USUAL_S, LONGEST_S = 1.0, 5.0  # chosen: silence that lost messages explain, and beyond which it counts no more
 HALF = 0.5  # of an entry that is 0 or 1
 
 
@@ -33,14 +34,15 @@ class SetPoints(NamedTuple):
     ahead_command: float  # a* per command of that vehicle
     cap: float  # 1/s, u is at most this times the speed that is missing to the desired one, plus 0.5 m/s
     law: float  # share of the plain law's command that is added
+    silence: float  # 1/s, a* is less by this per second that a radio link ahead has been silent, see `silent_s`
 
 
 # All chosen. The plain follower: gains of a textbook, leaders keep 0.2 s more.
-LEADERS = SetPoints(0.1, 10.0, 0.2, 1.2, 0.8, 1.0, 0.0, 0.0, 1.0, 0.0)
+LEADERS = SetPoints(0.1, 10.0, 0.2, 1.2, 0.8, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 OTHERS = LEADERS._replace(headway_s=0.0)
-UNIT = SetPoints(0.06, 4.0, 0.2, 0.6, 0.3, 0.4, 0.3, 0.3, 0.4, 0.4)  # what an agent moves easily
-LOWEST = SetPoints(0.0, 2.0, -0.2, 0.0, -1.0, 0.0, -1.0, -1.0, 0.1, -1.0)
-PLAIN: FloatArray = np.array([LEADERS, OTHERS])  # (2, 10)
+UNIT = SetPoints(0.06, 4.0, 0.2, 0.6, 0.3, 0.4, 0.3, 0.3, 0.4, 0.4, 0.2)  # what an agent moves easily
+LOWEST = SetPoints(0.0, 2.0, -0.2, 0.0, -1.0, 0.0, -1.0, -1.0, 0.1, -1.0, 0.0)
+PLAIN: FloatArray = np.array([LEADERS, OTHERS])  # (2, 11)
 NUMBERS = PLAIN.size
 
 
@@ -52,7 +54,7 @@ class Layout(NamedTuple):
 
 
 def set_points(actions: Array, steps: float) -> Array:
-    """Records (2 n,), leaders' and others' by turns, for n actions (..., 20) in [-1, 1]; 1 means so many `UNIT`s."""
+    """Records (2 n,), leaders' and others' by turns, for n actions (..., 22) in [-1, 1]; 1 means so many `UNIT`s."""
     values = PLAIN + steps * np.reshape(actions, (-1, *PLAIN.shape)) * np.array(UNIT)
     table: Array = np.maximum(values, np.array(LOWEST)).reshape(-1, len(UNIT)).view(record_type(SetPoints))[:, 0]
     return table
@@ -92,20 +94,24 @@ def follow_all(
     for b in range(actions.shape[0]):
         row, seen = borrowed(observation)[b], lend(layout)
         at, scale, vehicles = seen.offsets[0], seen.scale, actions.shape[1]
-        first = vehicles - (at.warned - at.mitigable)
+        first, silent = vehicles - (at.warned - at.mitigable), 0.0
         for q in range(max(first, 1), vehicles):
+            if q % size == 0:
+                silent = max(silent, silent_s(row, seen, q, size))
             actions[b, q] = 0.0
             if decoded(row, scale, at.mitigable + q - first) > HALF:
                 chosen = b * sets + min(q // size, sets - 1)
                 g = unpack(SetPoints, numbers, 2 * chosen + (q % size > 0))
-                u = follow(row, seen, q, size, g, desired_speed_mps)
+                u = follow(row, seen, q, size, g, desired_speed_mps, silent)
                 correction = u - (1.0 - g.law) * decoded(row, scale, at.law_command + q)
                 actions[b, q] = clip(correction / limit_mps2, -1.0, 1.0)
 
 
 @inlined
-def follow(row: Observation, layout: Layout, q: int, size: int, g: SetPoints, desired_speed_mps: float) -> float:
-    """The command (m/s2) of vehicle `q` >= 1 with the numbers `g`, without the law's share."""
+def follow(
+    row: Observation, layout: Layout, q: int, size: int, g: SetPoints, desired_speed_mps: float, silent: float
+) -> float:
+    """The command (m/s2) of vehicle `q` >= 1 with the numbers `g`, without the law's share; see `silent_s`."""
     at, scale = layout.offsets[0], layout.scale
     speed = decoded(row, scale, at.speed + q)
     excess = decoded(row, scale, at.gap + q - 1) - g.wanted_m - g.headway_s * speed
@@ -116,8 +122,18 @@ def follow(row: Observation, layout: Layout, q: int, size: int, g: SetPoints, de
         told = g.ahead_closing * (decoded(row, scale, at.ahead_speed + place) - speed)
         told += g.ahead_command * decoded(row, scale, at.ahead_command + place)
         wanted += told / (1.0 + FORGETTING * age_s)
+    wanted -= g.silence * (clip(silent, USUAL_S, LONGEST_S) - USUAL_S)
     wanted += g.lead * (wanted - decoded(row, scale, at.acceleration + q))
     return min(wanted, g.cap * (desired_speed_mps + EXCESS_MPS - speed))
+
+
+@inlined
+def silent_s(row: Observation, layout: Layout, q: int, size: int) -> float:
+    """For how long (s) leader `q` has heard nothing of the vehicle ahead; 0 where no radio is modelled."""
+    at = layout.offsets[0]
+    if q < size or at.disbanded == at.silence_s:
+        return 0.0
+    return decoded(row, layout.scale, at.silence_s + q - size)
 
 
 @inlined

@@ -94,8 +94,9 @@ and the noise of the actuator, are in proportion to the correction.
 
 The table is of preset `paper`. In `learning` the warning travels from vehicle to vehicle, so `disbanded` is not
 observed. A vehicle's record is what it has heard of the nearest disbanded vehicle. `warned` tells whether there is a
-record, and `record_age_s` how old it is. `ahead_*` shows the record of each vehicle q >= n. `mitigable` covers all
-vehicles.
+record, and `record_age_s` how old it is. `ahead_*` shows the record of each vehicle q >= n. All vehicles also send
+heartbeats: `silence_s` is the time since the last one came through. In peace that is short, behind a jam it grows.
+`mitigable` covers all vehicles.
 
 ## Rewards
 The attacker's reward with the opposite sign. It falls by the increase of E_v (2.8) over all vehicles, in percent,

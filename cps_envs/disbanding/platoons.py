@@ -11,11 +11,12 @@ from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.fields import MAX_GAP_M
-from cps_envs.disbanding.follower import HALF, Layout, count_present, decoded, find_record
+from cps_envs.disbanding.follower import HALF, Layout, count_present, decoded, find_record, silent_s
 
 # All bounds here are chosen after what an undisturbed follower meets.
 NEAR_M, FAR_M, INSIDE_M, NARROW_M = 60.0, 500.0, (4.0, 18.0), (3.0, 13.0)
 WORSE, MANY = 40.0, 10.0  # points of E_v, vehicles in collisions
+SILENT_S = 5.0
 
 
 def platoon_fields(config: DisbandingConfig) -> tuple[Field, ...]:
@@ -40,6 +41,7 @@ def platoon_fields(config: DisbandingConfig) -> tuple[Field, ...]:
         Field("ahead_speed", "m/s", 0, fast, (), "of the disbanded vehicle, their mean; v_d if nobody is"),
         Field("ahead_command", "m/s2", -1.5, 1, (), "final command of that vehicle, their mean; 0 if nobody is"),
         Field("ahead_distance", "m", 0, FAR_M, (), "to that vehicle, their least; the bound if nobody is"),
+        Field("silence_s", "s", 0, SILENT_S, (), "since a message last came to the leader, or to one ahead: longest"),
     )
 
 
@@ -138,7 +140,9 @@ def fill_rows(
         values[to.tau_s] = decoded(row, seen.scale, at.tau_s)
         values[to.desired_gap_m] = decoded(row, seen.scale, at.desired_gap_m)
         values[to.time_left_s] = duration_s - decoded(row, seen.scale, at.time_s)
+        values[to.silence_s] = 0.0
         for platoon in range(platoons):
+            values[to.silence_s] = max(values[to.silence_s], silent_s(row, seen, platoon * size, size))
             values[to.place] = platoon / max(platoons - 1, 1)
             fill_speeds(speeds, platoon, platoons, desired_speed_mps, values, to)
             fill_motion(row, seen, platoon, size, values, to)

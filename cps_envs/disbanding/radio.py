@@ -2,8 +2,8 @@
 
 A record is state, command and time of the vehicle that it tells of. The last vehicle of a disbanded platoon makes new
 ones, from the moment of the attack on; intact vehicles hand on the last one that they have. All send once per
-`hop_steps`, and a message takes that long. It is lost with probability `hop_loss`, and wherever the attacker blocks the
-link.
+`hop_steps`, whether they have a record or not, and a message takes that long. It is lost with probability `hop_loss`,
+and wherever the attacker blocks the link.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ def pass_on(episode: State, c: Constants) -> None:
         lost = c.hop_loss > 0.0 and uniform(episode.chance) < c.hop_loss
         platoon = (q - 1) // size  # of the sender
         blocked = q % size == 0 and episode.jam_place[0] == platoon
+        if not lost and not blocked:
+            episode.heard_s[q] = time_s
         if has_begun(time_s, episode.disbanding_s[q // size]):
             if (q + 1) % size == 0:
                 take_record(episode, q, q, time_s)

@@ -174,6 +174,6 @@ def clear_elements(episode: State) -> None:
     for q in range(episode.record_s.size):
         episode.braking_s[q] = episode.braking_mps2[q] = episode.noise_mps2[q] = 0.0
         episode.noted_acceleration[q] = 0.0
-        episode.record_s[q] = np.inf
+        episode.record_s[q], episode.heard_s[q] = np.inf, 0.0
         episode.record_position[q] = episode.record_speed[q] = 0.0
         episode.record_acceleration[q] = episode.record_command[q] = 0.0

@@ -41,6 +41,7 @@ class State(NamedTuple):
     record_speed: FloatArray  # (B, M) m/s
     record_acceleration: FloatArray  # (B, M) m/s2
     record_command: FloatArray  # (B, M) m/s2
+    heard_s: FloatArray  # (B, M) s, when a message of the vehicle ahead last came through; 0 at the start
     opening_s: FloatArray  # (B,) s, the attacker cannot act before
     jam_place: IntArray  # (B,) the platoon, counted from the front, behind which the radio is blocked; -1 if none
     jam_steps: IntArray  # (B,) integration steps of jamming left
@@ -121,6 +122,7 @@ def allocate(num_envs: int, num_platoons: int, vehicles_per_platoon: int) -> Sta
         record_speed=np.zeros((envs, vehicles)),
         record_acceleration=np.zeros((envs, vehicles)),
         record_command=np.zeros((envs, vehicles)),
+        heard_s=np.zeros((envs, vehicles)),
         opening_s=np.zeros(envs),
         jam_place=np.full(envs, -1),
         jam_steps=np.zeros(envs, np.int64),

@@ -25,6 +25,7 @@ def fill_record(episode: State, c: Constants, q: int, row: FloatArray, at: Recor
     told = intact and episode.record_s[q] <= time_s
     row[at.warned + i] = told
     row[at.record_age_s + i] = time_s - episode.record_s[q] if told else 0.0
+    row[at.silence_s + i] = time_s - episode.heard_s[q]
     row[at.ahead_speed + i] = episode.record_speed[q] if told else c.desired_speed_mps
     row[at.ahead_acceleration + i] = episode.record_acceleration[q] if told else 0.0
     row[at.ahead_command + i] = episode.record_command[q] if told else 0.0

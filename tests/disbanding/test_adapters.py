@@ -92,10 +92,10 @@ def test_a_correction_is_that_of_the_formula() -> None:
     game = game_of(2)
     started_match(game, attacker="lead").step({}, np.ones(2, np.bool_), 800)
     adapter, now = Follow(game.spec("defender")), seen(game)
-    actions = np.random.default_rng(0).uniform(-0.4, 0.4, (2, 10, 20))
+    actions = np.random.default_rng(0).uniform(-0.4, 0.4, (2, 10, 22))
     found, _ = adapter.act(now, (), actions)
     for b, q in ((0, 37), (0, 50), (1, 99)):
-        values = (PLAIN + STEPS * actions[b, q // 10].reshape(2, 10) * np.array(UNIT))[0 if q % 10 == 0 else 1]
+        values = (PLAIN + STEPS * actions[b, q // 10].reshape(2, 11) * np.array(UNIT))[0 if q % 10 == 0 else 1]
         g = SetPoints(*values)
         speed, own = now["speed"][b, q], now["acceleration"][b, q]
         excess = now["gap"][b, q - 1] - g.wanted_m - g.headway_s * speed
@@ -105,13 +105,15 @@ def test_a_correction_is_that_of_the_formula() -> None:
             told = g.ahead_closing * (now["ahead_speed"][b, q - 10] - speed)
             told += g.ahead_command * now["ahead_command"][b, q - 10]
             wanted += told / (1 + 0.2 * now["record_age_s"][b, q - 10])
+        silent = now["silence_s"][b, : q // 10 * 10 : 10].max()
+        wanted -= g.silence * (np.clip(silent, 1, 5) - 1)
         command = min(wanted + g.lead * (wanted - own), g.cap * (31.5 - speed))
         correction = command - (1 - g.law) * now["law_command"][b, q]
         assert found[b, q] == pytest.approx(np.clip(correction / 6, -1, 1), abs=1e-5)
 
 
 def test_zero_is_the_plain_follower() -> None:
-    table = set_points(np.zeros((1, 20)), STEPS)
+    table = set_points(np.zeros((1, 22)), STEPS)
     assert [tuple(row) for row in table.tolist()] == [tuple(row) for row in PLAIN.tolist()]
 
 
@@ -119,7 +121,7 @@ def test_one_agent_for_the_road_is_every_platoon_alike() -> None:
     game = game_of(4)
     started_match(game, attacker="spread").step({}, np.ones(4, np.bool_), 600)
     spec, now = game.spec("defender"), seen(game)
-    actions = np.random.default_rng(1).uniform(-1, 1, (4, 1, 20))
+    actions = np.random.default_rng(1).uniform(-1, 1, (4, 1, 22))
     together, _ = FollowRoad(spec).act(now, (), actions)
     apart, _ = Follow(spec).act(now, (), np.repeat(actions, 10, axis=1))
     assert np.array_equal(together, apart)

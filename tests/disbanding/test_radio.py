@@ -108,12 +108,29 @@ def test_the_jam_moves_and_ends_with_its_budget() -> None:
     assert game.state.jam_place[0] == -1
 
 
-def test_what_the_radio_is_like_shows_in_no_observation_before_an_attack() -> None:
+def test_what_the_radio_is_like_shows_before_an_attack_in_the_silence_alone() -> None:
     games = [started(hop_delay_s=hop_s, hop_loss=loss) for hop_s, loss in ((0.05, 0.0), (0.2, 0.3))]
     for game in games:
         go(game, num_steps=40)
-    for role in ("attacker", "defender"):
-        assert np.array_equal(games[0].observe(role), games[1].observe(role))
+    assert np.array_equal(games[0].observe("attacker"), games[1].observe("attacker"))
+    one, other = (game.fields["defender"].decode(game.observe("defender")) for game in games)
+    assert [name for name in one if not np.array_equal(one[name], other[name])] == ["silence_s"]
+    assert one["silence_s"].max() < 0.01
+    assert 0.2 < other["silence_s"].max() < 3
+
+
+def test_silence_tells_a_jam_from_peace_in_both_forms() -> None:
+    game = started(hop_loss=0.3, jam_budget_s=6)
+    go(game, 0)
+    go(game, JAM + 3, num_steps=55)
+    silence = game.fields["defender"].decode(game.observe("defender"))["silence_s"][0]
+    assert silence[20 - SIZE] == pytest.approx(5.5, abs=0.5)  # the leader behind the jam, and nobody else
+    assert np.delete(silence, 20 - SIZE).max() < 3
+    rows = vehicle_fields(game.config).decode(game.team("defender").observe())
+    np.testing.assert_allclose(rows["silence_s"][0, SIZE:], silence, atol=1e-4)
+    go(game, num_steps=15)
+    silence = game.fields["defender"].decode(game.observe("defender"))["silence_s"][0]
+    assert silence.max() < 3
 
 
 def test_two_disbanded_platoons_tell_of_the_nearer_one() -> None:
