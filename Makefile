@@ -2,7 +2,7 @@
 #   PYTHON=python3.12   the interpreter that makes the virtual environment
 #   VENV=.venv          where the virtual environment lies
 #   HASHES=1            install only files whose hashes stand in requirements/
-#   ARGS="..."          more arguments for the command behind test, test-slow, train, results, bench and benchmark
+#   ARGS="..."          more arguments for the command behind test, test-slow, train, bench and benchmark
 
 VENV ?= .venv
 ARGS ?=
@@ -27,7 +27,7 @@ BROWSER := $(VENV)/.installed-browser
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow test-browser screenshots demo train results lint style types bench peers reliability pages docs clean clean-cache
+.PHONY: help setup benchmark test test-slow test-browser screenshots demo train lint style types bench peers reliability pages docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -57,9 +57,6 @@ train: $(ALL) ## make every shipped policy anew and judge it (hours; goes on whe
 	$(BIN)/cps-envs zoo remake --out runs --to agents/cps_agents/zoo/policies $(ARGS)
 	$(BIN)/cps-envs zoo judge
 	$(BIN)/python -m cps_agents.docs
-
-results: $(LIGHT) ## judge the shipped policies on evaluation seeds, into docs/results.md (no torch)
-	$(BIN)/cps-envs benchmark --suite learned --publish $(ARGS)
 
 lint: style types ## check style, format and types
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.fdi.contest import CONTEST, LATER
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, Role
@@ -21,6 +20,16 @@ RIVALS = {  # whom the others meet
     "rogue": {"attacker": "none", "defender": "none"},
 }
 OPTIONS = {"plan": "plan?events=[[4,2]]", "ga": "ga?generations=2&population=6"}
+EXACT = {
+    "none",
+    "bnb",
+    "lp_greedy",
+    "oracle",
+    "shielded",
+    "kinematic",
+    "redundancy",
+    "model",
+}  # of false data injection
 CHOOSE_FILTERS = {"cusum", "largest", "informed", "tracker", "listener"}  # who need a configuration that offers some
 
 
@@ -29,9 +38,8 @@ def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
     if problem == "disbanding":
         return [{"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}]
     if problem == "fdi":
-        side, exact = {"attacker": (CONTEST.attackers, "paper"), "defender": (CONTEST.defenders, "clip")}[role]
-        elsewhere = {each for each, reason in side.left_out.items() if reason != LATER}
-        return [{"preset": exact if name in {"none", *elsewhere} else "learning"}]
+        exact = {"attacker": "paper", "defender": "clip"}[role]
+        return [{"preset": exact if name in EXACT else "learning"}]
     if problem == "hvac":
         filters = {"kalman_filters": name in CHOOSE_FILTERS}
         return [{"num_steps": 230, "num_sensors": sensors, **filters} for sensors in (4, 8)]

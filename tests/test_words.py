@@ -19,8 +19,6 @@ WORD = re.compile(r"[^\s]*[A-Za-z0-9][^\s]*")
 MARK = re.compile(r"^\s*([-*+]|\d+\.|>)\s+")
 ROOT = Path(__file__).parents[1]
 GENERATED = {
-    "results.md",
-    "contest.md",
     "reliability.md",
     "coverage.md",
     "changelog.md",

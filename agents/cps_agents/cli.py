@@ -13,7 +13,6 @@ from typer.core import TyperGroup
 from cps_agents.commands.bench import bench
 from cps_agents.commands.benchmark import benchmark
 from cps_agents.commands.best_response import best_response
-from cps_agents.commands.contest import contest
 from cps_agents.commands.coverage import coverage
 from cps_agents.commands.dataset import dataset
 from cps_agents.commands.double_oracle import double_oracle
@@ -142,7 +141,6 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
         "benchmark": benchmark,
         "league": league,
         "report": report,
-        "contest": contest,
         "coverage": coverage,
     },
     "Paper": {

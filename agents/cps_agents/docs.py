@@ -1,4 +1,4 @@
-"""The generated pages of docs/ and the README's table.
+"""The generated pages of docs/.
 
 `python -m cps_agents.docs` writes them, `--check` tells whether they are current.
 """
@@ -13,27 +13,17 @@ from typing import Any
 
 from cps_agents import chapters
 from cps_agents.files import write_text
-from cps_agents.results.publication import published
-from cps_agents.results.report import results_markdown, with_table
-from cps_agents.site import environments, exploitability
+from cps_agents.site import environments
 
 FOLDER = Path(__file__).parents[2] / "docs"
-README = FOLDER.parent / "README.md"
 
 
 def pages() -> dict[str, str]:
     """The text of each page by its file name."""
     return {
-        **environments.pages(FOLDER),
+        **environments.pages(),
         "chapters.md": chapters.render(),
-        "exploitability.md": exploitability.page(),
-        "results.md": results_markdown(published(FOLDER / "results.json")),
     }
-
-
-def readme() -> str:
-    """The README with its table of this day."""
-    return with_table(README.read_text(encoding="utf-8"), published(FOLDER / "results.json"))
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -43,8 +33,6 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--to", type=Path, default=FOLDER, metavar="FOLDER", help="where they are; docs/ if left out")
     options: Any = parser.parse_args(arguments)
     texts = {options.to / name: page for name, page in pages().items()}
-    if options.to == FOLDER:
-        texts[README] = readme()
     if options.check:
         old = [path for path, text in texts.items() if _is_old(path, text)]
         return int(bool(old))

@@ -35,12 +35,9 @@ class Contestant:
     policy: str = ""  # reference, as `cps-envs play` takes it; the name itself if empty
     title: str = ""  # in the tables, where the name does not say enough
     overrides: Mapping[str, Any] = field(default_factory=dict)  # of the venue where it plays, such as how it observes
-    prepare: str = ""  # "module:function", called as function(config, quick, opponent) in advance; returns Prepared
-    for_each: bool = False  # whether it prepares anew for each opponent; else `opponent` is ""
+    prepare: str = ""  # "module:function", called as function(config, quick) in advance; returns Prepared
     episodes: int = 0  # where they are not those of the table
-    quick_policy: str = ""  # with --quick, where the other one takes long
     metric: str = ""  # what its row shows, where it is not that of the table
-    optimum: bool = False  # what is possible at all, not a method to beat
 
     @property
     def heading(self) -> str:

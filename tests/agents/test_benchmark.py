@@ -46,7 +46,7 @@ TINY = Benchmark(
 )
 
 
-def prepare(config: Any, quick: bool, opponent: str) -> Prepared:
+def prepare(config: Any, quick: bool) -> Prepared:
     return Prepared("plan?events=[[2,1]]", f"quick: {quick}")
 
 
@@ -57,7 +57,7 @@ def _prepare_here(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def run(job: Preparation) -> Result:
         assert job.function == ready.prepare
-        found = prepare(None, job.quick, job.opponent)
+        found = prepare(None, job.quick)
         return {"policy": found.policy, "note": found.note}
 
     monkeypatch.setattr(Preparation, "run", run)

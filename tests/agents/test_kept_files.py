@@ -11,17 +11,12 @@ from typing import Any
 
 import pytest
 
-from cps_agents.contest.tables import END
-from cps_agents.contest.tables import publish as publish_contests
 from cps_agents.evaluation import certified_metrics, plain_values
 from cps_agents.files import replacing, write_text
 from cps_agents.league.exploitability import league_value
 from cps_agents.league.self_play import _load
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Run
-from cps_agents.results.publication import publish as publish_results
-from cps_agents.results.report import END as LAST
-from cps_agents.results.report import START
 from cps_baselines.arena import Venue
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.fdi.config import A
@@ -88,21 +83,6 @@ def start_search(path: Path) -> None:
         raise DamagedFileError(" ".join(result.stderr.split()))
 
 
-def publish_into(path: Path) -> None:
-    docs = path.parent / "docs"
-    docs.mkdir()
-    (docs / "contest.md").write_text(END)
-    path.rename(docs / "contest.json")
-    publish_contests([], path.parent)
-
-
-def publish_results_into(path: Path) -> None:
-    (path.parent / "docs").mkdir()
-    (path.parent / "README.md").write_text(f"{START}\n{LAST}\n")
-    path.rename(path.parent / "docs" / "results.json")
-    publish_results({"quick": False, "problems": {}}, path.parent)
-
-
 def read_run(path: Path) -> None:
     Run(path.parent, RUN.recipe, RUN.seed, RUN.command).read()
 
@@ -122,7 +102,6 @@ KINDS: dict[str, tuple[str, Callable[[], Any], Callable[[Path], object]]] = {
     "iteration": ("result.json", iteration, lambda path: _load(path.parent, 0)),
     "run": ("run.json", lambda: {"recipe": {}, "seed": 0, "status": "running", "best_score": None}, read_run),
     "evaluations": ("evaluations.json", lambda: {"steps": 1, "validation": 2.0}, read_evaluations),
-    "contests": ("contests.json", lambda: [], publish_into),
     "start": ("start.json", search, start_search),
 }
 WRONG: list[tuple[str, tuple[Any, ...], Any]] = [  # kind, place, value
@@ -164,7 +143,7 @@ def write(tmp_path: Path, kind: str, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind not in ("start", "contests")])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "start"])
 def test_what_fits_is_read(kind: str, tmp_path: Path) -> None:
     _, content, read = KINDS[kind]
     read(write(tmp_path, kind, json.dumps(content())))
@@ -190,11 +169,6 @@ def test_other_files_are_refused_in_one_sentence(kind: str, text: str, tmp_path:
         return  # no lines at all
     with pytest.raises(DamagedFileError, match=r" is no .* \(.*\)\. [A-Z].*\."):
         KINDS[kind][2](write(tmp_path, kind, text))
-
-
-def test_kept_results_are_checked_before_they_are_published(tmp_path: Path) -> None:
-    with pytest.raises(DamagedFileError, match=r"results\.json is no file of results \(problems\.rogue is '3'"):
-        publish_results_into(write(tmp_path, "run", '{"problems": {"rogue": 3}}'))
 
 
 @pytest.mark.parametrize(

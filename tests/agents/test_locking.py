@@ -40,8 +40,6 @@ SMALL = ("--episodes", "2", "--jobs", "1")
 COMMANDS = {
     "league": ("league", "rogue", "--attackers", "square", "--defenders", "pd", *SMALL),
     "benchmark": ("benchmark", "rogue", "--quick"),
-    "examination": ("benchmark", "rogue", "--suite", "learned", "--quick"),
-    "contest": ("contest", "rogue", "--quick"),
     "reproduce": ("reproduce", "all", "--quick", "--reading", "ch5"),
     "self-play": ("self-play", "rogue", "--attackers", "none", "--defenders", "pd", *SMALL),
     "best-response": ("best-response", "rogue", "attacker", "--against", "pd", *SMALL),

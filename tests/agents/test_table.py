@@ -30,7 +30,7 @@ COMMANDS = [
     ("testbed",),
     ("zoo", "list"),
     ("zoo", "show", "disbanding-defense-cma"),
-    ("benchmark", "--suite", "learned", "--list"),
+    ("benchmark", "--list"),
     ("reliability", "--minutes", "0"),
     ("evaluate", "rogue", "attacker", "--policy", "random", "--baseline", "none", "--episodes", "2", *ALONE),
     (

@@ -19,11 +19,8 @@ from cps_agents.errors import CommandError
 from cps_agents.league import attacks as judging
 from cps_agents.league.response import Budget
 from cps_agents.league.self_play_report import ship_mixtures
-from cps_agents.league.share import opponent_of, share_of
 from cps_agents.league.worst_case import worst_case
-from cps_agents.site import exploitability
-from cps_agents.zoo.card import SHIPPED, read_card
-from cps_agents.zoo.files import shipped_names
+from cps_agents.zoo.card import read_card
 from cps_agents.zoo.markdown import to_markdown
 from cps_agents.zoo.mixing import save_mixture
 from cps_agents.zoo.references import weights_of
@@ -76,63 +73,6 @@ def test_a_card_tells_its_worst_case(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert judged.exploitability["command"] == f"cps-envs zoo judge {path} --budget 0.1 --episodes 2"
     assert "## Worst case found" in to_markdown(judged)
     assert weights_of(f"zoo:{path}") == before  # what was played stays valid
-
-
-def test_an_attackers_share_is_that_of_the_best_other_attack_against_each_opponent(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "mine.json"
-    mine = f"zoo:{path}"
-    monkeypatch.setattr(judging, "ALL", mine)
-    monkeypatch.setattr(judging, "_suite", lambda problem: ["none", "strike", "square"])
-    opponent = 'mixture?policies=["pd","sliding"]'
-    card = save_tiny(path, "rogue", "attacker", preset="easy", overrides=SHORT, opponent=opponent)
-    budget = Budget(1, 1, "cps-envs zoo judge", steps=60)
-    found = share_of(card, mine, budget, 3, Store(tmp_path / "meetings"))
-    assert set(found.best) == {"pd", "sliding"}
-    for defender, attack in found.best.items():
-        assert attack != mine
-        paid = {
-            name: returns(name, defender, range(1_000_000, 1_000_003)).mean() for name in ("none", "strike", "square")
-        }
-        assert max(paid.values()) <= returns(attack, defender, range(1_000_000, 1_000_003)).mean()
-    assert found.attacks >= 5  # the teachers against these opponents too
-    best = np.mean([returns(attack, defender, range(3)).mean() for defender, attack in found.best.items()])
-    own = np.mean([returns(mine, defender, range(3)).mean() for defender in found.best])
-    assert (found.pay.mean, found.best_pay.mean) == (pytest.approx(own), pytest.approx(best))
-    assert found.share.mean == pytest.approx(own / best)
-    assert found.share.low <= found.share.mean <= found.share.high
-    other = save_tiny(tmp_path / "other.json", "rogue", "defender")
-    with pytest.raises(CommandError, match="is a defender"):
-        share_of(other, "zoo:other", budget, 1, Store(tmp_path))
-
-
-def test_a_card_tells_its_share(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(judging, "ALL", "square")
-    monkeypatch.setattr(judging, "_suite", lambda problem: ["none"])
-    path = tmp_path / "mine.json"
-    card = save_tiny(path, "rogue", "attacker", preset="easy", overrides=SHORT, opponent="pd")
-    assert "cps-envs zoo judge mine" in to_markdown(card)
-    before = weights_of(f"zoo:{path}")
-    arguments = ["zoo", "judge", str(path), "--budget", "0.1", "--episodes", "2", "--jobs", "1"]
-    result = CliRunner().invoke(app, [*arguments, "--meetings", str(tmp_path / "meetings")])
-    assert result.exit_code == 0, result.output
-    assert "of what the best other attack known is paid" in result.output
-    judged = read_card(path)
-    assert judged.share["command"] == f"cps-envs zoo judge {path} --budget 0.1 --episodes 2"
-    assert "## Share of the best attack known" in to_markdown(judged)
-    assert weights_of(f"zoo:{path}") == before  # what was played stays valid
-
-
-def test_a_mixture_of_self_play_is_judged_against_the_other_one() -> None:
-    card = read_card(SHIPPED / "rogue-attack-mixture.json")
-    assert opponent_of(card, "zoo:rogue-attack-mixture") == "zoo:rogue-defense-mixture"
-
-
-def test_the_page_lists_every_shipped_policy() -> None:
-    page = exploitability.page()
-    for name in shipped_names():
-        assert page.count(f"\n| `zoo:{name}` |") == 1
 
 
 def test_a_mixed_strategy_is_a_policy_with_its_parts(tmp_path: Path) -> None:

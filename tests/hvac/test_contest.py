@@ -212,8 +212,8 @@ def mean_over(defender: str) -> float:
 def test_something_is_left_to_infer_and_something_can_be_done() -> None:
     scores = {name: mean_over(name) for name in ("none", "mtd2", "model_only", "cusum", "largest", "informed", "truth")}
     best = min(scores[name] for name in ("none", "mtd2", "model_only", "cusum", "largest"))
-    assert max(scores["informed"], scores["truth"]) + CONTEST.defenders.margin_informed < best
-    assert best + CONTEST.defenders.margin_neutral < scores["none"]
+    assert max(scores["informed"], scores["truth"]) + 2.0 < best
+    assert best + 20.0 < scores["none"]
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The contest of preset `learning`: its declaration, and what it claims, on seeds that no search has used."""
+"""Preset `learning`: who plays, and what there is to win, on seeds that no search has used."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def test_no_constant_is_as_good_as_the_monitor() -> None:
 @pytest.mark.slow
 def test_something_is_left_to_infer_and_something_can_be_done() -> None:
     monitor = score("monitor")
-    assert np.mean(monitor - score("informed")) > CONTEST.defenders.margin_informed
-    assert np.mean(score("none") - monitor) > CONTEST.defenders.margin_neutral
+    assert np.mean(monitor - score("informed")) > 1.0
+    assert np.mean(score("none") - monitor) > 0.5
     for defender in ("sliding", "assigned", "assigned?laws=ssl", "sliding_detection", "pd"):
         assert np.mean(score(defender) - monitor) > 0
 
@@ -65,7 +65,7 @@ def test_nobody_has_won() -> None:
     unopposed = max(payoff(contestant.reference, "none").mean() for contestant in ATTACKERS)
     for contestant in CONTEST.defenders.policies:
         worst = max(payoff(attacker.reference, contestant.reference).mean() for attacker in ATTACKERS)
-        assert worst > undisturbed + CONTEST.win_tolerance
+        assert worst > undisturbed + 1.0
     for attacker in ATTACKERS:
         least = min(
             payoff(attacker.reference, contestant.reference).mean() for contestant in CONTEST.defenders.policies

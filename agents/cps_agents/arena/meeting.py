@@ -71,14 +71,13 @@ class Preparation(InVenue):
     kind: ClassVar[str] = "preparation"
     function: str  # module:function
     quick: bool
-    opponent: str = ""  # that it prepares for; empty: for all
     sources: Mapping[str, str] = field(default_factory=dict)  # see `Meeting`
     label: str = field(default="", compare=False)
 
     def run(self) -> Result:
         """`policy`, the reference to play with, and `note`."""
         module, _, attribute = self.function.partition(":")
-        return asdict(getattr(import_module(module), attribute)(self.venue.config, self.quick, self.opponent))
+        return asdict(getattr(import_module(module), attribute)(self.venue.config, self.quick))
 
     def check(self, result: Entry) -> None:
         """A reference and a note."""
@@ -154,14 +153,12 @@ def make_meeting(
     )
 
 
-def make_preparation(venue: Venue, contestant: Contestant, opponent: str, quick: bool, label: str = "") -> Preparation:
-    """What a contestant finds out before it meets an opponent."""
-    known = opponent if contestant.for_each else ""
+def make_preparation(venue: Venue, contestant: Contestant, quick: bool, label: str = "") -> Preparation:
+    """What a contestant finds out before it plays."""
     return Preparation(
         venue=venue.changed(contestant.overrides),
         function=contestant.prepare,
         quick=quick,
-        opponent=known,
-        sources=sources_of(venue.problem, known, contestant.prepare),
+        sources=sources_of(venue.problem, contestant.prepare),
         label=f"{label or contestant.name} prepares",
     )

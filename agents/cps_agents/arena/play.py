@@ -11,7 +11,7 @@ from cps_agents.arena.store import Store, file_name
 from cps_agents.zoo.references import SB3, by_training_seed
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
-from cps_envs.core.types import ROLES, Role, other
+from cps_envs.core.types import ROLES, Role
 
 Report = Callable[[int, int, str], None]  # jobs done, jobs in all, the last one
 Key = TypeVar("Key", bound=Hashable)
@@ -42,7 +42,7 @@ class Pairing:
     def preparations(self, quick: bool) -> dict[Role, Preparation]:
         """What has to be found out before they meet."""
         return {
-            role: make_preparation(self.venue, mine, self.contestant(other(role)).reference, quick, self.label)
+            role: make_preparation(self.venue, mine, quick, self.label)
             for role in ROLES
             if (mine := self.contestant(role)).prepare
         }

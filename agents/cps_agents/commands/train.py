@@ -31,8 +31,8 @@ CONFIG = "Repeat the run of this run.json exactly, but for other options that yo
 TRACKER = "Send curves to tensorboard, wandb, mlflow or none."
 EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed.
 Validation is what the attacker is paid, for a defender with a minus: the mean
-over the shipped seeds, on the episodes that chose among their networks.
-docs/results.md judges on others. `--json` shows opponents and every knob."""
+over the shipped seeds, on the episodes that chose among their networks, so it is
+no result. `--json` shows opponents and every knob."""
 OPPONENT = "Opponent: a policy's name, mixture?policies=[...] or zoo:NAME. Default: the recipe's."
 
 

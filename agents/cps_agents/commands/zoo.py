@@ -14,7 +14,7 @@ from cps_agents.table import Table
 if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
 
-JUDGED = "Shipped policies, or paths of cards. Default: all shipped ones that are not judged yet."
+JUDGED = "Shipped defenders, or paths of cards. Default: all shipped ones that are not judged yet."
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -26,7 +26,6 @@ def list_policies(
 ) -> None:
     """List the policies in a folder; default: those of the package."""
     from cps_agents.zoo.card import SHIPPED
-    from cps_agents.zoo.rivals import better_rival
 
     cards = _cards(folder or SHIPPED)
     if as_json:
@@ -34,8 +33,7 @@ def list_policies(
         return
     rows = [(card.name, card.problem, card.role, card.algorithm, card.opponent, str(len(card.seeds))) for card in cards]
     columns = ("zoo:", "problem", "role", "algorithm", "trained against", "seeds")
-    better = [f"{card.name}: {text}" for card in cards if (text := better_rival(card, cards))]
-    out().print(Table("Trained policies", columns, rows, left=5, caption=better))
+    out().print(Table("Trained policies", columns, rows, left=5))
 
 
 @app.command()
@@ -44,17 +42,14 @@ def show(
     as_json: JSON = False,
 ) -> None:
     """Show how a policy was trained, what it reached on validation seeds, and its named numbers."""
-    from cps_agents.zoo.card import SHIPPED, read_card
+    from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
-    from cps_agents.zoo.rivals import better_rival
 
     card = read_card(find(name))
     if as_json:
         print_json(card.to_json())
         return
     _print(card)
-    if better := better_rival(card, _cards(SHIPPED)):
-        out().print(better, markup=False, soft_wrap=True)
     if card.numbers:
         _print_numbers(card, find(name))
 
@@ -68,11 +63,11 @@ def print_card(
 ) -> None:
     """Print a policy's card as Markdown, with the header that model hubs read."""
     from cps_agents.files import write_text
-    from cps_agents.zoo.card import SHIPPED, read_card
+    from cps_agents.zoo.card import read_card
     from cps_agents.zoo.files import find
     from cps_agents.zoo.markdown import to_markdown
 
-    text = to_markdown(read_card(find(name)), _cards(SHIPPED))
+    text = to_markdown(read_card(find(name)))
     if to is None:
         typer.echo(text, nl=False)
         return
@@ -176,18 +171,16 @@ def judge(
     fresh: Fresh = False,
     as_json: JSON = False,
 ) -> None:
-    """Judge trained policies by the best attacks known, and write the outcome into their cards.
+    """Judge trained defenders by the worst attack found, and write what it costs them into their cards.
 
-    A defender: what the worst attack found costs it. An attacker: how much it reaches of what the best other attack is
-    paid. The attacks of the contest, the registered and the shipped ones play, and others are searched. Validation
-    seeds choose the best attack, evaluation seeds judge it.
+    The registered attacks and the shipped ones play, and others are searched. Validation seeds choose the worst
+    attack, evaluation seeds judge it.
     """
     from dataclasses import replace
 
     from cps_agents.arena.store import Store
     from cps_agents.files import write_json
     from cps_agents.league.response import Budget
-    from cps_agents.league.share import share_of
     from cps_agents.league.worst_case import worst_case
     from cps_agents.machine import available_cores
     from cps_agents.zoo.card import read_card
@@ -201,11 +194,8 @@ def judge(
         path = find(name)
         command = f"cps-envs zoo judge {name} --budget {budget:g} --episodes {episodes}"
         spent = Budget(1, jobs or available_cores(), command, cpu_s=budget)
-        judging = (before := read_card(path), f"{PREFIX}{name}", spent, episodes, store)
-        if before.role == "defender":
-            card = replace(read_card(path), exploitability=worst_case(*judging).to_json())
-        else:
-            card = replace(read_card(path), share=share_of(*judging).to_json())
+        found = worst_case(read_card(path), f"{PREFIX}{name}", spent, episodes, store)
+        card = replace(read_card(path), exploitability=found.to_json())
         write_json(path, card.to_json())
         cards.append(card)
         if not as_json:
@@ -215,10 +205,10 @@ def judge(
 
 
 def _unjudged() -> list[str]:
-    """The shipped policies whose cards have no judgement."""
+    """The shipped defenders whose cards have no judgement."""
     from cps_agents.zoo.card import SHIPPED
 
-    return [card.name for card in _cards(SHIPPED) if not (card.exploitability or card.share)]
+    return [card.name for card in _cards(SHIPPED) if card.role == "defender" and not card.exploitability]
 
 
 def _cards(folder: Path) -> list[Card]:
@@ -244,7 +234,8 @@ def _print(card: Card) -> None:
         for seed, facts in card.seeds.items()
     ]
     console.print(Table("", ("training seed", "steps", "CPU s", "validation"), rows))
-    console.print(judgement_sentence(card), markup=False, soft_wrap=True)
+    if sentence := judgement_sentence(card):
+        console.print(sentence, markup=False, soft_wrap=True)
 
 
 def _print_numbers(card: Card, path: Path) -> None:

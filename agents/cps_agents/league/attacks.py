@@ -8,7 +8,6 @@ from pathlib import Path
 
 from cps_agents.arena.challenge import ALL
 from cps_agents.arena.store import Store
-from cps_agents.contest.contest import declared_contest
 from cps_agents.league.league import Plan, check_anybody, line_up
 from cps_agents.league.meetings import play_meetings
 from cps_agents.league.oracles import choose_oracles
@@ -17,6 +16,7 @@ from cps_agents.league.strategy import Strategy
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import FORMS, form_of
 from cps_baselines.arena import Contestant, Venue
+from cps_baselines.contest import declared_contest
 from cps_baselines.workers import Workers
 from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import FloatArray
@@ -50,17 +50,16 @@ class Attacks:
         return [*self.known, Contestant("searched", self.found.reference)]
 
 
-def gather(trial: Trial, named: Sequence[str] = ()) -> Attacks:
+def gather(trial: Trial) -> Attacks:
     """The attacks of the problem's contest, the registered and the shipped ones, and one searched against the strategy.
 
-    They have to fit the configuration, and to know no more than they observe; `named` ones may know more.
+    They have to fit the configuration, and to know no more than they observe.
 
     Raises:
         CommandError: no attack fits, or the searches find nothing.
     """
     problem = trial.venue.problem
-    references = [*named, *_suite(problem), ALL]
-    plan = Plan(trial.venue, {"attacker": references, "defender": trial.strategy.policies}, trial.episodes)
+    plan = Plan(trial.venue, {"attacker": [*_suite(problem), ALL], "defender": trial.strategy.policies}, trial.episodes)
     with Workers(trial.budget.workers) as pool:
         present, left_out = line_up(plan, trial.store, pool)
         check_anybody("attacker", present, left_out)

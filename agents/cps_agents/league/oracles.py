@@ -16,7 +16,7 @@ from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.recipes.learning import learning_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.contest import Search
+from cps_baselines.contest import Search, declared_contest
 from cps_envs import find_problem
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
@@ -90,12 +90,8 @@ def _named(name: str, problem: str, role: Role) -> Oracle | None:
 
 
 def _searches(problem: str, role: Role) -> tuple[Search, ...]:
-    from cps_agents.contest.contest import declared_contest
-
     contest = declared_contest(problem)
-    if contest is None:
-        return ()
-    return contest.attackers.searches if role == "attacker" else contest.defenders.searches
+    return () if contest is None else contest.side(role).searches
 
 
 def _check_installed(oracle: Oracle) -> None:

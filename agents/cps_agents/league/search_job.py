@@ -9,8 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from cps_agents.arena.meeting import InVenue, Result
-from cps_agents.contest.jobs import judge_in
-from cps_agents.contest.search import Judge, run_search
+from cps_agents.league.search import Judge, judge_in, run_search
 from cps_baselines.contest import Search
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import ConfigurationError

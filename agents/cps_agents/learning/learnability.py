@@ -13,7 +13,6 @@ from gymnasium import spaces
 
 from cps_agents.arena.challenge import Challenge, able, usual
 from cps_agents.arena.store import Store
-from cps_agents.contest.contest import declared_contest
 from cps_agents.errors import CommandError
 from cps_agents.evaluation import Comparison, Standing, compare, is_better
 from cps_agents.table import Table
@@ -21,7 +20,7 @@ from cps_agents.zoo.card import read_card
 from cps_agents.zoo.files import find
 from cps_agents.zoo.references import PREFIX, SB3, is_missing
 from cps_baselines.arena import Venue
-from cps_baselines.contest import Side
+from cps_baselines.contest import declared_contest
 from cps_envs import PROBLEMS
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.problem import Problem
@@ -171,20 +170,16 @@ def judge(
 
 def rivals_of(venue: Venue, role: Role) -> list[str]:
     """Every registered policy of a role that can play and knows no more than it observes, in all declared variants."""
-    declared = [each.reference for each in side.policies] if (side := _side(venue.problem, role)) else []
+    contest = declared_contest(venue.problem)
+    declared = [each.reference for each in contest.side(role).policies] if contest else []
     found = able(venue, role, [*usual(venue, role), *declared])
     return [each.reference for each in found if not each.overrides]  # without those made for another configuration
 
 
 def told(problem: Problem, role: Role) -> list[str]:
     """The policies of a role that are told what it has to infer."""
-    side = _side(problem.name, role)
-    return [each.reference for each in side.informed] if side else []
-
-
-def _side(problem: str, role: Role) -> Side | None:
-    contest = declared_contest(problem)
-    return None if contest is None else contest.attackers if role == "attacker" else contest.defenders
+    contest = declared_contest(problem.name)
+    return [each.reference for each in contest.side(role).informed] if contest else []
 
 
 def _best(standings: Sequence[Standing], role: Role) -> Standing:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import inspect
-import json
 from collections.abc import Iterator
 from dataclasses import fields
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -23,18 +21,15 @@ from cps_envs.core.training import Training
 from cps_envs.core.types import ROLES, Role
 
 MARK = "<!-- Written by `make pages` from the docstrings of environments and policies; do not edit. -->\n"
-STALE = "Played before"  # how a note begins that figures are of an earlier game
-BEST = 5  # policies that the page of a role ranks
 ENDS = "## References"  # what we add goes before it
 
 
-def pages(docs: Path) -> dict[str, str]:
-    """The text of each page by its file name; `docs` has the results of the contests."""
-    contests = json.loads((docs / "contest.json").read_text(encoding="utf-8"))
+def pages() -> dict[str, str]:
+    """The text of each page by its file name."""
     found = {"environments/index.md": index()}
     for problem in PROBLEMS.values():
         found[f"environments/{problem.name}.md"] = "\n".join(shared(problem)).rstrip() + "\n"
-        found |= {_file(problem, role): "\n".join(page(problem, role, contests)).rstrip() + "\n" for role in ROLES}
+        found |= {_file(problem, role): "\n".join(page(problem, role)).rstrip() + "\n" for role in ROLES}
         if problem.name in LOOPS:
             found[f"images/{problem.name}-loop.svg"] = diagram(problem.name)
     return found
@@ -62,8 +57,8 @@ def index() -> str:
     return "\n".join(lines) + "\n"
 
 
-def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterator[str]:
-    """The parts of a role's page: its docstring with pictures, presets, policies and the best results known."""
+def page(problem: Problem, role: Role) -> Iterator[str]:
+    """The parts of a role's page: its docstring with pictures, presets and policies."""
     name = class_name(problem, role)
     made: Any = load_env_creator(str(gymnasium.spec(problem.env_id(role)).entry_point))
     text = inspect.getdoc(made) or ""
@@ -78,7 +73,6 @@ def page(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterat
     yield from _adapters(problem, role)
     yield f"## Presets\n\n{_presets(problem)}\n"
     yield f"## Baselines\n\n{_policies(policies(problem, role))}\n"
-    yield from _best(problem, role, contests)
     yield f"## Code to Start\n\n```python\n{_snippet(problem, role)}\n```\n"
     yield f"{ENDS}\n\n{closing}"
 
@@ -169,30 +163,3 @@ def _policies(entries: list[PolicyEntry]) -> str:
         for each in entries
     ]
     return "\n".join(Table("", ("Name", "What it does", "Knows beyond what it observes"), rows).markdown())
-
-
-def _best(problem: Problem, role: Role, contests: list[dict[str, Any]]) -> Iterator[str]:
-    """The best policies of preset `learning` and the yardsticks beside them, from the last contest."""
-    found = [each for each in contests if each["problem"] == problem.name and each["variant"] == "learning"]
-    if not found:
-        return
-    (contest,) = found
-    stale = [note for note in contest["notes"] if note.startswith(STALE)]
-    entries = contest[f"{role}s"]
-    sign = -1.0 if role == "attacker" else 1.0
-    ranked = sorted(
-        (each for each in entries if each["kind"] == "policy"), key=lambda each: sign * each["score"]["mean"]
-    )
-    others = [each for each in entries if each["kind"] != "policy"]
-    yield "## Best Known Results\n"
-    yield from (f"{note}\n" for note in stale)
-    yield (
-        f"What the attacker is paid in preset `learning`, in {contest['unit']}: the mean over the policies of the "
-        f"other side, with its 95 % interval. {'More' if role == 'attacker' else 'Less'} is better. "
-        "[The contest](../contest.md) has every pair, and says who counts.\n"
-    )
-    yield "| policy | kind | paid |\n|---|---|---|"
-    for each in (*ranked[:BEST], *others):
-        score = each["score"]
-        yield f"| {each['name']} | {each['kind']} | {score['mean']:.2f} ({score['low']:.2f} to {score['high']:.2f}) |"
-    yield ""

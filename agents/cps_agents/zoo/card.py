@@ -16,7 +16,6 @@ SHIPPED = Path(__file__).with_name("policies")  # what comes with the package
 PARTS = "parts"  # folder of the policies that only mixtures play
 MIXTURE = "mixture"
 HEADS = ("gaussian", "squashed", "discrete", "family", MIXTURE)
-JUDGEMENTS = ("exploitability", "share")  # of a defender, of an attacker; see `zoo judge`
 MOST_BYTES = 2**20  # of a card
 REMEDY = "Train or download it again."
 MOST_VALUES = 10**6  # of an observation, or choices of an action
@@ -26,7 +25,7 @@ KINDS: dict[str, type] = {
     **dict.fromkeys(
         ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command", "family"), str
     ),
-    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", "wiring", *JUDGEMENTS), dict),
+    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", "wiring", "exploitability"), dict),
     **dict.fromkeys(("version", "hold", "observation_size", "best"), int),
     "decentralised": bool,
 }
@@ -60,7 +59,6 @@ class Card:
     versions: Mapping[str, str]  # of the packages
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
     exploitability: Mapping[str, Any] = field(default_factory=dict, repr=False)  # by the worst attack
-    share: Mapping[str, Any] = field(default_factory=dict, repr=False)  # of the best attack known
     family: str = ""  # of policies of which this is one, see `cps_baselines.family`; empty for networks
     numbers: tuple[str, ...] = ()  # their names, where it is of a family; of a mixture, the references of its policies
     wiring: Mapping[str, Any] = field(default_factory=dict, repr=False)  # see `zoo.wired`; empty: reads the observation
@@ -93,8 +91,8 @@ class Card:
             raise ValueError("a policy of a family, or a mixture, and no other, has numbers with names")
 
     def to_json(self) -> dict[str, Any]:
-        """As plain data, without judgements and wiring that it has not."""
-        return {name: each for name, each in asdict(self).items() if each or name not in (*JUDGEMENTS, "wiring")}
+        """As plain data, without a judgement and wiring that it has not."""
+        return {name: each for name, each in asdict(self).items() if each or name not in ("exploitability", "wiring")}
 
 
 def read_card(path: Path) -> Card:

@@ -7,18 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.rivals import better_rival
 
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"
 
 
-def to_markdown(card: Card, rivals: Sequence[Card] = ()) -> str:
-    """What it does, how to play it, how it was trained, what it reached and on which episodes, what it knows not.
-
-    `rivals` are the policies of which one may do better.
-    """
-    results = f"{_results(card)}\n\n{better_rival(card, rivals)}".rstrip()
-    parts = (_header(card), _use(card), _training(card), results, _judged(card), _limits(card), _knobs(card))
+def to_markdown(card: Card) -> str:
+    """What it does, how to play it, how it was trained, what the worst attack found costs it, what it knows not."""
+    parts = (_header(card), _use(card), _training(card), _results(card), _judged(card), _limits(card), _knobs(card))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -69,8 +64,8 @@ def _training(card: Card) -> str:
 
 
 def _results(card: Card) -> str:
-    """Every row of every examination, with its interval."""
-    columns = ("examination", "row", "metric", "mean", "95 % interval", "episodes")
+    """What its making measured, with its interval, where its card says so."""
+    columns = ("measured", "row", "metric", "mean", "95 % interval", "episodes")
     rows = [
         (block, row, f"`{found['metric']}`", f"{found['mean']:.4g}", _interval(found), str(found.get("episodes", "")))
         for block, examined in card.evaluation.items()
@@ -78,20 +73,19 @@ def _results(card: Card) -> str:
         if isinstance(found, Mapping) and "mean" in found
     ]
     if not rows:
-        return "## Results\n\nIt has not been examined yet: `cps-envs benchmark --suite learned` does that."
-    text = "Over all training seeds, on episodes that neither training nor the choice among networks has seen."
-    return "\n".join(["## Results", "", text, "", *_table(columns, rows)])
+        return ""
+    return "\n".join(["## Results", "", *_table(columns, rows)])
 
 
 def _judged(card: Card) -> str:
-    title = "Worst case found" if card.role == "defender" else "Share of the best attack known"
-    return f"## {title}\n\n{judgement_sentence(card)}"
+    found = judgement_sentence(card)
+    return f"## Worst case found\n\n{found}" if found else ""
 
 
 def judgement_sentence(card: Card) -> str:
-    """What the worst attack found costs a defender; how much of the best attack known an attacker reaches."""
+    """What the worst attack found costs a defender; empty for attackers."""
     if card.role == "attacker":
-        return _share_sentence(card)
+        return ""
     found = card.exploitability
     if not found:
         return f"It has not been judged by the worst attack yet: `cps-envs zoo judge {card.name}` does that."
@@ -101,26 +95,6 @@ def judgement_sentence(card: Card) -> str:
         f"the mean over {pay['episodes']} evaluation episodes. {found['attacks']} known attacks played, and searches "
         f"of {found['budget_s']:g} CPU s against this policy. A longer search may find a worse one."
     )
-
-
-def _share_sentence(card: Card) -> str:
-    found = card.share
-    if not found:
-        return f"It has not been compared with the best attack known yet: `cps-envs zoo judge {card.name}` does that."
-    pay, best = found["pay"], found["best_pay"]
-    rivals = ", ".join(f"`{attack}` against `{opponent}`" for opponent, attack in found["best"].items())
-    return (
-        f"It reaches {share_text(found)} of what the best other attack known is paid: {pay['mean']:.4g} "
-        f"({_interval(pay)}) beside {best['mean']:.4g} ({_interval(best)}) {found['unit']}, the mean over "
-        f"{pay['episodes']} evaluation episodes. The best is {rivals}. {found['attacks']} known attacks played, and "
-        f"searches of {found['budget_s']:g} CPU s. A longer search may find a better one."
-    )
-
-
-def share_text(found: Mapping[str, Any]) -> str:
-    """A share of the best attack's pay with its interval, in percent."""
-    share = found["share"]
-    return f"{share['mean']:.1%} ({share['low']:.1%} to {share['high']:.1%})"
 
 
 def _interval(found: Mapping[str, Any]) -> str:

@@ -120,7 +120,7 @@ def plan_evaluator(
     return evaluate
 
 
-def undefended_plan(config: Any, quick: bool, opponent: str = "") -> Prepared:
+def undefended_plan(config: Any, quick: bool) -> Prepared:
     """The plan that the genetic algorithm finds against no defence."""
     match = DISBANDING.match(config, 1, {"attacker": QUICK_SEARCH if quick else "ga", "defender": "none"})
     match.reset(np.ones(1, np.bool_), [seeding.np_random(0)[0]])

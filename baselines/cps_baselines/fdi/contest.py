@@ -1,4 +1,4 @@
-"""What `cps-envs contest fdi` plays: attackers that hide in disturbances against defenders that watch a filter."""
+"""Who plays preset `learning` of false data injection: who lies, who watches, constants, the numbers of searches."""
 
 from __future__ import annotations
 
@@ -7,14 +7,10 @@ from collections.abc import Iterator
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import SELF_PLAY, Column, Contest, Search, Side, Variant
+from cps_baselines.contest import Contest, Search, Side
 
 VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
 PAIRED = VEHICLES - 1  # gaps with a rear sensor
-EXACT = "plans for exact sensors and certified optima; with a filter nothing is certified"
-UNFILTERED = "compares exact readings; with noise it doubts everything"
-LATER = "came after these tables were played"
-OTHER_SPACES = "trained in preset `easy` or `defense`, whose observations are others"
 
 
 def constant_attacks() -> Iterator[str]:
@@ -56,7 +52,6 @@ SWING = {"swing_s": (0.0, 6.0), "open": (0.0, 1.0), "close": (0.0, 1.0), "range_
 CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 30.0), "release_s": (0.1, 6.0)}
 
 CONTEST = Contest(
-    problem="fdi",
     attackers=Side(
         policies=(
             *map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker")),
@@ -67,14 +62,6 @@ CONTEST = Contest(
             Search("tracker", "tracker", TRACKER, {"margin": 0.8, "late": 1.5, "swing_s": 0.5, "range_part": 1.2}),
             Search("swing", "swing", SWING, {"swing_s": 2.0, "open": 0.9, "close": 0.9, "range_part": 0.9}),
         ),
-        margin_neutral=0.5,
-        left_out={
-            **dict.fromkeys(("bnb", "lp_greedy", "oracle", "shielded"), EXACT),
-            **dict.fromkeys(("zoo:fdi-attack-ppo", "zoo:fdi-attack-disturbed-ppo"), OTHER_SPACES),
-            "zoo:fdi-attack-drawn-cma": "plans for preset `drawn`, where sensors are exact",
-            "zoo:fdi-attack-mixture": SELF_PLAY,
-            "mimic": LATER,
-        },
     ),
     defenders=Side(
         policies=(
@@ -84,35 +71,5 @@ CONTEST = Contest(
         constants=tuple(constant_defences()),
         informed=(Contestant("informed"),),
         searches=(Search("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
-        margin_informed=0.1,
-        margin_neutral=0.3,
-        left_out={
-            "random": "draws every action anew, which is no defence; `cps-envs learnability` plays it",
-            **dict.fromkeys(("kinematic", "redundancy", "model"), UNFILTERED),
-            "zoo:fdi-defense-ppo": OTHER_SPACES,
-            "zoo:fdi-defense-mixture": SELF_PLAY,
-        },
-    ),
-    variants=(
-        Variant("learning", "Tasks drawn, a quarter of the episodes without attack"),
-        Variant("v4", "Range-rate of the lead", overrides={"tasks": "v4>4", "attack_share": 1.0}),
-        Variant("xv4", "Both sensors of the lead", overrides={"tasks": "xv4>4", "attack_share": 1.0}),
-        Variant(
-            "rears", "A vehicle's radar and its neighbour's", overrides={"tasks": "xv1+rv2>1", "attack_share": 1.0}
-        ),
-    ),
-    win_tolerance=0.1,
-    columns=(
-        Column("collided_pairs", "episodes with a collision", over="share", form="{:.0%}"),
-        Column("detected", "alarm before the collision", over="share", form="{:.0%}"),
-        Column("false_alarm", "alarm on an honest reading", over="share", form="{:.0%}"),
-        Column("false_alarm", "the same, nobody attacks", over="share", form="{:.0%}", against="none"),
-        Column("smallest_gap_m", "smallest gap (m)", over="smallest"),
-    ),
-    notes=(
-        "An alarm is a reading that is replaced for 0.5 s without a break; it is false where the reading is honest.",
-        "Nothing bounds an attack on a defended platoon from above: those values are the best that a search found.",
-        "`zoo:fdi-defense-cma` infers nearly all that `informed` is told: variant `xv4` leaves more to win.",
-        "`chi2` lets its gate reject honest sensors once the filter is deceived: it can be worse than no defence.",
     ),
 )

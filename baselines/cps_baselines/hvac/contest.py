@@ -1,11 +1,11 @@
-"""What `cps-envs contest` plays of the HVAC problem."""
+"""Who plays preset `learning` of the HVAC problem: attackers, defenders, constants, and the numbers of searches."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import SELF_PLAY, Column, Contest, Search, Side, Variant
+from cps_baselines.contest import Contest, Search, Side
 
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
 SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
@@ -23,8 +23,6 @@ BRINK = {"margin_c2": (0.0, 0.35), "gain": (0.05, 1.0), "most": (0.5, 8.0)}
 TRACK = {"level": (0.05, 1.5), "gain": (0.05, 1.0), "noise": (0.3, 1.5), "cap_c": (0.5, 15.0)}
 A_RAMP = {"rate_c_per_h": 0.7, "exponent": 1.0, "cap_c": 12.0, "delay_h": 0.3, **dict.fromkeys(ONE_SIGN, 0.8)}
 A_TRACKER = {"level": 0.4, "gain": 0.5, "noise": 1.0, "cap_c": 12.0}
-OLD_PRESET = "found in preset `paper`, against MTD2 that shows what it chooses"
-UNFIT = "trained in `easy`: it sees and chooses other estimates"
 
 
 def _signed() -> Iterator[Contestant]:
@@ -69,14 +67,6 @@ ATTACKERS = Side(
         Search("brink-cold", "brink", BRINK),
         Search("brink-warm", "brink?warmer=true", BRINK),
     ),
-    margin_neutral=20.0,
-    left_out={
-        "opportunist": "judges a defender by its choices, which `learning` hides from the attacker",
-        "zoo:hvac-attack-ppo": UNFIT,
-        "zoo:hvac-attack-mtd1-ppo": UNFIT,
-        "zoo:hvac-attack-mtd2-cma": OLD_PRESET,
-        "zoo:hvac-attack-mixture": SELF_PLAY,
-    },
 )
 DEFENDERS = Side(
     policies=(
@@ -99,44 +89,6 @@ DEFENDERS = Side(
             {"kappa": 0.2, "limit": 20.0, "release_h": 8.0},
         ),
     ),
-    margin_informed=2.0,
-    margin_neutral=20.0,
-    left_out={
-        "random": "draws every action anew, which is no defence; `cps-envs learnability` plays it",
-        "zoo:hvac-defense-ppo": UNFIT,
-        "zoo:hvac-defense-mixture": SELF_PLAY,
-        "mtd2_calibrated": "no threshold is shipped for `learning`: its recipe makes MTD2 worse where heat drifts",
-    },
-)
-VARIANTS = (
-    Variant("learning", "Learning"),
-    *(
-        Variant(f"liars-{count}", f"Learning, {count} of 4 sensors lie", overrides=_liars)
-        for count, _liars in (
-            (1, {"compromised_weights": (), "num_compromised": 1}),
-            (2, {"compromised_weights": (), "num_compromised": 2}),
-            (3, {"compromised_weights": (), "num_compromised": 3}),
-        )
-    ),
-    Variant("hard", "Hard: heat drifts by 150 W in every zone", preset="hard"),
 )
 
-CONTEST = Contest(
-    problem="hvac",
-    attackers=ATTACKERS,
-    defenders=DEFENDERS,
-    variants=VARIANTS,
-    win_tolerance=2.0,
-    columns=(
-        Column("return", "median, C2", over="median"),
-        Column("flawed_steps", "steps on a lie", form="{:.0f}"),
-        Column("model_steps", "steps without sensors", form="{:.0f}"),
-        Column("energy_kwh", "kWh", form="{:.1f}"),
-    ),
-    notes=(
-        "A day's A_impact has a long tail: a few days with three liars carry the means, medians are a third of them. "
-        "Compare defenders on the same days, as excess over `informed`.",
-        "A fifth of the days has no compromised sensor, whoever attacks.",
-        "`truth` is told the temperatures and picks the nearest estimate; `informed` is told who lies.",
-    ),
-)
+CONTEST = Contest(ATTACKERS, DEFENDERS)

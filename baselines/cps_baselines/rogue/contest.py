@@ -1,7 +1,4 @@
-"""What `cps-envs contest` plays of the rogue-vehicle problem, and who plays in preset `learning`.
-
-The searches of responses know those, too.
-"""
+"""Who plays preset `learning` of the rogue-vehicle problem: attackers, defenders, constants, numbers of searches."""
 
 from __future__ import annotations
 
@@ -9,7 +6,7 @@ import json
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import SELF_PLAY, Column, Constraint, Contest, Search, Side, Variant
+from cps_baselines.contest import Contest, Search, Side
 from cps_baselines.rogue.contested_search import DEFENDERS as RESPONDED_TO
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
@@ -40,8 +37,6 @@ DEFENDERS = (
 
 
 FRONT_CLASSES = ((0, 2), (2, 4), (4, LEARNING.max_vehicles))  # places from the rear that have the same law
-RATIOS = (1.0, 1.1, 1.2, 1.3)
-OTHER_SPACES = "trained in preset easy, where observations and actions have other sizes"
 WEIGHT = (-2.0, 2.0)
 FORM = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias")
 
@@ -75,19 +70,10 @@ MONITOR = Search(
 )
 
 CONTEST = Contest(
-    problem="rogue",
     attackers=Side(
         policies=(*ATTACKERS, Contestant("gains")),
         constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),
         searches=(SWITCHING, RAMMING, BRAKING),
-        margin_neutral=5.0,
-        left_out={
-            "tuned": "a family for searches; what was found with it is `contested`",
-            "probe": "knows the six controllers of preset `paper`; `identify` does the same for this one",
-            "beam": "plans every episode anew for seconds, on copies of the world; see docs/rogue.md",
-            **dict.fromkeys(("zoo:rogue-attack-ppo", "zoo:rogue-attack-recurrent"), OTHER_SPACES),
-            "zoo:rogue-attack-mixture": SELF_PLAY,
-        },
     ),
     defenders=Side(
         policies=(*DEFENDERS, Contestant("pd_detection"), Contestant("zoo:rogue-defense-monitor-cma")),
@@ -97,38 +83,5 @@ CONTEST = Contest(
         ),
         informed=(Contestant("informed"),),
         searches=(MONITOR,),
-        margin_informed=1.0,
-        margin_neutral=0.5,  # the neutral action is the best controller that needs no thought
-        left_out={
-            "random": "draws every order anew, which is no defence; `cps-envs learnability` plays it",
-            **dict.fromkeys(("zoo:rogue-defense-ppo", "zoo:rogue-defense-cma"), OTHER_SPACES),
-            "zoo:rogue-defense-mixture": SELF_PLAY,
-        },
-    ),
-    variants=(
-        Variant("learning", "Platoons of 4 to 8, ratio 1 to 1.3"),
-        *(Variant(f"ratio-{ratio:g}", f"Power ratio {ratio:g}", overrides={"power_ratio": ratio}) for ratio in RATIOS),
-    ),
-    win_tolerance=1.0,
-    columns=(
-        Column("damage", "damage, m/s", form="{:.1f}"),
-        Column("formation_cost_s", "formation cost, s", form="{:.0f}"),
-        Column("collisions", "episodes with a collision", "share"),
-        Column("false_alarms", "false alarms, nobody attacks", form="{:.1f}", against="none"),
-    ),
-    constraint=Constraint(
-        harm=Column("damage", "damage, m/s"),
-        cost=Column("formation_cost_s", "formation cost, s"),
-        reference="sliding",
-    ),
-    notes=(
-        "Played before preset `learning` changed: impacts were paid by their whole speed, places that nobody could "
-        "reach were charged, and `none` was the linear controller. Do not compare these figures with today's game.",
-        "The attacker is paid the damage, impacts by their speed beyond 2 m/s, and 0.2 m/s for each second of formation"
-        " cost. It counts intact vehicles and the places that they can reach.",
-        "Read with a constraint: of the defenders whose formation cost is at most that of `sliding`, the one with the "
-        "least damage. Means over all attackers; `open` where the interval of the paired difference contains zero.",
-        "`informed` is told the seat, the onset and the attacker; its laws against each were searched.",
-        "False alarms are those of the vehicles' own detectors that blame an intact neighbour.",
     ),
 )

@@ -15,7 +15,6 @@ MODULES = (
     "cps_agents.league.league",
     "cps_agents.league.report",
     "cps_agents.benchmark.report",
-    "cps_agents.results.examination",
     "scipy.optimize",
     "scipy.stats",
     "matplotlib.pyplot",
@@ -47,7 +46,6 @@ JOBS = (
         "benchmark",
         "benchmark rogue --quick --table paper-1 --attacker square --defender pd --defender sliding --jobs 1",
     ),
-    Job("examination", "benchmark rogue --suite learned --quick --table rogue-defense --jobs 1"),
     Job("train", f"train rogue-attack-ppo --seeds 1 --steps 512 {TINY}", learns=True),
     Job(
         "self-play",

@@ -28,7 +28,6 @@ USED = (  # by everything but command lines: the environments, and where policie
     "baselines/cps_baselines",
     "agents/cps_agents/zoo",
     "agents/cps_agents/arena",
-    "agents/cps_agents/results/robots.py",
 )
 
 

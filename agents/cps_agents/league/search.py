@@ -9,15 +9,37 @@ from typing import Any
 
 import numpy as np
 
+from cps_agents.zoo.references import form_of
+from cps_baselines.arena import Venue
 from cps_baselines.contest import Search
+from cps_envs.core.config import configure
 from cps_envs.core.errors import require
-from cps_envs.core.types import FloatArray
+from cps_envs.core.types import SIGN, FloatArray, Role, other
+from cps_envs.registration import find_problem
 
 STEP = 0.3  # first standard deviation, of a range
 FINALISTS = 6  # candidates that are compared once more at the end, on the same fresh episodes
 FINAL_SHARE = 0.2  # of the budget that is kept for them
 
 Judge = Callable[[str, Sequence[int]], FloatArray]  # a policy's scores on some seeds, (E,); more is better
+
+
+def judge_in(venue: Venue, role: Role, rivals: Sequence[str]) -> Judge:
+    """Scores of a role's policies against rivals: what the role is paid, the mean over the rivals, (E,)."""
+    from cps_envs.core.play import play_episodes
+
+    problem, config = find_problem(venue.problem), venue.config
+    configs = {rival: configure(config, form_of(rival, config)) for rival in rivals}
+
+    def scores(policy: str, seeds: Sequence[int]) -> FloatArray:
+        paid = [
+            play_episodes(problem, configs[rival], {role: policy, other(role): rival}, seeds)["return"]
+            for rival in rivals
+        ]
+        found: FloatArray = SIGN[role] * np.mean(paid, axis=0)
+        return found
+
+    return scores
 
 
 @dataclass(frozen=True)

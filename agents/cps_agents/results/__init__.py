@@ -1,1 +1,0 @@
-"""What the shipped policies have to reach, and whether they do."""
