@@ -41,7 +41,8 @@ def sensor_gaps(num_vehicles: int) -> IntArray:
 class SensorTeam(Team):
     """A = 2n - 1 sensors. Each pays for its own replaced readings, and its share of the impact in its gap.
 
-    The impact is shared by the sensors of the gap, the cost of corrections by all. The rewards sum to minus the payoff.
+    The impact is shared by the sensors of the gap, and the sensor at a vehicle's front pays for its corrections. The
+    rewards sum to minus the payoff.
 
     `metrics` (B,) are records of `payoff.Metrics`, `over` (B,) marks episodes that have ended, `tasks` (T, R) the
     attacked readings of each task and `targets` (T,) the vehicle that is to collide.
@@ -74,8 +75,9 @@ class SensorTeam(Team):
         """What a step costs each sensor without an impact, (B, A)."""
         config, state = self._config, self._state
         replaced = (state.trust == 0).reshape(len(state.trust), 2, -1).sum(axis=1)
-        corrections = config.correction_cost * np.abs(state.correction).mean(axis=1, keepdims=True)
-        charges: FloatArray = config.dt_s * (config.alarm_cost_mps2 * replaced + corrections / len(self.agents))
+        charges: FloatArray = config.dt_s * config.alarm_cost_mps2 * replaced
+        n = config.num_vehicles
+        charges[:, :n] += config.dt_s * config.correction_cost * np.abs(state.correction) / n
         return charges
 
     def _hit(self) -> IntArray:

@@ -67,7 +67,7 @@ def test_an_impact_is_paid_by_the_sensors_of_its_gap() -> None:
     assert hit > 30
 
 
-def test_a_sensor_is_charged_for_its_own_doubts_and_all_for_corrections() -> None:
+def test_a_sensor_is_charged_for_its_own_doubts_and_for_what_its_vehicle_brakes() -> None:
     game = started(1, attack_share=0.0)
     team, defence = game.team("defender"), game.neutral_action["defender"].copy()
     defence[[place("x2"), place("v2"), place("rv3")]] = 0
@@ -77,7 +77,8 @@ def test_a_sensor_is_charged_for_its_own_doubts_and_all_for_corrections() -> Non
     np.testing.assert_allclose(team.rewards(payoff)[0], expected, atol=1e-15)
     defence[-1] = 0  # the most that vehicle 4 can brake more: 2 m/s2, of four vehicles
     payoff = game.advance({"defender": defence[np.newaxis]}, np.ones(1, np.bool_), 1)
-    np.testing.assert_allclose(team.rewards(payoff)[0], expected - 0.01 * 0.1 * 2 / 4 / 7, atol=1e-15)
+    expected[3] -= 0.01 * 0.1 * 2 / 4
+    np.testing.assert_allclose(team.rewards(payoff)[0], expected, atol=1e-15)
 
 
 def test_held_actions_are_charged_for_every_step() -> None:
@@ -91,12 +92,13 @@ def test_held_actions_are_charged_for_every_step() -> None:
 def test_beliefs_become_the_action_of_the_role() -> None:
     adapter = Sensor(spec_of("defender", preset="learning"))
     assert adapter.agents == NAMES
-    actions = np.ones((1, 7, 2), np.int64)
+    actions = np.repeat(adapter.neutral_action[np.newaxis], 7, axis=0)[np.newaxis]
     actions[0, 1, 0] = actions[0, 5, 1] = 0
+    actions[0, [0, 3, 6], 2] = 1, 2, 2  # that of a rear sensor does nothing
     native, _ = adapter.act(seen_by(started()), (), actions)
     doubted = np.flatnonzero(native[0, :14] == 0)
     assert doubted.tolist() == [place("x2"), place("rv3")]
-    assert native[0, 14:].tolist() == [4, 4, 4, 4]
+    assert native[0, 14:].tolist() == [2, 4, 4, 0]
     assert FDI.presets["learning"].num_readings == 14
 
 
@@ -108,14 +110,14 @@ def test_a_sensor_sees_innovations_in_deviations_and_those_of_its_partner() -> N
     ranges = decoded["range_innovation"] / decoded["range_deviation"]
     rates = decoded["rate_innovation"] / decoded["rate_deviation"]
     shown = shown_to(game)
-    np.testing.assert_allclose(shown["range_z"], ranges.clip(-3.5, 3.5), atol=1e-5)
+    np.testing.assert_allclose(shown["range_z"], ranges.clip(-3, 3), atol=1e-5)
     np.testing.assert_allclose(shown["rate_z2"], np.square(rates).clip(0, 10), atol=1e-5)
     partners = [4, 5, 6, -1, 0, 1, 2]
     for agent, partner in enumerate(partners):
-        expected = rates[:, partner].clip(-3.5, 3.5) if partner >= 0 else 0.0
+        expected = rates[:, partner].clip(-3, 3) if partner >= 0 else 0.0
         np.testing.assert_allclose(shown["partner_rate_z"][:, agent], expected, atol=1e-5)
     np.testing.assert_allclose(
-        shown["worst_range_z"], np.abs(ranges).max(1).clip(0, 3.5)[:, None].repeat(7, 1), atol=1e-5
+        shown["worst_range_z"], np.abs(ranges).max(1).clip(0, 3)[:, None].repeat(7, 1), atol=1e-5
     )
     assert shown["alone"].tolist() == [[0, 0, 0, 1, 0, 0, 0]] * 6
     assert shown["rear"].tolist() == [[0, 0, 0, 0, 1, 1, 1]] * 6
@@ -123,6 +125,21 @@ def test_a_sensor_sees_innovations_in_deviations_and_those_of_its_partner() -> N
     np.testing.assert_allclose(
         0.1 * np.sinh(shown["predicted_gap_error"]), decoded["predicted_gap_error"][:, GAPS], atol=1e-4
     )
+
+
+def test_a_sensor_sees_the_gaps_beside_it_and_the_platoon() -> None:
+    game = started(6, 3, attack_share=0.0)
+    for _ in range(20):
+        advance(game)
+    decoded = game.fields["defender"].decode(game.observe("defender"))
+    rates = decoded["rate_innovation"] / decoded["rate_deviation"]
+    means = np.stack([rates[:, gap == GAPS].mean(axis=1) for gap in range(4)], axis=1)
+    shown = shown_to(game)
+    beside = np.pad(means, ((0, 0), (1, 1))).clip(-2, 2)
+    np.testing.assert_allclose(shown["ahead_rate_z"], beside[:, GAPS + 2], atol=1e-5)
+    np.testing.assert_allclose(shown["behind_rate_z"], beside[:, GAPS], atol=1e-5)
+    platoon = (-means @ [1, 2, 3, 4] / np.sqrt(30)).clip(-2, 2)
+    np.testing.assert_allclose(shown["platoon_rate_z"], np.tile(platoon[:, np.newaxis], 7), atol=1e-5)
 
 
 def test_a_sensor_sees_whether_it_was_used() -> None:

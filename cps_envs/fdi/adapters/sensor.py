@@ -1,7 +1,8 @@
-"""The defence as a team: each sensor decides whether its own two readings are believed."""
+"""The defence as a team: each sensor decides whether its own readings are believed, those in front also to brake."""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +19,10 @@ from cps_envs.fdi.adapters.bending import COMMAND_MPS2, GAP_M, SPEED_MPS, bent, 
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.team import check_duel, sensor_gaps, sensor_names
 
-MOST_DEVIATIONS = 3.5  # an innovation beyond it is a lie in any case; chosen
+MOST_DEVIATIONS = 3.0  # an innovation beyond it is a lie in any case; chosen
+MOST_OF_MEANS = 2.0  # deviations of means over sensors; chosen
 MOST_SQUARE = 10.0  # chosen
+BRAKES = (0.0, 0.5, 1.0)  # parts of the largest correction, which is 2 m/s2 in preset `learning`; chosen
 
 
 class Sight(NamedTuple):
@@ -36,8 +39,9 @@ class Sight(NamedTuple):
 class Sensor(Adapter):
     """Agents: the front sensors of vehicles 1..n (1 = last), then the rear sensors of 2..n.
 
-    MultiDiscrete (2, 2): believe the own range, the own range-rate (1), or replace it by the filter's estimate (0).
-    Nobody corrects commands.
+    MultiDiscrete (2, 2, 3): believe the own range, the own range-rate (1), or replace it by the filter's estimate (0);
+    0 brakes not at all, 1 and 2 brake the vehicle by half of the largest correction and by all of it. Only the sensor
+    at a vehicle's front can brake it: the last entry of a rear sensor does nothing.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
@@ -51,8 +55,10 @@ class Sensor(Adapter):
         check_duel(config)
         n = config.num_vehicles
         self.agents, self.fields = sensor_names(n), sensor_fields(config)
-        self.action_space, self.neutral_action = spaces.MultiDiscrete([2, 2]), np.ones(2, np.int64)
-        self._corrections = spec.neutral_action[config.num_readings :]
+        self.action_space = spaces.MultiDiscrete([2, 2, len(BRAKES)])
+        self.neutral_action = np.array([1, 1, 0])
+        levels = config.correction_levels
+        self._corrections: IntArray = np.array([levels - round(part * levels) for part in BRAKES])
         self._sight = hold(
             Sight(
                 gaps=sensor_gaps(n),
@@ -71,14 +77,14 @@ class Sensor(Adapter):
         return shown
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
-        """The defender's action (B, R + n): the agents' beliefs, ranges first, and no correction."""
-        corrections = np.repeat(self._corrections[np.newaxis], len(seen), axis=0)
-        return np.concatenate([actions[..., 0], actions[..., 1], corrections], axis=1), state
+        """The defender's action (B, R + n): the agents' beliefs, ranges first, and how the vehicles brake."""
+        fronts = actions[:, : self.spec.config.num_vehicles]
+        return np.concatenate([actions[..., 0], actions[..., 1], self._corrections[fronts[..., 2]]], axis=1), state
 
 
 def sensor_fields(config: FdiConfig) -> Fields:
     """What a sensor and the filter say of a gap; where a sensor has no partner, zeros in its place."""
-    z, n = MOST_DEVIATIONS, config.num_vehicles
+    z, most, n = MOST_DEVIATIONS, MOST_OF_MEANS, config.num_vehicles
     return Fields(
         Field("range_z", "deviations", -z, z, (), "innovation of the own range"),
         Field("rate_z", "deviations", -z, z, (), "innovation of the own range-rate"),
@@ -88,6 +94,19 @@ def sensor_fields(config: FdiConfig) -> Fields:
         Field("partner_rate_z", "deviations", -z, z, (), "innovation of its range-rate"),
         Field("worst_range_z", "deviations", 0, z, (), "the largest size of an innovation of all ranges"),
         Field("worst_rate_z", "deviations", 0, z, (), "the largest size of an innovation of all range-rates"),
+        Field(
+            "ahead_rate_z",
+            "deviations",
+            -most,
+            most,
+            (),
+            "mean innovation of the range-rates of the gap ahead of this one",
+        ),
+        Field("behind_rate_z", "deviations", -most, most, (), "mean innovation of those of the gap behind this one"),
+        Field(
+            "platoon_range_z", "deviations", -most, most, (), "innovation of how far all vehicles are ahead, on average"
+        ),
+        Field("platoon_rate_z", "deviations", -most, most, (), "innovation of how fast they are, on average"),
         bent_field("predicted_gap_error", GAP_M, "m", (), "the filter's prediction"),
         bent_field("predicted_speed", SPEED_MPS, "m/s", (), "the filter's prediction"),
         bent_field("command_behind", COMMAND_MPS2, "m/s2", (), "the last command of the vehicle behind the gap"),
@@ -138,6 +157,9 @@ def _fill(sight: Sight, seen: Observation, z: FloatArray, agent: int, row: Float
     row[to.partner_range_z] = z[partner] if partner >= 0 else 0.0
     row[to.partner_rate_z] = z[half + partner] if partner >= 0 else 0.0
     row[to.worst_range_z], row[to.worst_rate_z] = _largest(z[:half]), _largest(z[half:])
+    row[to.ahead_rate_z] = _mean(sight, z[half:], gap + 1) if gap < n - 1 else 0.0
+    row[to.behind_rate_z] = _mean(sight, z[half:], gap - 1) if gap > 0 else 0.0
+    row[to.platoon_range_z], row[to.platoon_rate_z] = _platoon(sight, z[:half], n), _platoon(sight, z[half:], n)
     row[to.predicted_gap_error] = bent(decode_entry(seen, sight.scale, at.predicted_gap_error + gap), GAP_M)
     row[to.predicted_speed] = bent(decode_entry(seen, sight.scale, at.predicted_speed + gap), SPEED_MPS)
     row[to.command_behind] = bent(decode_entry(seen, sight.scale, at.command + gap), COMMAND_MPS2)
@@ -151,6 +173,30 @@ def _fill(sight: Sight, seen: Observation, z: FloatArray, agent: int, row: Float
     for k in range(to.steps_left - to.gain):
         row[to.gain + k] = decode_entry(seen, sight.scale, at.gain + k)
     row[to.steps_left] = decode_entry(seen, sight.scale, at.steps_left)
+
+
+@inlined
+def _mean(sight: Sight, z: FloatArray, gap: int) -> float:
+    """The mean of the innovations (A,) of a gap's sensors."""
+    total, count = 0.0, 0
+    for agent in range(z.size):
+        if sight.gaps[agent] == gap:
+            total += z[agent]
+            count += 1
+    return total / count
+
+
+@inlined
+def _platoon(sight: Sight, z: FloatArray, n: int) -> float:
+    """What all gaps say of the vehicles' mean place or speed: a gap counts once for each vehicle behind it.
+
+    Disturbances of single vehicles hardly show in it, and a lie about the lead's gap, which nobody checks, shows most.
+    """
+    total, square = 0.0, 0.0
+    for gap in range(n):
+        total -= (gap + 1) * _mean(sight, z, gap)
+        square += (gap + 1) * (gap + 1)
+    return total / math.sqrt(square)
 
 
 @inlined
