@@ -27,7 +27,7 @@ BROWSER := $(VENV)/.installed-browser
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow test-browser screenshots demo train lint style types bench peers reliability pages docs clean clean-cache
+.PHONY: help setup benchmark test test-slow test-browser screenshots demo train lint style types bench peers reliability pages verify docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -78,6 +78,9 @@ reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes 
 
 pages: $(LIGHT) ## write the generated pages of docs/ anew
 	$(BIN)/python -m cps_agents.docs
+
+verify: $(ALL) ## play again what a branch adds to leaderboard/, with fresh seeds
+	git diff --name-only --diff-filter=AM origin/main... -- 'leaderboard/v1/*/*.json' | xargs -r $(BIN)/cps-envs --trust score verify --audit
 
 docs: $(ALL) demo ## build the site, into build/site
 	$(BIN)/python -m cps_agents.docs

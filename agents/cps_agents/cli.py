@@ -24,6 +24,7 @@ from cps_agents.commands.play import drive_robots, list_everything, play
 from cps_agents.commands.reliability import reliability
 from cps_agents.commands.report import report
 from cps_agents.commands.reproduce import app as reproduce
+from cps_agents.commands.score import app as score
 from cps_agents.commands.searches import calibrate_mtd2, search_feedback, search_string, search_switching
 from cps_agents.commands.self_play import self_play
 from cps_agents.commands.string_stability import string_stability
@@ -137,6 +138,7 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
         "search-switching": search_switching,
     },
     "Judge": {
+        "score": score,
         "evaluate": evaluate,
         "benchmark": benchmark,
         "league": league,
@@ -164,7 +166,7 @@ for panel, commands in PANELS.items():
         if isinstance(command, typer.Typer):
             for part in command.registered_commands:
                 part.help = _flowing(part.callback)
-            app.add_typer(command, name=name, cls=Commands, rich_help_panel=panel)
+            app.add_typer(command, name=name, cls=command.info.cls or Commands, rich_help_panel=panel)
         else:
             app.command(name, help=_flowing(command), rich_help_panel=panel)(command)
 

@@ -2,9 +2,13 @@
 
 Episodes that `play`, `benchmark`, `league` and every report show have the seeds 0, 1, ...; training and the validation
 that chooses among checkpoints never see those.
+
+Scores of the challenge have seeds of their own, above 10^9, see `score_seeds`.
 """
 
 from __future__ import annotations
+
+from collections.abc import Mapping
 
 from cps_envs.core.errors import ConfigurationError
 
@@ -13,6 +17,8 @@ VALIDATION = range(1_000_000, 2_000_000)
 TRAINING_START = 2_000_000
 SEEDS_PER_RUN = 100_000  # more than any number of environments, times resumptions
 MOST_RUNS = 9_000  # so that training ends below 10^9, from where on scores have their seeds
+SPLITS: Mapping[str, int] = {"dev": 10**9, "test": 10**12, "audit": 10**15}  # of scores: the first seed of each
+BLOCK = 10**6  # seeds of an opponent
 
 
 def training_seed(seed: int, resumption: int = 0) -> int:
@@ -24,3 +30,9 @@ def training_seed(seed: int, resumption: int = 0) -> int:
     if not 0 <= seed < MOST_RUNS:
         raise ConfigurationError(f"seed = {seed} numbers a training run: choose one from 0 to {MOST_RUNS - 1}")
     return TRAINING_START + seed * SEEDS_PER_RUN + resumption * (SEEDS_PER_RUN // 20)
+
+
+def score_seeds(split: str, place: int, episodes: int, draw: int = 0) -> range:
+    """The seeds of a score against the opponent at a place of its panel; `draw` is the verifier's, of an audit."""
+    first = SPLITS[split] + draw * 10**9 + (1 + place) * BLOCK
+    return range(first, first + episodes)

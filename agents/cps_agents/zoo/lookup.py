@@ -66,14 +66,23 @@ def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = 
         loaded: Policy = found.load(path, device="cpu")
     except Exception as error:  # whatever zipfile, pickle and torch raise
         raise ValueError(f"{path} is no {algorithm} model, or damaged: {error}") from error
-    space = getattr(loaded, "observation_space", None)
-    if isinstance(space, WiredBox):
-        from cps_agents.sb3_policy import head_of, outputs_of_model
-
-        return WiredPolicy(spec, space.wiring, outputs_of_model(loaded), head_of(loaded, sampled=sampled))
-    if sampled:
+    if sampled and not isinstance(getattr(loaded, "observation_space", None), WiredBox):
         raise ConfigurationError(f"{path}: sampled=true is for models of cps_agents.sb3.make; leave it out")
-    return loaded
+    return playable(loaded, spec, sampled=sampled)
+
+
+def playable(policy: Policy, spec: RoleSpec, *, sampled: bool = False) -> Policy:
+    """A policy for a role from an object: a model that was trained in `cps_agents.sb3.make` plays as it did there.
+
+    Raises:
+        ConfigurationError: the model does not fit the role.
+    """
+    space = getattr(policy, "observation_space", None)
+    if not isinstance(space, WiredBox):
+        return policy
+    from cps_agents.sb3_policy import head_of, outputs_of_model
+
+    return WiredPolicy(spec, space.wiring, outputs_of_model(policy), head_of(policy, sampled=sampled))
 
 
 def _algorithm(name: str) -> Any:

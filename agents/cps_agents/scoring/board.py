@@ -1,0 +1,116 @@
+"""The boards: every score in `leaderboard/v1`, in order, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from cps_agents.errors import CommandError
+from cps_agents.scoring.score import SEEDS, Score
+from cps_agents.scoring.verify import read_score
+from cps_agents.table import Table
+from cps_baselines.tracks import Track, tracks
+
+FOLDER = Path(__file__).parents[3] / "leaderboard" / "v1"  # of a clone; an installed package has none
+HEAD = ("policy", "rank", "score", "±", "worst opponent", "kind")
+FRONT = ("track", "a constant", "best rules", "best searched", "best network", "told")
+NONE_YET = "none yet"
+
+
+@dataclass(frozen=True)
+class Row:
+    """An entry of a board."""
+
+    name: str  # of the file
+    score: Score
+    rank: int  # entries that are not surely different share one; 0: told, without a rank
+
+
+def entries(track: Track, folder: Path = FOLDER) -> dict[str, Score]:
+    """The scores of a track by the names of their files, the best first.
+
+    Raises:
+        CommandError: a file is of another track or of split dev.
+        DamagedFileError: a file is no score.
+    """
+    found = {}
+    for path in sorted((folder / track.name).glob("*.json")):
+        found[path.stem] = read_score(path)
+        if (found[path.stem].frozen.track.name, found[path.stem].split) != (track.name, "test"):
+            raise CommandError(f"{path} is no score of {track.name} on split test: it belongs elsewhere")
+    return dict(sorted(found.items(), key=lambda item: -item[1].estimate.mean))
+
+
+def board(track: Track, folder: Path = FOLDER) -> list[Row]:
+    """The rows of a track: ranks count those who are surely better than the first of a rank."""
+    rows: list[Row] = []
+    leader: Score | None = None  # of the present rank
+    ranked = rank = 0
+    for name, score in entries(track, folder).items():
+        if not score.kind.ranked:
+            rows.append(Row(name, score, 0))
+            continue
+        ranked += 1
+        if leader is None or leader.minus(score).excludes_zero:
+            leader, rank = score, ranked
+        rows.append(Row(name, score, rank))
+    return rows
+
+
+def rank_line(score: Score, folder: Path = FOLDER) -> str:
+    """Where a score stands on the board; empty where there is no board."""
+    others = [row.score for row in board(score.frozen.track, folder) if row.rank]
+    if not others or score.split != "test":
+        return ""
+    if not score.kind.ranked:
+        return "Without a rank: it is told more than its role observes."
+    better = sum(each.minus(score).excludes_zero and each.estimate.mean > score.estimate.mean for each in others)
+    return f"Rank {better + 1} of {len(others)} on the board: {better} are surely better."
+
+
+def table(track: Track, rows: Sequence[Row]) -> Table:
+    """A board."""
+    cells = []
+    for row in rows:
+        found = row.score.opponents
+        worst = min(found, key=lambda name: found[name])
+        cells.append(
+            (
+                row.name,
+                str(row.rank or "told"),
+                f"{row.score.estimate.mean:.1f}",
+                f"{row.score.half_width:.1f}",
+                f"{found[worst]:.0f} ({worst})",
+                kind_text(row.score),
+            )
+        )
+    return Table(track.name, HEAD, cells)
+
+
+def kind_text(score: Score) -> str:
+    """The kind of an entry; a network with few training seeds says how many."""
+    few = score.kind.network and len(score.pays) < SEEDS
+    return f"{score.kind}{f', {len(score.pays)} training seed(s)' if few else ''}"
+
+
+def front(boards: Mapping[str, Sequence[Row]]) -> Table:
+    """One row for each track: the best of every kind, with its half width."""
+    groups = (("rules",), ("searched",), ("reward", "imitation"), ("told",))
+    rows = [
+        [name, "0", *(_best([row for row in rows if row.score.kind.name in group]) for group in groups)]
+        for name, rows in boards.items()
+    ]
+    return Table("", FRONT, rows)
+
+
+def _best(rows: Sequence[Row]) -> str:
+    if not rows:
+        return NONE_YET
+    score = rows[0].score
+    return f"{rows[0].name} {score.estimate.mean:.0f} ± {score.half_width:.0f}"
+
+
+def boards(folder: Path = FOLDER) -> dict[str, list[Row]]:
+    """All eight."""
+    return {name: board(track, folder) for name, track in tracks().items()}

@@ -1,0 +1,56 @@
+"""Freeze a track: find the best policy that does not look, and play it and the best answers often."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from cps_agents.learning.learnability import native_constants
+from cps_agents.scoring.frozen import DEV, PLACES, texts, write_frozen
+from cps_agents.scoring.playing import answers, pays, seeds_of
+from cps_baselines.tracks import Track, constants
+from cps_envs.core.types import FloatArray
+from cps_envs.registration import find_problem
+
+ROUNDS = ((64, 12), (16, 3), (1, 1))  # constants play such a part of the episodes, and so many of them stay
+FEWEST = 4  # episodes against each opponent, in every round
+Said = Callable[[str], None]
+
+
+def freeze(track: Track, episodes: int, say: Said = lambda line: None) -> Path:
+    """Play on split dev, and the answers on split test; returns the file that holds what was frozen.
+
+    Constants meet in rounds: all play a few of the episodes, the best of them more, the last three all.
+    """
+    problem = find_problem(track.problem)
+    spec = problem.game(track.venue.config, 1).spec(track.role)
+    left = list(dict.fromkeys(["none", "random", *constants(track), *native_constants(spec)]))
+    say(f"{track.name}: {len(left)} constants")
+    seeds = seeds_of(track, "dev", episodes)
+    rows: dict[str, list[FloatArray]] = {}
+    for part, kept in ROUNDS:
+        few = [own[: max(episodes // part, FEWEST)] for own in seeds]
+        rows = {policy: pays(track, policy, few) for policy in left}
+        left = sorted(rows, key=lambda policy: -track.sign * mean_pay(track, rows[policy]))[:kept]
+        say(f"  of {len(few[0])} episodes: {', '.join(f'{each} {mean_pay(track, rows[each]):.3f}' for each in left)}")
+    zero = left[0]
+    dev, test = answers(track, seeds), answers(track, seeds_of(track, "test", track.episodes))
+    for rival, best, worst in zip(track.panel, dev, rows[zero], strict=True):
+        say(f"  {rival.name}: answer {best.mean():.3f}, zero {worst.mean():.3f}")
+    return write_frozen(
+        track,
+        {
+            "zero": round(mean_pay(track, rows[zero]), PLACES + 2),
+            "told": round(mean_pay(track, dev), PLACES + 2),
+            "zero_policy": zero,
+            "episodes": episodes,
+            "pays": {"test": texts(test), "dev": texts([own[: track.episodes // DEV] for own in dev])},
+        },
+    )
+
+
+def mean_pay(track: Track, rows: Sequence[FloatArray]) -> float:
+    """The weighted mean over the opponents."""
+    return float(np.dot(track.shares, [own.mean() for own in rows]))

@@ -1,0 +1,67 @@
+"""What the attacker is paid in the episodes of a track."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from cps_agents.zoo.references import form_of
+from cps_baselines.tracks import Track
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.play import play_episodes
+from cps_envs.core.seeds import score_seeds
+from cps_envs.core.types import FloatArray, other
+from cps_envs.registration import find_problem
+
+BATCH = 256  # episodes at a time
+Seeds = Sequence[Sequence[int]]  # of each opponent of the panel
+Report = Callable[[int], None]  # episodes played
+
+
+def silent(done: int) -> None:
+    """Report nothing."""
+
+
+def seeds_of(track: Track, split: str, episodes: int, draw: int = 0) -> list[range]:
+    """The seeds of a split; each opponent has its own."""
+    return [score_seeds(split, place, episodes, draw) for place in range(len(track.panel))]
+
+
+def pays(track: Track, policy: PolicyReference, seeds: Seeds, report: Report = silent) -> list[FloatArray]:
+    """What the attacker is paid against each opponent, one value for each of its seeds.
+
+    Raises:
+        UnknownNameError, TypeError, ConfigurationError: the policy cannot play the role in this configuration.
+    """
+    return played(track, [policy] * len(track.panel), seeds, report)
+
+
+def answers(track: Track, seeds: Seeds, report: Report = silent) -> list[FloatArray]:
+    """The same of the best answers that were known at the freeze, each against its own opponent."""
+    return played(track, [rival.answer for rival in track.panel], seeds, report)
+
+
+def played(
+    track: Track, policies: Sequence[PolicyReference], seeds: Seeds, report: Report = silent
+) -> list[FloatArray]:
+    """What the attacker is paid where each of `policies` meets the opponent at its place of the panel."""
+    done, found = 0, []
+    for policy, rival, own in zip(policies, track.panel, seeds, strict=True):
+        parts = []
+        for first in range(0, len(own), BATCH):
+            part = own[first : first + BATCH]
+            parts.append(_batch(track, policy, rival.policy, part))
+            report(done := done + len(part))
+        found.append(np.concatenate(parts))
+    return found
+
+
+def _batch(track: Track, policy: PolicyReference, opponent: str, seeds: Sequence[int]) -> FloatArray:
+    problem, config = find_problem(track.problem), track.venue.config
+    if isinstance(policy, str):
+        config = problem.config(track.venue.preset, form_of(policy, config))
+    players: Any = {track.role: policy, other(track.role): opponent}
+    paid: FloatArray = play_episodes(problem, config, players, seeds)["return"]
+    return paid

@@ -1,0 +1,170 @@
+"""A policy's score in a track: 0 for the best that does not look, 100 for the best answers known at the freeze."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from cps_agents.arena.sources import sources_of
+from cps_agents.arena.statistics import Estimate, difference, estimate
+from cps_agents.errors import CommandError
+from cps_agents.machine import versions
+from cps_agents.scoring.frozen import DEV, Frozen, read_frozen, rounded, texts
+from cps_agents.scoring.kind import Kind, kind_of
+from cps_agents.scoring.playing import Report, pays, seeds_of, silent
+from cps_agents.zoo.lookup import playable
+from cps_agents.zoo.references import by_training_seed
+from cps_baselines.tracks import CHALLENGE, find_track
+from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.types import FloatArray
+from cps_envs.registration import find_problem
+
+Split = Literal["test", "dev"]
+SEEDS = 5  # training seeds of a network, below which the line says how many there are
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True)
+class Score:
+    """What a policy reached: pays of the attacker and all that follows from them."""
+
+    frozen: Frozen
+    split: str
+    policy: str  # reference; of an object that Python handed over its class
+    kind: Kind
+    pays: Mapping[str, Sequence[FloatArray]]  # training seed -> for each opponent and episode; "" where there is none
+    sources: Mapping[str, str] = field(default_factory=dict)  # hashes of trained networks and of code of one's own
+    playable: bool = True  # again, from its reference
+    cpu_s: float = 0.0
+    versions: Mapping[str, str] = field(default_factory=versions)
+
+    @cached_property
+    def strata(self) -> list[FloatArray]:
+        """For each opponent an array (training seeds, episodes); the mean of their means is the score."""
+        track, found = self.frozen.track, []
+        for place, share in enumerate(track.shares):
+            paid = np.array([rows[place] for rows in self.pays.values()])
+            found.append(100.0 + len(track.panel) * share * (self.frozen.values(self.split, place, paid) - 100.0))
+        return found
+
+    @cached_property
+    def estimate(self) -> Estimate:
+        """The score with its 95 % interval over episodes and training seeds."""
+        return estimate(self.strata, resamples=RESAMPLES)
+
+    @property
+    def half_width(self) -> float:
+        """Half of the interval."""
+        low, high = self.estimate.low, self.estimate.high
+        assert low is not None
+        assert high is not None
+        return (high - low) / 2
+
+    @property
+    def opponents(self) -> dict[str, float]:
+        """The score against each opponent."""
+        values = (
+            np.mean([self.frozen.values(self.split, place, rows[place]).mean() for rows in self.pays.values()])
+            for place in range(len(self.frozen.track.panel))
+        )
+        return {rival.name: float(value) for rival, value in zip(self.frozen.track.panel, values, strict=True)}
+
+    @property
+    def line(self) -> str:
+        """The line to cite."""
+        track, found = self.frozen.track, self.opponents
+        worst = min(found, key=lambda name: found[name])
+        few = f", {len(self.pays)} training seed{'s' * (len(self.pays) > 1)}"
+        return (
+            f"{CHALLENGE} {track.name} {self.split}/{self.episodes}: {self.estimate.mean:.1f} ± {self.half_width:.1f}, "
+            f"worst {found[worst]:.0f} ({worst}){few if self.kind.network and len(self.pays) < SEEDS else ''} "
+            f"(digest {self.frozen.digest}, {track.problem}-v{find_problem(track.problem).version})"
+        )
+
+    @property
+    def episodes(self) -> int:
+        """Against each opponent."""
+        return len(self.frozen.pays[self.split][0])
+
+    def minus(self, other: Score) -> Estimate:
+        """How much higher this score is, in pairs on the same episodes.
+
+        Raises:
+            CommandError: the other one is of another track or split.
+        """
+        mine, theirs = ((each.frozen.track.name, each.split) for each in (self, other))
+        if mine != theirs:
+            raise CommandError(f"scores of {' '.join(mine)} and {' '.join(theirs)} cannot be compared")
+        return difference(self.strata, other.strata, resamples=RESAMPLES)
+
+    def to_json(self) -> dict[str, Any]:
+        """What `score verify` reads."""
+        return {
+            "challenge": CHALLENGE,
+            "track": self.frozen.track.name,
+            "split": self.split,
+            "digest": self.frozen.digest,
+            "line": self.line,
+            "policy": self.policy,
+            "playable": self.playable,
+            "kind": self.kind.name,
+            "numbers": self.kind.numbers,
+            "sources": dict(self.sources),
+            "score": round(self.estimate.mean, 2),
+            "half_width": round(self.half_width, 2),
+            "opponents": {name: round(value, 2) for name, value in self.opponents.items()},
+            "cpu_s": round(self.cpu_s, 1),
+            "versions": dict(self.versions),
+            "pays": {seed: texts(rows) for seed, rows in self.pays.items()},
+        }
+
+
+def score(
+    track: str,
+    policy: PolicyReference,
+    *,
+    split: Split = "test",
+    kind: Kind | None = None,
+    sampled: bool = False,
+    report: Report = silent,
+) -> Score:
+    """Score a policy: a reference, or any object with `predict`, such as a model of stable-baselines3.
+
+    All training seeds of `zoo:NAME` and of `sb3:FOLDER` play. `sampled` is for a model of `cps_agents.sb3.make` that
+    draws its actions. `kind` says what made the policy, where that cannot be told from its reference.
+
+    Raises:
+        UnknownNameError: there is no such track or policy.
+        ConfigurationError, TypeError: the policy does not fit the role.
+        CommandError: the track is not frozen, or this installation plays another game.
+    """
+    found = find_track(track)
+    frozen = read_frozen(found)
+    start = time.process_time()
+    frozen.check_game()
+    seeds = seeds_of(found, split, found.episodes // (DEV if split == "dev" else 1))
+    if isinstance(policy, str):
+        players: Mapping[int | None, PolicyReference] = by_training_seed(policy)
+    else:
+        spec = find_problem(found.problem).game(found.venue.config, 1).spec(found.role)
+        players = {None: playable(policy, spec, sampled=sampled)}
+    paid: dict[str, Sequence[FloatArray]] = {}
+    for place, (seed, player) in enumerate(players.items()):
+        before = place * sum(map(len, seeds))
+        rows = pays(found, player, seeds, lambda done, before=before: report(before + done))  # type: ignore[misc]
+        paid["" if seed is None else str(seed)] = [rounded(row) for row in rows]
+    return Score(
+        frozen=frozen,
+        split=split,
+        policy=policy if isinstance(policy, str) else f"{type(policy).__module__}:{type(policy).__qualname__}",
+        kind=kind or kind_of(found, policy),
+        pays=paid,
+        sources=sources_of(found.problem, policy) if isinstance(policy, str) else {},
+        playable=isinstance(policy, str),
+        cpu_s=time.process_time() - start,
+    )

@@ -1,0 +1,224 @@
+"""Scores of tracks: the same number from a policy, from its file and from its episodes played again; forgeries fail."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from gymnasium import spaces
+
+pytest.importorskip("scipy", reason="needs the baselines")
+pytest.importorskip("typer", reason="needs the command line")
+
+from cps_agents import score
+from cps_agents.errors import CommandError
+from cps_agents.scoring import board, freezing, frozen, verify
+from cps_agents.scoring.kind import Kind, kind_of
+from cps_agents.scoring.score import Score
+from cps_baselines import tracks as declared
+from cps_baselines.tracks import Rival, Track
+from cps_envs.core.documents import DamagedFileError
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
+from cps_envs.registration import find_problem
+from tests.agents.command_line import refusal, run
+
+EPISODES = 24
+PANEL = (Rival("cusum", "cusum", "tracker", 2.0), Rival("chi2", "chi2", "tracker"))
+SMALL = Track("fdi", "attacker", EPISODES, PANEL)
+DEFENSE = Track("fdi", "defender", EPISODES, (Rival("tracker", "tracker", "informed"),))
+CONSTANTS = ("always?action=26", "always?action=20")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Two small tracks, frozen."""
+    made = tmp_path_factory.mktemp("v1")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(declared, "tracks", lambda: {track.name: track for track in (SMALL, DEFENSE)})
+        patch.setattr(frozen, "FOLDER", made)
+        patch.setattr(freezing, "constants", lambda track: CONSTANTS if track is SMALL else ())
+        for track in (SMALL, DEFENSE):
+            freezing.freeze(track, 64)
+        yield made
+
+
+@pytest.fixture(scope="module")
+def tracker(folder: Path) -> Score:
+    return score("fdi-attack", "tracker")
+
+
+@pytest.fixture
+def file(tracker: Score, tmp_path: Path) -> Path:
+    """The tracker's score as a file."""
+    path = tmp_path / "tracker.json"
+    path.write_text(json.dumps(tracker.to_json()))
+    return path
+
+
+def edited(path: Path, change: Callable[[dict[str, Any]], None]) -> Path:
+    document = json.loads(path.read_text())
+    change(document)
+    path.write_text(json.dumps(document))
+    return path
+
+
+def test_the_best_answer_has_100_and_the_best_constant_about_0(folder: Path, tracker: Score) -> None:
+    assert tracker.estimate.mean == pytest.approx(100.0, abs=0.1)
+    assert tracker.half_width < 0.1
+    zero = score("fdi-attack", tracker.frozen.zero_policy)
+    assert abs(zero.estimate.mean) <= 3 * zero.half_width
+    assert tracker.opponents.keys() == {"cusum", "chi2"}
+    weighted = (2 * zero.opponents["cusum"] + zero.opponents["chi2"]) / 3
+    assert zero.estimate.mean == pytest.approx(weighted)
+
+
+def test_the_line_says_what_was_played(tracker: Score) -> None:
+    digest = tracker.frozen.digest
+    assert tracker.line.startswith("challenge-v1 fdi-attack test/24: 100.0 ± 0.0, worst 100 (")
+    assert tracker.line.endswith(f"(digest {digest}, fdi-v0)")
+    network = replace(tracker, kind=Kind("reward"))
+    assert ", 1 training seed (digest" in network.line
+
+
+def test_a_quick_look_plays_other_seeds(folder: Path) -> None:
+    look = score("fdi-attack", "tracker", split="dev")
+    assert look.episodes == EPISODES // frozen.DEV
+    assert "dev/3" in look.line
+    with pytest.raises(CommandError, match="cannot be compared"):
+        look.minus(score("fdi-attack", "none"))
+
+
+def test_an_object_scores_as_its_reference(folder: Path, tracker: Score) -> None:
+    built = find_problem("fdi").policy("none", find_problem("fdi").game(SMALL.venue.config, 1), "attacker")
+    handed = score("fdi-attack", built)
+    assert handed.estimate.mean == score("fdi-attack", "none").estimate.mean
+    assert handed.kind == Kind("reward")
+    assert not handed.playable
+
+
+def test_a_file_gives_the_same_score_back(tracker: Score, file: Path) -> None:
+    again = verify.read_score(file)
+    assert again.line == tracker.line
+    assert again.minus(tracker).mean == 0.0
+    said: list[str] = []
+    verify.verify(file, audit=True, draw=7, say=said.append)
+    assert "100% end as the file says" in said[0]
+    assert said[1].startswith("audit 7: 100.0")
+
+
+def test_a_forged_pay_is_rejected(file: Path) -> None:
+    def more(document: dict[str, Any]) -> None:
+        document["pays"][""][0] = " ".join(["9.5"] * EPISODES)
+
+    with pytest.raises(DamagedFileError, match="not those of its own pays"):
+        verify.verify(edited(file, more))
+
+
+def test_another_policys_pays_are_rejected(folder: Path, file: Path) -> None:
+    with pytest.raises(CommandError, match="does not play as the file says"):
+        verify.verify(edited(file, lambda document: document.update(policy="none")))
+
+
+def test_other_weights_are_rejected(folder: Path, tmp_path: Path) -> None:
+    path = tmp_path / "searched.json"
+    path.write_text(json.dumps(score("fdi-attack", "zoo:fdi-attack-cma?seed=1").to_json()))
+    verify.verify(path)
+    with pytest.raises(CommandError, match="not those that were scored"):
+        verify.verify(edited(path, lambda document: document["sources"].update({"fdi-attack-cma": "0" * 16})))
+
+
+def test_another_version_is_rejected(file: Path) -> None:
+    with pytest.raises(CommandError, match="another version of challenge-v1 fdi-attack"):
+        verify.verify(edited(file, lambda document: document.update(digest="0" * 12)))
+
+
+def test_a_score_that_was_tuned_on_its_seeds_falls_in_the_audit(folder: Path, tracker: Score) -> None:
+    lucky = replace(tracker, pays={"": [paid + 3.0 for paid in tracker.pays[""]]})
+    with pytest.raises(CommandError, match="from the stated"):
+        verify._audited(lucky, {None: "tracker"}, 0)
+
+
+def test_a_python_object_cannot_be_verified(file: Path) -> None:
+    with pytest.raises(CommandError, match="was a Python object"):
+        verify.verify(edited(file, lambda document: document.update(playable=False)))
+
+
+@pytest.mark.parametrize("text", ["{}", "[1]", "no JSON", '{"challenge": "challenge-v0"}'])
+def test_a_foreign_file_is_refused(folder: Path, tmp_path: Path, text: str) -> None:
+    path = tmp_path / "foreign.json"
+    path.write_text(text)
+    with pytest.raises(DamagedFileError, match="no score of cps-envs"):
+        verify.read_score(path)
+
+
+def test_mistakes_get_one_sentence(folder: Path) -> None:
+    with pytest.raises(UnknownNameError, match=r"no track 'fdi-atack'\. Did you mean 'fdi-attack'"):
+        score("fdi-atack", "none")
+    with pytest.raises(UnknownNameError, match="'cusum' is a defender of fdi"):
+        score("fdi-attack", "cusum")
+    with pytest.raises(TypeError, match="is not a policy"):
+        score("fdi-attack", object())
+
+    class Model:
+        observation_space = spaces.Box(0.0, 1.0, (3,))
+
+        def predict(self, *arguments: Any, **options: Any) -> Any:
+            """Never asked."""
+
+    with pytest.raises(ConfigurationError, match="has the observation_space"):
+        score("fdi-attack", Model())
+
+
+def test_another_game_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = frozen.read_frozen(SMALL)
+    pays = {**known.pays, "test": [paid + 0.01 for paid in known.pays["test"]]}
+    with pytest.raises(CommandError, match="plays another game"):
+        replace(known, pays=pays).check_game()
+    with pytest.raises(CommandError, match="panel, configuration or version"):
+        frozen.read_frozen(replace(SMALL, panel=PANEL[:1]))
+    monkeypatch.setattr(frozen, "FOLDER", folder / "empty")
+    with pytest.raises(CommandError, match="not frozen yet"):
+        frozen.read_frozen(SMALL)
+
+
+def test_kinds_are_told_from_references() -> None:
+    assert kind_of(SMALL, "tracker") == Kind("rules")
+    assert kind_of(DEFENSE, "informed") == Kind("told")
+    assert kind_of(DEFENSE, "zoo:fdi-defense-cma") == Kind("searched", 11)
+    assert str(Kind("searched", 11)) == "11 searched numbers"
+    with pytest.raises(CommandError, match="no kind 'magic'"):
+        Kind("magic")
+    with pytest.raises(CommandError, match="--numbers"):
+        Kind("searched")
+
+
+def test_the_board_ranks_ties_alike_and_leaves_told_ones_out(folder: Path, tmp_path: Path) -> None:
+    place = tmp_path / "fdi-defense"
+    place.mkdir()
+    for name, policy in {"told": "informed", "a": "cusum", "b": "cusum", "idle": "none"}.items():
+        (place / f"{name}.json").write_text(json.dumps(score("fdi-defense", policy).to_json()))
+    rows = {row.name: row.rank for row in board.board(DEFENSE, tmp_path)}
+    assert rows["told"] == 0
+    assert rows["a"] == rows["b"] == 1
+    assert rows["idle"] in (1, 3)
+    assert "Rank 1 of 3" in board.rank_line(score("fdi-defense", "cusum"), tmp_path)
+    front = board.front({"fdi-defense": board.board(DEFENSE, tmp_path)})
+    assert front.rows[0][4] == board.NONE_YET
+
+
+def test_the_command_prints_the_line_and_writes_the_file(folder: Path, tracker: Score, tmp_path: Path) -> None:
+    path = tmp_path / "mine.json"
+    code, text, _ = run("score", "fdi-attack", "tracker", "--out", str(path))
+    assert code == 0
+    assert tracker.line in text
+    code, text, _ = run("score", "compare", str(path), str(path))
+    assert (code, "difference +0.0 (+0.0 to +0.0): not surely different" in text) == (0, True)
+    code, text, _ = run("score", "verify", str(path))
+    assert (code, tracker.line in text) == (0, True)
+    assert "no track 'rogue'" in refusal("score", "rogue", "tracker")
+    assert "'cusum' is a defender" in refusal("score", "fdi-attack", "cusum", "--dev")
+    assert "no score of cps-envs" in refusal("score", "verify", str(folder / "fdi-attack.json"))

@@ -1,0 +1,67 @@
+"""The eight tracks: panels with every number, seeds that nobody trains on, frozen episodes that end as they did."""
+
+from __future__ import annotations
+
+import inspect
+from itertools import chain
+
+import numpy as np
+import pytest
+
+pytest.importorskip("scipy", reason="needs the baselines")
+
+from cps_agents import score
+from cps_agents.scoring import frozen
+from cps_baselines.tracks import find_track, tracks
+from cps_envs.core.lookup import policy_entry
+from cps_envs.core.seeds import MOST_RUNS, SEEDS_PER_RUN, SPLITS, TRAINING_START, score_seeds
+from cps_envs.core.types import other
+
+
+def test_scores_have_seeds_of_their_own() -> None:
+    assert SPLITS["dev"] > TRAINING_START + MOST_RUNS * SEEDS_PER_RUN
+    blocks = [score_seeds(split, place, 4096) for split in SPLITS for place in range(8)]
+    ends = sorted(chain.from_iterable((block[0], block[-1]) for block in blocks))
+    assert ends == list(chain.from_iterable((block[0], block[-1]) for block in blocks))
+
+
+@pytest.mark.parametrize("name", tracks())
+def test_a_panel_leaves_no_number_to_defaults(name: str) -> None:
+    track = tracks()[name]
+    assert 4 <= len(track.panel) <= 6
+    assert len({rival.name for rival in track.panel}) == len(track.panel)
+    assert sum(track.shares) == pytest.approx(1.0)
+    for rival in track.panel:
+        policy, _, query = rival.policy.partition("?")
+        given = {pair.partition("=")[0] for pair in query.split("&")}
+        if policy.startswith("zoo:"):
+            assert "seed" in given
+            continue
+        entry = policy_entry(track.problem, other(track.role), policy)
+        assert entry is not None, policy
+        parameters = inspect.signature(entry.load()).parameters.values()
+        numbers = {
+            each.name for each in parameters if isinstance(each.default, (int, float, str)) and each.default != ""
+        }
+        assert numbers <= given, rival.policy
+
+
+FROZEN = [name for name in tracks() if (frozen.FOLDER / f"{name}.json").is_file()]
+
+
+@pytest.mark.parametrize("name", FROZEN)
+def test_the_frozen_episodes_end_as_they_did(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    track = find_track(name)
+    monkeypatch.setattr(frozen, "REPLAYED", 2)
+    known = frozen.read_frozen(track)
+    known.check_game()
+    assert known.span * track.sign > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FROZEN)
+def test_constants_and_random_stay_at_zero(name: str) -> None:
+    for policy in (frozen.read_frozen(find_track(name)).zero_policy, "random", "none"):
+        found = score(name, policy)
+        assert found.estimate.mean <= found.half_width, policy
+        assert np.isfinite(found.half_width)
