@@ -15,9 +15,9 @@ from cps_agents.zoo.card import MIXTURE, PARTS, SHIPPED, Card
 from cps_agents.zoo.files import find, load, save
 from cps_agents.zoo.numbers import Numbers
 from cps_agents.zoo.policy import check_role, count_actions
-from cps_agents.zoo.references import PREFIX, card_of
+from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Venue
-from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.lookup import within_budget
 from cps_envs.core.mixture import Mixture
 from cps_envs.core.policy import Policy, RoleSpec
 from cps_envs.core.types import Role, other
@@ -28,14 +28,11 @@ def mixed(spec: RoleSpec, card: Card, probabilities: Numbers, version: int | Non
     """The policy of a card that is a mixed strategy; `version` is that of the problem.
 
     Raises:
-        ConfigurationError: it is of another role or version, or mixes mixtures.
+        ConfigurationError: it is of another role or version, mixes mixtures, or names too many policies.
     """
     check_role(card, spec, version)
-    for reference in card.numbers:
-        part = card_of(reference)
-        if part is not None and part.head == MIXTURE:
-            raise ConfigurationError(f"{card.name} mixes {reference}, which is a mixture itself")
-    return Mixture(spec, list(card.numbers), probabilities.values.tolist())
+    with within_budget(card.name):
+        return Mixture(spec, list(card.numbers), probabilities.values.tolist())
 
 
 def save_mixture(

@@ -11,10 +11,11 @@ from typing import Any
 
 from cps_agents.zoo.card import MIXTURE, Card, read_card
 from cps_agents.zoo.files import find, read_pair
-from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.errors import ConfigurationError, UnknownNameError
 from cps_envs.registration import find_problem
 
 PREFIX, SB3 = "zoo:", "sb3:"
+MOST_FILES = 1000  # that one reference may lead to
 NAMED = re.compile(r'zoo:([^?"&,\]]+)')  # also inside mixture?policies=["zoo:..."]
 TRAINED = re.compile(r'(^|")(zoo|sb3):')
 FORMS: Mapping[tuple[str, str], tuple[str, ...]] = {  # fields that say how a role sees and acts, not what happens
@@ -76,16 +77,27 @@ def missing_names(reference: str) -> list[str]:
 
 
 def weights_of(reference: str) -> dict[str, str]:
-    """Hashes of the trained policies in a reference, weights and how they play: results hold as long as these stay."""
-    found = {}
-    for name in NAMED.findall(reference):
-        if _exists(name):
+    """Hashes of the trained policies in a reference, weights and how they play: results hold as long as these stay.
+
+    Raises:
+        ConfigurationError: cards lead to too many others.
+    """
+    found: dict[str, str] = {}
+    waiting, seen = [reference], set()
+    while waiting:
+        for name in NAMED.findall(waiting.pop()):
+            if name in seen:
+                continue
+            seen.add(name)
+            if len(seen) > MOST_FILES:
+                raise ConfigurationError(f"more than {MOST_FILES} trained policies are behind one name, {name!r} too")
+            if not _exists(name):
+                continue
             card, data = read_pair(find(name))
             digest = hashlib.sha256(data)
             digest.update(repr(replace(card, evaluation={}, command="", versions={})).encode())
             found[name] = digest.hexdigest()[:16]
-            for part in card.numbers if card.head == MIXTURE else ():
-                found |= weights_of(part)
+            waiting += card.numbers if card.head == MIXTURE else ()
     return found
 
 
