@@ -80,8 +80,8 @@ def test_sequences_are_sorted_by_episode_and_kept(tmp_path: Path) -> None:
     names = ("observations", "actions", "valid")
     longer = joined([shown, replace(shown, **{name: getattr(shown, name)[:, :10] for name in names})])
     assert longer.valid.sum() == 4 * 30 + 4 * 10
-    write_sequences(tmp_path / "a" / "round.npz", shown)
-    again = read_sequences(tmp_path / "a" / "round.npz")
+    write_sequences(tmp_path / "a" / "round.safetensors", shown)
+    again = read_sequences(tmp_path / "a" / "round.safetensors")
     np.testing.assert_array_equal(again.observations, shown.observations)
     assert again.masks is None
 
@@ -89,8 +89,8 @@ def test_sequences_are_sorted_by_episode_and_kept(tmp_path: Path) -> None:
 def test_legal_actions_travel_with_discrete_ones(tmp_path: Path) -> None:
     shown = collect(DISCRETE, range(3))
     assert shown.masks is not None
-    write_sequences(tmp_path / "round.npz", shown)
-    np.testing.assert_array_equal(read_sequences(tmp_path / "round.npz").masks, shown.masks)
+    write_sequences(tmp_path / "round.safetensors", shown)
+    np.testing.assert_array_equal(read_sequences(tmp_path / "round.safetensors").masks, shown.masks)
     model, _ = build(DISCRETE)
     before = float(sequence_loss(model.policy, shown, np.arange(3), "squared").detach())
     loss = imitate_sequences(model.policy, shown, replace(DISCRETE, teacher_epochs=120), np.random.default_rng(0))
@@ -168,8 +168,8 @@ def test_damaged_demonstrations_are_named(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         learn(job(tmp_path), stop)
-    (tmp_path / "demonstrations" / "round-0.npz").write_bytes(b"PK")
-    with pytest.raises(CommandError, match=r"round-0\.npz is damaged"):
+    (tmp_path / "demonstrations" / "round-0.safetensors").write_bytes(b"PK")
+    with pytest.raises(CommandError, match=r"round-0\.safetensors is damaged"):
         learn(job(tmp_path, resume=True))
 
 

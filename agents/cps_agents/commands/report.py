@@ -56,8 +56,9 @@ def report(
     """
     from cps_agents.arena.store import Store
     from cps_agents.league.league import Plan
-    from cps_agents.report.report import Report, read_curves, read_sheets, write_report
+    from cps_agents.report.report import Report, write_report
     from cps_agents.report.report import serve as serve_folder
+    from cps_agents.report.sources import read_curves, read_sheets
     from cps_baselines.arena import Venue
     from cps_envs import PROBLEMS, find_problem
     from cps_envs.core.errors import require

@@ -7,14 +7,12 @@ After Ross, Gordon and Bagnell, A reduction of imitation learning and structured
 from __future__ import annotations
 
 import shutil
-import zipfile
 from pathlib import Path
 
 import numpy as np
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger
 
-from cps_agents.errors import CommandError
 from cps_agents.learning.callback import TrackerWriter, TrainingCallback
 from cps_agents.learning.export import make_card, network_of_model, policy_of
 from cps_agents.learning.imitation import Sequences, collect, imitate_sequences, joined, read_sequences, write_sequences
@@ -114,11 +112,7 @@ class Aggregation:
             CommandError: a file is missing or damaged.
         """
         while self.decisions < decisions:
-            path = self._file(self.rounds)
-            try:
-                self._parts.append(read_sequences(path))
-            except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-                raise CommandError(f"{path} is damaged ({error}): delete the folder and train again") from error
+            self._parts.append(read_sequences(self._file(self.rounds)))
 
     def show(self, model: BaseAlgorithm | None = None) -> Sequences:
         """Collect and keep the next round, which the model plays, or else the teacher."""
@@ -145,4 +139,4 @@ class Aggregation:
         return self._run.folder / "demonstrations"
 
     def _file(self, number: int) -> Path:
-        return self._folder / f"round-{number}.npz"
+        return self._folder / f"round-{number}.safetensors"

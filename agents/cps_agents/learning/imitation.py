@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 import torch
 from gymnasium import spaces
+from safetensors.numpy import save as to_bytes
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 
 from cps_agents.files import replacing
+from cps_agents.learning.checkpoint import damaged, read_arrays
 from cps_agents.learning.demonstrations import Commented, Demonstrations, comment
 from cps_agents.learning.recipe import Recipe
 from cps_envs.core.policy import Policy
@@ -61,18 +63,21 @@ def write_sequences(path: Path, shown: Sequences) -> None:
     if shown.masks is not None:
         arrays["masks"] = shown.masks
     path.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as draft, draft.open("wb") as file:
-        np.savez(file, allow_pickle=False, **arrays)
+    with replacing(path) as draft:
+        draft.write_bytes(to_bytes({name: np.ascontiguousarray(array) for name, array in arrays.items()}))
 
 
 def read_sequences(path: Path) -> Sequences:
     """What `write_sequences` has kept.
 
     Raises:
-        ValueError, OSError, KeyError, zipfile.BadZipFile: the file is damaged.
+        CommandError: the file is missing or damaged.
     """
-    with np.load(path) as found:
+    found = read_arrays(path)
+    try:
         return Sequences(found["observations"], found["actions"], found["valid"], found.get("masks"))
+    except KeyError as error:
+        raise damaged(path, f"{error} is missing") from error
 
 
 def _sequences(commented: Commented) -> Sequences:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, replacing, write_json
+from cps_envs.core.documents import read_entry
 from cps_envs.core.errors import require
 
 MODEL, START, RUN = "model.zip", "start.zip", "run.json"
@@ -29,6 +29,15 @@ class Lesson:
     folder: Path  # of this training seed
 
     @property
+    def record(self) -> dict[str, Any]:
+        """What the folder says of the run.
+
+        Raises:
+            DamagedFileError: it is no record of a run.
+        """
+        return read_entry(self.folder / RUN, "record of a training run", "Delete the folder and train again.").plain()
+
+    @property
     def done(self) -> bool:
         """Whether the folder holds what it is to hold.
 
@@ -37,7 +46,7 @@ class Lesson:
         """
         if not (self.folder / RUN).is_file():
             return False
-        found = json.loads((self.folder / RUN).read_text(encoding="utf-8"))
+        found = self.record
         asked = {"name": self.name, "seed": self.seed, "cpu_s_asked": self.cpu_s}
         if any(found.get(key) != value for key, value in asked.items()):
             raise CommandError(f"{self.folder} holds another run: name another folder with --out, or delete it")
@@ -54,8 +63,7 @@ def teach(lesson: Lesson, report: Report = lambda done_s, note: None) -> dict[st
     require("stable_baselines3", extra="train", purpose="training an ordinary learner")
     with alone_in(lesson.folder):
         if lesson.done:
-            found: dict[str, Any] = json.loads((lesson.folder / RUN).read_text(encoding="utf-8"))
-            return found
+            return lesson.record
         return _teach(lesson, report)
 
 

@@ -171,7 +171,7 @@ def _settle(card_path: Path) -> None:
     if not (waiting.is_file() and card_path.is_file()):
         return
     with suppress(ValueError):  # a damaged card is about to be replaced
-        if _fits(waiting.read_bytes(), read_card(card_path)):
+        if _fits(read_bytes(waiting, MOST_BYTES), read_card(card_path)):
             os.replace(waiting, card_path.with_suffix(WEIGHTS))
 
 

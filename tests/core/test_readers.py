@@ -1,0 +1,46 @@
+"""Files from outside are read in one place, `cps_envs/core/documents.py`; every other reader is named here."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+READS = re.compile(
+    r"json\.loads?\(|\.read_text\(|\.read_bytes\(|np\.(load|genfromtxt)\(|csv\.(reader|DictReader)|pickle\.load"
+)
+OWN = re.compile(r"files\(|to_json\(|json\.dumps\(|rows\.append")  # data of the package, and text just written
+ELSEWHERE = {
+    "agents/cps_agents/arena/sources.py": "hashes of the package's own sources",
+    "agents/cps_agents/declarations.py": "the repository's own pages",
+    "agents/cps_agents/docs.py": "the repository's own pages",
+    "agents/cps_agents/site/environments.py": "the repository's own pages",
+    "agents/cps_agents/machine.py": "/proc/cpuinfo",
+    "agents/cps_agents/commands/double_oracle.py": "a key that the program made",
+    "agents/cps_agents/commands/oracle.py": "text that the program made",
+    "agents/cps_agents/report/sources.py": "lines of text that documents.py has read",
+    "baselines/cps_baselines/paper/tables.py": "data of the package",
+    "baselines/cps_baselines/rogue/yardsticks.py": "data of the package, renewed by a maintainer",
+    "baselines/cps_baselines/hvac/calibrated.py": "data of the package",
+    "baselines/cps_baselines/disbanding/string_controller.py": "data of the package",
+    "baselines/cps_baselines/disbanding/feedback.py": "data of the package",
+    "baselines/cps_baselines/reproduction/verdicts.py": "data of the package",
+    "baselines/cps_baselines/rogue/informed.py": "data of the package",
+    "baselines/cps_baselines/rogue/switching.py": "data of the package",
+    "cps_envs/core/conformance/transport.py": "what a child process of a test prints",
+    "cps_envs/core/kernel_cache.py": "the package's own sources",
+    "cps_envs/fdi/optima.py": "data of the package",
+}
+
+
+def test_no_other_module_reads_files_from_outside() -> None:
+    found = set()
+    for folder in ("cps_envs", "baselines/cps_baselines", "agents/cps_agents"):
+        for path in (ROOT / folder).rglob("*.py"):
+            name = path.relative_to(ROOT).as_posix()
+            if name == "cps_envs/core/documents.py" or "/reliability/" in name:
+                continue
+            lines = path.read_text(encoding="utf-8").splitlines()
+            if any(READS.search(line) and not OWN.search(line) for line in lines):
+                found.add(name)
+    assert sorted(found - set(ELSEWHERE)) == []
