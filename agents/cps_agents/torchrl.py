@@ -13,13 +13,11 @@ from gymnasium.utils import seeding
 from cps_envs.core.errors import ConfigurationError, require
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.outside import Outside
+from cps_envs.core.interfaces.wired_player import WiredPlayer
 from cps_envs.core.match import Match
-from cps_envs.core.policy import State
 from cps_envs.core.seeds import MOST_RUNS, training_seed
-from cps_envs.core.seen import Seen
 from cps_envs.core.streams import spawning
-from cps_envs.core.types import ROLES, Array, BoolArray, Observation, Role
-from cps_envs.core.wiring import Wired
+from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.registration import find_problem
 
 try:
@@ -86,7 +84,8 @@ class DuelEnv(EnvBase):
             for role in ROLES
         }
         self._players = {
-            role: _Player(Outside(self.game, role, env.training.adapter), env) for role, env in self.sides.items()
+            role: WiredPlayer(Outside(self.game, role, env.training.adapter), env.wired.wiring, num_envs)
+            for role, env in self.sides.items()
         }
         self._make_specs(num_envs)
         self._set_seed(seed)
@@ -94,13 +93,13 @@ class DuelEnv(EnvBase):
     def _make_specs(self, num_envs: int) -> None:
         """The specifications of what goes in and out."""
         batch, groups = torch.Size([num_envs]), self._players
-        shape = {role: (num_envs, player.agents) for role, player in groups.items()}
+        shape = {role: (num_envs, len(player.outside.agents)) for role, player in groups.items()}
         seen = {
             role: Composite(observation=Unbounded((*shape[role], player.wired.columns.size)), shape=shape[role])
             for role, player in groups.items()
         }
         acted = {
-            role: Composite(action=player.action_spec(shape[role]), shape=shape[role])
+            role: Composite(action=_action_spec(player, shape[role]), shape=shape[role])
             for role, player in groups.items()
         }
         paid = {role: Composite(reward=Unbounded((*shape[role], 1)), shape=shape[role]) for role in groups}
@@ -135,7 +134,7 @@ class DuelEnv(EnvBase):
         game, players = self.game, self._players
         for role, player in players.items():
             player.keep(tensordict[role, "action"].numpy())
-        rewards = {role: np.zeros((game.num_envs, player.agents)) for role, player in players.items()}
+        rewards = {role: np.zeros((game.num_envs, len(player.outside.agents))) for role, player in players.items()}
         live, held = np.ones(game.num_envs, np.bool_), dict[Role, Array]()
         for step in range(self._frame_skip):
             live = live & ~game.terminated & (game.elapsed < game.horizon)
@@ -159,63 +158,19 @@ class DuelEnv(EnvBase):
     def _rows(self) -> dict[str, TensorDict]:
         """What the agents see now."""
         return {
-            role: TensorDict({"observation": _tensor(player.rows())}, (*self.batch_size, player.agents))
+            role: TensorDict({"observation": _tensor(player.rows())}, (*self.batch_size, len(player.outside.agents)))
             for role, player in self._players.items()
         }
 
 
-class _Player:
-    """A role of the batch that is played from outside, through its wiring."""
-
-    def __init__(self, outside: Outside, env: LearningVectorEnv) -> None:
-        self.outside, self.agents = outside, env.agents
-        self.wired = Wired(env.wired.wiring, outside.adapter)
-        self._state: State = ()
-        self._now: Seen
-
-    def action_spec(self, shape: tuple[int, int]) -> Any:
-        """Of the agents' actions (B, A, ...)."""
-        space, choices = self.wired.adapter.action_space, self.wired.choices
-        if not choices:
-            return Bounded(-1.0, 1.0, (*shape, *(space.shape or ())))
-        if space.shape == ():
-            return Categorical(choices[0], shape=shape)
-        return MultiCategorical(choices, shape=(*shape, len(choices)))
-
-    def restart(self, envs: BoolArray) -> None:
-        """Begin anew in the marked episodes (B,)."""
-        self._now = self.outside.seen()
-        if not self._state:
-            self._state = self.wired.see(self._now, self.wired.begin(len(envs)))
-            return
-        fresh = self.wired.restart(self._state, envs)
-        looked = self.wired.see(self._now, fresh)
-        self._state = tuple(
-            np.where(envs.reshape(-1, *(1,) * (new.ndim - 1)), new, old) for new, old in zip(looked, fresh, strict=True)
-        )
-
-    def look(self) -> None:
-        """See what the role shows now."""
-        self._now = self.outside.seen()
-        self._state = self.wired.see(self._now, self._state)
-
-    def rows(self) -> Observation:
-        """Inputs (B, A, n)."""
-        return self.wired.inputs(self._now, self._state)
-
-    def keep(self, actions: Array) -> None:
-        """Keep the agents' new actions."""
-        self._state = self.wired.keep(self._now, self._state, actions)
-
-    def act(self, *, first: bool) -> Array:
-        """The role's action for its next decision, the first one under these actions or a later one."""
-        if not first:
-            if self.wired.averages:
-                self.look()
-            else:
-                self._now = self.outside.seen()
-        action, self._state = self.wired.act(self._now, self._state)
-        return action
+def _action_spec(player: WiredPlayer, shape: tuple[int, int]) -> Any:
+    """Of the agents' actions (B, A, ...)."""
+    space, choices = player.wired.adapter.action_space, player.wired.choices
+    if not choices:
+        return Bounded(-1.0, 1.0, (*shape, *(space.shape or ())))
+    if space.shape == ():
+        return Categorical(choices[0], shape=shape)
+    return MultiCategorical(choices, shape=(*shape, len(choices)))
 
 
 def _tensor(array: Array) -> torch.Tensor:

@@ -18,15 +18,15 @@ from cps_envs.core.interfaces.beside import Beside
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_count, check_options
 from cps_envs.core.interfaces.outside import Outside
+from cps_envs.core.interfaces.wired_player import WiredPlayer
 from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.policy import State
 from cps_envs.core.problem import Problem
 from cps_envs.core.seeds import SEEDS_PER_RUN, training_seed
 from cps_envs.core.streams import spawning
 from cps_envs.core.training import Training
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 from cps_envs.core.untrained import Untrained
-from cps_envs.core.wiring import Scaling, Wired, WiredBox, Wiring, scaling_of
+from cps_envs.core.wiring import Scaling, WiredBox, Wiring, scaling_of
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
 FEWEST_STAGGERED = 8  # decisions of an episode from which on starts are staggered
@@ -132,8 +132,8 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         )
 
     def _wire(self, wiring: Wiring) -> None:
-        self.wired = Wired(wiring, self.adapter)
-        self.state: State = self.wired.begin(self.episodes)
+        self._player = WiredPlayer(self.outside, wiring, self.episodes)
+        self.wired = self._player.wired
         self.single_observation_space = WiredBox(self.wired.columns, wiring, self.untrained)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
 
@@ -185,7 +185,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def active(self) -> BoolArray:
         """The rows (B x A,) that are there and whose action has an effect now."""
-        return self.wired.active(self._now, self.state).reshape(-1)
+        return self._player.active().reshape(-1)
 
     def privileged(self) -> Observation:
         """What the episodes hide, (B x A, p), for value functions in training only."""
@@ -204,43 +204,33 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         return self._rows()[:, -count:] > 0
 
     def _rows(self) -> Observation:
-        return self.wired.inputs(self._now, self.state).reshape(self.num_envs, -1)
+        return self._player.rows().reshape(self.num_envs, -1)
 
     def _begin(self) -> None:
         first, count = training_seed(self._run), self.episodes // 2 if self.paired else self.episodes
         places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
         self._generators = [spawning(seeding.np_random(first + int(place))[0]) for place in places]
         self._reset(self._everyone)
-        self.state = self.wired.begin(self.episodes)
-        self._look()
-
-    def _look(self) -> None:
-        self._now = self.outside.seen()
-        self.state = self.wired.see(self._now, self.state)
+        self._player.begin()
 
     def _advance(self, actions: Array) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Keep actions (B x A, ...); the agents' rewards (B, A), the payoff (B,), and the episodes (B,) that ended."""
         game, interval = self.game, self.game.decision_interval[self.role]
         shape = self.adapter.action_space.shape or ()
         chosen = actions.reshape(self.episodes, self.agents, *shape)
-        self.state = self.wired.keep(self._now, self.state, chosen)
+        self._player.keep(chosen)
         reward, total, live = np.zeros((self.episodes, self.agents)), np.zeros(self.episodes), self._everyone
         for decision in range(self.wired.wiring.frame_skip):
             if decision > 0:
                 live = live & ~game.terminated & (game.elapsed < game.horizon)
                 if not live.any():
                     break
-                if self.wired.averages:
-                    self._look()
-                else:
-                    self._now = self.outside.seen()
-            action, self.state = self.wired.act(self._now, self.state)
-            payoff = self._match.step({self.role: action}, live, interval)
+            payoff = self._match.step({self.role: self._player.act(first=decision == 0)}, live, interval)
             reward += np.where(live[:, np.newaxis], self.outside.rewards(payoff), 0.0)
             total += payoff
             if self._beside is not None:
                 reward -= self._beside.step(live)
-        self._look()
+        self._player.look()
         return reward, total, game.terminated | (game.elapsed >= game.horizon)
 
     def _learned(self, reward: FloatArray) -> FloatArray:
@@ -275,9 +265,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
 
     def _restart(self, envs: BoolArray) -> None:
         self._reset(envs)
-        state, self._now = self.wired.restart(self.state, envs), self.outside.seen()
-        looked = self.wired.see(self._now, state)
-        self.state = tuple(_rows_of(new, old, envs) for new, old in zip(looked, state, strict=True))
+        self._player.restart(envs)
         self._clear(envs)
 
     def _clear(self, envs: BoolArray) -> None:
@@ -320,11 +308,6 @@ def _settings(training: Training, given: dict[str, Any]) -> Training:
     if "recent_s" in changed:
         changed["recent_s"] = tuple(changed["recent_s"])
     return replace(training, **changed)
-
-
-def _rows_of(new: Array, old: Array, envs: BoolArray) -> Array:
-    """`new` in the marked episodes (B,), `old` in the others."""
-    return np.where(envs.reshape(-1, *(1,) * (new.ndim - 1)), new, old)
 
 
 def _number(name: str, value: Any) -> int:
