@@ -53,9 +53,8 @@ screenshots: $(BROWSER) demo ## pictures of the report for the site, into docs/i
 demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
 	$(BIN)/cps-envs report --quick --episodes 20 --out build/extra/demo
 
-train: $(ALL) ## make every shipped policy anew and judge it (hours; goes on where it stopped); ARGS=--dry-run lists the work
+train: $(ALL) ## make every shipped policy anew (hours; goes on where it stopped); ARGS=--dry-run lists the work
 	$(BIN)/cps-envs zoo remake --out runs --to agents/cps_agents/zoo/policies $(ARGS)
-	$(BIN)/cps-envs zoo judge
 	$(BIN)/python -m cps_agents.docs
 
 lint: style types ## check style, format and types

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, Fresh, Jobs, Meetings
+from cps_agents.commands.options import Jobs
 from cps_agents.console import err, out, print_json
 from cps_agents.table import Table
 
 if TYPE_CHECKING:
     from cps_agents.zoo.card import Card
 
-JUDGED = "Shipped defenders, or paths of cards. Default: all shipped ones that are not judged yet."
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
@@ -161,56 +160,6 @@ def remake(
             err().print(compare(each, folder), soft_wrap=True)
 
 
-@app.command()
-def judge(
-    names: Annotated[list[str] | None, typer.Argument(help=JUDGED)] = None,
-    budget: Annotated[float, typer.Option(metavar="SECONDS", min=0.1, help="CPU time of the searches.")] = 60.0,
-    episodes: Annotated[int, typer.Option(min=1, max=1_000_000, help="Of each attack.")] = 100,
-    meetings: Meetings = MEETINGS,
-    jobs: Jobs = None,
-    fresh: Fresh = False,
-    as_json: JSON = False,
-) -> None:
-    """Judge trained defenders by the worst attack found, and write what it costs them into their cards.
-
-    The registered attacks and the shipped ones play, and others are searched. Validation seeds choose the worst
-    attack, evaluation seeds judge it.
-    """
-    from dataclasses import replace
-
-    from cps_agents.arena.store import Store
-    from cps_agents.files import write_json
-    from cps_agents.league.response import Budget
-    from cps_agents.league.worst_case import worst_case
-    from cps_agents.machine import available_cores
-    from cps_agents.zoo.card import read_card
-    from cps_agents.zoo.files import find
-    from cps_agents.zoo.markdown import judgement_sentence
-    from cps_agents.zoo.references import PREFIX
-
-    store = Store(meetings, fresh=fresh)
-    cards = []
-    for name in names or _unjudged():
-        path = find(name)
-        command = f"cps-envs zoo judge {name} --budget {budget:g} --episodes {episodes}"
-        spent = Budget(1, jobs or available_cores(), command, cpu_s=budget)
-        found = worst_case(read_card(path), f"{PREFIX}{name}", spent, episodes, store)
-        card = replace(read_card(path), exploitability=found.to_json())
-        write_json(path, card.to_json())
-        cards.append(card)
-        if not as_json:
-            out().print(f"{card.name}: {judgement_sentence(card)}", markup=False, soft_wrap=True)
-    if as_json:
-        print_json([card.to_json() for card in cards])
-
-
-def _unjudged() -> list[str]:
-    """The shipped defenders whose cards have no judgement."""
-    from cps_agents.zoo.card import SHIPPED
-
-    return [card.name for card in _cards(SHIPPED) if card.role == "defender" and not card.exploitability]
-
-
 def _cards(folder: Path) -> list[Card]:
     """The cards of a folder, by name."""
     from cps_agents.zoo.card import read_card
@@ -220,8 +169,6 @@ def _cards(folder: Path) -> list[Card]:
 
 
 def _print(card: Card) -> None:
-    from cps_agents.zoo.markdown import judgement_sentence
-
     console = out()
     console.print(f"[bold]{card.name}[/]: {card.role} of {card.problem}-v{card.version} by {card.algorithm}")
     console.print(f"trained against {card.opponent}, preset {card.preset} with {dict(card.overrides)}", soft_wrap=True)
@@ -234,8 +181,6 @@ def _print(card: Card) -> None:
         for seed, facts in card.seeds.items()
     ]
     console.print(Table("", ("training seed", "steps", "CPU s", "validation"), rows))
-    if sentence := judgement_sentence(card):
-        console.print(sentence, markup=False, soft_wrap=True)
 
 
 def _print_numbers(card: Card, path: Path) -> None:

@@ -25,7 +25,7 @@ KINDS: dict[str, type] = {
     **dict.fromkeys(
         ("name", "problem", "role", "algorithm", "opponent", "preset", "activation", "head", "command", "family"), str
     ),
-    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", "wiring", "exploitability"), dict),
+    **dict.fromkeys(("overrides", "recipe", "seeds", "versions", "evaluation", "wiring"), dict),
     **dict.fromkeys(("version", "hold", "observation_size", "best"), int),
     "decentralised": bool,
 }
@@ -58,7 +58,6 @@ class Card:
     command: str  # that trained it
     versions: Mapping[str, str]  # of the packages
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
-    exploitability: Mapping[str, Any] = field(default_factory=dict, repr=False)  # by the worst attack
     family: str = ""  # of policies of which this is one, see `cps_baselines.family`; empty for networks
     numbers: tuple[str, ...] = ()  # their names, where it is of a family; of a mixture, the references of its policies
     wiring: Mapping[str, Any] = field(default_factory=dict, repr=False)  # see `zoo.wired`; empty: reads the observation
@@ -92,7 +91,7 @@ class Card:
 
     def to_json(self) -> dict[str, Any]:
         """As plain data, without a judgement and wiring that it has not."""
-        return {name: each for name, each in asdict(self).items() if each or name not in ("exploitability", "wiring")}
+        return {name: each for name, each in asdict(self).items() if each or name != "wiring"}
 
 
 def read_card(path: Path) -> Card:

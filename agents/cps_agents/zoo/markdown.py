@@ -13,7 +13,7 @@ CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabili
 
 def to_markdown(card: Card) -> str:
     """What it does, how to play it, how it was trained, what the worst attack found costs it, what it knows not."""
-    parts = (_header(card), _use(card), _training(card), _results(card), _judged(card), _limits(card), _knobs(card))
+    parts = (_header(card), _use(card), _training(card), _results(card), _limits(card), _knobs(card))
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -75,26 +75,6 @@ def _results(card: Card) -> str:
     if not rows:
         return ""
     return "\n".join(["## Results", "", *_table(columns, rows)])
-
-
-def _judged(card: Card) -> str:
-    found = judgement_sentence(card)
-    return f"## Worst case found\n\n{found}" if found else ""
-
-
-def judgement_sentence(card: Card) -> str:
-    """What the worst attack found costs a defender; empty for attackers."""
-    if card.role == "attacker":
-        return ""
-    found = card.exploitability
-    if not found:
-        return f"It has not been judged by the worst attack yet: `cps-envs zoo judge {card.name}` does that."
-    pay = found["pay"]
-    return (
-        f"The worst attack found, `{found['attack']}`, costs it {pay['mean']:.4g} ({_interval(pay)}) {found['unit']}, "
-        f"the mean over {pay['episodes']} evaluation episodes. {found['attacks']} known attacks played, and searches "
-        f"of {found['budget_s']:g} CPU s against this policy. A longer search may find a worse one."
-    )
 
 
 def _interval(found: Mapping[str, Any]) -> str:

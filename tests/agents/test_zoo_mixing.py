@@ -1,4 +1,4 @@
-"""The worst attack against a defender, and mixed strategies as policies."""
+"""Mixed strategies as policies."""
 
 from __future__ import annotations
 
@@ -11,17 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 pytest.importorskip("scipy")
-pytest.importorskip("cma")
 
-from cps_agents.arena.store import Store
 from cps_agents.cli import app
 from cps_agents.errors import CommandError
-from cps_agents.league import attacks as judging
-from cps_agents.league.response import Budget
 from cps_agents.league.self_play_report import ship_mixtures
-from cps_agents.league.worst_case import worst_case
-from cps_agents.zoo.card import read_card
-from cps_agents.zoo.markdown import to_markdown
 from cps_agents.zoo.mixing import save_mixture
 from cps_agents.zoo.references import weights_of
 from cps_baselines.arena import Venue
@@ -37,42 +30,6 @@ VENUE = Venue("rogue", "easy", SHORT)
 def returns(attacker: str, defender: str, seeds: range) -> Any:
     players: Any = {"attacker": attacker, "defender": defender}
     return play_episodes(find_problem("rogue"), VENUE.config, players, seeds)["return"]
-
-
-def test_the_worst_case_is_chosen_on_validation_and_judged_on_evaluation_seeds(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(judging, "ALL", "square")
-    monkeypatch.setattr(judging, "_suite", lambda problem: ["none", "strike"])
-    card = save_tiny(tmp_path / "mine.json", "rogue", "defender", preset="easy", overrides=SHORT)
-    mine = f"zoo:{tmp_path}/mine.json"
-    found = worst_case(card, mine, Budget(1, 1, "cps-envs zoo judge", steps=60), 3, Store(tmp_path / "meetings"))
-    assert found.attacks == 3
-    paid = {name: returns(name, mine, range(1_000_000, 1_000_003)).mean() for name in ("none", "strike", "square")}
-    paid[found.searched] = returns(found.searched, mine, range(1_000_000, 1_000_003)).mean()
-    assert found.attack == max(paid, key=lambda name: paid[name])
-    assert found.pay.mean == pytest.approx(returns(found.attack, mine, range(3)).mean())
-    assert found.searched_pay.mean == pytest.approx(returns(found.searched, mine, range(3)).mean())
-    other = save_tiny(tmp_path / "other.json", "rogue", "attacker")
-    with pytest.raises(CommandError, match="is an attacker"):
-        worst_case(other, "zoo:other", Budget(1, 1, ""), 1, Store(tmp_path))
-
-
-def test_a_card_tells_its_worst_case(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(judging, "ALL", "square")
-    monkeypatch.setattr(judging, "_suite", lambda problem: ["none"])
-    path = tmp_path / "mine.json"
-    card = save_tiny(path, "rogue", "defender", preset="easy", overrides=SHORT)
-    assert "cps-envs zoo judge mine" in to_markdown(card)
-    before = weights_of(f"zoo:{path}")
-    arguments = ["zoo", "judge", str(path), "--budget", "0.1", "--episodes", "2", "--jobs", "1"]
-    result = CliRunner().invoke(app, [*arguments, "--meetings", str(tmp_path / "meetings")])
-    assert result.exit_code == 0, result.output
-    assert "The worst attack found" in result.output
-    judged = read_card(path)
-    assert judged.exploitability["command"] == f"cps-envs zoo judge {path} --budget 0.1 --episodes 2"
-    assert "## Worst case found" in to_markdown(judged)
-    assert weights_of(f"zoo:{path}") == before  # what was played stays valid
 
 
 def test_a_mixed_strategy_is_a_policy_with_its_parts(tmp_path: Path) -> None:
