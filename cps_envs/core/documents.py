@@ -7,6 +7,7 @@ import math
 import re
 import stat
 import sys
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import Any, TypeAlias
 MOST_BYTES = 64 * 2**20  # of a document
 SHORT_NUMBER = re.compile(r"[+-]?(\.[0-9]+|[0-9]+\.)([eE][+-]?[0-9]+)?")  # Python's, not JSON's
 MOST_DEPTH = 60  # of lists and objects inside one another
+TURNING = frozenset(map(chr, (*range(0x202A, 0x202F), *range(0x2066, 0x206A))))  # the direction of writing
 SHOWN = 40  # characters of a wrong value
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
 
@@ -198,6 +200,15 @@ def parse(text: str) -> Any:
     if too_deep:
         raise ValueError("it is nested too deeply")
     return found
+
+
+def printable(value: Any) -> Any:
+    """JSON data whose texts, names of entries too, have lost what would steer a terminal instead of being read."""
+    if isinstance(value, str):
+        return "".join(letter for letter in value if unicodedata.category(letter) != "Cc" and letter not in TURNING)
+    if isinstance(value, dict):
+        return {printable(name): printable(each) for name, each in value.items()}
+    return [printable(each) for each in value] if isinstance(value, list) else value
 
 
 def _decoded(data: bytes) -> str:

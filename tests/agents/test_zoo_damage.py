@@ -7,6 +7,7 @@ import os
 import struct
 import sys
 import threading
+import unicodedata
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -21,6 +22,7 @@ from cps_agents.zoo.card import MOST_BYTES, SHIPPED, read_card
 from cps_agents.zoo.files import load, shipped_names
 from cps_agents.zoo.network import Memory, Network, network_of
 from cps_envs.core.types import Array
+from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 Tensors: TypeAlias = dict[str, Array]
@@ -268,3 +270,18 @@ def test_a_reader_always_finds_a_pair_that_fits(card: Path) -> None:
     writer.join()
     assert found <= {1, 2, 3, 4}
     assert len(seeds_in(card)) == 4
+
+
+@pytest.mark.parametrize("command", ["show", "card", "list"])
+def test_a_card_cannot_write_to_the_terminal(command: str, tmp_path: Path) -> None:
+    path = tmp_path / "evil.json"
+    save_tiny(path, "rogue", "defender", seeds=1)
+    content = json.loads(path.read_text())
+    texts = {"algorithm": "\x1b]0;owned\x07\x1b[2Jppo\x9b2J", "opponent": "[/] [link=x]y", "command": "a\u202eb\rc[/x]"}
+    path.write_text(json.dumps({**content, **texts, "recipe": {"\x1bkey": "\x1b[31m"}}))
+    arguments = ("list", "--folder", str(tmp_path)) if command == "list" else (command, str(path))
+    result = invoke("zoo", *arguments, columns=300)
+    assert result.exit_code == 0, result.output
+    assert not any(unicodedata.category(letter) == "Cc" for letter in result.output.replace("\n", ""))
+    assert "\u202e" not in result.output
+    assert "[/] [link=x]y" in result.output

@@ -44,3 +44,18 @@ def test_no_other_module_reads_files_from_outside() -> None:
             if any(READS.search(line) and not OWN.search(line) for line in lines):
                 found.add(name)
     assert sorted(found - set(ELSEWHERE)) == []
+
+
+def test_only_what_security_names_opens_a_port_or_sends_something() -> None:
+    reaching = re.compile(r"^\s*(import|from) (http|socket|socketserver|urllib\.request|requests|wandb|mlflow)\b", re.M)
+    found = {
+        path.relative_to(ROOT).as_posix(): {word for _, word in reaching.findall(path.read_text(encoding="utf-8"))}
+        for folder in ("cps_envs", "baselines/cps_baselines", "agents/cps_agents")
+        for path in (ROOT / folder).rglob("*.py")
+    }
+    assert {name: words for name, words in found.items() if words} == {
+        "agents/cps_agents/learning/tracking.py": {"mlflow", "wandb"},
+        "agents/cps_agents/report/report.py": {"http"},
+    }
+    security = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
+    assert all(said in security for said in ("report --serve", "127.0.0.1", "--tracker wandb", "--tracker mlflow"))

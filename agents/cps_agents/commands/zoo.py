@@ -170,9 +170,14 @@ def _cards(folder: Path) -> list[Card]:
 
 def _print(card: Card) -> None:
     console = out()
-    console.print(f"[bold]{card.name}[/]: {card.role} of {card.problem}-v{card.version} by {card.algorithm}")
-    console.print(f"trained against {card.opponent}, preset {card.preset} with {dict(card.overrides)}", soft_wrap=True)
-    console.print(f"command: {card.command}", soft_wrap=True)
+    console.print(card.name, style="bold", end="", markup=False)
+    told = (
+        f": {card.role} of {card.problem}-v{card.version} by {card.algorithm}",
+        f"trained against {card.opponent}, preset {card.preset} with {dict(card.overrides)}",
+        f"command: {card.command}",
+    )
+    for line in told:
+        console.print(line, markup=False, soft_wrap=True)
     rows = [
         (
             f"{seed}{' (plays)' if int(seed) == card.best else ''}",

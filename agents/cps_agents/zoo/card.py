@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cps_agents.zoo.wiring import check_wiring
-from cps_envs.core.documents import read_entry
+from cps_envs.core.documents import printable, read_entry
 from cps_envs.core.types import ROLES
 
 FORMAT = 1
@@ -95,14 +95,14 @@ class Card:
 
 
 def read_card(path: Path) -> Card:
-    """The card of a file.
+    """The card of a file. Its texts have lost characters that steer a terminal.
 
     Raises:
         DamagedFileError: it is no such card.
         OSError: it cannot be read.
     """
     document = read_entry(path, "card of a trained policy", REMEDY, MOST_BYTES)
-    plain = document.plain()
+    plain = printable(document.plain())
     try:
         if not set(plain) <= {entry.name for entry in fields(Card)}:
             raise ValueError("unknown entries")
