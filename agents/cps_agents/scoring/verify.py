@@ -18,7 +18,7 @@ from cps_agents.scoring.playing import answers, pays, seeds_of
 from cps_agents.scoring.score import Score
 from cps_agents.zoo.references import by_training_seed
 from cps_baselines.tracks import CHALLENGE, find_track
-from cps_envs.core.documents import read_entry
+from cps_envs.core.documents import MOST_BYTES, read_bytes, read_entry
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.types import FloatArray
 
@@ -91,7 +91,7 @@ def verify(path: Path, *, audit: bool = False, draw: int | None = None, say: Sai
     players: dict[int | None, PolicyReference] = dict(by_training_seed(found.policy))
     if {"" if seed is None else str(seed) for seed in players} != set(found.pays):
         raise CommandError(f"{path}: {found.policy!r} has other training seeds than those that were scored")
-    generator = np.random.default_rng(list(hashlib.sha256(path.read_bytes()).digest()))
+    generator = np.random.default_rng(list(hashlib.sha256(read_bytes(path, MOST_BYTES)).digest()))
     found.frozen.check_game()
     say(_replayed(found, players, generator))
     if audit:
