@@ -167,7 +167,7 @@ def _iterate(game: Game, pool: Pool, number: int, store: Store, home: Path, budg
     for role in ROLES:
         known = tuple(player.reference for player in pool[role])
         question = Question(role, profile[other(role)], game.venue, game.episodes, known)
-        title = f"iteration {number + 1}, {role}"
+        title = f"round {number + 1}, {role}"
         responses[role] = respond(game.oracles[role], question, home / role, own, store, title, tell)
     iteration = Iteration(number, profile, responses)
     plain = {
