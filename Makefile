@@ -48,7 +48,7 @@ test-browser: $(BROWSER) ## drive Chromium through a report; needs chromium on t
 	$(BIN)/python -m pytest -m browser $(ARGS)
 
 screenshots: $(BROWSER) demo ## pictures of the report for the site, into docs/images
-	$(BIN)/python -m cps_agents.site.screenshots build/extra/demo/index.html rogue/contested/zoo:rogue-defense-monitor-cma docs/images
+	$(BIN)/python -m cps_agents.site.screenshots build/extra/demo/index.html rogue/contested/monitor docs/images
 
 demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
 	$(BIN)/cps-envs report --quick --episodes 20 --out build/extra/demo

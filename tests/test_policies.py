@@ -20,17 +20,10 @@ RIVALS = {  # whom the others meet
     "rogue": {"attacker": "none", "defender": "none"},
 }
 OPTIONS = {"plan": "plan?events=[[4,2]]", "ga": "ga?generations=2&population=6"}
-EXACT = {
-    "none",
-    "bnb",
-    "lp_greedy",
-    "oracle",
-    "shielded",
-    "kinematic",
-    "redundancy",
-    "model",
-}  # of false data injection
-CHOOSE_FILTERS = {"cusum", "largest", "informed", "tracker", "listener"}  # who need a configuration that offers some
+# Of false data injection, where readings are exact.
+EXACT = {"none", "bnb", "lp_greedy", "oracle", "shielded", "kinematic", "redundancy", "model"}
+# Who need a configuration that offers filters.
+CHOOSE_FILTERS = {"bayes", "cusum", "largest", "informed", "tracker", "warm_tracker", "listener"}
 
 
 def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
@@ -38,11 +31,15 @@ def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
     if problem == "disbanding":
         return [{"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}]
     if problem == "fdi":
+        if name == "annealing":
+            return [{"preset": "drawn"}]
         exact = {"attacker": "paper", "defender": "clip"}[role]
         return [{"preset": exact if name in EXACT else "learning"}]
     if problem == "hvac":
         filters = {"kalman_filters": name in CHOOSE_FILTERS}
         return [{"num_steps": 230, "num_sensors": sensors, **filters} for sensors in (4, 8)]
+    if name == "box_in":
+        return [{"preset": "easy", "duration_s": 2.0, "onset_s": 0.0, "defense_action": "command"}]
     presets = ("learning",) if name == "monitor" else ("easy", "learning")  # it gives orders to all vehicles
     return [{"preset": preset, "duration_s": 2.0, "onset_s": 0.0} for preset in presets]
 

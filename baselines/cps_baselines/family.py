@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_envs.core.errors import UnknownNameError, near
+from cps_envs.core.errors import ConfigurationError, UnknownNameError, near
 from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
@@ -18,13 +18,11 @@ from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, Policy, 
 from cps_envs.core.problem import Problem
 from cps_envs.core.seen import Seen
 from cps_envs.core.trust import require_trust
-from cps_envs.core.types import Array, BoolArray, FloatArray, Role, other
+from cps_envs.core.types import Array, FloatArray, Role, other
 
 FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
-    "disbanding-broadcast-residual": "cps_baselines.disbanding.residual_families:BROADCAST",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
-    "disbanding-local-residual": "cps_baselines.disbanding.residual_families:LOCAL",
     "disbanding-radio": "cps_baselines.disbanding.families:RADIO",
     "disbanding-replanning": "cps_baselines.disbanding.families:REPLANNING",
     "fdi-hypotheses": "cps_baselines.fdi.families:HYPOTHESES",
@@ -32,11 +30,9 @@ FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module
     "fdi-task-tracker": "cps_baselines.fdi.families:TASK_TRACKER",
     "hvac-bayes": "cps_baselines.hvac.families:BAYES",
     "hvac-bayes-together": "cps_baselines.hvac.families:BAYES_TOGETHER",
-    "hvac-brink": "cps_baselines.hvac.families:BRINK",
     "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
     "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
     "rogue-boxing-in": "cps_baselines.rogue.families:BOXING_IN",
-    "rogue-monitor": "cps_baselines.rogue.families:MONITOR",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
 
@@ -47,7 +43,7 @@ class Number:
 
     name: str
     start: float
-    step: float  # how far it is worth moving: the unit of the search; 0: it stays where it starts
+    step: float  # how far it is worth moving: the unit of the search
     by_factors: bool = False  # moves by factors of exp(step), and keeps its sign
 
 
@@ -71,22 +67,24 @@ class Family:
         """Of the numbers, in order."""
         return tuple(number.name for number in self.numbers)
 
-    @property
-    def free(self) -> BoolArray:
-        """Which numbers (k,) a search moves, f of them."""
-        return np.array([number.step > 0 for number in self.numbers])
+    def row(self, numbers: Mapping[str, float]) -> FloatArray:
+        """One set of numbers (1, k), given by name; the others are the starts.
 
-    def beginning_at(self, starts: Mapping[str, float]) -> Family:
-        """The same family with other starts, by name."""
-        numbers = tuple(replace(each, start=starts.get(each.name, each.start)) for each in self.numbers)
-        return replace(self, numbers=numbers)
+        Raises:
+            ConfigurationError: the family has no number of such a name, or a value is no number.
+        """
+        for name, value in numbers.items():
+            if name not in self.names:
+                raise ConfigurationError(f"there is no number {name!r}. {near(name, self.names)}")
+            if not isinstance(value, (int, float)):
+                raise ConfigurationError(f"the option {name} = {value!r} must be a number")
+        return np.array([[numbers.get(each.name, each.start) for each in self.numbers]], np.float64)
 
     def values(self, points: FloatArray) -> FloatArray:
-        """The numbers (P, k) at points (P, f) of the search, whose origin is the start and whose unit is the step."""
+        """The numbers (P, k) at points (P, k) of the search, whose origin is the start and whose unit is the step."""
         start, step = np.array([(number.start, number.step) for number in self.numbers]).T
         by_factors = np.array([number.by_factors for number in self.numbers])
-        moved = np.zeros((len(points), len(start)))
-        moved[:, self.free] = points * step[self.free]
+        moved = points * step
         found: FloatArray = np.where(by_factors, start * np.exp(np.where(by_factors, moved, 0.0)), start + moved)
         return found
 

@@ -272,6 +272,6 @@ def test_a_budget_bounds_search_and_learning_together() -> None:
     assert limited(recipe, None) == recipe
     assert limited(recipe, None, 3.0).most_cpu_s == 3.0
     assert limited(find_recipe("fdi-attack"), None).most_cpu_s == 60
-    searched = replace(find_recipe("hvac-attack-cma"), total_steps=9_000)
+    searched = replace(find_recipe("hvac-warm-tracker"), total_steps=9_000)
     assert limited(searched, 10 * 719 * 2).total_steps in (20, 21)  # episodes of 719 decisions and a little
     assert limited(replace(recipe, search_steps=0), 7).total_steps == 7

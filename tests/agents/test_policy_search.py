@@ -18,13 +18,12 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
 from cps_agents.learning.recipe import Recipe, Scene, changed
 from cps_agents.learning.run import Job
-from cps_agents.learning.search import CHECKPOINT, worth_of
+from cps_agents.learning.search import CHECKPOINT
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import read_card
-from cps_agents.zoo.files import find, load
+from cps_agents.zoo.files import load
 from cps_agents.zoo.merging import merge
 from cps_baselines.disbanding.string_controller import StringController
-from cps_baselines.family import find_family
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UntrustedCodeError
 from cps_envs.core.lookup import resolve_policy
@@ -36,7 +35,7 @@ from tests.agents.command_line import run
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
 SCENES = (Scene(2, "lead"), Scene(1, "table_2_3", "easy", {"attack_budget": 2}))
 RECIPE = replace(
-    RECIPES["disbanding-defense-local-cma"],
+    RECIPES["disbanding-cacc"],
     overrides=SHORT,
     scenes=SCENES,
     population=6,
@@ -54,9 +53,6 @@ def numbers(folder: Path) -> np.ndarray:
     return load(folder / "policy.json")[1].tensors()["numbers"]
 
 
-BESIDE = replace(RECIPE, family="disbanding-broadcast-residual", teacher="zoo:disbanding-defense-cma")
-
-
 def rows(folder: Path) -> list[dict[str, Any]]:
     found = [json.loads(line) for line in (folder / "evaluations.jsonl").read_text().splitlines()]
     return [{name: value for name, value in row.items() if name != "cpu_s"} for row in found]
@@ -71,23 +67,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_recipe_for_robots_plays_the_attack_of_the_test_bed() -> None:
-    assert RECIPES["disbanding-defense-testbed-cma"].opponent == ATTACK
-
-
-def test_the_scene_that_gained_least_counts_most(monkeypatch: pytest.MonkeyPatch) -> None:
-    reached = np.array([[0.0, 0.0, 5.0], [1.0, 1.0, 5.0], [0.4, 0.4, 5.4], [9.0, -9.0, 5.0]])  # the start, then three
-    monkeypatch.setattr("cps_agents.learning.search.play_scenes", lambda *_: reached)
-    family = find_family(RECIPE.family)
-    weighed = replace(RECIPE, scenes=(Scene(2), Scene(1)), least_gain_weight=5.0)
-    first, second, third = worth_of(weighed, family, np.zeros((3, len(family.numbers))), 0).tolist()
-    assert second == pytest.approx(0.4)
-    assert second > first > third
-    assert third == pytest.approx(0.0)
-    assert first == pytest.approx(-np.log((np.exp(-5.0) + 1.0) / 2.0) / 5.0)
-    plain = replace(weighed, least_gain_weight=0.0)
-    assert worth_of(plain, family, np.zeros((4, 1)), 0).tolist() == pytest.approx(reached.mean(axis=1))
-    with pytest.raises(CommandError, match="least_gain_weight = -1"):
-        changed(RECIPE, {"least_gain_weight": -1.0})
+    assert RECIPES["disbanding-cacc-robots"].opponent == ATTACK
 
 
 def test_a_run_leaves_a_better_policy_with_its_numbers(whole: Path) -> None:
@@ -188,30 +168,6 @@ def test_recipes_that_cannot_be_searched_are_explained(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="at least 1"):
         changed(RECIPE, {"scenes": [{"episodes": 0}]})
     assert changed(RECIPE, {"scenes": [{"episodes": 2}]}).scenes == (Scene(2),)
-
-
-@pytest.mark.parametrize("seed", [1, 9])
-def test_numbers_that_are_not_searched_are_those_of_the_teacher(tmp_path: Path, seed: int) -> None:
-    """Training seed 9, which the teacher does not have, takes its best."""
-    learn(job(tmp_path, replace(BESIDE, total_steps=6 * 3 * 2), seed=seed))
-    taught = load(find(BESIDE.teacher.removeprefix("zoo:")), seed if seed < 5 else None)[1].tensors()["numbers"]
-    found = numbers(tmp_path)
-    np.testing.assert_array_equal(found[: len(taught)], taught)
-    kept = json.loads((tmp_path / CHECKPOINT).read_text())
-    assert len(kept["mean"]) == len(found) - len(taught) == 104
-
-
-@pytest.mark.parametrize(
-    ("teacher", "message"),
-    [
-        ("", "needs a teacher"),
-        ("zoo:disbanding-defense-ppo", "needs a teacher"),
-        ("zoo:disbanding-defense-local-cma", "ahead_closing is missing"),
-    ],
-)
-def test_numbers_that_are_not_searched_need_a_teacher(tmp_path: Path, teacher: str, message: str) -> None:
-    with pytest.raises(CommandError, match=message):
-        learn(job(tmp_path, replace(BESIDE, teacher=teacher)))
 
 
 def copied(whole: Path, folder: Path, **changes: Any) -> Path:

@@ -125,10 +125,10 @@ def test_another_policys_pays_are_rejected(folder: Path, file: Path) -> None:
 
 def test_other_weights_are_rejected(folder: Path, tmp_path: Path) -> None:
     path = tmp_path / "searched.json"
-    path.write_text(json.dumps(score("fdi-attack", "zoo:fdi-attack-cma?seed=1").to_json()))
+    path.write_text(json.dumps(score("fdi-attack", "zoo:fdi-attack-mixture").to_json()))
     verify.verify(path)
     with pytest.raises(CommandError, match="not those that were scored"):
-        verify.verify(edited(path, lambda document: document["sources"].update({"fdi-attack-cma": "0" * 16})))
+        verify.verify(edited(path, lambda document: document["sources"].update({"fdi-attack-mixture": "0" * 16})))
 
 
 def test_another_version_is_rejected(file: Path) -> None:
@@ -188,7 +188,7 @@ def test_another_game_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_kinds_are_told_from_references() -> None:
     assert kind_of(SMALL, "tracker") == Kind("rules")
     assert kind_of(DEFENSE, "informed") == Kind("told")
-    assert kind_of(DEFENSE, "zoo:fdi-defense-cma") == Kind("searched", 11)
+    assert kind_of(DEFENSE, "hypotheses") == Kind("searched", 11)
     assert str(Kind("searched", 11)) == "11 searched numbers"
     with pytest.raises(CommandError, match="no kind 'magic'"):
         Kind("magic")

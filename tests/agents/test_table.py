@@ -29,7 +29,7 @@ COMMANDS = [
     ("play", "disbanding", "--set", "duration_s=2", "--episodes", "12"),
     ("testbed",),
     ("zoo", "list"),
-    ("zoo", "show", "disbanding-defense-cma"),
+    ("zoo", "show", "disbanding-defense-ppo"),
     ("benchmark", "--list"),
     ("reliability", "--minutes", "0"),
     ("evaluate", "rogue", "attacker", "--policy", "random", "--baseline", "none", "--episodes", "2", *ALONE),

@@ -212,6 +212,13 @@ def test_cards_are_readable(name: str, tmp_path: Path) -> None:
     assert {line.replace("\\|", "").count("|") for line in tables} <= {5, 7}
 
 
+@pytest.mark.parametrize("name", shipped_names())
+def test_a_card_says_ppo_only_of_a_network_that_learned_by_reward(name: str) -> None:
+    card = read_card(find(name))
+    if "ppo" in card.algorithm:
+        assert card.seeds[str(card.best)]["steps"] > 0
+
+
 @pytest.mark.parametrize("name", [name for name in shipped_names() if read_card(find(name)).head != MIXTURE])
 def test_every_trained_policy_has_a_recipe(name: str) -> None:
     card = read_card(find(name))

@@ -42,17 +42,15 @@ def test_nothing_shipped_is_an_orphan() -> None:
 
 def test_what_a_policy_needs_is_made_before_it() -> None:
     order = [name for step in steps() for name in step.policies]
-    for name, needed in (("hvac-attack-cma", "hvac-defense-cma"), ("rogue-defense-cma", "rogue-attack-recurrent")):
-        assert order.index(needed) < order.index(name)
     for step in steps():
         assert all(order.index(needed) < order.index(step.policies[0]) for needed in step.needs)
 
 
 def test_a_step_goes_on_where_it_stopped_and_its_mixtures_are_shipped() -> None:
-    (trained,) = steps(["rogue-defense-cma"])
+    (trained,) = steps(["rogue-defense-ppo"])
     runs, to = Path("runs"), Path("zoo")
     assert calls(trained, runs, to, 2) == [
-        ["train", "rogue-defense-cma", "--seeds", "5", "--resume", "--jobs", "2", "--out", "runs", "--to", "zoo"]
+        ["train", "rogue-defense-ppo", "--seeds", "5", "--resume", "--jobs", "2", "--out", "runs", "--to", "zoo"]
     ]
     (played,) = steps(["rogue-attack-mixture"])
     first, second = calls(played, runs, to, None)
@@ -82,7 +80,7 @@ def test_the_plan_is_printed_with_its_cost() -> None:
 
 def test_an_unknown_policy_and_a_card_without_its_command_are_refused(tmp_path: Path) -> None:
     with pytest.raises(CommandError, match="is shipped"):
-        steps(["hvac-attack-cmaa"])
+        steps(["hvac-attack-ppoo"])
     save_tiny(tmp_path / "mine.json", "rogue", "attacker", command="cps-envs train other --seeds 5")
     with pytest.raises(CommandError, match="does not make it"):
         steps(folder=tmp_path)
@@ -95,13 +93,13 @@ def test_self_play_does_not_begin_with_mixtures_of_an_earlier_one() -> None:
 
 
 def test_a_policy_made_anew_is_compared_with_the_shipped_one(tmp_path: Path) -> None:
-    name = "hvac-attack-mtd2-cma"
+    name = "rogue-defense-ppo"
     shipped, data = read_pair(SHIPPED / f"{name}.json")
     for suffix in ("json", "safetensors"):
         shutil.copy(SHIPPED / f"{name}.{suffix}", tmp_path)
     assert compare((shipped, data), tmp_path) == f"{name} is the shipped policy, bit for bit."
     numbers = load(data)
-    numbers["3/numbers"][0] += 0.25
+    next(each for at, each in numbers.items() if at.startswith("3/")).reshape(-1)[0] += 0.25
     nearly = compare((shipped, save(numbers)), tmp_path)
     value = f"{shipped.seeds[str(shipped.best)]['validation']:.4g}"
     assert nearly == (

@@ -31,14 +31,6 @@ def test_points_are_steps_from_the_start() -> None:
     assert family.names == ("gain", "threshold")
 
 
-def test_numbers_without_a_step_stay_where_they_begin() -> None:
-    numbers = (Number("gain", 2.0, 0.0), Number("threshold", 3.0, 0.1, by_factors=True), Number("share", 1.0, 0.5))
-    family = Family("rogue", "attacker", numbers, lambda spec, values: tuned(spec)).beginning_at({"gain": 7.0})
-    assert family.free.tolist() == [False, True, True]
-    values = family.values(np.array([[0.0, 2.0], [10.0, 0.0]]))
-    np.testing.assert_allclose(values, [[7, 3, 2], [7, 3 * np.e, 1]])
-
-
 def test_every_family_has_a_name_and_other_names_are_explained() -> None:
     for name in FAMILIES:
         family = find_family(name)

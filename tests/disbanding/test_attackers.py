@@ -159,7 +159,7 @@ def test_the_last_attack_answers_the_defender_that_it_sees() -> None:
 
 
 def test_it_tells_defenders_apart_by_the_gaps_between_platoons() -> None:
-    names = ("feedback", "zoo:disbanding-defense-cma", "zoo:disbanding-defense-local-cma", "copy")
+    names = ("feedback", "cacc?told=broadcast", "cacc", "copy")
     times = [times_s(defender, 2, close_last=40.0, last_25_near=50.0, last_30_near=50.0)[1] for defender in names]
     assert times[0] == 40.0
     assert 47.0 <= times[1] < 75.0 <= min(times[2:]) < max(times[2:]) <= 95.0

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.family import Family, play_family
+from cps_baselines.family import play_family
 from cps_baselines.rogue.boxing_in import BoxingIn, squeeze
-from cps_baselines.rogue.families import BOXING_IN, MONITOR
+from cps_baselines.rogue.families import BOXING_IN
 from cps_baselines.rogue.monitor import NOBODY, Monitor, strength
+from cps_baselines.searched import searched
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import RoleSpec, State
@@ -122,20 +123,13 @@ def test_an_attacker_that_is_squeezed_opens_no_gap(free: float, wanted: float) -
     assert front >= -7.5
 
 
-@pytest.mark.parametrize(
-    ("family", "config"), [(BOXING_IN, COMMANDED), (MONITOR, ROGUE.config("learning", {"duration_s": 10.0}))]
-)
-def test_every_episode_is_played_by_its_own_row(family: Family, config: RogueConfig) -> None:
+def test_every_episode_is_played_by_its_own_row() -> None:
+    family, config = BOXING_IN, COMMANDED
     values = family.values(np.array([np.zeros(len(family.numbers)), np.ones(len(family.numbers))]))
     both = play_family(family, ROGUE, config, "switching", values, [3, 4])["return"]
     alone = [play_family(family, ROGUE, config, "switching", values[k : k + 1], [3 + k])["return"][0] for k in (0, 1)]
     assert both.tolist() == alone
 
 
-def test_the_family_of_the_monitor_is_the_monitor() -> None:
-    config = ROGUE.config("learning", {"duration_s": 10.0})
-    values = MONITOR.values(np.zeros((1, len(MONITOR.numbers))))
-    options = "&".join(f"{number.name}={number.start}" for number in MONITOR.numbers)
-    players = {"attacker": "switching", "defender": f"monitor?{options}"}
-    expected = play_episodes(ROGUE, config, players, [5])["return"]
-    assert play_family(MONITOR, ROGUE, config, "switching", values, [5])["return"] == expected
+def test_the_vehicles_ahead_box_in_whoever_drives_slower_than_the_platoon() -> None:
+    assert searched("rogue", "box_in")["ahead_slow_mps"] < COMMANDED.reference_speed_mps

@@ -33,6 +33,7 @@ SOLVERS: Mapping[str, str] = {  # policies that solve a program at each decision
 OPTIONS: Mapping[str, tuple[str, Mapping[str, Any]]] = {  # policies that want more than a preset
     "disbanding.attacker.plan": ("plan?events=[[10,1],[9,2]]", {}),
     "disbanding.attacker.every_other": ("every_other", {"attack_budget": 5}),
+    "rogue.defender.box_in": ("box_in", {"defense_action": "command"}),
     "hvac.defender.mtd1": ("mtd1", {"window_steps": 100}),  # a full window decides, which comes early so
     "hvac.defender.mtd2": ("mtd2", {"window_steps": 100}),
 }

@@ -109,7 +109,7 @@ class Recipe:
     updates_per_step: float = 0.1  # gradient steps for each step of all environments together (SAC, DQN)
     exploration_share: float = 0.3  # of the run in which DQN's random moves fade out
 
-    teacher: str = ""  # an analytic policy that the network imitates first, or zoo:NAME whose numbers a family has
+    teacher: str = ""  # an analytic policy that the network imitates first
     teachers: Mapping[str, str] = field(default_factory=dict)  # instead: for each opponent the teacher against it
     variations: tuple[
         Mapping[str, Any], ...
@@ -125,7 +125,6 @@ class Recipe:
     population: int = 14  # candidates in a generation
     search_deviation: float = 0.4  # of the first generation, in the steps of the family's numbers
     scenes: tuple[Scene, ...] = (Scene(16),)  # what judges a candidate
-    least_gain_weight: float = 0.0  # 0: by the mean; else by the gains over the start, the least scene's above all
 
     search_steps: int = 0  # of a search for plans that the network imitates first; for few, deterministic starts
     self_imitation: int = 0  # steps, before each update (PPO), towards the own best episode of every start
@@ -141,8 +140,6 @@ class Recipe:
         for name in counts:
             if getattr(self, name) < 1:
                 raise CommandError(f"{name} = {getattr(self, name)} has to be at least 1")
-        if self.least_gain_weight < 0:
-            raise CommandError(f"least_gain_weight = {self.least_gain_weight} has to be at least 0")
         if self.population < LEAST_POPULATION or self.search_deviation <= 0 or not self.scenes:
             raise CommandError(
                 f"population has to be at least {LEAST_POPULATION}, search_deviation above 0, scenes at least one"

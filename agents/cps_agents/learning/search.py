@@ -19,8 +19,8 @@ from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
 from cps_agents.learning.run import Job, Run, recording
 from cps_agents.learning.tracking import Tracker
 from cps_agents.machine import versions
-from cps_agents.zoo.card import Card, read_card
-from cps_agents.zoo.files import find, load, save
+from cps_agents.zoo.card import Card
+from cps_agents.zoo.files import save
 from cps_agents.zoo.numbers import Numbers
 from cps_agents.zoo.policy import count_actions
 from cps_baselines.family import Family, find_family, play_family
@@ -49,29 +49,6 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
     return np.concatenate(reached, axis=1)
 
 
-MOST_GAIN = 2.0  # of an episode, in the unit of its worth: chance makes or spares a pile-up, which would decide alone
-
-
-def worth_of(recipe: Recipe, family: Family, values: FloatArray, first_seed: int, times: int = 1) -> FloatArray:
-    """What each candidate is worth (P,), by its numbers (P, k); see `play_scenes`.
-
-    With `least_gain_weight` w that is -log(mean(exp(-w gain))) / w over the scenes. A scene's gain is the mean of what
-    its episodes are worth beyond those of the search's start: the same episodes, each gain limited to `MOST_GAIN`.
-    """
-    weight = recipe.least_gain_weight
-    if weight == 0:
-        plain: FloatArray = play_scenes(recipe, family, values, first_seed, times).mean(axis=1)
-        return plain
-    start = family.values(np.zeros((1, int(family.free.sum()))))
-    reached = play_scenes(recipe, family, np.concatenate([start, values]), first_seed, times)
-    gains = np.clip(reached[1:] - reached[0], -MOST_GAIN, MOST_GAIN)
-    ends = np.cumsum([scene.episodes * times for scene in recipe.scenes])
-    by_scene = np.array([part.mean(axis=1) for part in np.split(gains, ends[:-1], axis=1)])
-    found: FloatArray = 0.0 - np.log(np.exp(-weight * by_scene).mean(axis=0)) / weight
-    return found
-
-
-ZOO = "zoo:"
 CHECKPOINT = "generations.json"  # what every candidate of every generation reached
 
 
@@ -83,17 +60,17 @@ def search(job: Job, report: Report) -> None:
         MissingExtraError: cma is not installed.
     """
     require("cma", extra="baselines", purpose="policy search")
-    family = family_of(job.recipe, job.seed)
+    family = family_of(job.recipe)
     with recording(job) as tracker:
         Search(job, family, tracker).go_on(report)
 
 
-def family_of(recipe: Recipe, seed: int = 0) -> Family:
-    """The family that a recipe searches; what it does not search are the numbers of the teacher's `seed`.
+def family_of(recipe: Recipe) -> Family:
+    """The family that a recipe searches.
 
     Raises:
-        CommandError: it names none, or one of another role, or the teacher lacks numbers that are not searched.
-        UnknownNameError: there is no such family or teacher.
+        CommandError: it names none, or one of another role.
+        UnknownNameError: there is no such family.
     """
     if not recipe.family:
         raise CommandError(f"{recipe.name} names no family of policies to search: add --knob family=NAME")
@@ -103,23 +80,7 @@ def family_of(recipe: Recipe, seed: int = 0) -> Family:
             f"the family {recipe.family} has {family.role}s of {family.problem}; {recipe.name} trains the "
             f"{recipe.role} of {recipe.problem}"
         )
-    kept = [name for name, moves in zip(family.names, family.free.tolist(), strict=True) if not moves]
-    if not kept:
-        return family
-    taught = numbers_of(recipe.teacher, seed) if recipe.teacher.startswith(ZOO) else {}
-    if missing := [name for name in kept if name not in taught]:
-        raise CommandError(
-            f"{recipe.family} needs a teacher that has its numbers; {missing[0]} is missing: "
-            "add --knob teacher=zoo:NAME"
-        )
-    return family.beginning_at(taught)
-
-
-def numbers_of(teacher: str, seed: int) -> dict[str, float]:
-    """The numbers of a trained policy, `zoo:NAME`, by name: of this training seed, or of the best where it has none."""
-    path = find(teacher.removeprefix(ZOO))
-    card, found = load(path, seed if str(seed) in read_card(path).seeds else None)
-    return dict(zip(card.numbers, found.values.tolist(), strict=True)) if isinstance(found, Numbers) else {}
+    return family
 
 
 class Search:
@@ -131,7 +92,7 @@ class Search:
         self.run, self.recipe, self.family, self._tracker = job.run, job.recipe, family, tracker
         self.episodes = count_episodes(self.recipe.scenes)
         self.generations = max(self.recipe.total_steps // (self.recipe.population * self.episodes), 1)
-        origin = np.zeros(family.free.sum())
+        origin = np.zeros(len(family.numbers))
         deviation, population = self.recipe.search_deviation, self.recipe.population
         self._strategy = make_strategy(origin, deviation, population=population, seed=[job.seed])
         self._cpu_before_s, self._started_s = float(job.run.read().get("cpu_s", 0.0)), time.process_time()
@@ -166,7 +127,7 @@ class Search:
         """One generation, and the checkpoint that holds it."""
         points = self._strategy.ask()
         first = training_seed(self.run.seed) + len(self._reached) * self.episodes % SEEDS_PER_RUN
-        reached = worth_of(self.recipe, self.family, self.family.values(np.array(points)), first)
+        reached = play_scenes(self.recipe, self.family, self.family.values(np.array(points)), first).mean(axis=1)
         self._strategy.tell(points, (-reached).tolist())
         self._reached.append(reached.tolist())
         write_json(self.run.folder / CHECKPOINT, {"reached": self._reached, "mean": self._strategy.mean.tolist()})
@@ -203,7 +164,7 @@ class Search:
         if any(row["steps"] == self.steps for row in rows):
             return
         times = max(self.recipe.evaluation_episodes // self.episodes, 1)
-        (reached,) = worth_of(self.recipe, self.family, self.values(), VALIDATION[0], times).tolist()
+        reached = float(play_scenes(self.recipe, self.family, self.values(), VALIDATION[0], times).mean())
         row = {"steps": self.steps, "cpu_s": self.cpu_s, "validation": reached}
         if row["validation"] > max((float(each["validation"]) for each in rows), default=-np.inf):
             numbers = Numbers(self.values()[0])

@@ -1,6 +1,6 @@
 """Recipes of disbanding: which platoons to disband, and when; one network for every vehicle; and policy search.
 
-What is searched are the numbers of the controller `string`, and of an attacker that replans.
+What is searched are the numbers of `cacc`.
 """
 
 from __future__ import annotations
@@ -123,13 +123,13 @@ DISTURBED = (
 
 
 @dataclass(frozen=True)
-class DisbandingDefenseSearch(Recipe):
+class CaccBroadcast(Recipe):
     """Every vehicle by its own sensors, its predecessor's radio and the broadcast of the disbanded vehicle ahead.
 
     A third of the episodes disturb the actuators, which a controller that follows closely has to get through.
     """
 
-    name: str = "disbanding-defense-cma"
+    name: str = "disbanding-cacc-broadcast"
     problem: str = "disbanding"
     role: Role = "defender"
     algorithm: str = SEARCH
@@ -160,10 +160,10 @@ class DisbandingDefenseSearch(Recipe):
 
 
 @dataclass(frozen=True)
-class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
+class CaccLocal(CaccBroadcast):
     """The same without the broadcast: every vehicle by its own sensors and its predecessor's radio alone."""
 
-    name: str = "disbanding-defense-local-cma"
+    name: str = "disbanding-cacc"
     family: str = "disbanding-local"
     scenes: tuple[Scene, ...] = (
         Scene(3, overrides={**TABLE_ROADS, "duration_s": 100.0}),
@@ -177,51 +177,19 @@ class DisbandingDefenseLocalSearch(DisbandingDefenseSearch):
     gap_price_per_m: float = 1.0
 
 
-LAGS_S = ((0.08, 0.2), (0.2, 0.4), (0.4, 0.55))
-BY_LAG = tuple(
-    Scene(1, attack, overrides={**TABLE_ROADS, "tau_s": lag_s})  # to the end: gains at 100 s are gone by 180 s
-    for attack in ("lead", "table_2_3")
-    for lag_s in LAGS_S
-)
-
-LATE: Mapping[str, Any] = {**ROADS, "attack_budget": 2, "duration_s": 180.0, "correction_noise_mps2": 0.5}
-
-
-@dataclass(frozen=True)
-class DisbandingDefenseResidual(DisbandingDefenseSearch):
-    """The searched controller with a network beside it, which changes a command by 1 m/s2 at most.
-
-    Each attack at short, medium and long lags is a scene of its own: none is given up for what another one gains.
-    """
-
-    name: str = "disbanding-defense-residual"
-    family: str = "disbanding-broadcast-residual"
-    teacher: str = "zoo:disbanding-defense-cma"  # seed by seed
-    scenes: tuple[Scene, ...] = (
-        *BY_LAG,
-        Scene(2, "timed?pause_s=130", "easy", LATE),  # what a smaller gap costs; with 4, two attacks gained nothing
-        Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
-    )
-    least_gain_weight: float = 4.0  # gains are 0.1 to 0.7 points
-    least_gap_m: float = 1.75
-    total_steps: int = 12 * 10 * 32  # 32 generations
-    evaluations: int = 8
-    evaluation_episodes: int = 100
-
-
 ROBOTS: Mapping[str, Any] = {  # the string of the test bed on this problem's own road, where it differs from `paper`
     name: value for name, value in asdict(BASELINE.road).items() if value != getattr(PAPER, name)
 }
 
 
 @dataclass(frozen=True)
-class DisbandingDefenseTestbedSearch(DisbandingDefenseSearch):
+class CaccRobots(CaccBroadcast):
     """For nine robots on a circle: trained on a road of their size, never on the test bed.
 
     Noise and lags stand for what a road lacks: camera, filter, wheels. Longer searches fit the road, not the robots.
     """
 
-    name: str = "disbanding-defense-testbed-cma"
+    name: str = "disbanding-cacc-robots"
     overrides: Mapping[str, Any] = field(
         default_factory=lambda: {
             **ROBOTS,
@@ -246,13 +214,13 @@ JAMMED = 'mixture?policies=["timed?jam=1","timed?jam=2","timed?jam=3"]'
 
 
 @dataclass(frozen=True)
-class DisbandingDefenseRadioSearch(DisbandingDefenseSearch):
+class CaccRadio(CaccBroadcast):
     """Preset `learning`: the warning comes late or is lost, and each vehicle also acts on what it sees itself.
 
     A vehicle that knows too late collides. So an episode with a collision costs as much as many percent of speed.
     """
 
-    name: str = "disbanding-defense-radio-cma"
+    name: str = "disbanding-cacc-radio"
     family: str = "disbanding-radio"
     preset: str = "learning"
     overrides: Mapping[str, Any] = field(default_factory=dict)
@@ -275,41 +243,3 @@ class DisbandingDefenseRadioSearch(DisbandingDefenseSearch):
         """As without a radio, and less what a collision costs."""
         worth: FloatArray = super().values(outcome) - self.collision_price * (outcome["collided_intact"] > 0)
         return worth
-
-
-TWO: Mapping[str, Any] = {"attack_budget": 2}
-DEFENDERS = {  # episodes against each in a generation; `mpc_tuned` costs most and hardly minds when it is attacked
-    "none": 2,
-    "heuristic": 1,
-    "mpc": 1,
-    "copy": 1,
-    "feedback": 2,
-    "zoo:disbanding-defense-local-cma": 2,
-}
-
-
-@dataclass(frozen=True)
-class DisbandingAttackSearch(Recipe):
-    """One set of numbers for every defender, lag and gap, and for two to four platoons.
-
-    Two platoons against each defender; three and four where nobody defends, which has the most to gain from timing.
-    """
-
-    name: str = "disbanding-attack-cma"
-    problem: str = "disbanding"
-    role: Role = "attacker"
-    algorithm: str = SEARCH
-    family: str = "disbanding-replanning"
-    preset: str = "easy"
-    overrides: Mapping[str, Any] = field(default_factory=lambda: {"attack_budget": (1, 4)})
-    opponent: str = "none"
-    scenes: tuple[Scene, ...] = (
-        *(Scene(episodes, defender, overrides=TWO) for defender, episodes in DEFENDERS.items()),
-        Scene(2, overrides={"attack_budget": 3}),
-        *(Scene(2, overrides={"attack_budget": 4, "tau_s": tau_s}) for tau_s in (0.1, 0.3, 0.5)),
-    )
-    population: int = 10
-    search_deviation: float = 0.4  # the start is good: set by hand from plans that were played on grids
-    total_steps: int = 10 * 17 * 10  # 10 generations
-    evaluations: int = 2
-    evaluation_episodes: int = 84

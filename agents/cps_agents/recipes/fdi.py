@@ -176,7 +176,7 @@ UNSEEN_GAP: Mapping[str, Any] = {"tasks": "xv4>4", "attack_share": 1.0}  # no ot
 
 
 @dataclass(frozen=True)
-class FdiDefenseSearch(Recipe):
+class FdiHypotheses(Recipe):
     """The numbers of `Hypotheses`: what evidence it takes to distrust a sensor, and for how long.
 
     Most episodes have attackers that hide in the filter's noise; those that do not are found by any threshold. The
@@ -184,7 +184,7 @@ class FdiDefenseSearch(Recipe):
     most of the damage. A quarter of the episodes has no attack, and a scene besides, so that alarms stay rare.
     """
 
-    name: str = "fdi-defense-cma"
+    name: str = "fdi-hypotheses"
     problem: str = "fdi"
     role: Role = "defender"
     algorithm: str = SEARCH
@@ -213,13 +213,13 @@ class FdiDefenseSearch(Recipe):
 
 
 @dataclass(frozen=True)
-class FdiAttackSearch(Recipe):
+class FdiTaskTracker(Recipe):
     """The numbers of `TaskTracker`: how much the filter is told to be wrong, for each kind of task.
 
     It meets every registered defender equally often, in episodes that are all attacked.
     """
 
-    name: str = "fdi-attack-cma"
+    name: str = "fdi-task-tracker"
     problem: str = "fdi"
     algorithm: str = SEARCH
     family: str = "fdi-task-tracker"
@@ -234,42 +234,3 @@ class FdiAttackSearch(Recipe):
     total_steps: int = 14 * 72 * 32  # 32 generations
     evaluations: int = 8
     evaluation_episodes: int = 288
-
-
-# The tasks of preset `drawn` by whose pair shall collide, see `cps_baselines.fdi.planner`.
-DRAWN_TASKS = {
-    "own": "v1>1 v2>2 v3>3 v4>4 x1>1 x2>2 x3>3 x4>4",
-    "last": "v1>2 x1>2 x1>3",
-    "next": "v2>3 v3>4 x2>3 x3>4",
-    "far": "v2>4 x2>4",
-}
-
-
-@dataclass(frozen=True)
-class FdiAttackDrawnSearch(Recipe):
-    """The habits of `Planner`: which changes of a plan it tries how often, and which of them it keeps.
-
-    Starts and gains are drawn, so that a plan learned by heart does not fit. An own pair collides nearly always: the
-    episodes are for those that are hard to hit.
-    """
-
-    name: str = "fdi-attack-drawn-cma"
-    problem: str = "fdi"
-    algorithm: str = SEARCH
-    family: str = "fdi-planner"
-    preset: str = "drawn"
-    opponent: str = "none"
-    scenes: tuple[Scene, ...] = tuple(
-        Scene(episodes, overrides={"tasks": DRAWN_TASKS[kind]})
-        for kind, episodes in (("own", 2), ("last", 18), ("next", 16), ("far", 12))
-    )
-    population: int = 12
-    search_deviation: float = 0.7
-    total_steps: int = 12 * 48 * 15  # 15 generations
-    evaluations: int = 3
-    evaluation_episodes: int = 288
-
-    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
-        """The share of what the task's best attack from rest is paid with the usual gains."""
-        share: FloatArray = outcome["impact_speed_mps"] / outcome["oracle_value_mps"]
-        return share

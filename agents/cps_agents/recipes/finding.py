@@ -7,38 +7,33 @@ from importlib import import_module
 from cps_agents.errors import CommandError
 from cps_agents.learning.recipe import SHARED, Recipe
 from cps_agents.recipes.disbanding import (
+    CaccBroadcast,
+    CaccLocal,
+    CaccRadio,
+    CaccRobots,
     DisbandingAttack,
-    DisbandingAttackSearch,
     DisbandingDefense,
-    DisbandingDefenseLocalSearch,
-    DisbandingDefenseRadioSearch,
-    DisbandingDefenseResidual,
-    DisbandingDefenseSearch,
-    DisbandingDefenseTestbedSearch,
 )
 from cps_agents.recipes.fdi import (
     FdiAttack,
     FdiAttackDisturbed,
-    FdiAttackDrawnSearch,
-    FdiAttackSearch,
     FdiDefense,
-    FdiDefenseSearch,
+    FdiHypotheses,
+    FdiTaskTracker,
 )
 from cps_agents.recipes.hvac import (
     HvacAttack,
     HvacAttackMtd1,
-    HvacAttackMtd2Search,
-    HvacAttackSearch,
+    HvacBayes,
     HvacDefense,
-    HvacDefenseSearch,
+    HvacWarmTracker,
 )
 from cps_agents.recipes.learning import learning_recipe
 from cps_agents.recipes.rogue import (
     RogueAttack,
     RogueAttackRecurrent,
+    RogueBoxIn,
     RogueDefense,
-    RogueDefenseSearch,
-    RogueMonitorSearch,
 )
 from cps_envs.core.errors import near
 from cps_envs.core.problem import Problem
@@ -50,30 +45,25 @@ RECIPES: dict[str, Recipe] = {
     recipe.name: recipe
     for recipe in (
         DisbandingAttack(),
-        DisbandingAttackSearch(),
         DisbandingDefense(),
-        DisbandingDefenseSearch(),
-        DisbandingDefenseLocalSearch(),
-        DisbandingDefenseRadioSearch(),
-        DisbandingDefenseResidual(),
-        DisbandingDefenseTestbedSearch(),
+        CaccBroadcast(),
+        CaccLocal(),
+        CaccRadio(),
+        CaccRobots(),
         FdiAttack(),
         FdiAttackDisturbed(),
-        FdiAttackSearch(),
-        FdiAttackDrawnSearch(),
+        FdiTaskTracker(),
         FdiDefense(),
-        FdiDefenseSearch(),
+        FdiHypotheses(),
         HvacAttack(),
         HvacAttackMtd1(),
-        HvacAttackSearch(),
-        HvacAttackMtd2Search(),
+        HvacWarmTracker(),
         HvacDefense(),
-        HvacDefenseSearch(),
+        HvacBayes(),
         RogueAttack(),
         RogueAttackRecurrent(),
         RogueDefense(),
-        RogueDefenseSearch(),
-        RogueMonitorSearch(),
+        RogueBoxIn(),
         *(learning_recipe(problem, role) for problem in PROBLEMS.values() for role in ROLES),
     )
 }

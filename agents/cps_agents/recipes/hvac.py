@@ -164,10 +164,10 @@ APART = (
 
 
 @dataclass(frozen=True)
-class HvacDefenseSearch(Recipe):
+class HvacBayes(Recipe):
     """What a defender who weighs sets of liars by Bayes' rule should believe of attacks before it sees one."""
 
-    name: str = "hvac-defense-cma"
+    name: str = "hvac-bayes"
     problem: str = "hvac"
     role: Role = "defender"
     algorithm: str = SEARCH
@@ -191,16 +191,16 @@ class HvacDefenseSearch(Recipe):
 
 
 @dataclass(frozen=True)
-class HvacAttackSearch(Recipe):
+class HvacWarmTracker(Recipe):
     """How slowly an attack has to hide from the defender that weighs sets of liars."""
 
-    name: str = "hvac-attack-cma"
+    name: str = "hvac-warm-tracker"
     problem: str = "hvac"
     algorithm: str = SEARCH
     family: str = "hvac-tracker-warm"  # colder lies came to 21 in these episodes, warmer ones to 24
     preset: str = "learning"
     overrides: Mapping[str, Any] = field(default_factory=dict)
-    opponent: str = "zoo:hvac-defense-cma"
+    opponent: str = "bayes"
     scenes: tuple[Scene, ...] = (
         Scene(24, overrides={"compromised_weights": (0, 1, 1, 0)}),
         Scene(16, overrides={"compromised_weights": (0, 0, 0, 1)}),  # where most is to be won
@@ -210,22 +210,3 @@ class HvacAttackSearch(Recipe):
     total_steps: int = 10 * 40 * 8  # 8 generations
     evaluations: int = 4
     evaluation_episodes: int = 200
-
-
-@dataclass(frozen=True)
-class HvacAttackMtd2Search(HvacAttackSearch):
-    """How close to its threshold an attack may go that MTD2 is not to discard, with one to three sensors."""
-
-    name: str = "hvac-attack-mtd2-cma"
-    family: str = "hvac-brink"
-    preset: str = "paper"
-    overrides: Mapping[str, Any] = field(default_factory=lambda: {"num_compromised": [1, 3]})
-    opponent: str = "mtd2"
-    scenes: tuple[Scene, ...] = (Scene(24),)
-    total_steps: int = 10 * 24 * 6  # 6 generations
-    evaluation_episodes: int = 96
-
-    def values(self, outcome: Mapping[str, Array]) -> FloatArray:
-        """The root of A_impact, for which days with one sensor count too."""
-        worth: FloatArray = np.sqrt(outcome["return"])
-        return worth

@@ -142,19 +142,6 @@ def _any_of(*references: str) -> str:
 LEARNED = _any_of(*(f"zoo:rogue-attack-{kind}?seed={seed}" for kind in ("ppo", "recurrent") for seed in range(3)))
 SEARCHED = _any_of("switching", *(f"switching?against={name}" for name in ("sliding_detection", "pd", "disband_2")))
 WAVES = _any_of("duty_square", "square", "square?frequency_hz=0.05", "random")
-RESPONDED_TO = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
-CONTESTED = _any_of(  # the attackers of the contest
-    "none",
-    "square",
-    "square?frequency_hz=0.05",
-    "duty_square",
-    "random",
-    "switching",
-    *(f"contested?against={name}" for name in RESPONDED_TO),
-    "identify",
-    "strike",
-    "strike?effort=-1",
-)
 # Weights of `tuned` that searches found at ratios of 1.2 and 1.3, each against a defender that had not met them.
 EXPLOITERS = (
     (4.34, -1.67, -0.296, 0.942, 0.482, 1.19, 0.485),
@@ -179,10 +166,10 @@ EXPLOITING = tuple(Scene(1, TUNED.format(*weights), overrides={"power_ratio": 1.
 
 
 @dataclass(frozen=True)
-class RogueDefenseSearch(Recipe):
+class RogueBoxIn(Recipe):
     """How vehicles box in an attacker that they know, or give way to it, in the setting of `RogueDefense`."""
 
-    name: str = "rogue-defense-cma"
+    name: str = "rogue-box-in"
     problem: str = "rogue"
     role: Role = "defender"
     algorithm: str = SEARCH
@@ -218,22 +205,3 @@ class RogueDefenseSearch(Recipe):
         charge = self.cost_weight_mps2 * outcome["formation_cost_s"] + beyond_mps**2 / self.tolerance_mps
         worth: FloatArray = -outcome["damage"] - charge
         return worth
-
-
-@dataclass(frozen=True)
-class RogueMonitorSearch(Recipe):
-    """When the coordinator `monitor` suspects somebody, and from which gap on the neighbors of a suspect evade."""
-
-    name: str = "rogue-defense-monitor-cma"
-    problem: str = "rogue"
-    role: Role = "defender"
-    algorithm: str = SEARCH
-    family: str = "rogue-monitor"
-    preset: str = "learning"
-    opponent: str = CONTESTED
-    scenes: tuple[Scene, ...] = (Scene(48),)
-    population: int = 10
-    search_deviation: float = 0.7
-    total_steps: int = 10 * 48 * 5  # 5 generations
-    evaluations: int = 2
-    evaluation_episodes: int = 240

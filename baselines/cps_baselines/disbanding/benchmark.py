@@ -15,7 +15,7 @@ CONTROLLERS = {"baseline": "none", "heuristic": "heuristic", "mpc": "mpc"}
 DEFENDERS = (
     *(Contestant(name) for name in ("none", "heuristic", "mpc", "mpc_tuned", "copy", "feedback")),
     Contestant("learned", policy="zoo:disbanding-defense-ppo"),
-    Contestant("searched", policy="zoo:disbanding-defense-local-cma"),
+    Contestant("cacc"),
 )
 LEARNED = Contestant("learned", policy="zoo:disbanding-attack-ppo")
 ATTACKERS = (

@@ -70,7 +70,7 @@ CONTEST = Contest(
         searches=(TIMED, ADAPTIVE),
     ),
     defenders=Side(
-        policies=(*DEFENDERS, Contestant("zoo:disbanding-defense-radio-cma")),
+        policies=(*DEFENDERS, Contestant("cacc"), Contestant("cacc_radio", "cacc?told=radio")),
         constants=tuple(constant_corrections()),
         informed=(Contestant("informed"),),
         searches=(

@@ -12,6 +12,8 @@ from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringContr
 from cps_baselines.disbanding.string_search import START
 from cps_baselines.disbanding.string_search import STEP as SEARCHED_STEP
 from cps_baselines.family import Family, Number
+from cps_baselines.searched import searched
+from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.config import DisbandingConfig
@@ -125,3 +127,38 @@ REPLANNING = Family(
     ),
     _replanning,
 )
+
+
+TOLD = {  # what `cacc` hears beside its predecessor: the name of its numbers, their family, and what it builds
+    "nothing": ("cacc", LOCAL, _local),
+    "broadcast": ("cacc_broadcast", BROADCAST, _broadcast),
+    "radio": ("cacc_radio", RADIO, _radio),
+    "robots": ("cacc_robots", BROADCAST, _broadcast),
+}
+
+
+def cacc(spec: RoleSpec, told: str = "nothing", **numbers: float) -> StringController:
+    """Cooperative adaptive cruise control: each vehicle follows its predecessor's motion and command.
+
+    `told` says what else it hears: "nothing"; "broadcast", a warning that is never late; "radio", one that comes late
+    or never, beside its own detection; or "robots", the broadcast on a road of the test bed's size. `numbers` are
+    `Gains` of leaders and others, such as `other.wanted_m`; left out, the searched ones of `searched.json`.
+
+    Raises:
+        ConfigurationError: it is told something else, or an unknown number.
+    """
+    if told not in TOLD:
+        raise ConfigurationError(f"told = {told!r} is not known. {near(told, TOLD)}")
+    name, family, build = TOLD[told]
+    return build(spec, family.row({**searched("disbanding", name), **numbers}))
+
+
+def replanning(spec: RoleSpec, **numbers: float) -> Replanning:
+    """Disbands the front platoon, looks how the rear half drives, and plans the next attack anew after each.
+
+    `numbers` are those of `replanning.Numbers`; left out, they are set by hand, which a search did not improve.
+
+    Raises:
+        ConfigurationError: an unknown number.
+    """
+    return _replanning(spec, REPLANNING.row(numbers))

@@ -30,7 +30,6 @@ from cps_baselines.disbanding.corrections import (
     mark_reasons,
     sight_for,
 )
-from cps_baselines.disbanding.residual import MIDDLE_LAG_S, SCALE, residual, scaled
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.fields import encode_row
 from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, lend, record_type, unpack, view
@@ -89,8 +88,7 @@ class StringController(Corrections):
 
     Form "warned" acts on the warning and on its own detection and uses the record; "local" uses no warning at all;
     "informed" has the numbers for a warning that is perfect.
-    `gains` is (2, 17), or (B, 2, 17) with one set per episode; left out, the shipped ones of the form. `weights` (1, W)
-    or (B, W) are those of a network beside the gains, see `residual`; left out, there is none.
+    `gains` is (2, 17), or (B, 2, 17) with one set per episode; left out, the shipped ones of the form.
 
     Raises:
         ConfigurationError: an unknown form.
@@ -104,7 +102,6 @@ class StringController(Corrections):
         form: str = "warned",
         gains: FloatArray | None = None,
         detection_mps: float | FloatArray | None = None,
-        weights: FloatArray | None = None,
         hold_s: float = HOLD_S,
     ) -> None:
         if form not in FORMS:
@@ -115,14 +112,13 @@ class StringController(Corrections):
         if self.gains.shape[-2:] != SHAPE:
             raise ValueError(f"gains of shape {SHAPE} or (B, *{SHAPE}) were expected, got {self.gains.shape}")
         rows = np.ascontiguousarray(self.gains.reshape(-1, SIZE))
-        self.weights = np.zeros((1, 0)) if weights is None else np.ascontiguousarray(weights)
         self.table: Array = rows.view(record_type(Gains))[:, 0]  # leaders' and others' by turns
 
     def correct(self, seen: Seen, reasons: BoolArray, corrections: FloatArray) -> None:
         """See the class."""
         config = self.spec.config
         known = (seen["tau_s"], config.vehicles_per_platoon, config.desired_speed_mps, self.limit_mps2, self.table)
-        _control(seen.observation, self.layout, reasons, *known, self.heeds_warning, self.weights, corrections)
+        _control(seen.observation, self.layout, reasons, *known, self.heeds_warning, corrections)
 
 
 @kernel
@@ -136,7 +132,6 @@ def _control(
     limit_mps2: float,
     gains: Array,
     listens: bool,
-    weights: FloatArray,
     corrections: FloatArray,
 ) -> None:
     sight = sight_for(corrections.shape[1])
@@ -145,8 +140,7 @@ def _control(
         mine = 2 * (b % (gains.size // 2))
         leader, other = unpack(Gains, gains, mine), unpack(Gains, gains, mine + 1)
         road = (vehicles_per_platoon, tau_s[b], desired_speed_mps, limit_mps2)
-        network = borrowed(weights)[b % weights.shape[0]]
-        follow_all(sight, leader, other, network, road, listens, borrowed(corrections)[b])
+        follow_all(sight, leader, other, road, listens, borrowed(corrections)[b])
 
 
 @inlined
@@ -154,7 +148,6 @@ def follow_all(
     sight: Sight,
     leader: Gains,
     other: Gains,
-    network: FloatArray,
     road: Road,
     listens: bool,
     corrections: FloatArray,
@@ -165,10 +158,7 @@ def follow_all(
         if sight.mitigable[q]:
             own = leader if q % size == 0 else other
             wanted = follow(sight, q, own, tau_s, desired_speed_mps, listens)
-            before = sight.law_command[q - 1] + corrections[q - 1]
-            wanted += own.predecessor_command * before
-            if network.size > 0:
-                wanted += residual(signals(sight, q, own, before, road, listens), network)
+            wanted += own.predecessor_command * (sight.law_command[q - 1] + corrections[q - 1])
             corrections[q] = clip(wanted, -limit_mps2, limit_mps2)
 
 
@@ -184,29 +174,6 @@ def follow(sight: Sight, q: int, g: Gains, tau_s: float, desired_speed_mps: floa
         u += (told + g.ahead_command * sight.ahead_command[q]) / (1.0 + g.forgetting * sight.age_s[q])
     u = min(u, g.cap * (desired_speed_mps + g.excess_mps - speed))
     return float(u - (1.0 + g.law) * sight.law_command[q])
-
-
-Inputs: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float, float]
-
-
-@inlined
-def signals(sight: Sight, q: int, g: Gains, before: float, road: Road, listens: bool) -> Inputs:
-    """What the network of vehicle `q` is told, as `residual.SIGNALS` has it; the predecessor's command is `before`."""
-    size, tau_s, desired_speed_mps, _ = road
-    speed, told = sight.speed[q], listens and sight.age_s[q] < np.inf
-    return (
-        scaled(sight.gap[q] - g.wanted_m - g.headway_s * speed, SCALE[0]),
-        scaled(sight.relative_speed[q], SCALE[1]),
-        scaled(speed - 0.5 * desired_speed_mps, SCALE[2]),
-        scaled(sight.acceleration[q], SCALE[3]),
-        scaled(sight.acceleration[q - 1], SCALE[4]),
-        scaled(before, SCALE[5]),
-        scaled(tau_s - MIDDLE_LAG_S, SCALE[6]),
-        1.0 if q % size == 0 else -1.0,
-        scaled(sight.ahead_speed[q] - speed, SCALE[8]) if told else 0.0,
-        scaled(sight.ahead_acceleration[q], SCALE[9]) if told else 0.0,
-        scaled(sight.ahead_command[q], SCALE[10]) if told else 0.0,
-    )
 
 
 def local(spec: RoleSpec, detection_mps: float | None = None, hold_s: float = HOLD_S) -> StringController:
@@ -232,7 +199,7 @@ class StringLoop(DisbandingGame):
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         targets, before = actions.get("attacker", self._waiting), self._account.total.copy()
         p = self._policy
-        seen, numbers = (p.layout, p.watch, p.slow_mps), (p.table, p.weights, p.limit_mps2)
+        seen, numbers = (p.layout, p.watch, p.slow_mps), (p.table, p.limit_mps2)
         drive(*self._known, targets, *seen, *numbers, self._alarms, envs, num_steps)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
@@ -251,7 +218,6 @@ def drive(
     watch: Array,
     slow_mps: FloatArray,
     gains: Array,
-    weights: FloatArray,
     limit_mps2: float,
     alarms: FloatArray,
     envs: BoolArray,
@@ -269,7 +235,6 @@ def drive(
             episode, c, own = view(state, b), unpack(Constants, constants, b), view(account, b)
             mine, slow, seen = 2 * (b % (gains.size // 2)), slow_mps[b % slow_mps.size], lend(layout)
             leader, other = unpack(Gains, gains, mine), unpack(Gains, gains, mine + 1)
-            network = borrowed(weights)[b % weights.shape[0]]
             gap, closing, law, correction = room[0], room[1], room[2], room[3]
             for period in range(num_periods):
                 command_by_law(episode, c, gap, closing, law)
@@ -277,7 +242,7 @@ def drive(
                 fill_defender(episode, c, gap, closing, law, borrowed(metrics)[b], row, seen.offsets[0])
                 encode_row(row, seen.scale, encoded)
                 mark_reasons(encoded, seen, w, slow, borrowed(alarms)[b], reasons)
-                decide(encoded, seen, reasons, sight, leader, other, network, w, c, limit_mps2, correction)
+                decide(encoded, seen, reasons, sight, leader, other, w, c, limit_mps2, correction)
                 if period == 0:
                     disband(episode, c, targets[b], own.budget, own.legal)
                 if r.eventful:
@@ -295,7 +260,6 @@ def decide(
     sight: Sight,
     leader: Gains,
     other: Gains,
-    network: FloatArray,
     w: Watch,
     c: Constants,
     limit_mps2: float,
@@ -306,6 +270,6 @@ def decide(
     look(encoded, layout, reasons, sight)
     tau_s = decoded(encoded, layout.scale, layout.offsets[0].tau_s)
     road = (c.vehicles_per_platoon, tau_s, c.desired_speed_mps, limit_mps2)
-    follow_all(sight, leader, other, network, road, w.heeds_warning, correction)
+    follow_all(sight, leader, other, road, w.heeds_warning, correction)
     for q in range(correction.size):
         correction[q] = limit_mps2 * clip(correction[q] / limit_mps2, -1.0, 1.0)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from cps_baselines.searched import searched
 from cps_baselines.tracks import Rival, Track, written
 
 STRING = written("string", form="warned", hold_s=3.0)
 MPC = written("mpc", solver="hildreth")
 LOCAL = written("local", hold_s=3.0)
-RADIO = "zoo:disbanding-defense-radio-cma?seed=1"
+RADIO = written("cacc", told="radio", **searched("disbanding", "cacc_radio"))
 PLATOONS = {"first": 1, "second": 2, "third": 3, "delay_s": 0.0, "by_s": 1e9}
 JAM_FIRST = written("timed", **PLATOONS, pause_s=60.0, jam=1, jam_at=1, jam_s=-1.0)
 JAM_40 = written("timed", **PLATOONS, pause_s=40.0, jam=1, jam_at=1, jam_s=-1.0)

@@ -55,7 +55,7 @@ CONTEST = Contest(
     attackers=Side(
         policies=(
             *map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker")),
-            Contestant("zoo:fdi-attack-cma"),
+            Contestant("task_tracker"),
         ),
         constants=tuple(constant_attacks()),
         searches=(
@@ -66,7 +66,7 @@ CONTEST = Contest(
     defenders=Side(
         policies=(
             *map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only")),
-            Contestant("zoo:fdi-defense-cma"),
+            Contestant("hypotheses"),
         ),
         constants=tuple(constant_defences()),
         informed=(Contestant("informed"),),

@@ -1,4 +1,7 @@
-"""The defender `Hypotheses`, the attackers `TaskTracker` and `Planner`: families whose numbers a search chooses."""
+"""The defender `Hypotheses`, the attackers `TaskTracker` and `Planner`: families whose numbers a search chooses.
+
+The policies with the numbers that are shipped are `hypotheses`, `task_tracker` and `annealing`.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,7 @@ from cps_baselines.fdi.hypotheses import Hypotheses
 from cps_baselines.fdi.planner import Planner
 from cps_baselines.fdi.planning import Habits
 from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
+from cps_baselines.searched import searched
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 
@@ -75,3 +79,37 @@ PLANNER = Family(
     tuple(Number(name, start, 0.4, by_factors=True) for name, start in zip(Habits._fields, HABITS, strict=True)),
     Planner,
 )
+
+
+def hypotheses(spec: RoleSpec, **numbers: float) -> Hypotheses:
+    """Follows the likeliest hypothesis about which sensors lie, once the evidence for it is strong enough.
+
+    `numbers` are those of `Hypotheses`; left out, the searched ones of `searched.json`.
+
+    Raises:
+        ConfigurationError: an unknown number, or what `Hypotheses` refuses.
+    """
+    return _hypotheses(spec, HYPOTHESES.row({**searched("fdi", "hypotheses"), **numbers}))
+
+
+def task_tracker(spec: RoleSpec, **numbers: float) -> TaskTracker:
+    """Plays `tracker` with numbers for each kind of task, after a probe that shows whether anybody defends.
+
+    `numbers` are `probe` and, for each kind, those of `Manner`, such as `one.margin`; left out, the searched ones of
+    `searched.json`.
+
+    Raises:
+        ConfigurationError: an unknown number, or what `tracker` refuses.
+    """
+    return _task_tracker(spec, TASK_TRACKER.row({**searched("fdi", "task_tracker"), **numbers}))
+
+
+def annealing(spec: RoleSpec, **numbers: float) -> Planner:
+    """Plans by simulated annealing in the model of an undefended platoon, and improves the plan at every step.
+
+    `numbers` are those of `Habits`; left out, they are set by hand, which a search did not improve.
+
+    Raises:
+        ConfigurationError: an unknown number, or what `Planner` refuses.
+    """
+    return Planner(spec, PLANNER.row(numbers))

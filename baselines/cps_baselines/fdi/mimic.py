@@ -14,7 +14,7 @@ class Mimic(AnalyticPolicy):
     """Lies about ranges by a t^2 / 2 and about range-rates by a t, t since the lies began to work. Sees nothing else.
 
     With an error e the vehicles see E = e + a t^2 / 2, which obeys E'' = d + a - u: a disturbance d and an a of its
-    size look the same. `acceleration_mps2` is a; 0.5 is the best constant against `zoo:fdi-defense-cma`.
+    size look the same. `acceleration_mps2` is a; 0.5 is the best constant against `hypotheses`.
 
     Raises:
         ConfigurationError: there is no filter, or actions are shares of what is legal.

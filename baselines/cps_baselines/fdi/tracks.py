@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from cps_baselines.searched import searched
 from cps_baselines.tracks import Rival, Track, written
 
 CUSUM = written("cusum", drift=0.3, threshold=14.0, rate_threshold=10.0, release_s=2.0, gate=0.01)
 CHI2 = written("chi2", gate=0.01)
 BANK = written("bank", drift=0.3, threshold=14.0, rate_threshold=10.0, gate=0.01)
-HYPOTHESES = "zoo:fdi-defense-cma?seed=4"
-SEARCHED_TRACKER = "zoo:fdi-attack-cma?seed=1"
+HYPOTHESES = written("hypotheses", **searched("fdi", "hypotheses"))
+SEARCHED_TRACKER = written("task_tracker", **searched("fdi", "task_tracker"))
 TRACKER = written("tracker", margin=0.95, late=1.3, swing=1.1, swing_s=0.1, range_part=1.2, sight=True)
 SLOW_MIMIC = written("mimic", acceleration_mps2=0.3)
 MIMIC = written("mimic", acceleration_mps2=0.5)

@@ -55,7 +55,7 @@ ATTACKERS = Side(
         Contestant("constant_28", policy="constant?reading_c=28", title="constant, 28 C"),
         Contestant("constant_40", policy="constant?reading_c=40", title="constant, 40 C"),
         *_signed(),
-        Contestant("zoo:hvac-attack-cma"),
+        Contestant("warm_tracker"),
     ),
     constants=tuple(_forged()),
     searches=(
@@ -71,7 +71,7 @@ ATTACKERS = Side(
 DEFENDERS = Side(
     policies=(
         *map(Contestant, ("none", "fixed", "mtd1", "mtd2", "model_only", "largest", "cusum")),
-        Contestant("zoo:hvac-defense-cma"),
+        Contestant("bayes"),
     ),
     constants=tuple(f"always?action={choice}" for choice in range(CHOICES)),
     informed=(Contestant("informed"), Contestant("truth")),

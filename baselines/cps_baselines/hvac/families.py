@@ -1,4 +1,7 @@
-"""Families of HVAC policies: what the defender `Bayes` believes, and the numbers of two attacks that hide."""
+"""Families of HVAC policies: what the defender `Bayes` believes, and the numbers of two attacks that hide.
+
+The policies with the numbers that a search found are `bayes` and `warm_tracker`.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,9 @@ import numpy as np
 
 from cps_baselines.family import Family, Number
 from cps_baselines.hvac.bayes import Bayes
-from cps_baselines.hvac.brink import Brink
 from cps_baselines.hvac.hypotheses import START, Beliefs
 from cps_baselines.hvac.tracker import Tracker
+from cps_baselines.searched import searched
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 
@@ -45,11 +48,6 @@ def _tracker(spec: RoleSpec, values: FloatArray, *, warmer: bool) -> Tracker:
     return Tracker(spec, level=level, gain=gain, noise=noise, cap_c=cap_c, warmer=warmer)
 
 
-def _brink(spec: RoleSpec, values: FloatArray) -> Brink:
-    margin_c2, gain, most = values.T
-    return Brink(spec, margin_c2=margin_c2, gain=gain.clip(max=1.0), most=most)
-
-
 # Liars who drift each for himself, and liars who drift together.
 APART = tuple(
     Number(name, start, getattr(STEP, name), by_factors=True)
@@ -66,13 +64,26 @@ TRACKED = (
 )
 TRACKER_COLD = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=False))
 TRACKER_WARM = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=True))
-BRINK = Family(
-    "hvac",
-    "attacker",
-    (
-        Number("margin_c2", 0.01, 1.0, by_factors=True),
-        Number("gain", 0.8, 0.3, by_factors=True),
-        Number("most", 2.0, 0.3, by_factors=True),
-    ),
-    _brink,
-)
+
+
+def bayes(spec: RoleSpec, **numbers: float) -> Bayes:
+    """Weighs every set of liars by Bayes' rule, and expects liars to drift together.
+
+    `numbers` are those of `Beliefs`; left out, the searched ones of `searched.json`. The search gained nothing that
+    could be measured over the hand-set start of the family `hvac-bayes-together`.
+
+    Raises:
+        ConfigurationError: an unknown number, beliefs out of their bounds, or no Kalman filters.
+    """
+    return _bayes_together(spec, BAYES_TOGETHER.row({**searched("hvac", "bayes"), **numbers}))
+
+
+def warm_tracker(spec: RoleSpec, **numbers: float) -> Tracker:
+    """Plays `tracker` towards warmer readings, more slowly and with less noise: searched against `bayes`.
+
+    `numbers` are `level`, `gain`, `noise` and `cap_c` of `tracker`; left out, those of `searched.json`.
+
+    Raises:
+        ConfigurationError: an unknown number, or what `tracker` refuses.
+    """
+    return _tracker(spec, TRACKER_WARM.row({**searched("hvac", "warm_tracker"), **numbers}), warmer=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from cps_baselines.searched import searched
 from cps_baselines.tracks import Rival, Track, written
 
 MTD2 = written("mtd2", fallback="least_mean")
 LARGEST = written("largest", kappa=0.2, limit=20.0, release_h=8.0, smooth=0.35)
 CUSUM = written("cusum", kappa=0.25, limit=18.0, quiet=0.4, release_h=4.0, smooth=0.35)
-BAYES = "zoo:hvac-defense-cma?seed=4"
+BAYES = written("bayes", **searched("hvac", "bayes"))
 TRACKER = {"level": 0.4, "gain": 0.5, "noise": 1.0, "cap_c": 15.0}
 COLDER = written("tracker", **TRACKER, warmer=False)
 WARMER = written("tracker", **TRACKER, warmer=True)

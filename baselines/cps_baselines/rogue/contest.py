@@ -76,7 +76,7 @@ CONTEST = Contest(
         searches=(SWITCHING, RAMMING, BRAKING),
     ),
     defenders=Side(
-        policies=(*DEFENDERS, Contestant("pd_detection"), Contestant("zoo:rogue-defense-monitor-cma")),
+        policies=(*DEFENDERS, Contestant("pd_detection")),
         constants=(
             *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
             *(constant((law,) * 3, 1) for law in range(2, len(CONTROLLERS)) if CONTROLLERS[law] != "human"),

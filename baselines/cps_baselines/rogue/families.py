@@ -1,13 +1,12 @@
-"""Families of policies of the rogue-vehicle problem, whose numbers a search chooses."""
+"""Families of policies of the rogue-vehicle problem, whose numbers a search chooses, and `box_in` with such numbers."""
 
 from __future__ import annotations
 
 from cps_baselines.family import Family, Number
 from cps_baselines.rogue.boxing_in import BoxingIn, Manners
-from cps_baselines.rogue.monitor import Monitor
 from cps_baselines.rogue.switching import Switching
+from cps_baselines.searched import searched
 from cps_envs.core.policy import RoleSpec
-from cps_envs.core.types import FloatArray
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
 BEHIND = Manners(  # these and the next came out of a first search: see docs/rogue.md
@@ -52,24 +51,8 @@ AHEAD = Manners(
     grip=22.5,
     press=4.95,
 )
-# The options of `Monitor` and how far the logarithm of each is worth moving. Four start where changing one after the
-# other had led on validation seeds; the others as the monitor has them.
-WATCH = {
-    "near_m": (30.0, 0.3),
-    "near_strong_m": (40.0, 0.3),
-    "strong_mps2": (0.75, 0.3),
-    "horizon_s": (1.0, 0.3),
-    "margin_mps": (0.6, 0.4),
-    "slack_mps2": (2.0, 0.3),
-    "threshold_mps": (3.0, 0.5),
-    "release_s": (10.0, 0.4),
-}
 STEP = 0.5  # of the logarithm of each number
 STEPS = {"touch_mps": 0.1, "approach": 0.5}  # of the numbers themselves, which may be negative
-
-
-def _monitor(spec: RoleSpec, values: FloatArray) -> Monitor:
-    return Monitor(spec, **dict(zip(WATCH, values.T, strict=True)))
 
 
 SWITCHING = Family(
@@ -85,9 +68,16 @@ BOXING_IN = Family(
     ),
     BoxingIn,
 )
-MONITOR = Family(
-    "rogue",
-    "defender",
-    tuple(Number(name, start, step, by_factors=True) for name, (start, step) in WATCH.items()),
-    _monitor,
-)
+
+
+def box_in(spec: RoleSpec, **numbers: float) -> BoxingIn:
+    """Holds a known attacker between its two neighbors, which come up to it softly; the others give way.
+
+    `numbers` are those of `Manners`, behind and ahead of the attacker, such as `ahead_slow_mps`; left out, the searched
+    ones of `searched.json`. There `ahead_slow_mps` is set by hand: the search had put it above the platoon's speed, so
+    that the vehicles ahead let the attacker alone whenever it fell back.
+
+    Raises:
+        ConfigurationError: an unknown number, or what `BoxingIn` refuses.
+    """
+    return BoxingIn(spec, BOXING_IN.row({**searched("rogue", "box_in"), **numbers}))

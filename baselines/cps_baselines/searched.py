@@ -1,0 +1,21 @@
+"""Numbers that a search found: `<problem>/searched.json`, with the command and the commit that made them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+
+
+@cache
+def found(problem: str) -> Mapping[str, Mapping[str, float]]:
+    """The searched numbers of a problem's policies by name, those of each search's best training seed by validation."""
+    file = files("cps_baselines").joinpath(problem, "searched.json")
+    entries = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+    return {name: entry["numbers"] for name, entry in entries.items()}
+
+
+def searched(problem: str, policy: str) -> Mapping[str, float]:
+    """The numbers of one of the problem's policies, by name."""
+    return found(problem)[policy]
