@@ -88,7 +88,7 @@ def _kept(reference: str, target: Path, place: int) -> str:
         raise CommandError(f"{reference} is a mixture itself: name its policies")
     own = target.parent / PARTS / f"{target.stem}-{place}.json"
     own.parent.mkdir(parents=True, exist_ok=True)
-    kept = {**card.recipe, "opponent": ""}  # the strategy that it answered names folders of this run
+    kept = {**card.recipe, "opponent": "", "start": ""}  # the strategy that it answered names folders of this run
     save(
         own,
         replace(card, name=own.stem, opponent="a strategy of self-play", recipe=kept, command=""),
