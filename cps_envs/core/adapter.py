@@ -32,6 +32,7 @@ class Adapter(ABC):
     action_space: spaces.Space[Any]  # of one agent: Discrete, MultiDiscrete or Box [-1, 1]
     neutral_action: Array  # of one agent, of the action space's shape; as good as an action without a thought gets
     masked: bool = False  # whether it hands on which actions are legal, where the role has masks
+    pauses: bool = False  # whether an agent that is not active is active again later in the episode
     local: bool = False  # whether it needs `seen.team`, the own sensors of the role's team, see `core.team`
 
     def __init__(self, spec: RoleSpec) -> None:

@@ -14,17 +14,22 @@ from cps_envs.core.types import Array, BoolArray, IntArray, Observation
 DELAYS_S = np.array([0, 1, 2, 3, 5, 8, 12, 16, 20, 25, 30, 40, 50, 60, 80, 100])  # chosen
 IDLE = -1
 HALF = 0.5  # of an entry that is 0 or 1
+NO_JAM, BEFORE, AFTER = 0, 1, 2  # a second before the strike, or after it
 
 
 class Timed(Adapter):
-    """One agent with two choices: in how many seconds, and then what, of the attacker's own actions.
+    """One agent with up to three choices: in how many seconds, what then, and whether to jam the radio with it.
 
-    What it has chosen is done at that time, or as soon after as it is legal, and until then it can choose nothing else.
+    What: 0 to look again by then, or the platoon i (1 = rear) to disband. The jam blocks the link behind that platoon,
+    a second before it is disbanded or after. It is left out where it is not legal.
+
+    What is chosen is done at that time, or as soon after as it is legal, and until then nothing else can be chosen.
     An attack that comes once in a minute would otherwise be improbable in every single second, and a policy that
-    always takes its most probable action would never attack. Choosing 0, to wait, means to look again by then.
+    always takes its most probable action would never attack.
     """
 
     masked = True
+    pauses = True
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
@@ -36,27 +41,31 @@ class Timed(Adapter):
             Field("due_in_s", "s", 0, self._longest_s, (), "until it is done"),
         )
         self._own = Fields(*list(self.fields)[-2:])
-        self._targets = int(spec.config.num_attacks)
-        self.action_space = spaces.MultiDiscrete([len(DELAYS_S), self._targets])
-        self.neutral_action = np.zeros(2, np.int64)
+        self._platoons = int(spec.config.max_platoons)
+        self._choices = [len(DELAYS_S), self._platoons + 1, *([AFTER + 1] if spec.config.can_jam else [])]
+        self.action_space = spaces.MultiDiscrete(self._choices)
+        self.neutral_action = np.zeros(len(self._choices), np.int64)
 
     def begin(self, num_envs: int) -> State:
-        """Seconds until the plan is due (B,), below 0 without one, and what is planned (B,)."""
-        return np.full(num_envs, IDLE), np.zeros(num_envs, np.int64)
+        """Seconds until the plan is due (B,), below 0 without one, whom it disbands (B,), and which jam is due (B,)."""
+        return np.full(num_envs, IDLE), np.zeros(num_envs, np.int64), np.zeros(num_envs, np.int64)
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """The attacker's observation and its plan, (B, 1, n + 2)."""
-        left, _ = state
+        left = state[0]
         plan = self._own.encode(np.stack([left > IDLE, np.maximum(left, 0)], axis=1).astype(np.float64))
         return np.concatenate([seen.observation, plan], axis=1)[:, np.newaxis]
 
     def masks(self, seen: Seen, state: State) -> BoolArray:
         """Any delay, and whatever is possible at some time, (B, 1, k); only the neutral choice while a plan is on."""
         free = state[0] == IDLE
-        legal = np.ones((len(seen), len(DELAYS_S) + self._targets), np.bool_)
-        legal[:, len(DELAYS_S) :] = self._possible(seen)
+        legal = np.ones((len(seen), sum(self._choices)), np.bool_)
+        ends = np.cumsum(self._choices)
+        legal[:, ends[0] : ends[1]] = self._possible(seen)
+        if "jam_left_s" in seen:
+            legal[:, ends[1] :] = (seen["jam_left_s"] > 0)[:, np.newaxis]
         legal &= free[:, np.newaxis]
-        legal[:, [0, len(DELAYS_S)]] = True
+        legal[:, ends - self._choices] = True
         return legal[:, np.newaxis]
 
     def active(self, seen: Seen, state: State) -> BoolArray:
@@ -66,28 +75,37 @@ class Timed(Adapter):
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The attacker's action (B,): what is planned, when it is due and legal, else 0."""
-        left, target = state
+        left, target, jam = state
         free = left == IDLE
         chosen: IntArray = actions[:, 0].astype(np.int64)
         left = np.where(free, DELAYS_S[chosen[:, 0]], left)
         target = np.where(free, chosen[:, 1], target)
-        rows = np.arange(len(seen))
-        able = self._possible(seen)[rows, target]
-        legal = able if seen.masks is None else seen.masks[rows, target]
-        done = (left <= 0) & (legal | (target == 0))
-        action = np.where(done, target, 0)
-        left = np.where(done | ~able, IDLE, np.maximum(left - 1, 0))
-        return action, (left, target)
+        jam = np.where(free & (target > 0), chosen[:, 2], jam) if chosen.shape[1] > 2 else jam
+        rows, due = np.arange(len(seen)), left <= 0
+        link = np.where(target > 1, self._platoons + target - 1, 0)  # of the platoon behind the target
+        legal = self._legal(seen)
+        strikes = (target > 0) & legal[rows, target]
+        struck = (target > 0) & ~self._possible(seen)[rows, target]  # or it never will be legal
+        can_jam = (link > 0) & legal[rows, np.minimum(link, legal.shape[1] - 1)]
+        jams = due & np.where(jam == BEFORE, strikes & can_jam, (jam == AFTER) & struck & can_jam)
+        hits = due & strikes & ~jams
+        action = np.where(jams, link, np.where(hits, target, 0))
+        waits = hits & (jam == AFTER)  # with the jam
+        over = due & ((target == 0) | (hits & ~waits) | struck)
+        left = np.where(over, IDLE, np.maximum(left - 1, 0))
+        jam = np.where(over | jams, NO_JAM, jam)
+        return action, (left, target, jam)
+
+    def _legal(self, seen: Seen) -> BoolArray:
+        """What is legal now, (B, k); what is possible, where the masks are not seen."""
+        if seen.masks is not None:
+            return seen.masks
+        jams = np.ones((len(seen), self._platoons - 1), np.bool_)
+        return np.concatenate([self._possible(seen), jams], axis=1)
 
     def _possible(self, seen: Seen) -> BoolArray:
-        """The attacker's actions (B, k) that are legal now or may be later: waiting always is."""
+        """Waiting and the platoons, (B, N + 1), that may be disbanded now or later."""
         platoons = seen["disbanded"].shape[1]
         present = seen["present"] > HALF if "present" in seen else np.ones((len(seen), platoons), np.bool_)
-        possible = np.zeros((len(seen), self._targets), np.bool_)
-        possible[:, 0] = True
         attack = present & (seen["disbanded"] < HALF) & (seen["budget_left"] > HALF)[:, np.newaxis]
-        possible[:, 1 : platoons + 1] = attack
-        if self._targets > platoons + 1:
-            link = present[:, 1:] & (seen["jammed"] < HALF) & (seen["jam_left_s"] > 0)[:, np.newaxis]
-            possible[:, platoons + 1 :] = link
-        return possible
+        return np.concatenate([np.ones((len(seen), 1), np.bool_), attack], axis=1)

@@ -124,6 +124,37 @@ def test_advantages_are_those_of_each_row_by_itself() -> None:
             np.testing.assert_allclose(targets[t, row], total + values[t, row], rtol=1e-4, atol=1e-5)
 
 
+def test_what_is_paid_in_a_pause_counts_for_the_decision_before(monkeypatch: pytest.MonkeyPatch) -> None:
+    learner = make_learner(recipe_of("defender"), 0)
+    learner.start()
+    monkeypatch.setattr(learner.envs.adapter, "pauses", True)
+    shown = learner.collect()
+    generator = np.random.default_rng(2)
+    active, ended = generator.random(shown.active.shape) < 0.4, generator.random(shown.ended.shape) < 0.1
+    shown = shown._replace(rewards=generator.normal(size=shown.rewards.shape), active=active, ended=ended)
+    learner.scale = 1.0
+    advantages, _ = learner.credit(shown)
+    with torch.no_grad():
+        seen = zip(map(torch.from_numpy, shown.rows), map(torch.from_numpy, shown.truth), strict=True)
+        values = torch.stack([learner.network.values(rows, truth) for rows, truth in seen]).numpy()
+    discount, gae_lambda = learner.settings.discount, learner.settings.gae_lambda
+
+    def advantage(first: int, row: int) -> float:
+        """From a decision to the next one as a single step, and so on."""
+        paid, factor = -values[first, row], 1.0
+        for t in range(first, len(shown.rewards)):
+            paid += factor * shown.rewards[t, row]
+            factor *= discount
+            if ended[t, row]:
+                return float(paid)
+            if active[t + 1, row] and t + 1 < len(shown.rewards):
+                return float(paid + factor * (values[t + 1, row] + gae_lambda * advantage(t + 1, row)))
+        return float(paid + factor * values[-1, row])
+
+    for t, row in zip(*np.nonzero(active[:-1]), strict=True):
+        np.testing.assert_allclose(advantages[t, row], advantage(t, row), rtol=1e-3, atol=1e-4)
+
+
 def test_the_value_of_an_active_row_is_told_the_truth() -> None:
     learner = make_learner(recipe_of("attacker"), 0)
     columns = learner.envs.wired.columns.size

@@ -9,11 +9,12 @@ import pytest
 
 from cps_envs.core.policy import State
 from cps_envs.core.seen import Seen
+from cps_envs.core.untrained import choices_of
 from cps_envs.disbanding.game import DisbandingGame
-from cps_envs.disbanding.timed import DELAYS_S, IDLE, Timed
+from cps_envs.disbanding.timed import AFTER, BEFORE, DELAYS_S, IDLE, NO_JAM, Timed
 from tests.disbanding.rounds import game_of, started_match
 
-FRONT, LINK = 10, 11  # disband the front platoon; block the radio ahead of the paper's platoon 1
+FRONT, LINK = 10, 19  # disband the front platoon; block the radio behind it
 IN_5_S = int(np.flatnonzero(DELAYS_S == 5)[0])
 
 
@@ -22,16 +23,16 @@ def seen(game: DisbandingGame, masked: bool = True) -> Seen:
     return Seen(game.fields["attacker"], game.observe("attacker"), masks=masks)
 
 
-def drive(game: DisbandingGame, adapter: Timed, choices: list[tuple[int, int]], seconds: int) -> list[int]:
+def drive(game: DisbandingGame, adapter: Timed, choices: list[tuple[int, int, int]], seconds: int) -> list[int]:
     """The actions of environment 0 when the agent makes these choices, one after the other, and then waits."""
     state: State = adapter.begin(game.num_envs)
     taken, left = [], list(choices)
     for _ in range(seconds):
         now = seen(game)
         free = bool(adapter.active(now, state)[0, 0])
-        choice = left.pop(0) if free and left else (0, 0)
+        choice = left.pop(0) if free and left else (0, 0, NO_JAM)
         before = [array.copy() for array in state]
-        action, after = adapter.act(now, state, np.full((game.num_envs, 1, 2), choice))
+        action, after = adapter.act(now, state, np.full((game.num_envs, 1, 3), choice))
         assert all(np.array_equal(old, new) for old, new in zip(before, state, strict=True))
         state = after
         taken.append(int(action[0]))
@@ -48,21 +49,30 @@ def game_that_opens(earliest_s: int) -> DisbandingGame:
 
 def test_what_is_planned_is_done_in_time() -> None:
     game = game_that_opens(1)
-    taken = drive(game, Timed(game.spec("attacker")), [(0, 0), (IN_5_S, FRONT), (0, LINK)], 12)
+    taken = drive(game, Timed(game.spec("attacker")), [(0, 0, NO_JAM), (IN_5_S, FRONT, AFTER)], 12)
     assert taken == [0, 0, 0, 0, 0, 0, FRONT, LINK, 0, 0, 0, 0]
 
 
 def test_a_plan_waits_until_it_is_legal() -> None:
     game = game_that_opens(9)
-    taken = drive(game, Timed(game.spec("attacker")), [(0, FRONT), (0, FRONT - 1)], 20)
+    taken = drive(game, Timed(game.spec("attacker")), [(0, FRONT, NO_JAM), (0, FRONT - 1, NO_JAM)], 20)
     assert [second for second, action in enumerate(taken) if action == FRONT] == [9]
     assert [second for second, action in enumerate(taken) if action == FRONT - 1] == [14], "the pause is 5 s"
+
+
+@pytest.mark.parametrize("budget_s", [5, 0])
+def test_a_jam_comes_a_second_before_the_attack_where_it_is_legal(budget_s: int) -> None:
+    game = game_that_opens(3)
+    game.state.jam_steps[:] = 100 * budget_s
+    taken = drive(game, Timed(game.spec("attacker")), [(1, FRONT, BEFORE), (0, 1, AFTER)], 12)
+    expected = {5: [(3, LINK), (4, FRONT), (9, 1)], 0: [(3, FRONT), (8, 1)]}[budget_s]
+    assert [(second, action) for second, action in enumerate(taken) if action] == expected
 
 
 def test_a_plan_that_became_impossible_is_dropped() -> None:
     game = game_that_opens(1)
     adapter = Timed(game.spec("attacker"))
-    taken = drive(game, adapter, [(1, FRONT), (0, FRONT), (0, 3)], 12)
+    taken = drive(game, adapter, [(1, FRONT, NO_JAM), (0, FRONT, NO_JAM), (0, 3, NO_JAM)], 12)
     assert [action for action in taken if action] == [FRONT, 3]
 
 
@@ -72,17 +82,17 @@ def test_masks_tell_what_can_be_planned() -> None:
     delays = len(DELAYS_S)
     free = adapter.masks(now, adapter.begin(1))[0, 0]
     assert free.all(), "nothing is legal yet, but all of it will be"
-    planned = (np.array([3]), np.array([FRONT]))
-    assert np.flatnonzero(adapter.masks(now, planned)[0, 0]).tolist() == [0, delays]
+    planned = (np.array([3]), np.array([FRONT]), np.array([NO_JAM]))
+    assert np.flatnonzero(adapter.masks(now, planned)[0, 0]).tolist() == [0, delays, delays + FRONT + 1]
     game.budget[:], game.state.jam_steps[:] = 0, 0
     spent = adapter.masks(seen(game), adapter.begin(1))[0, 0]
-    assert np.flatnonzero(spent[delays:]).tolist() == [0]
+    assert np.flatnonzero(spent[delays:]).tolist() == [0, FRONT + 1]
 
 
 def test_the_agent_sees_its_plan() -> None:
     game = game_that_opens(1)
     adapter = Timed(game.spec("attacker"))
-    rows = adapter.observe(seen(game), (np.array([50]), np.array([FRONT])))
+    rows = adapter.observe(seen(game), (np.array([50]), np.array([FRONT]), np.array([NO_JAM])))
     shown = adapter.fields.decode(rows)
     assert rows.shape == (1, 1, adapter.fields.size)
     assert (shown["plans"][0, 0], shown["due_in_s"][0, 0]) == (1, 50)
@@ -100,11 +110,9 @@ def test_any_choices_are_legal_actions(preset: str) -> None:
         now = seen(game)
         masks = adapter.masks(now, state)
         assert masks is not None
-        delay, target = (
-            np.where(part, generator.random(part.shape), -1).argmax(axis=1)
-            for part in np.split(masks[:, 0], [len(DELAYS_S)], axis=1)
-        )
-        action, state = adapter.act(now, state, np.stack([delay, target], axis=1)[:, np.newaxis])
+        parts = np.split(masks[:, 0], np.cumsum(choices_of(adapter.action_space))[:-1], axis=1)
+        chosen = [np.where(part, generator.random(part.shape), -1).argmax(axis=1) for part in parts]
+        action, state = adapter.act(now, state, np.stack(chosen, axis=1)[:, np.newaxis])
         assert game.action_mask("attacker")[np.arange(3), action].all()  # type: ignore[index]
         game.advance({"attacker": action}, np.ones(3, np.bool_), 10)
     assert (state[0] >= IDLE).all()

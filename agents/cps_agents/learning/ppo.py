@@ -228,16 +228,23 @@ class Learner:
                 self.optimizer.step()
 
     def credit(self, played: Played) -> tuple[Observation, Observation]:
-        """Advantages and value targets (T, N). Nothing counts beyond an episode's end, or once a row is not active."""
+        """Advantages and value targets (T, N). Nothing counts beyond an episode's end, or once a row is not active.
+
+        Where agents pause, what is paid until they are active again counts for the decision before.
+        """
         settings = self.settings
         with torch.inference_mode():
             seen = zip(map(torch.from_numpy, played.rows), map(torch.from_numpy, played.truth), strict=True)
             values = np.stack([self.network.values(rows, truth).numpy() for rows, truth in seen])
-        goes_on = settings.discount * (played.active[1:] & ~played.ended)
-        errors = played.rewards / np.sqrt(self.scale + 1e-10) + goes_on * values[1:] - values[:-1]
-        advantages, following = np.empty_like(errors, np.float32), np.zeros(errors.shape[1])
-        for t in range(len(errors) - 1, -1, -1):
-            following = errors[t] + settings.gae_lambda * goes_on[t] * following
+        pauses = self.envs.adapter.pauses
+        goes_on = settings.discount * ((played.active[1:] | pauses) & ~played.ended)
+        rewards, decides = played.rewards / np.sqrt(self.scale + 1e-10), played.active[:-1] | (not pauses)
+        advantages, following, later = np.empty_like(rewards, np.float32), np.zeros(rewards.shape[1]), values[-1]
+        for t in range(len(rewards) - 1, -1, -1):
+            gained = rewards[t] + goes_on[t] * later
+            error = np.where(decides[t], gained - values[t], 0.0)
+            following = error + np.where(decides[t], settings.gae_lambda, 1.0) * goes_on[t] * following
+            later = np.where(decides[t], values[t], gained)
             advantages[t] = following
         return advantages, advantages + values[:-1]
 
