@@ -17,6 +17,12 @@ ATTACKERS = (
     Contestant("jam_first", "timed?jam=1", "timed, jam behind the first"),
     Contestant("jam_second", "timed?jam=2", "timed, jam behind the next"),
     Contestant("jam_after", "timed?jam=3&jam_s=0", "timed, jam after the attack"),
+    Contestant("jam_soon", "timed?jam=1&jam_s=0&pause_s=40", "timed, every 40 s, jam after the first"),
+    Contestant(
+        "jam_adaptive",
+        "adaptive?look_s=20&slow_mps=8.2&fast_mps=18.1&slow_s=60&middle_s=35&fast_s=35&jam=1",
+        "adaptive, soon, jam behind the first",
+    ),
 )
 DEFENDERS = tuple(map(Contestant, ("none", "heuristic", "mpc", "copy", "feedback", "string", "local")))
 
