@@ -23,6 +23,7 @@ from cps_agents.learning.ppo import Learner, Progress, Settings
 from cps_agents.learning.recipe import Recipe, changed
 from cps_agents.learning.run import Job
 from cps_agents.learning.shared import make_envs, make_learner, settings_of
+from cps_agents.learning.twins import Twins
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.recipes.learning import OWN, learning_recipe
 from cps_agents.zoo.files import load
@@ -66,6 +67,25 @@ def test_dials_are_moved_by_noise_that_is_held() -> None:
     learner.learn()
     rows = torch.from_numpy(learner.rows)
     np.testing.assert_allclose(learner.network.outputs(rows).detach(), 0.5, atol=0.1)
+
+
+def test_of_two_like_episodes_the_better_one_is_followed() -> None:
+    learner = make_learner(recipe_of("attacker", twins=True), 0)
+    assert isinstance(learner, Twins)
+    learner.start()
+    shown = learner.collect()
+    assert shown.ended[-1].all()
+    advantages, _ = learner.credit(shown)
+    returns = shown.rewards.sum(axis=0).reshape(2, -1)
+    np.testing.assert_allclose(advantages[0], (returns - returns.mean(axis=0)).reshape(-1), atol=1e-5)
+    assert (advantages == advantages[0]).all()
+    learner.learn()
+    assert learner.progress().training_return > 0.5 * BEST
+
+
+def test_twins_need_pairs() -> None:
+    with pytest.raises(CommandError, match="paired"):
+        Twins(make_envs(recipe_of("attacker"), 0), Settings(steps=1))
 
 
 def test_noise_for_an_episode_needs_pairs_and_a_box() -> None:

@@ -100,6 +100,7 @@ class Recipe:
     relative: bool = False  # learn from what is gained over the neutral action in the same, second episode
     rows_per_update: int = 20_000  # at most, drawn from all decisions since the last update
     episode_noise: bool = False  # learn by noise that is held for an episode, see `learning.episode_noise`
+    twins: bool = False  # play every episode twice, and learn from the difference, see `learning.twins`
     bias_learning_rate: float = 0.08  # of the last layer's bias, with `episode_noise`
     sampled: bool = False  # draw actions where the trained policy plays, instead of the most likely ones
     start: str = ""  # a trained policy, zoo:NAME, with whose weights learning begins; random ones if empty

@@ -25,6 +25,7 @@ from cps_agents.learning.ppo import Learner, Progress, Settings
 from cps_agents.learning.recipe import Recipe
 from cps_agents.learning.run import Job, Run, recording
 from cps_agents.learning.tracking import Tracker
+from cps_agents.learning.twins import Twins
 from cps_agents.learning.warm_start import read_start
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
@@ -73,7 +74,8 @@ def make_learner(recipe: Recipe, seed: int, arrays: Mapping[str, Array] | None =
     """
     start = read_start(recipe)
     envs = make_envs(recipe, seed, arrays, None if start is None else start.scaling)
-    learner = (EpisodeNoise if recipe.episode_noise else Learner)(envs, settings_of(recipe), seed)
+    kind = EpisodeNoise if recipe.episode_noise else Twins if recipe.twins else Learner
+    learner = kind(envs, settings_of(recipe), seed)
     if start is not None:
         start.put(learner.network)
     return learner
@@ -103,7 +105,7 @@ def make_envs(
         initial_deviation=recipe.initial_deviation,
         pay_power=recipe.pay_power,
         relative=recipe.relative,
-        paired=recipe.episode_noise,
+        paired=recipe.episode_noise or recipe.twins,
         scaling=scaling,
         **recipe.overrides,
     )
