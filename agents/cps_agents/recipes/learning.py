@@ -23,7 +23,7 @@ KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
 }
 STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on the machine that they were measured on
     ("disbanding", "attacker"): 300_000,
-    ("disbanding", "defender"): 7_000_000,
+    ("disbanding", "defender"): 3_500_000,
     ("fdi", "attacker"): 10_000_000,
     ("fdi", "defender"): 3_000_000,
     ("hvac", "attacker"): 5_000_000,
@@ -50,11 +50,13 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "hold": 100,
         "relative": False,
         "episode_noise": True,
+        "opponent": 'mixture?policies=["spread","random","timed?jam=1","timed?jam=2","timed?jam=3"]',
         "initial_deviation": 0.15,
-        "learning_rate": 1.5e-4,
-        "final_learning_rate": 2e-5,
-        "bias_learning_rate": 0.04,
-        "num_envs": 64,
+        "learning_rate": 3e-4,
+        "final_learning_rate": 3e-5,
+        "bias_learning_rate": 0.05,
+        "num_envs": 48,
+        "evaluations": 4,
     },
 }
 
