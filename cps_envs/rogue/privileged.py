@@ -37,7 +37,7 @@ class Truth:
         return present
 
     def attacker(self) -> Observation:
-        """What the attacker is not told, (B, 15): exact gaps and rates, its neighbours' controllers, damage so far."""
+        """What the attacker is not told, (B, 16): exact gaps and rates, its neighbours' controllers, `_paid`."""
         gap, rate = self._gaps()
         rows, seats = np.arange(len(self.seat)), self.seat
         behind = np.maximum(seats - 1, 0)
@@ -45,35 +45,50 @@ class Truth:
         sides = (gap[rows, seats], rate[rows, seats], followed * gap[rows, behind], followed * rate[rows, behind])
         laws = self._state.controller[rows[:, np.newaxis], np.stack([seats + 1, behind], axis=1)]
         kinds = (laws[..., np.newaxis] == np.arange(len(DRIVEN))).reshape(len(rows), -1)
-        return np.column_stack([*(side / 4 for side in sides), kinds, self._damage()]).astype(np.float32)
+        return np.column_stack([*(side / 4 for side in sides), kinds, *self._paid()]).astype(np.float32)
 
     def defender(self) -> Observation:
-        """What the defender is not told, (B, 8): `_episode` and the seat."""
+        """What the defender is not told, (B, 9): `_episode` and the seat."""
         return np.column_stack([*self._episode(), self.seat / self._config.max_vehicles]).astype(np.float32)
 
     def vehicles(self) -> Observation:
-        """The same for each vehicle, (B, n, 11): `_episode`, and where the seized one is from there."""
+        """The same for each vehicle, (B, n, 13): `_episode`, how far it is from its place, and from the seized one."""
         shared = np.stack(self._episode(), axis=1)
         away = np.arange(self._config.max_vehicles) - self.seat[:, np.newaxis]
-        own = np.stack([away / 4, away == 0, away == -1, away == 1], axis=-1)
+        own = np.stack([compressed(self._errors()) / 4, away / 4, away == 0, away == -1, away == 1], axis=-1)
         everywhere = np.broadcast_to(shared[:, np.newaxis], (*away.shape, shared.shape[1]))
         return np.concatenate([everywhere, own], axis=-1, dtype=np.float32)
 
     def _episode(self) -> tuple[FloatArray, ...]:
-        """Whether the attacker drives, or ever will; its power; the size; the least and mean gap; the damage."""
+        """Whether the attacker drives, or ever will; its power; the size; the least and mean gap; `_paid`."""
         drawn, gap = self._drawn, self._gaps()[0]
         pairs = self.there()[:, 1:]
         count = pairs.sum(axis=1)
         surplus = (drawn["attacker_drive_mps2"] / drawn["drive_mps2"] - 1) / SURPLUS
         least, mean = np.where(pairs, gap, np.inf).min(axis=1), np.where(pairs, np.abs(gap), 0.0).sum(axis=1) / count
         known = self.attacked(), drawn["onset_step"] < NEVER, surplus, count / self._config.max_vehicles
-        return *(np.asarray(each, np.float64) for each in known), least / 4, mean / 4, self._damage()
+        return *(np.asarray(each, np.float64) for each in known), least / 4, mean / 4, *self._paid()
 
     def _gaps(self) -> tuple[FloatArray, FloatArray]:
         """Gap errors and rates (B, n - 1) of all pairs, compressed."""
         position, speed = self._state.position, self._state.speed
         return compressed(np.diff(position) - self._config.separation_m), compressed(np.diff(speed))
 
-    def _damage(self) -> FloatArray:
-        damage: FloatArray = np.log1p(self._state.damage.sum(axis=1) / FEW_MPS)
-        return damage
+    def _paid(self) -> tuple[FloatArray, FloatArray]:
+        """The damage so far, and how far the vehicles are from their places, for which is paid at every moment."""
+        away = np.where(self.there(), np.abs(self._errors()), 0.0).sum(axis=1) / self._drawn["num_vehicles"]
+        return np.log1p(self._state.damage.sum(axis=1) / FEW_MPS), np.log1p(away / self._config.separation_m)
+
+    def _errors(self) -> FloatArray:
+        """How far each vehicle is behind its place (B, n) in m, see `formation.place`."""
+        drawn, position, count = self._drawn, self._state.position, self._drawn["num_vehicles"]
+        reference = drawn["reference_start_m"] + drawn["reference_speed_mps"] * self._state.step * self._config.dt_s
+        vehicles = np.arange(position.shape[1])
+        places = reference[:, np.newaxis] - (count[:, np.newaxis] - 1 - vehicles) * self._config.separation_m
+        if self._config.formation_cost == "open_place":
+            rows, seat = np.arange(len(position)), self.seat[:, np.newaxis]
+            beside = position[rows, self.seat][:, np.newaxis] + (vehicles - seat) * self._config.separation_m
+            open_places = np.where(vehicles < seat, np.minimum(places, beside), np.maximum(places, beside))
+            places = np.where(self.attacked()[:, np.newaxis], open_places, places)
+        errors: FloatArray = places - position
+        return errors

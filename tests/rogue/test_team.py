@@ -92,7 +92,7 @@ def test_value_functions_are_told_numbers_of_about_unit_size() -> None:
     game = started(range(50), "learning", **ROUGH)
     for _ in drive(game, 30, num_steps=5):
         told = [game.privileged("attacker"), game.privileged("defender"), game.team("defender").privileged()]
-        assert [each.shape for each in told] == [(50, 15), (50, 8), (50, 8, 11)]
+        assert [each.shape for each in told] == [(50, 16), (50, 9), (50, 8, 13)]
         assert all(np.isfinite(each).all() and np.abs(each).max() < 5 for each in told)
     assert all(each.reshape(-1, each.shape[-1]).std(axis=0).max() > 0.3 for each in told)
 
@@ -106,4 +106,4 @@ def test_value_functions_are_told_who_is_seized() -> None:
     attacked = game.drawn["onset_step"] == 0
     assert np.array_equal(game.privileged("defender")[:, 0], attacked)
     assert game.team("defender").privileged().shape[1] == 8
-    assert started((0,), "easy").team("defender").privileged().shape == (1, 4, 11)
+    assert started((0,), "easy").team("defender").privileged().shape == (1, 4, 13)

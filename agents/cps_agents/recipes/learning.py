@@ -28,10 +28,15 @@ STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on th
     ("fdi", "defender"): 3_000_000,
     ("hvac", "attacker"): 5_000_000,
     ("hvac", "defender"): 3_000_000,
-    ("rogue", "attacker"): 6_000_000,
+    ("rogue", "attacker"): 4_000_000,
     ("rogue", "defender"): 3_000_000,
 }
 USUAL_STEPS = 3_000_000  # of a problem of one's own
+# Defenders that a rogue attacker meets in training; others are left for judging.
+ROGUE_DEFENDERS = (
+    'mixture?policies=["monitor","sliding","assigned?laws=ssl","assigned?laws=f","assigned","pd_detection","disband_4"]'
+    "&weights=[5,2,1,1,1,1,1]"
+)
 # What a role needs beside the settings that every library is told, and how long it learns.
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     ("disbanding", "attacker"): {  # four or five decisions in an episode, and what is drawn in it decides the most
@@ -57,6 +62,14 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "bias_learning_rate": 0.05,
         "num_envs": 48,
         "evaluations": 4,
+    },
+    ("rogue", "attacker"): {  # scattered platoons pay until the end, so it looks far ahead
+        "opponent": ROGUE_DEFENDERS,
+        "num_envs": 256,
+        "steps_per_update": 32,
+        "discount": 0.996,
+        "evaluations": 4,
+        "evaluation_episodes": 192,
     },
 }
 
