@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
@@ -16,9 +16,20 @@ from cps_envs.rogue.controllers import CONTROLLERS
 PLAIN, MODIFIED = 0, 1  # following with the separation kept, or with (5.12) to (5.14)
 
 
-def mode_space(num_vehicles: int) -> spaces.MultiDiscrete:
-    """Controller and modification of each vehicle, from the rear."""
-    return spaces.MultiDiscrete([len(CONTROLLERS), 2] * num_vehicles)
+LEVELS = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])  # shares of the `command_limits` that "either" offers
+
+
+def choices_of(config: RogueConfig) -> int:
+    """How many controllers and levels a vehicle chooses from, controllers first; 0 where it is commanded."""
+    return {"mode": len(CONTROLLERS), "either": len(CONTROLLERS) + len(LEVELS), "command": 0}[config.defense_action]
+
+
+def order_space(config: RogueConfig, num_vehicles: int) -> spaces.Space[Any]:
+    """What vehicles are ordered, from the rear: choice and modification of each, or an acceleration."""
+    choices = choices_of(config)
+    if choices == 0:
+        return spaces.Box(-1.0, 1.0, (num_vehicles,), np.float32)
+    return spaces.MultiDiscrete([choices, 2] * num_vehicles)
 
 
 class Engine(NamedTuple):

@@ -12,15 +12,16 @@ from cps_envs.core.fields import Field, Fields
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
-from cps_envs.rogue.actions import PLAIN, mode_space
+from cps_envs.rogue.actions import PLAIN, choices_of, order_space
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import CONTROLLERS
 from cps_envs.rogue.fields import ACCELERATION_MPS2, DETECTOR_SPAN, NEAR, compressed, vehicle_fields
+from cps_envs.rogue.formation import FAR
 from cps_envs.rogue.swarm import names_of
 
 EFFORTS = np.array([-1.0, 0.0, 1.0], np.float32)  # full braking, the present speed, full driving
 CRUISE = 1  # the second of them
-FAR_M, FAST_MPS = 60.0, 25.0  # chosen: errors from there on look alike
+FAR_M, FAST_MPS, LOST_M = 60.0, 25.0, 500.0  # chosen: errors from there on look alike
 SIDES = ("front_gap_error", "front_gap_rate", "rear_gap_error", "rear_gap_rate")
 SPEEDS_MPS = (0.0, 50.0)  # chosen: v_max
 
@@ -37,8 +38,9 @@ class Effort(Adapter):
         config = spec.config
         self.agents = (spec.role,)
         self.action_space, self.neutral_action = spaces.Discrete(len(EFFORTS)), np.array(CRUISE)
+        far = FAR * config.separation_m  # as far as its sensors see: run-ups are as long
         self.fields = Fields(
-            Field("front_gap_error", "m", -60, 60, (), "distance to the vehicle ahead minus sigma"),
+            Field("front_gap_error", "m", -far, far, (), "distance to the vehicle ahead minus sigma"),
             Field("front_gap_rate", "m/s", -25, 25, (), "speed of the vehicle ahead minus own"),
             Field("rear_gap_error", "m", -15, 15, (), "distance to the vehicle behind minus sigma"),
             Field("rear_gap_rate", "m/s", -10, 10, (), "own speed minus that of the vehicle behind"),
@@ -78,8 +80,7 @@ class VehicleFull(Adapter):
         super().__init__(spec)
         config: RogueConfig = spec.config
         self.agents, self.fields = names_of(config), vehicle_fields(config)
-        modes = config.defense_action == "mode"
-        self.action_space = mode_space(1) if modes else spaces.Box(-1.0, 1.0, (1,), np.float32)
+        self.action_space = order_space(config, 1)
         self.neutral_action = spec.neutral_action.reshape(len(self.agents), -1)[0]
 
     def observe(self, seen: Seen, state: State) -> Observation:
@@ -99,9 +100,10 @@ class VehicleFull(Adapter):
 
 
 class Vehicle(VehicleFull):
-    """Each vehicle that gets orders chooses one of the six controllers; following is never modified.
+    """Each vehicle that gets orders chooses one of its controllers or accelerations; following is never modified.
 
-    It sees its own row without what it has chosen itself, and errors e as arsinh(e / 0.2).
+    It sees its own row without what it has chosen itself, how far it is from its place in the platoon, and errors e as
+    arsinh(e / 0.2).
 
     Raises:
         ConfigurationError: the environment takes accelerations, not controllers.
@@ -110,16 +112,17 @@ class Vehicle(VehicleFull):
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         config = spec.config
-        if config.defense_action != "mode":
+        if config.defense_action == "command":
             raise ConfigurationError('the adapter "vehicle" selects controllers; it needs defense_action="mode"')
         self._rows = self.fields
-        self.action_space = spaces.Discrete(len(CONTROLLERS))
+        self.action_space = spaces.Discrete(choices_of(config))
         self.neutral_action = np.array(CONTROLLERS.index(config.neutral_controller))
         spread = DETECTOR_SPAN * config.alarm_threshold
         self.fields = Fields(
             Field("leads", "-", 0, 1, (), "the vehicle is the leader, whose front neighbour is the reference"),
             Field("trails", "-", 0, 1, (), "nobody is behind"),
             *(compressed_field(name) for name in SIDES),
+            compressed_field("place_error", LOST_M),
             Field("speed", "m/s", *SPEEDS_MPS, (), "own"),
             range_field("reference_speed", "m/s", config.reference_speed_mps, "v_ref"),
             Field("front_acceleration", "m/s2", -ACCELERATION_MPS2, ACCELERATION_MPS2, (), "ahead"),
@@ -133,17 +136,29 @@ class Vehicle(VehicleFull):
     def observe(self, seen: Seen, state: State) -> Observation:
         """The vehicles' rows (B, A, m)."""
         rows = Seen(self._rows, team_of(seen).reshape(-1, self._rows.size))
-        shown = encoded(self.fields, {name: compressed(rows[name]) for name in SIDES}, rows)
+        columns = {name: compressed(rows[name]) for name in SIDES}
+        columns["place_error"] = compressed(self._behind(seen).reshape(-1))
+        shown = encoded(self.fields, columns, rows)
         return shown.reshape(len(seen), len(self.agents), -1)
+
+    def _behind(self, seen: Seen) -> FloatArray:
+        """How far each vehicle is behind its place, (B, A) in m: by the gaps ahead of it and the leader's error."""
+        gaps = np.cumsum(seen["gap_error"][:, ::-1], axis=1)[:, ::-1]
+        behind = seen["reference_error"][:, np.newaxis] + np.pad(gaps, ((0, 0), (0, 1)))
+        agents = np.arange(len(self.agents))
+        if "attacker_index" in seen:  # then the seized vehicle is no agent
+            agents = agents + (agents >= seen["attacker_index"][:, np.newaxis] - 1.5)
+        found: FloatArray = np.take_along_axis(behind, np.broadcast_to(agents, (len(seen), len(self.agents))), axis=1)
+        return found
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The controllers (B, 2 A), all plain, from (B, A)."""
         return super().act(seen, state, np.stack([actions, np.full_like(actions, PLAIN)], axis=-1))
 
 
-def compressed_field(name: str) -> Field:
-    """The field of a compressed error, by its name a gap in m or something in m/s."""
-    unit, far = ("m", FAR_M) if name.endswith("error") else ("m/s", FAST_MPS)
+def compressed_field(name: str, far_m: float = FAR_M) -> Field:
+    """The field of a compressed error, by its name one in m or something in m/s."""
+    unit, far = ("m", far_m) if name.endswith("error") else ("m/s", FAST_MPS)
     high = float(compressed(np.array(far)))
     return Field(name, "-", -high, high, (), f"arsinh of the error in {NEAR:g} {unit}")
 

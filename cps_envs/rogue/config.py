@@ -16,6 +16,7 @@ CONTACT = "chosen: (5.8) does not say what follows a collision; solid is physica
 BUMPERS = "chosen: with 'solid' an impact does damage by its speed beyond this"
 NOISE = "chosen: standard deviation of what is observed"
 ORDERS = "chosen: with 'all' the seized vehicle is not marked; it obeys until the onset"
+FORM = "chosen: controllers, accelerations, or for each vehicle one of either"
 COST = "chosen: saturating mean errors, or log(1 + mean distance / sigma) from the places or from the open places"
 NEUTRAL = "chosen: of all, by the defender's neutral action"
 
@@ -68,7 +69,7 @@ class RogueConfig:
     onset_s: Range = quantity(0.0, unit="s", low=0, high=60, source="chosen: drives as `sliding` before", ranged=True)
     attack_share: float = quantity(1.0, low=0, high=1, source="chosen: share of the episodes that have an attack")
     orders: str = quantity("intact", choices=("intact", "all"), source=ORDERS)
-    defense_action: str = quantity("mode", choices=("mode", "command"), source="chosen: controllers, or accelerations")
+    defense_action: str = quantity("mode", choices=("mode", "command", "either"), source=FORM)
     neutral_controller: str = quantity("linear", choices=("linear", "sliding"), source=NEUTRAL)
     formation_cost: str = quantity("scattering", choices=("scattering", "log_place", "open_place"), source=COST)
     formation_weight_mps2: float = quantity(0.0, unit="m/s2", low=0, high=10, source="chosen: w, price of scattering")
@@ -204,6 +205,7 @@ LEARNING = replace(
     speed_noise_mps=0.5,
     acceleration_noise_mps2=2.0,
     bumper_mps=2.0,  # 49 CFR 581: no damage at 2.5 mph against a barrier, as 2.2 m/s do between equal vehicles
+    defense_action="either",
     neutral_controller="sliding",  # the best of the controllers, if all vehicles keep it
     formation_cost="open_place",
     formation_weight_mps2=0.2,

@@ -7,6 +7,7 @@ import numpy as np
 from cps_envs.core.config import bounds
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.types import FloatArray
+from cps_envs.rogue.actions import choices_of
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import DRIVEN
 from cps_envs.rogue.formation import FAR
@@ -68,7 +69,7 @@ def defender_fields(config: RogueConfig) -> Fields:
     n, ordered, far = config.max_vehicles, config.num_orders, FAR * config.separation_m
     watches_front, watched = (0, 0) if config.hidden else (ordered - 1, watches_rear(config))
     spread = DETECTOR_SPAN * config.alarm_threshold
-    growths, laws = ((ordered,), (ordered, len(DRIVEN))) if config.defense_action == "mode" else ((0,), (0,))
+    growths, laws = ((ordered,), (ordered, len(DRIVEN))) if choices_of(config) else ((0,), (0,))
     return Fields(
         Field("gap_error", "m", -far, far, (n - 1,), "of each pair, distance minus sigma"),
         Field("gap_rate", "m/s", -RATE_MPS, RATE_MPS, (n - 1,), "of each pair"),
@@ -95,7 +96,7 @@ def vehicle_fields(config: RogueConfig) -> Fields:
     The row of a vehicle that an episode does not have is zero but for the time.
     """
     far, spread = FAR * config.separation_m, DETECTOR_SPAN * config.alarm_threshold
-    growths, laws = ((), (len(DRIVEN),)) if config.defense_action == "mode" else ((0,), (0,))
+    growths, laws = ((), (len(DRIVEN),)) if choices_of(config) else ((0,), (0,))
     return Fields(
         Field("leads", "-", 0, 1, (), "the vehicle is the leader, whose front neighbour is the reference"),
         Field("trails", "-", 0, 1, (), "nobody is behind"),

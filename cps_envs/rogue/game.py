@@ -13,7 +13,7 @@ from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
-from cps_envs.rogue.actions import PLAIN, command_limits, mode_space
+from cps_envs.rogue.actions import LEVELS, PLAIN, choices_of, command_limits, order_space
 from cps_envs.rogue.adapters import Effort, Vehicle, VehicleFull
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
@@ -37,7 +37,8 @@ class RogueGame(Game):
     speed, 1 full driving effort.
     Defender, `defense_action="mode"`: MultiDiscrete, for each intact vehicle from the rear its controller
     (`controllers.CONTROLLERS`) and whether following is modified: growing separation, authority (5.12). `"command"`:
-    Box (n - 1,), accelerations. With `orders="all"` for each vehicle: the seized one ignores its own from the onset on.
+    Box (n - 1,), accelerations. `"either"`: MultiDiscrete with `actions.LEVELS` of them after the controllers.
+    With `orders="all"` for each vehicle: the seized one ignores its own from the onset on.
 
     Payoff: the increase of the damage D (5.8), plus w times the increase of the formation cost. Nothing terminates.
     """
@@ -57,8 +58,8 @@ class RogueGame(Game):
         self.decision_interval = {"attacker": round(config.attack_hold_s / config.control_period_s), "defender": 1}
         self.fields = {"attacker": attacker_fields(config), "defender": defender_fields(config)}
         ordered = config.num_orders
-        self.modes = config.defense_action == "mode"
-        defense = mode_space(ordered) if self.modes else spaces.Box(-1.0, 1.0, (ordered,), np.float32)
+        self.modes = choices_of(config) > 0
+        defense = order_space(config, ordered)
         self.action_space = {"attacker": spaces.Box(-1.0, 1.0, (1,), np.float32), "defender": defense}
         plain = np.tile([CONTROLLERS.index(config.neutral_controller), PLAIN], ordered)
         still = plain if self.modes else np.zeros(ordered)
@@ -89,10 +90,12 @@ class RogueGame(Game):
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:
         """Controllers (B, k, 2) and accelerations (B, k) in m/s2 of the k vehicles that get orders."""
-        if self.modes:
-            return action.reshape(self._orders.shape), self._accelerations
         braking, driving = self._limits
-        return self._orders, np.where(action < 0.0, braking, driving) * action
+        if not self.modes:
+            return self._orders, np.where(action < 0.0, braking, driving) * action
+        orders = action.reshape(self._orders.shape)
+        levels = LEVELS[np.maximum(orders[..., 0] - COMMANDED, 0)]
+        return np.minimum(orders, COMMANDED), np.where(levels < 0.0, braking, driving) * levels
 
     def observe(self, role: Role) -> Observation:
         """See `fields.attacker_fields` and `fields.defender_fields`."""

@@ -123,7 +123,8 @@ def fill_ordered(episode: State, c: Drawn, r: Rules, at: Record, row: FloatArray
         row[at.alarm + k] = episode.alarm[i]
         if at.law > at.growth:
             row[at.growth + k] = episode.growth[i]
-            row[at.law + len(DRIVEN) * k + episode.controller[i]] = 1.0
+            if episode.controller[i] < len(DRIVEN):
+                row[at.law + len(DRIVEN) * k + episode.controller[i]] = 1.0
 
 
 @inlined
@@ -146,4 +147,5 @@ def fill_vehicle(episode: State, i: int, c: Drawn, r: Rules, at: Record, row: Fl
     row[at.alarm] = episode.alarm[i]
     if at.law > at.growth:
         row[at.growth] = episode.growth[i]
-        row[at.law + episode.controller[i]] = 1.0
+        if episode.controller[i] < len(DRIVEN):
+            row[at.law + episode.controller[i]] = 1.0

@@ -83,6 +83,7 @@ Drive the intact vehicles of a platoon so that the seized one does little damage
 ## Description
 The other side of `RogueAttack`. The vehicles' controllers and detectors run inside the simulation at every integration
 step. Every 0.1 s the defender selects each vehicle's controller or, with `defense_action="command"`, its acceleration.
+In `learning` it selects for each vehicle one of either.
 
 In preset `learning` the defender is not told who is seized, so it gives orders to all vehicles. The seized vehicle
 obeys until the attack begins, at the onset. From then on it ignores its orders, and reports what an intact vehicle in
@@ -115,6 +116,8 @@ vehicles to `human` once the separation of one that follows has grown enough.
 
 With `defense_action="command"` the space is `Box(-1, 1, (n - 1,), float32)`, or n entries with `orders="all"`. Entries
 are accelerations before drag, held for 0.1 s: -1 for -7.5 m/s2, 0 for none, 1 for 2.5 m/s2 (full effort at 25 m/s).
+`learning` has `defense_action="either"` and `MultiDiscrete([11, 2] * n)`: after the controllers there are five such
+accelerations, 6 for -1, 7 for -0.5, 8 for 0, 9 for 0.5, and 10 for 1. A vehicle that plays one shows no law.
 
 ## Observation Space
 `Box(-1, 1, (size,), float32)`; `env.unwrapped.game.fields["defender"].decode(observation)` gives units back.

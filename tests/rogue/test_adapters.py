@@ -140,7 +140,7 @@ def test_a_vehicle_sees_its_own_row_and_nothing_marks_the_seized_one() -> None:
 
 
 @pytest.mark.parametrize("orders", ["intact", "all"])
-@pytest.mark.parametrize("defense_action", ["mode", "command"])
+@pytest.mark.parametrize("defense_action", ["mode", "command", "either"])
 def test_all_orders_of_all_vehicles_are_the_role_s_action(orders: str, defense_action: str) -> None:
     game = started((0, 1, 2), "paper", orders=orders, defense_action=defense_action)
     adapter, space = VehicleFull(game.spec("defender")), game.action_space["defender"]
@@ -168,3 +168,17 @@ def test_what_is_always_the_same_takes_no_room() -> None:
         assert rows(game, form(game.spec(role))).shape[2] == fixed
         assert fixed <= free
     assert Effort(spec_of("attacker")).fields.size == 8
+
+
+@pytest.mark.parametrize("orders", ["intact", "all"])
+def test_a_vehicle_knows_its_place(orders: str) -> None:
+    game = started((0, 1), "learning", orders=orders, range_noise_m=0.0, num_vehicles=5, attacker_index=(1, 4))
+    go(game, -1.0, None, 60)
+    adapter, positions = Vehicle(game.spec("defender")), game.state.position
+    reference = positions[:, -1:] + game.metrics()["reference_error_m"][:, np.newaxis]
+    errors = reference - 9.0 * (4 - np.arange(5)) - positions
+    if orders == "intact":
+        others = np.arange(5) != game.drawn["attacker"][:, np.newaxis]
+        errors = errors[others].reshape(2, 4)
+    shown = adapter.fields.decode(rows(game, adapter).reshape(-1, adapter.fields.size))["place_error"]
+    assert np.sinh(shown) * NEAR == pytest.approx(errors.ravel(), abs=0.5)

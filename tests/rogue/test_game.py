@@ -65,6 +65,19 @@ def test_commands_are_accelerations_up_to_full_effort_at_the_reference_speed() -
     assert game.state.speed[0] == pytest.approx([25.25, 24.25, 25, 25, 25.125], abs=0.01)
 
 
+def test_either_offers_accelerations_beside_the_controllers() -> None:
+    """The choices after the six controllers are commands; such a vehicle shows no law, and no other vehicle's."""
+    laws, commands = [2, 0, 3, 0, 4, 1, 1, 0], [1.0, -1.0, 0.0, 0.5]
+    for form, orders, same in (("command", commands, [10, 0, 6, 0, 8, 0, 9, 0]), ("mode", laws, laws)):
+        other, either = started(defense_action=form), started(defense_action="either")
+        go(other, -1.0, orders, 5)
+        go(either, -1.0, same, 5)
+        assert np.array_equal(either.state.position, other.state.position)
+        shown = seen(either, "defender")
+        assert shown["law"].sum() == (4 if form == "mode" else 0)
+        assert form == "command" or np.array_equal(either.observe("defender"), other.observe("defender"))
+
+
 def test_the_payoff_is_damage_plus_the_price_of_scattering() -> None:
     outcome = episodes.play(ROGUE, "square", "sliding", range(4), "easy", duration_s=20.0)
     assert outcome["return"] == pytest.approx(outcome["damage"] + outcome["formation_charge"])

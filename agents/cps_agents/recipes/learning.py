@@ -28,7 +28,7 @@ STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on th
     ("fdi", "defender"): 3_000_000,
     ("hvac", "attacker"): 5_000_000,
     ("hvac", "defender"): 3_000_000,
-    ("rogue", "attacker"): 4_000_000,
+    ("rogue", "attacker"): 2_000_000,
     ("rogue", "defender"): 3_000_000,
 }
 USUAL_STEPS = 3_000_000  # of a problem of one's own
@@ -68,7 +68,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "num_envs": 256,
         "steps_per_update": 32,
         "discount": 0.996,
-        "evaluations": 4,
+        "evaluations": 3,
         "evaluation_episodes": 192,
     },
 }

@@ -37,7 +37,7 @@ def require_modes(spec: RoleSpec, policy: AnalyticPolicy) -> None:
     Raises:
         ConfigurationError: this is one.
     """
-    if spec.config.defense_action != "mode":
+    if spec.config.defense_action == "command":
         raise ConfigurationError(f'{type(policy).__name__} selects controllers; it needs defense_action="mode"')
 
 

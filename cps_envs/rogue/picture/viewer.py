@@ -58,7 +58,7 @@ class Viewer(CanvasViewer):
         draw_progress(canvas, scene)
         draw_metrics(canvas, scene, (MARGIN, 52, INNER, 38), self._config.formation_weight_mps2 > 0)
         draw_status(canvas, scene, struck)
-        draw_legend(canvas, self._config.defense_action == "mode")
+        draw_legend(canvas, self._config.defense_action)
         draw_road(canvas, scene, struck, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
         draw_overview(canvas, scene, (MARGIN, OVERVIEW_TOP, INNER, OVERVIEW_HEIGHT))
         draw_plots(canvas, scene, self._recording.traces())
@@ -175,10 +175,10 @@ def belief(scene: Scene) -> str:
     return f"Alarms blame {blamed}; {true}"
 
 
-def draw_legend(canvas: Canvas, modes: bool) -> None:
+def draw_legend(canvas: Canvas, defense_action: str) -> None:
     """What the colours of the vehicles mean."""
     y, right = 104.0, float(WIDTH - MARGIN)
-    laws = DRIVEN if modes else ("commanded",)
+    laws = {"mode": DRIVEN, "command": ("commanded",), "either": (*DRIVEN, "commanded")}[defense_action]
     entries: list[tuple[str, Color]] = [(law, LAW_COLORS[law]) for law in laws]
     for label, color in reversed([("attacker", ATTACKER), *entries, ("alarm", ALARM)]):
         right -= canvas.text_width(label, INK, 15)
