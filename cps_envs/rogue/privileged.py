@@ -64,8 +64,9 @@ class Truth:
         drawn, gap = self._drawn, self._gaps()[0]
         pairs = self.there()[:, 1:]
         count = pairs.sum(axis=1)
+        fewest = np.maximum(count, 1)  # before the first reset nobody is there
         surplus = (drawn["attacker_drive_mps2"] / drawn["drive_mps2"] - 1) / SURPLUS
-        least, mean = np.where(pairs, gap, np.inf).min(axis=1), np.where(pairs, np.abs(gap), 0.0).sum(axis=1) / count
+        least, mean = np.where(pairs, gap, np.inf).min(axis=1), np.where(pairs, np.abs(gap), 0.0).sum(axis=1) / fewest
         known = self.attacked(), drawn["onset_step"] < NEVER, surplus, count / self._config.max_vehicles
         return *(np.asarray(each, np.float64) for each in known), least / 4, mean / 4, *self._paid()
 
