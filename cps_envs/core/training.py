@@ -26,6 +26,7 @@ class Training:
     initial_deviation: float = 0.3  # of the untrained policy's continuous actions
     pay_power: float = 1.0  # below 1 learners are paid the increase of (1 + what was paid so far) to this power
     relative: bool = False  # learners are paid what they gain over the neutral action in the same, second episode
+    practised: Mapping[str, Any] = field(default_factory=dict)  # fields that training episodes of preset learning have
     sampled: bool = False  # whether a trained policy should draw its actions, as it does where rare events count
     num_envs: int = 64
     ppo: Mapping[str, Any] = field(default_factory=dict)

@@ -21,7 +21,7 @@ from cps_envs.hvac.sensors import sensor_names
 
 # All chosen. Levels beyond 1.6 are found out within the hour; the steps are finer where lies hide.
 LEVELS = (-1.6, -0.8, -0.4, -0.2, 0.0, 0.2, 0.4, 0.8, 1.6)  # standard deviations of an innovation
-GAIN = 0.5  # share of what is missing to the level by which the bias grows at each step
+GAIN = 0.3  # share of what is missing to the level by which the bias grows at each step; a larger one shows its noise
 MAX_BIAS_C = 12.0  # of a bias either way
 MOST_MEAN = 0.35  # standard deviations, of the mean innovation of a filter that uses the sensor
 FRESH_H = 1.0  # age by which `fresh` has fallen to 1/e

@@ -28,25 +28,26 @@ LEARNING_ATTACKERS = (
     '"tracker","tracker?warmer=true"]&weights=[2,2,1,1,3,3,3,3,2,2,2,2,3,3]'
 )
 
-# All chosen, by trials with stable-baselines3's PPO. A lie pays with the square of its size, so a policy that draws
-# levels at random sees little of it, and the first updates decide which sign it finds. An untrained policy that keeps
-# its level for long (`run_s`) finds the warm ones in some runs, which pay half. Without that the four runs whose levels
-# were kept found the cold ones. The adapter "together" is faster at first and not better after two minutes.
+# All chosen, by trials. A lie pays with the square of its size, so a policy that draws levels at random sees little of
+# it: an untrained one keeps its level for two hours, which is the same for all compromised sensors ("together"). Nine
+# tenths of the training days have two or three of them, which is where attacks pay.
 ATTACK = Training(
-    adapter="expected",
-    frame_skip=20,
+    adapter="together",
+    frame_skip=15,
+    run_s=7200.0,
     pay_power=0.5,
-    num_envs=64,
+    practised={"compromised_weights": (0.0, 0.1, 0.4, 0.5)},
+    num_envs=128,
     ppo={
-        "n_steps": 36,
-        "batch_size": 1024,
-        "n_epochs": 10,
+        "n_steps": 48,
+        "batch_size": 512,
+        "n_epochs": 15,
         "gamma": 1.0,
         "gae_lambda": 0.95,
         "learning_rate": 4e-3,
         "final_learning_rate": 4e-4,
-        "ent_coef": 0.005,
-        "target_kl": 0.05,
+        "ent_coef": 0.006,
+        "target_kl": 0.03,
     },
 )
 DEFENSE = Training(

@@ -26,7 +26,7 @@ STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on th
     ("disbanding", "defender"): 3_500_000,
     ("fdi", "attacker"): 10_000_000,
     ("fdi", "defender"): 3_000_000,
-    ("hvac", "attacker"): 5_000_000,
+    ("hvac", "attacker"): 3_000_000,
     ("hvac", "defender"): 3_000_000,
     ("rogue", "attacker"): 2_000_000,
     ("rogue", "defender"): 3_000_000,
@@ -70,6 +70,11 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "discount": 0.996,
         "evaluations": 3,
         "evaluation_episodes": 192,
+    },
+    ("hvac", "attacker"): {  # a lie that the filters take for weather may be one that Bayes' rule finds out
+        "opponent": 'mixture?policies=["largest","zoo:hvac-defense-cma","cusum"]&weights=[2,1,1]',
+        "evaluations": 3,
+        "evaluation_episodes": 64,
     },
 }
 

@@ -39,6 +39,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
     - The agents act through an adapter, and keep an action for `frame_skip` decisions of the role.
     - Inputs are scaled once, by what an untrained policy meets in a first pass. There are no running statistics.
     - Each agent of a defending team is paid for its own part; the parts sum to minus the payoff.
+    - Episodes may be those that teach most, see `Training.practised`; fields that you set yourself are as you set them.
     - Episodes start at different times, so that every batch has all parts of an episode.
     - The clock's end is `terminated`: the observation tells the time, and no value lies beyond. Nothing is truncated.
     - Ended episodes start anew at once (`AutoresetMode.SAME_STEP`). `info["final_info"]` has `episode` with the role's
@@ -85,7 +86,8 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self.problem, self.role = problem, role
         self.training = _settings(problem.training.get(role, Training()), locals())
         self.preset, self.overrides = preset, dict(overrides)
-        self.config = problem.config(preset, overrides)
+        practised = self.training.practised if preset == "learning" else {}
+        self.config = problem.config(preset, {**practised, **overrides})
         self.opponent = problem.opponents[preset][other(role)] if opponent is None else opponent
         self.episodes = check_count("num_envs", self.training.num_envs)
         self._match = problem.match(self.config, self.episodes, {other(role): self.opponent})
