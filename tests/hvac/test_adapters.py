@@ -10,12 +10,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cps_envs import learning_env
 from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, Role
 from cps_envs.hvac.columns import squeeze, squeezed
+from cps_envs.hvac.config import LEARNING
 from cps_envs.hvac.expected import LEVELS
 from cps_envs.hvac.houses import house
 from cps_envs.hvac.neighbours import Neighbours, of_others
@@ -275,3 +277,13 @@ def test_squeezed_columns_keep_the_sign_and_end_at_their_bounds() -> None:
     narrow = squeeze(values, "C")
     np.testing.assert_allclose(0.3 * np.sinh(narrow), values, atol=1e-12)
     assert (narrow[0], narrow[-1]) == (field.low, field.high)
+
+
+def test_the_attacker_practises_on_days_with_several_liars_in_preset_learning_only() -> None:
+    def weights(**options: Any) -> tuple[float, ...]:
+        found: tuple[float, ...] = learning_env("HvacAttack", 2, **options).config.compromised_weights
+        return found
+
+    assert weights() == HVAC.training["attacker"].practised["compromised_weights"] != LEARNING.compromised_weights
+    assert weights(compromised_weights=(0.0, 1.0)) == (0.0, 1.0)
+    assert weights(preset="hard") == LEARNING.compromised_weights
