@@ -72,7 +72,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluation_episodes": 192,
     },
     ("hvac", "attacker"): {  # a lie that the filters take for weather may be one that Bayes' rule finds out
-        "opponent": 'mixture?policies=["largest","zoo:hvac-defense-cma","cusum"]&weights=[2,1,1]',
+        "opponent": 'mixture?policies=["largest","bayes","cusum"]&weights=[2,1,1]',
         "evaluations": 3,
         "evaluation_episodes": 64,
     },
