@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import gymnasium
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.hvac.reproduction import experiments, impacts, rules, weighing
+from cps_baselines.hvac.reproduction import experiments, impacts, observers, rules, weighing
 from cps_baselines.hvac.reproduction.cells import CELL
 from cps_baselines.hvac.reproduction.chapter import CHAPTER, EXHIBITS
 from cps_baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, Evidence, controller_named
@@ -23,6 +24,7 @@ from cps_baselines.reproduction.chapter import Reproduction
 from cps_baselines.reproduction.claims import Claim
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.verdicts import (
+    GIVEN,
     NEAR,
     NOT,
     PARTLY,
@@ -41,17 +43,18 @@ PAGE = Path(__file__).parents[2] / "docs" / "reproduction.md"
 SHORT = (("num_steps", 190), ("onset_step", 120), ("window_steps", 100))
 FAST = ("4.2fig", "4.3fig", "4.5fig", "4.6fig", "claims")
 FAST_VERDICTS = {
-    **dict.fromkeys(("C01", "C02", "C05", "C09", "C10", "C15", "C16", "C17", "C18", "C19"), REPRODUCED),
-    **dict.fromkeys(("C21", "C22", "C31", "C37"), REPRODUCED),
-    **dict.fromkeys(("C20", "C23", "C29", "C30"), NEAR),
-    "C03": PARTLY,
-    **dict.fromkeys(("C04", "C06", "C07", "C08"), NOT),
+    **dict.fromkeys(("C01", "C02", "C09", "C10", "C22"), REPRODUCED),
+    **dict.fromkeys(("C05", "C18", "C21", "C31", "C37"), GIVEN),
+    **dict.fromkeys(("C15", "C16", "C17", "C19", "C23", "C29", "C30"), NEAR),
+    **dict.fromkeys(("C03", "C43"), PARTLY),
+    **dict.fromkeys(("C04", "C06", "C07", "C08", "C20"), NOT),
 }
 LONG_VERDICTS = {
-    **dict.fromkeys(("C11", "C12", "C13", "C32", "C33", "C34"), REPRODUCED),
-    **dict.fromkeys(("C26", "C36", "C42"), NEAR),
+    **dict.fromkeys(("C11", "C13", "C33", "C34"), REPRODUCED),
+    "C12": GIVEN,
+    **dict.fromkeys(("C32", "C36", "C42"), NEAR),
     **dict.fromkeys(("C14", "C24", "C25", "C35", "C38", "C39", "C40"), PARTLY),
-    **dict.fromkeys(("C27", "C28", "C41"), NOT),
+    **dict.fromkeys(("C26", "C27", "C28", "C41"), NOT),
 }
 OUTSIDE = {
     "Table 4.2: 0 sensors, 10 %",
@@ -178,9 +181,20 @@ def test_printed_numbers(ours: float, paper: str, verdict: str) -> None:
     assert rules.of_printed(ours, Claim("C00", "", "", paper, "h")) == verdict
 
 
-@pytest.mark.parametrize(("paper", "verdict"), [(2.0, REPRODUCED), (0.95, NEAR), (3.2, NEAR), (0.8, NOT), (3.4, NOT)])
-def test_ranges(paper: float, verdict: str) -> None:
-    assert rules.of_range(np.array([1.0, 3.0, 2.0]), paper) == verdict
+def test_comparisons_need_five_percent() -> None:
+    assert rules.rising([1.0, 1.04, 1.2]) == [False, True]
+    assert rules.falling([1.2, 1.1, 1.09]) == [True, False]
+
+
+def test_more_days_make_no_verdict_kinder() -> None:
+    (claim,) = (each for each in CLAIMS.printed() if each.id == "C15")
+    case = observers.LARGEST["C15"][0]
+    wide = np.zeros((300, 9, 4))
+    wide[-1, :, 0] = np.linspace(0.1, 2.0, 9)  # the paper's value is among them, their median is not
+    config = SimpleNamespace(window_steps=200)
+    course = SimpleNamespace(config=config, estimation_error_c=wide)
+    (found,) = CLAIMS.evaluate(Evidence({experiments.observed(*case): course}), [claim.id])
+    assert found[1].verdict == NOT
 
 
 @pytest.mark.parametrize(
@@ -248,11 +262,11 @@ def test_claims_about_undefended_attacks_follow_the_days() -> None:
     days = {experiments.undefended(a, count): made(10.0 * count) for a in experiments.ATTACKS for count in range(5)}
     assert verdicts(days, ("C11", "C12")) == {"C11": REPRODUCED, "C12": NOT}
     days = {each: made(149.253) for each in days}
-    assert verdicts(days, ("C11", "C12")) == {"C11": NOT, "C12": REPRODUCED}
+    assert verdicts(days, ("C11", "C12")) == {"C11": NOT, "C12": GIVEN}
 
 
 def test_a_claim_whose_days_were_left_out_stays_open() -> None:
-    assert verdicts({}, ("C11", "C37")) == {"C11": UNKNOWN, "C37": REPRODUCED}
+    assert verdicts({}, ("C11", "C37")) == {"C11": UNKNOWN, "C37": GIVEN}
 
 
 def test_every_claim_of_the_paper_has_one_evaluation() -> None:
@@ -391,12 +405,9 @@ def test_verdicts_that_change_over_other_days() -> None:
     assert {claim.id: finding.verdict for claim, finding in found.findings[""]} == FAST_VERDICTS | LONG_VERDICTS
     (again,) = found.again[""]
     changed = {claim.id for claim, finding in found.findings[""] if again.differs(claim.id, finding.verdict)}
-    assert changed == {"C20", "C26"}
-    assert {again.shown(name).rpartition(": ")[2] for name in changed} == {REPRODUCED}
     shown = {claim.id: finding.shown for claim, finding in found.findings[""]}
     assert all(("over other days" in words) == (name in changed) for name, words in shown.items())
-    assert "40 of 42 verdicts stay" in found.closing()[-1]
-    assert "40 of 42 verdicts stay" in PAGE.read_text(encoding="utf-8")
+    assert f"{43 - len(changed)} of 43 verdicts stay" in found.closing()[-1]
 
 
 @pytest.mark.slow

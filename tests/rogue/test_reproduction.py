@@ -260,9 +260,8 @@ def test_maps_that_are_too_low_fail_the_reproduction() -> None:
 # Specification 7, where R18 "holds for ratios >= 1.2", R21 is "pass: no", and R17 speaks of both contacts.
 VERDICTS = {
     REPRODUCED: {3, 4, 5, 8, 9, 10, 11, 13, 14, 15, 16, 19},
-    PARTLY: {2, 7, 12, 17, 18, 20, 21},
+    PARTLY: {1, 2, 7, 12, 17, 18, 20, 21},
     NOT: {6},
-    UNKNOWN: {1},
 }
 
 
@@ -330,7 +329,7 @@ def test_the_swaying_ride_is_the_preset() -> None:
 
 def test_reversing_the_sign_of_k_d_makes_the_platoon_sway_until_it_crashes() -> None:
     """(5.15) damps the kick of one second; with k_d of -3 the last vehicle swings wider, and there is a contact."""
-    obedient, swaying = (swaying_ride(attacker).run() for attacker in SWAYS)
+    obedient, swaying = (swaying_ride(*each).run() for each in SWAYS[:2])
     gaps = [course.separation_m[:, 0] for course in (obedient, swaying)]
     early, late = (
         gap[course.at(10.0) : course.at(50.0)] for gap, course in zip(gaps, (obedient, swaying), strict=True)

@@ -85,7 +85,7 @@ def show(
 ONLY = "Compute only this reading, such as ch2-S0 or ch5; may be repeated."
 QUICK = "Run every chapter with --quick: a tenth of the time, no result."
 RECHECK = "Judge the claims of chapters 2, 4 and 5 again under other conditions."
-PUBLISH = "Renew the tables of docs/reproduction.md here."
+PUBLISH = "Renew these readings in the tables of docs/reproduction.md here."
 
 
 def everything(
@@ -115,9 +115,10 @@ def everything(
     from cps_agents.reproduction.summary import COUNTED, DEPENDING, counted, depending, failed
     from cps_agents.reproduction.summary import publish as put
 
-    if publish and (quick or only):
-        raise CommandError("only the whole, without --quick or --reading, is published")
-    todo = chosen(readings(quick=quick, recheck=recheck), only or [])
+    if publish and quick:
+        raise CommandError("nothing that was computed with --quick is published")
+    every = readings(quick=quick, recheck=recheck)
+    todo = chosen(every, only or [])
     machine = describe()
     summary = folder / "summary.json"
     with alone_in(folder):
@@ -125,7 +126,7 @@ def everything(
         found = [{**machine, **each} for each in _finish(todo, store, jobs, folder)]
         plain = [{name: value for name, value in each.items() if name != "text"} for each in found]
         write_json(summary, plain)
-        files = [summary, *(put(found, Path()) if publish else [])]
+        files = [summary, *(put(found, Path(), [each.name for each in every]) if publish else [])]
     if as_json:
         print_json(plain)
     else:

@@ -147,6 +147,9 @@ COMMANDS = (
         changed.
         """,
         "Three seeds unless --seeds says otherwise, and no long runs.",
-        (Option("seeds", int | None, None, "How many; 20 if left out.", least=1),),
+        (
+            Option("seeds", int | None, None, "How many; 20 if left out.", least=1),
+            Option("damping", str, "k3", "k_d of the robots: k3, or k1 with E_v to the end of the run.", "k3|k1"),
+        ),
     ),
 )

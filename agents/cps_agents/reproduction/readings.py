@@ -36,6 +36,7 @@ COLORS = {
     "partly": "yellow",
     "miss": "red",
     "not reproduced": "red",
+    "by construction": "dim",
     "not evaluated": "dim",
 }
 

@@ -15,7 +15,7 @@ from cps_agents.files import write_json, write_text
 from cps_agents.table import Table
 from cps_baselines.reproduction.claims import CLAIMS
 from cps_baselines.reproduction.verdicts import VERDICTS
-from cps_envs.core.documents import read_text
+from cps_envs.core.documents import Entry, read_entry, read_text
 
 Finished: TypeAlias = Mapping[str, Any]  # `chapter`, `reading`, `tallies`, `passed`, `wall_s`, ...
 COUNTED = ("chapter", "reading", "statements", *VERDICTS)
@@ -69,21 +69,32 @@ END = "<!-- the tables above are written by `cps-envs reproduce all --publish` -
 KEPT = ("chapter", "reading", "tallies", "passed", "wall_s", "recheck", "command")
 
 
-def publish(every: Sequence[Finished], root: Path) -> list[Path]:
-    """Renew both files below `root`; returns their paths.
+def publish(every: Sequence[Finished], root: Path, names: Sequence[str]) -> list[Path]:
+    """Renew these readings in both files below `root`, whose other readings stay; returns their paths.
+
+    `names` are all readings, in order; what is published of others goes.
 
     Raises:
         CommandError: no repository of this package.
+        DamagedFileError: what is published is no list of readings.
     """
     page, data = root / "docs" / "reproduction.md", root / "docs" / "reproduction.json"
     text = read_text(page) if page.is_file() else ""
     if START not in text or END not in text:
         raise CommandError(f"{page} has no lines {START} and {END}: publish from the repository's folder")
-    kept = [{name: each[name] for name in KEPT} for each in every]
+    new = {each["reading"]: {name: each[name] for name in KEPT} for each in every}
+    old = {each["reading"].text(): each.plain() for each in _published(data)}
+    every_one = {**old, **new}
+    kept = [every_one[name] for name in names if name in every_one]
     before, after = text.partition(START)[0], text.partition(END)[2]
     write_json(data, kept)
     write_text(page, f"{before}{START}\n\n{tables(kept)}\n{END}{after}")
     return [page, data]
+
+
+def _published(data: Path) -> list[Entry]:
+    remedy = "Publish all readings anew, without --reading."
+    return read_entry(data, "list of published readings", remedy).rows() if data.is_file() else []
 
 
 def tables(every: Sequence[Finished]) -> str:

@@ -35,10 +35,11 @@ class Informed(AnalyticPolicy):
 
 
 class Truth(AnalyticPolicy):
-    """Is told the true temperatures, and picks the estimate nearest to them. A floor for all defences.
+    """Is told the true temperatures, and picks the estimate nearest to them.
 
-    Nearest is by the sum of squared differences over the zones. Before the window is full it takes the model's choice,
-    the recursive least squares, as the others do.
+    It is no bound: a choice also steers the heating, and one that looks ahead can pay less. Nearest is by the sum of
+    squared differences over the zones. Before the window is full it takes the model's choice, the
+    recursive least squares, as the others do.
     """
 
     privileged = frozenset({"truth"})

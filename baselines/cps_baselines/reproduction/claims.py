@@ -13,7 +13,7 @@ from typing import Any, Generic, TypeVar
 from cps_baselines.paper.tables import read_table
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.exhibit import Table, places
-from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
+from cps_baselines.reproduction.verdicts import GIVEN, NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
 
 SHOWN_UNITS = {
     "bool": "",
@@ -170,10 +170,10 @@ def findings_summary(findings: Findings) -> str:
     """How many claims are reproduced, and which are not."""
     by_verdict = {
         word: [claim.id for claim, finding in findings if finding.verdict == word]
-        for word in (REPRODUCED, NEAR, PARTLY, NOT, UNKNOWN)
+        for word in (REPRODUCED, NEAR, PARTLY, NOT, GIVEN, UNKNOWN)
     }
     text = f"Claims: {len(by_verdict[REPRODUCED])} of {len(findings)} reproduced"
-    for word in (NEAR, PARTLY, NOT, UNKNOWN):
+    for word in (NEAR, PARTLY, NOT, GIVEN, UNKNOWN):
         if by_verdict[word]:
             text += f"; {word}: {', '.join(by_verdict[word])}"
     return text + "."

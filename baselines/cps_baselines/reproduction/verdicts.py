@@ -9,6 +9,7 @@ import csv
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,8 @@ import numpy as np
 from cps_envs.core.types import BoolArray, FloatArray
 
 REPRODUCED, NEAR, PARTLY, NOT, UNKNOWN = "reproduced", "near", "partly", "not reproduced", "not evaluated"
-VERDICTS = (REPRODUCED, NEAR, PARTLY, NOT, UNKNOWN)
+GIVEN = "by construction"  # what the paper prints was put in, or something was chosen so that it comes out
+VERDICTS = (REPRODUCED, NEAR, PARTLY, NOT, GIVEN, UNKNOWN)
 MATCH, MISS = "match", "miss"  # words of table cells for REPRODUCED and NOT
 SAME_SHARE, NEAR_SHARE = 0.05, 0.10  # relative differences; chosen
 ABSOLUTE, SHARE, FACTOR, BELOW = "absolute", "share", "factor", "below"  # kinds of tolerances
@@ -54,6 +56,27 @@ def of_number(ours: float | None, paper: float, *tolerances: Tolerance) -> str:
         if ours is not None and any(each.admits(ours, paper, times) for each in tolerances or (HOUSE,)):
             return word
     return NOT
+
+
+def by_construction(verdict: str) -> str:
+    """The verdict on a number that was put in, or that something was chosen for: agreement supports nothing."""
+    return GIVEN if verdict == REPRODUCED else verdict
+
+
+def above(larger: float, smaller: float) -> bool:
+    """Whether a comparison of two positive numbers holds clearly: by more than SAME_SHARE of the smaller one."""
+    return larger > (1.0 + SAME_SHARE) * smaller
+
+
+def grows_throughout(curve: Sequence[float]) -> bool:
+    """Whether a curve rises at every step, and clearly from its first to its last point."""
+    return above(curve[-1], curve[0]) and all(earlier < later for earlier, later in pairwise(curve))
+
+
+COMPARISON_RULE = (
+    f"More, less, higher, lower, longer: by more than {100 * SAME_SHARE:g} %; a curve of many points, from its first "
+    "to its last. By construction: the number was put in, or something was chosen so that it comes out. "
+)
 
 
 def of_cell(ours: float, paper: float, *tolerances: Tolerance) -> str:

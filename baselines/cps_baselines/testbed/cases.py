@@ -38,6 +38,10 @@ def mitigation(period_s: float, config: RobotConfig) -> str:
     return "heuristic?" + "&".join(f"{name}={value}" for name, value in options.items())
 
 
+DAMPING = {  # readings of what section 2.5 leaves open: other fields of the configuration
+    "k3": {},
+    "k1": {"derivative_gain": 1.0, "measured_for_s": 40.0},  # E_v from the attack to the end of the run
+}
 LONG_S = 140.0  # an episode that shows how long recovery takes
 SEEDS, QUICK_SEEDS = 20, 3
 
@@ -88,6 +92,7 @@ class Runs:
     num_seeds: int
     duration_s: float = BASELINE.duration_s
     attacked: bool = True
+    damping: str = "k3"  # one of `DAMPING`
 
     @property
     def cost(self) -> float:
@@ -102,7 +107,7 @@ class Runs:
 
     def run(self) -> Outcome:
         """Play all seeds to the end."""
-        config = replace(self.case.config, duration_s=self.duration_s)
+        config = replace(self.case.config, duration_s=self.duration_s, **DAMPING[self.damping])
         ended: list[RobotGame] = []
 
         def keep(game: Game) -> None:
@@ -199,10 +204,21 @@ class Results(Evidence):
     """Results by experiment, and what follows from them."""
 
     num_seeds: int = SEEDS
+    damping: str = "k3"  # one of `DAMPING`
+
+    def runs(self, case: Case, duration_s: float = BASELINE.duration_s, *, attacked: bool = True) -> Runs:
+        """A case under this reading."""
+        return Runs(case, self.num_seeds, duration_s, attacked, self.damping)
+
+    @property
+    def window_s(self) -> tuple[float, float]:
+        """Between what times E_v is measured."""
+        config = replace(BASELINE, **DAMPING[self.damping])
+        return config.measured_from_s, config.measured_from_s + config.measured_for_s
 
     def of(self, case: Case) -> Outcome:
         """The runs of a case."""
-        return self[Runs(case, self.num_seeds)]
+        return self[self.runs(case)]
 
     def recovery(self, case: Case, duration_s: float = BASELINE.duration_s) -> Recovery:
         """How the runs of a case come back to those of the same seeds without an attack.
@@ -210,8 +226,7 @@ class Results(Evidence):
         Raises:
             NotRunError: runs of this duration were left out.
         """
-        calm = self[Runs(BASE, self.num_seeds, duration_s, attacked=False)]
-        return Recovery(self[Runs(case, self.num_seeds, duration_s)], calm)
+        return Recovery(self[self.runs(case, duration_s)], self[self.runs(BASE, duration_s, attacked=False)])
 
     def errors(self, case: Case) -> FloatArray:
         """E_v in percent of every seed, (S,)."""
@@ -238,7 +253,7 @@ class Results(Evidence):
 
 def needed(results: Results) -> list[Experiment[Any]]:
     """Everything that is judged; `quick` leaves out the long runs."""
-    seeds = results.num_seeds
-    usual: list[Experiment[Any]] = [Runs(BASE, seeds, attacked=False), *(Runs(case, seeds) for case in CASES)]
-    long = [Runs(BASE, seeds, LONG_S, attacked=False), *(Runs(case, seeds, LONG_S) for case in MITIGATED_CASES)]
+    runs = results.runs
+    usual: list[Experiment[Any]] = [runs(BASE, attacked=False), *map(runs, CASES)]
+    long = [runs(BASE, LONG_S, attacked=False), *(runs(case, LONG_S) for case in MITIGATED_CASES)]
     return usual if results.quick else [*usual, *long]

@@ -21,6 +21,7 @@ from cps_baselines.reproduction.verdicts import (
 from cps_baselines.testbed.cases import (
     BASE,
     CASES,
+    DAMPING,
     LONG_S,
     MITIGATED_CASES,
     ORDERED_SHARE,
@@ -31,23 +32,39 @@ from cps_baselines.testbed.cases import (
 )
 from cps_baselines.testbed.claims import CLAIMS, RULES
 from cps_baselines.testbed.exhibits import FIGURE_2_5, spreads
+from cps_envs.core.errors import ConfigurationError, near
 
 STAND_IN = (
     "This is a simulated stand-in for the robots: of the experiment the paper prints t_s and three values of E_v, and "
-    "nearly every other number here is chosen. It can say whether a mitigation works on such a plant, and it cannot "
+    "nearly every other number here is chosen. The size of the gain hangs on them: --damping k1 "
+    "has another k_d and another window of E_v. It can say whether a mitigation works on such a plant, and it cannot "
     "confirm the hardware. The paper's gains of 27 and 34 % come from one run of each case."
 )
 ORDER = "in order"  # the check that E_v falls from case to case
 
 
-def results(*, quick: bool = False, seeds: int | None = None) -> Results:
-    """For the seeds 0, 1, ...; fewer with `quick` where their number is left out."""
-    return Results(quick=quick, num_seeds=seeds or (QUICK_SEEDS if quick else SEEDS))
+def results(*, quick: bool = False, seeds: int | None = None, damping: str = "k3") -> Results:
+    """For the seeds 0, 1, ...; fewer with `quick` where their number is left out.
+
+    Raises:
+        ConfigurationError: there is no such reading of the damping.
+    """
+    if damping not in DAMPING:
+        raise ConfigurationError(f"the test bed has no damping {damping!r}. {near(damping, DAMPING)}")
+    return Results(quick=quick, num_seeds=seeds or (QUICK_SEEDS if quick else SEEDS), damping=damping)
+
+
+def reading(evidence: Results) -> str:
+    """What it is called where readings stand side by side."""
+    until = "to 50 s" if evidence.damping == "k3" else "to the end"
+    return f"k_d = {evidence.damping[1:]} /s, E_v {until}"
 
 
 def checks(found: Reproduction[Results]) -> list[Check]:
-    """The three E_v within the reference's spread, and in its order in enough seeds."""
+    """The three E_v within the reference's spread, and in its order in enough seeds; of the shipped reading only."""
     seen, made = found.evidence, []
+    if seen.damping != "k3":
+        return []
     for case in CASES:
         spread, errors = spreads()[case.figure], seen.errors(case)
         reference = Reference(spread.mean, Tolerance(spread.allowance(len(errors)), ABSOLUTE))
@@ -80,6 +97,8 @@ def _on_recovery(seen: Results) -> str:
 
 
 def _on_checks(found: Reproduction[Results]) -> str:
+    if not found.checks:
+        return "No regression check: our second implementation has the other damping."
     parts = (
         f"{each.label} {each.difference:+.2f} of {each.reference.tolerance.amount:.2f} points allowed"
         for each in found.checks
@@ -122,7 +141,7 @@ JUDGED: Judged[Results] = Judged(CLAIMS, RULES, needed)
 CHAPTER: Chapter[Results] = Chapter(
     title="test bed",
     evidence=results,
-    reading=lambda evidence: "simulated robots",
+    reading=reading,
     exhibits=(FIGURE_2_5, JUDGED.exhibit),
     closing=closing,
     document=document,

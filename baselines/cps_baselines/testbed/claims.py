@@ -7,6 +7,7 @@ import numpy as np
 from cps_baselines.reproduction.claims import Claim, Claims, Finding, joined
 from cps_baselines.reproduction.evidence import NotRunError
 from cps_baselines.reproduction.verdicts import (
+    COMPARISON_RULE,
     NEAR,
     NEAR_SHARE,
     NOT,
@@ -14,6 +15,7 @@ from cps_baselines.reproduction.verdicts import (
     RECOVERY_RULE,
     REPRODUCED,
     SAME_SHARE,
+    above,
     of_cases,
     of_number,
     of_recovery,
@@ -29,7 +31,9 @@ RULES = (
     f"{100 * NEAR_SHARE:g} % of our mean. An event that the paper saw: reproduced if it happens in most seeds, partly "
     "in some. Events that never happen, and comparisons of two cases under the same seed: reproduced if so in all "
     "runs, near in all but one, partly in some. A relative reduction: reproduced within 5 % of the paper's. "
-) + RECOVERY_RULE
+    + COMPARISON_RULE
+    + RECOVERY_RULE
+)
 
 
 @CLAIMS.judges("T01", "T02", "T03")
@@ -43,6 +47,11 @@ def velocity_error(results: Results, claim: Claim) -> Finding:
         return Finding(mean, shown, REPRODUCED)
     near = errors.min() <= claim.number <= errors.max() and abs(claim.number - mean) <= NEAR_SHARE * mean
     return Finding(mean, shown, NEAR if near else NOT)
+
+
+def above_each(larger: FloatArray, smaller: FloatArray) -> list[bool]:
+    """Whether each value is clearly above the one of the same seed."""
+    return [above(one, other) for one, other in zip(larger, smaller, strict=True)]
 
 
 def deviation(values: FloatArray) -> float:
@@ -82,7 +91,8 @@ def closer(results: Results, claim: Claim) -> Finding:
     """Smallest gaps of both mitigations under the same seed."""
     short, long = (results.of(case).metrics["smallest_gap_m"] for case in (SHORT, LONG))
     shown = f"{long.mean():.3f} m against {short.mean():.3f} m; in {_count(long < short)} seeds"
-    return Finding(bool(np.all(long < short)), shown, of_cases((long < short).tolist()))
+    hold = above_each(short, long)
+    return Finding(all(hold), shown, of_cases(hold))
 
 
 @CLAIMS.judges("T10")
@@ -92,14 +102,15 @@ def falls(results: Results, claim: Claim) -> Finding:
     shown = (
         f"by {-change.mean():.2f} ± {deviation(change):.2f} points under the same seed; in {_count(change < 0)} seeds"
     )
-    return Finding(bool(np.all(change < 0)), shown, of_cases((change < 0).tolist()))
+    hold = above_each(results.errors(SHORT), results.errors(LONG))
+    return Finding(all(hold), shown, of_cases(hold))
 
 
 @CLAIMS.judges("T11")
 def smoother(results: Results, claim: Claim) -> Finding:
     """Root mean square of the accelerations, against the baseline under the same seed."""
     base, *mitigated = (results.of(case).metrics["rms_acceleration_mps2"] for case in CASES)
-    hold = np.concatenate([values < base for values in mitigated])
+    hold = np.concatenate([above_each(base, values) for values in mitigated])
     changes = joined([100.0 * (float(values.mean() / base.mean()) - 1.0) for values in mitigated])
     shown = f"rms acceleration {changes} % at t_s = 0.5 / 1 s; in {_count(hold)} runs"
     return Finding(bool(hold.all()), shown, of_cases(hold.tolist()))

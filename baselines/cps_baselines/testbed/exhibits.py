@@ -96,6 +96,7 @@ def cases_table(results: Results) -> Table:
     def mean(metric: str) -> Any:
         return lambda case: results.of(case).metrics[metric].mean()
 
+    known = results.damping == "k3"
     columns = (
         Column("", lambda case: (case.figure, case.name), "{} {}"),
         Column("Paper", lambda case: CLAIMS.number(case.claim), "{:.2f}"),
@@ -104,16 +105,17 @@ def cases_table(results: Results) -> Table:
         Column("min", lambda case: results.errors(case).min(), "{:.1f}"),
         Column("max", lambda case: results.errors(case).max(), "{:.1f}"),
         Column("Diff.", lambda case: results.errors(case).mean() - CLAIMS.number(case.claim), "{:+.1f}"),
-        Column("Reference", lambda case: spreads()[case.figure].mean, "{:.1f}"),
-        Column("±", lambda case: spreads()[case.figure].deviation, "{:.1f}"),
+        Column("Reference", lambda case: f"{spreads()[case.figure].mean:.1f}" if known else "-"),
+        Column("±", lambda case: f"{spreads()[case.figure].deviation:.1f}" if known else "-"),
         Column("lowest m/s", mean("lowest_speed_mps"), "{:.3f}"),
         Column("stop", mean("stopped"), "{:.1f}"),
         Column("gap m", mean("smallest_gap_m"), "{:.3f}"),
         Column("rms m/s²", mean("rms_acceleration_mps2"), "{:.3f}"),
     )
+    first_s, last_s = results.window_s
     note = (
-        f"E_v (2.8) in percent of robots 1 to 6, true speeds, 20 to 50 s; mean and standard deviation over "
-        f"{results.num_seeds} seeds, the same for every case. Reference: our own second implementation of the same "
+        f"E_v (2.8) in percent of robots 1 to 6, true speeds, {first_s:g} to {last_s:g} s; mean and standard deviation "
+        f"over {results.num_seeds} seeds, the same for each case. Reference: our own second implementation of the same "
         "model, other seeds. Then means of: lowest speed, robots that stop, smallest gap (bodies touch at 0.100 m) and "
         "rms acceleration."
     )

@@ -10,7 +10,15 @@ from cps_baselines.disbanding.reproduction.experiments import ATTACK_S, STRINGS,
 from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import Record
 from cps_baselines.reproduction.claims import Claim, Finding, joined
-from cps_baselines.reproduction.verdicts import NEAR_SHARE, SAME_SHARE, of_cases, of_number, of_recovery_time
+from cps_baselines.reproduction.verdicts import (
+    NEAR_SHARE,
+    SAME_SHARE,
+    above,
+    by_construction,
+    of_cases,
+    of_number,
+    of_recovery_time,
+)
 from cps_envs.core.config import bounds
 from cps_envs.disbanding.dynamics import STOP_MPS
 
@@ -31,7 +39,7 @@ def _at(record: Record, time_s: float) -> int:
 def disbanded_share(evidence: Evidence, claim: Claim) -> Finding:
     """Vehicles of the disbanded platoon among all."""
     share = 100.0 * float(np.mean(~_twenty(evidence).outcome.intact))
-    return Finding(share, f"{share:g} %", of_number(share, claim.number))
+    return Finding(share, f"{share:g} %, an input", by_construction(of_number(share, claim.number)))
 
 
 @CLAIMS.judges("P02")
@@ -40,7 +48,8 @@ def gap_left(evidence: Evidence, claim: Claim) -> Finding:
     record = _twenty(evidence)
     gaps = record.inner_gaps(LEAD)
     left = float(gaps[_at(record, ATTACK_S)].mean())
-    return Finding(left, f"{left:.2f} m, then {gaps[-1].min():.0f} m and more", of_number(left, claim.number))
+    shown = f"{left:.2f} m, an input, then {gaps[-1].min():.0f} m and more"
+    return Finding(left, shown, by_construction(of_number(left, claim.number)))
 
 
 @CLAIMS.judges("P03")
@@ -101,7 +110,9 @@ def top_speed(evidence: Evidence, claim: Claim) -> Finding:
     """The highest speed of the leader of the 15th platoon."""
     record = _twenty(evidence)
     fastest = float(record.speed_mps[:, record.vehicles(FIFTEENTH).start].max())
-    return Finding(fastest, f"{fastest:.1f} m/s", of_number(fastest, claim.number))
+    limit = record.config.max_speed_mps
+    shown = f"{fastest:.1f} m/s; vehicles drive {limit:g} m/s at most"
+    return Finding(fastest, shown, by_construction(of_number(fastest, claim.number)))
 
 
 @CLAIMS.judges("P10")
@@ -134,7 +145,7 @@ def longer_upstream(evidence: Evidence, claim: Claim) -> Finding:
     record = _twenty(evidence)
     times = [record.settled_s(platoon) or np.inf for platoon in (FIFTEENTH, TENTH, REAR)]
     hold = [_decrease_increase_settle(record, platoon) for platoon in (TENTH, REAR)]
-    hold += [earlier < later for earlier, later in pairwise(times)]
+    hold += [above(later, earlier) for earlier, later in pairwise(times)]
     return Finding(all(hold), f"15th / 10th / last settle at {joined(times)} s", of_cases(hold))
 
 
@@ -165,7 +176,7 @@ def longer_stop(evidence: Evidence, claim: Claim) -> Finding:
     """How long the rear vehicle stands, over the number of platoons."""
     records = [evidence[evidence.experiments.string(count)] for count in STRINGS]
     stops = [record.duration_s(record.speed_mps[:, -1] < STOP_MPS) for record in records]
-    hold = [earlier < later for earlier, later in pairwise(stops)]
+    hold = [above(later, earlier) for earlier, later in pairwise(stops)]
     return Finding(all(hold), f"rear vehicle stands {joined(stops)} s for N = {joined(list(STRINGS))}", of_cases(hold))
 
 

@@ -5,8 +5,6 @@ Those are about the tables: P29 to P36 and P39.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 from cps_baselines.disbanding.reproduction.cells import Cell, table_cells
 from cps_baselines.disbanding.reproduction.experiments import (
     ATTACK_S,
@@ -23,7 +21,7 @@ from cps_baselines.disbanding.reproduction.rules import CLAIMS
 from cps_baselines.disbanding.reproduction.scenario import Outcome
 from cps_baselines.paper.tables import POINTS
 from cps_baselines.reproduction.claims import Claim, Finding, applying, joined
-from cps_baselines.reproduction.verdicts import of_cases, of_number
+from cps_baselines.reproduction.verdicts import above, grows_throughout, of_cases, of_number
 
 
 @CLAIMS.judges("P21", "P22")
@@ -65,7 +63,7 @@ def first_instant_is_best(evidence: Evidence, claim: Claim) -> Finding:
 def grows(evidence: Evidence, claim: Claim) -> Finding:
     """E_v over the number of platoons, for every tau."""
     curves = {tau_s: [_error(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
-    hold = [all(a < b for a, b in pairwise(curve)) for curve in curves.values()]
+    hold = [grows_throughout(curve) for curve in curves.values()]
     ends = ", ".join(f"{curves[tau_s][0]:.1f} to {curves[tau_s][-1]:.1f}" for tau_s in TAUS_S)
     return Finding(
         all(hold), f"for every tau; N = 2 to 10: {ends} % at tau {joined(list(TAUS_S), 'g')} s", of_cases(hold)
@@ -90,7 +88,7 @@ def more_collisions(evidence: Evidence, claim: Claim) -> Finding:
     curves = {tau_s: [_collided(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
     applies = applying(sum(map(any, curves.values())), len(curves), "tau")
     curves = {tau_s: curve for tau_s, curve in curves.items() if any(curve)}
-    hold = [all(a < b for a, b in pairwise(curve)) for curve in curves.values()]
+    hold = [grows_throughout(curve) for curve in curves.values()]
     ends = ", ".join(f"{curve[0]} to {curve[-1]} (tau {tau_s:g} s)" for tau_s, curve in curves.items())
     return Finding(bool(hold) and all(hold), f"vehicles for N = 2 to 10: {ends}; {applies}", of_cases(hold or [False]))
 
@@ -157,7 +155,7 @@ def heuristic_helps(evidence: Evidence, claim: Claim) -> Finding:
     """The heuristic's E_v against the baseline's, in Table 2.2."""
     without, cells = (table_cells(evidence, "2.2", (name,)) for name in ("baseline", "heuristic"))
     gains = [before.ours - after.ours for before, after in zip(without, cells, strict=True)]
-    hold = [gain > 0.0 for gain in gains]
+    hold = [above(before.ours, after.ours) for before, after in zip(without, cells, strict=True)]
     return Finding(all(hold), f"lower by {min(gains):.1f} to {max(gains):.1f} points", of_cases(hold))
 
 

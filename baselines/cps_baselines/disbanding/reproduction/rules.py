@@ -15,15 +15,15 @@ from cps_baselines.disbanding.reproduction.scenario import Overrides, Recorded, 
 from cps_baselines.reproduction.claims import Claims
 from cps_baselines.reproduction.evidence import Experiment
 from cps_baselines.reproduction.recheck import Condition
-from cps_baselines.reproduction.verdicts import RECOVERY_RULE
+from cps_baselines.reproduction.verdicts import COMPARISON_RULE, RECOVERY_RULE
 from cps_envs.disbanding.config import PAPER
 
 CLAIMS: Claims[Evidence] = Claims("claims_ch2")
 RULES = (
     "Rules. A number: reproduced within 5 % of the paper's, near within 10 %. A velocity error: reproduced within 2.0 "
     "points, near within 4.0. A statement about several cases: reproduced if it holds in all, near in all but one, "
-    "partly in some. Otherwise not reproduced. "
-) + RECOVERY_RULE
+    "partly in some. Otherwise not reproduced. " + COMPARISON_RULE + RECOVERY_RULE
+)
 
 
 def varied(experiment: Experiment[Any], overrides: Overrides) -> Experiment[Any]:

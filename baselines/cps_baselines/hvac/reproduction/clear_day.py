@@ -12,7 +12,7 @@ from cps_baselines.hvac.reproduction.rules import ALWAYS, CLAIMS, falling, of_pr
 from cps_baselines.hvac.reproduction.scenario import Course
 from cps_baselines.reproduction.claims import Claim, Finding, joined
 from cps_baselines.reproduction.exhibit import Column, Table
-from cps_baselines.reproduction.verdicts import REPRODUCED, of_cases
+from cps_baselines.reproduction.verdicts import REPRODUCED, by_construction, of_cases
 
 START_H, NOON_H, AFTERNOON_H = 1.0, 12.0, 13.0  # all zones start 1 C below the reference; that is over after an hour
 OUTER_ZONES = (3, 4)  # which face the outside
@@ -152,7 +152,7 @@ def heats_only_below(evidence: Evidence, claim: Claim) -> Finding:
 def reference(evidence: Evidence, claim: Claim) -> Finding:
     """The configuration's."""
     ours = noise_free(ENERGIES_W[0]).scenario.config.reference_c
-    return Finding(ours, f"{ours:g} °C, an input", of_printed(ours, claim))
+    return Finding(ours, f"{ours:g} °C, an input", by_construction(of_printed(ours, claim)))
 
 
 @CLAIMS.judges("C06", "C07", "C08")

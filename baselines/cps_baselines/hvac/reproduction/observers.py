@@ -21,11 +21,11 @@ from cps_baselines.hvac.reproduction.experiments import (
     observed,
     second_zone,
 )
-from cps_baselines.hvac.reproduction.rules import CLAIMS, of_printed, of_range
+from cps_baselines.hvac.reproduction.rules import CLAIMS, PARTICULAR, of_printed
 from cps_baselines.hvac.reproduction.scenario import Course
 from cps_baselines.reproduction.claims import Claim, Finding, joined
 from cps_baselines.reproduction.exhibit import Column, Table, with_properties
-from cps_baselines.reproduction.verdicts import of_cases
+from cps_baselines.reproduction.verdicts import by_construction, of_cases, of_number
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.sensors import sensor_sets
 
@@ -55,14 +55,23 @@ def largest_error(evidence: Evidence, claim: Claim) -> Finding:
     days = largest_errors_c(evidence, case)[:, zone - 1]
     ours = float(np.median(days))
     shown = f"{ours:.3f} °C (median of {len(days)} days, {days.min():.2f} to {days.max():.2f})"
-    return Finding(ours, shown, of_range(days, claim.number))
+    return Finding(ours, shown, of_number(ours, claim.number))
+
+
+@CLAIMS.judges("C43")
+def outer_zones_fail_most(evidence: Evidence, claim: Claim) -> Finding:
+    """The error of zones 1 and 3 with the short window against twice that of zones 2 and 4."""
+    largest = np.median(largest_errors_c(evidence, SHORT), axis=0).tolist()
+    hold = [largest[zone - 1] > PARTICULAR * largest[other - 1] for zone in (1, 3) for other in (2, 4)]
+    shown = f"largest {joined(largest, '.2f')} °C in zones 1 to 4 with N_e = {SHORT[1]}"
+    return Finding(all(hold), shown, of_cases(hold))
 
 
 @CLAIMS.judges(*START)
 def estimation_starts(evidence: Evidence, claim: Claim) -> Finding:
     """When the window is full, by construction."""
     ours = start_h(evidence, START[claim.id])
-    return Finding(ours, f"{ours:.2f} h", of_printed(ours, claim))
+    return Finding(ours, f"{ours:.2f} h, the window", by_construction(of_printed(ours, claim)))
 
 
 @CLAIMS.judges(*ALIKE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from itertools import starmap
 from typing import Any
 
 from cps_baselines.reproduction.chapter import Chapter, Judged, Reproduction
@@ -104,6 +105,7 @@ def _claimed(contact: str) -> list[Experiment[Any]]:
     todo += [square_ride("disband_2", each, contact, human_returns=True) for each in COURSE_FREQUENCIES_HZ]
     todo += [square_ride(name, FREQUENCIES_HZ[0], contact, ratio) for name in EARLY_DISBANDING for ratio in ENDS]
     todo += [searched_ride(name, contact) for name in DISBANDING]
+    todo += list(starmap(swaying_ride, SWAYS[1:]))
     return todo + [steady_waves(name, contact) for name in ("pd", "sliding", "sliding_detection")]
 
 
@@ -129,7 +131,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
     Exhibit(
         "5.2",
         "Fig. 5.2: an attacker at the rear of ten vehicles that changes the gains of its controller",
-        lambda seen: [swaying_ride(attacker) for attacker in SWAYS],
+        lambda seen: list(starmap(swaying_ride, SWAYS)),
         lambda seen: [sways_table(seen)],
         figures={"figure_5_2": plots.draw_sways},
     ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cps_baselines.reproduction.claims import Claim, Finding, joined
-from cps_baselines.reproduction.verdicts import of_cases, of_number
+from cps_baselines.reproduction.verdicts import above, of_cases, of_number
 from cps_baselines.rogue.reproduction.claims import CLAIMS, FAR_LESS, of_one
 from cps_baselines.rogue.reproduction.experiments import Evidence
 from cps_baselines.rogue.reproduction.heat_map import (
@@ -34,7 +34,7 @@ def detection_lowers_the_maximum(evidence: Evidence, claim: Claim) -> Finding:
     heat_map = evidence.map("sliding_detection")
     means = f"means {heat_map.mean:.1f} against {other.mean:.1f}"
     shown = f"maximum {_against(heat_map.highest, other.highest, evidence)}; {means}"
-    return of_one(heat_map.highest < other.highest, shown)
+    return of_one(above(other.highest, heat_map.highest), shown)
 
 
 @CLAIMS.judges("R12")
@@ -53,7 +53,7 @@ def still_high_somewhere(evidence: Evidence, claim: Claim) -> Finding:
 def disbanding_raises_the_maximum(evidence: Evidence, claim: Claim) -> Finding:
     """The maximum with early disbanding against that with detection alone."""
     ours, alone = evidence.map(MAPS[claim.figure]).highest, evidence.map("sliding_detection").highest
-    return of_one(ours > alone, f"maximum {_against(ours, alone, evidence)}")
+    return of_one(above(ours, alone), f"maximum {_against(ours, alone, evidence)}")
 
 
 @CLAIMS.judges("R15")
@@ -61,7 +61,7 @@ def late_disbanding_is_better(evidence: Evidence, claim: Claim) -> Finding:
     """The maximum with +7 m against those with +2 m and +4 m."""
     late = evidence.map("disband_7").highest
     early = [evidence.map(defender).highest for defender in ("disband_2", "disband_4")]
-    hold = [late < each for each in early]
+    hold = [above(each, late) for each in early]
     shown = "; ".join(_against(late, each, evidence) for each in early)
     return Finding(all(hold), f"maximum {shown}", of_cases(hold))
 

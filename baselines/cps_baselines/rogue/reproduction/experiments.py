@@ -203,10 +203,11 @@ def seat_overrides(num_vehicles: int, seat: int) -> Overrides:
     return ("num_vehicles", num_vehicles), ("attacker_index", seat), ("dt_s", FINE_S)
 
 
-def swaying_ride(attacker: str) -> Ride:
+def swaying_ride(attacker: str, power_ratio: float = 1.0) -> Ride:
     """An attacker that drives by (5.15) with some gains, in preset `oscillation`, against the linear law."""
     overrides = tuple((name, getattr(OSCILLATION, name)) for name in ("num_vehicles", "attacker_index", "dt_s"))
-    return Ride(attacker, "pd", contact=OSCILLATION.contact, duration_s=OSCILLATION.duration_s, overrides=overrides)
+    contact, duration_s = OSCILLATION.contact, OSCILLATION.duration_s
+    return Ride(attacker, "pd", power_ratio, contact, duration_s, overrides=overrides)
 
 
 def steady_waves(defender: str, contact: str, power_ratio: float = 1.0) -> Waves:

@@ -49,7 +49,11 @@ SEATED = (*MAPS.values(), DETECTION_OVER_LINEAR)  # who plays with the attacker 
 SEATS: Mapping[int, tuple[int, ...]] = {5: (1, 2, 3, 4), 10: (1, 5, 9)}  # of so many vehicles; 1 = rear; chosen
 SEAT_RATIOS = (1.0, 1.2, 1.4)  # chosen: three of `RATIOS`, since the maps are many
 FINE_S = 0.0005  # integration step that is stable for all of these
-SWAYS = ("gains?derivative=3", "gains")  # the gains of (5.15) after a kick, and the sign of k_d reversed
+SWAYS = (  # attacker and power ratio: the gains of (5.15) after a kick, and the sign of k_d reversed
+    ("gains?derivative=3", 1.0),
+    ("gains", 1.0),
+    ("gains", 2.0),
+)
 WIDE_RATIOS = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0)
 
 

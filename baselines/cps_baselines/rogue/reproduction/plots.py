@@ -97,9 +97,9 @@ SPAN_M = 12.0  # that the figure shows of either error
 def draw_sways(evidence: Evidence) -> Any:
     """A panel for each of the attackers: where every vehicle is, beside its place on the reference."""
     figure = new_figure(12.0, 5.0)
-    panels = figure.subplots(1, len(SWAYS), sharey=True, squeeze=False)[0]
-    for panel, attacker in zip(panels, SWAYS, strict=True):
-        course = evidence[swaying_ride(attacker)]
+    panels = figure.subplots(1, len(SWAYS), sharey=False, squeeze=False)[0]
+    for panel, (attacker, ratio) in zip(panels, SWAYS, strict=True):
+        course = evidence[swaying_ride(attacker, ratio)]
         places = course.position_m - course.reference_m[:, np.newaxis]
         for vehicle, color in enumerate(shades(places.shape[1])):
             seized = vehicle == course.attacker
@@ -107,8 +107,8 @@ def draw_sways(evidence: Evidence) -> Any:
         for moment in np.flatnonzero(np.diff(course.damage) > 0) + 1:
             pair = int(np.argmax(course.pair_damage[moment] - course.pair_damage[moment - 1]))
             panel.plot(course.time_s[moment], places[moment, pair : pair + 2].mean(), "kx", markersize=8)
-        title = "gains of (5.15)" if attacker != SWAYS[-1] else "the sign of k_d reversed"
-        dress(panel, f"The attacker (red) after a kick: {title}", TIME, "behind the leader's reference / m")
+        title = "gains of (5.15)" if attacker != SWAYS[-1][0] else f"k_d reversed, power ratio {ratio:g}"
+        dress(panel, f"Attacker (red) after a kick: {title}", TIME, "behind the leader's reference / m")
     figure.suptitle("Fig. 5.2, qualitatively: ten vehicles by (5.15); crosses: contacts of solid bodies")
     return figure
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cps_baselines.reproduction.claims import joined
 from cps_baselines.reproduction.exhibit import Column, Table
 from cps_baselines.rogue.reproduction.course import Course
 from cps_baselines.rogue.reproduction.experiments import Evidence, swaying_ride
@@ -108,9 +109,12 @@ COURSE_COLUMNS = (
 )
 
 
+PARTS = 3  # of the time
+
+
 def sways_table(evidence: Evidence) -> Table:
     """Fig. 5.2."""
-    rides = [(attacker, evidence[swaying_ride(attacker)]) for attacker in SWAYS]
+    rides = [(attacker, evidence[swaying_ride(attacker, ratio)]) for attacker, ratio in SWAYS]
     title = "Fig. 5.2: an attacker that changes its gains"
     return Table(title, SWAY_COLUMNS, rides, SWAY_NOTES, data=_sway_data)
 
@@ -118,7 +122,25 @@ def sways_table(evidence: Evidence) -> Table:
 def _sway_data(ride: tuple[str, Course]) -> dict[str, Any]:
     """Places relative to those on the reference, and the damage, decision by decision."""
     attacker, course = ride
-    return {"attacker": attacker, "ahead_m": (-course.behind_m).tolist(), "damage": course.damage.tolist()}
+    ratio = course.config.power_ratio
+    return {
+        "attacker": attacker,
+        "power_ratio": ratio,
+        "ahead_m": (-course.behind_m).tolist(),
+        "damage": course.damage.tolist(),
+    }
+
+
+def gap_errors_m(course: Course) -> list[float]:
+    """The largest error of a gap in each third of the time, m."""
+    errors = np.abs(course.separation_m - course.config.separation_m).max(axis=1)
+    return [float(part.max()) for part in np.array_split(errors, PARTS)]
+
+
+def closing_speeds_mps(course: Course) -> list[float]:
+    """Of each collision of two solid bodies, m/s: what the damage of their pair rises by."""
+    rises = np.diff(course.pair_damage, axis=0)
+    return [float(rise) for rise in rises[rises > 0]]
 
 
 def _first(course: Course) -> int | None:
@@ -136,9 +158,12 @@ def _at_contact(course: Course) -> tuple[float | None, float | None, float | Non
 
 SWAY_COLUMNS = (
     Column("attacker", lambda ride: ride[0], "`{}`"),
+    Column("ratio", lambda ride: ride[1].config.power_ratio, "{:g}"),
+    Column("gap errors in thirds, m", lambda ride: joined(gap_errors_m(ride[1]))),
     Column("first contact, s", lambda ride: _at_contact(ride[1])[0], "{:.1f}"),
     Column("its closing speed, m/s", lambda ride: _at_contact(ride[1])[1], "{:.1f}"),
     Column("fastest then, m/s", lambda ride: _at_contact(ride[1])[2], "{:.1f}"),
+    Column("collisions", lambda ride: len(closing_speeds_mps(ride[1]))),
     Column("D, m/s", lambda ride: ride[1].final_damage, "{:.1f}"),
     Column("least gap, m", lambda ride: ride[1].separation_m.min() - ride[1].config.vehicle_length_m, "{:.1f}"),
 )
