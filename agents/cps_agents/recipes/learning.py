@@ -23,7 +23,7 @@ KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
 }
 STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on the machine that they were measured on
     ("disbanding", "attacker"): 300_000,
-    ("disbanding", "defender"): 3_500_000,
+    ("disbanding", "defender"): 2_400_000,
     ("fdi", "attacker"): 10_000_000,
     ("fdi", "defender"): 3_000_000,
     ("hvac", "attacker"): 3_000_000,
@@ -61,7 +61,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "final_learning_rate": 3e-5,
         "bias_learning_rate": 0.05,
         "num_envs": 48,
-        "evaluations": 4,
+        "evaluations": 3,
     },
     ("rogue", "attacker"): {  # scattered platoons pay until the end, so it looks far ahead
         "opponent": ROGUE_DEFENDERS,
