@@ -23,7 +23,7 @@ KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
 }
 STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on the machine that they were measured on
     ("disbanding", "attacker"): 300_000,
-    ("disbanding", "defender"): 3_600_000,
+    ("disbanding", "defender"): 2_400_000,
     ("fdi", "attacker"): 10_000_000,
     ("fdi", "defender"): 3_000_000,
     ("hvac", "attacker"): 3_000_000,
@@ -56,11 +56,11 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "relative": False,
         "episode_noise": True,
         "opponent": 'mixture?policies=["spread","random","timed?jam=1","timed?jam=2","timed?jam=3"]',
-        "initial_deviation": 0.25,
+        "initial_deviation": 0.15,
         "learning_rate": 3e-4,
         "final_learning_rate": 3e-5,
-        "bias_learning_rate": 0.1,
-        "num_envs": 64,
+        "bias_learning_rate": 0.05,
+        "num_envs": 48,
         "evaluations": 3,
     },
     ("rogue", "attacker"): {  # scattered platoons pay until the end, so it looks far ahead
