@@ -30,6 +30,7 @@ html_theme_options = {
 }
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
+html_js_files = ["sort.js"]  # of the boards
 html_copy_source = False
 DEMO = Path(__file__).parents[1] / "build" / "extra"  # a report, by `make demo`
 html_extra_path = [str(DEMO)] if DEMO.is_dir() else []

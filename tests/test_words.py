@@ -19,6 +19,7 @@ WORD = re.compile(r"[^\s]*[A-Za-z0-9][^\s]*")
 MARK = re.compile(r"^\s*([-*+]|\d+\.|>)\s+")
 ROOT = Path(__file__).parents[1]
 GENERATED = {
+    "leaderboard.md",
     "reliability.md",
     "coverage.md",
     "changelog.md",

@@ -111,7 +111,10 @@ def verify(
 @app.command()
 def freeze(
     track: Annotated[list[str] | None, typer.Argument(help="Tracks such as rogue-attack; default: all eight.")] = None,
-    episodes: Annotated[int, typer.Option(min=64, help="Against each opponent, for the scores 0 and 100.")] = 4096,
+    episodes: Annotated[int, typer.Option(min=16, help="Against each opponent, for the scores 0 and 100.")] = 4096,
+    constant: Annotated[
+        list[str] | None, typer.Option(metavar="POLICY", help="Try only this for score 0; may be repeated.")
+    ] = None,
 ) -> None:
     """Find what the scores 0 and 100 are paid; for the makers of a challenge."""
     from cps_agents.scoring.freezing import freeze as frozen
@@ -120,5 +123,5 @@ def freeze(
     for found in map(find_track, track or tracks()):
         if episodes * 8 < found.episodes:
             raise CommandError(f"--episodes {episodes} is less than an eighth of the {found.episodes} of {found.name}")
-        path = frozen(found, episodes, lambda line: out().print(line, soft_wrap=True, markup=False))
+        path = frozen(found, episodes, constant or (), lambda line: out().print(line, soft_wrap=True, markup=False))
         err().print(f"Written: {path}", soft_wrap=True)

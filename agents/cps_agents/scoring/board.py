@@ -14,7 +14,7 @@ from cps_baselines.tracks import Track, tracks
 
 FOLDER = Path(__file__).parents[3] / "leaderboard" / "v1"  # of a clone; an installed package has none
 HEAD = ("policy", "rank", "score", "±", "worst opponent", "kind")
-FRONT = ("track", "a constant", "best rules", "best searched", "best network", "told")
+FRONT = ("track", "best rules", "best searched", "best network", "told")
 NONE_YET = "none yet"
 
 
@@ -27,22 +27,22 @@ class Row:
     rank: int  # entries that are not surely different share one; 0: told, without a rank
 
 
-def entries(track: Track, folder: Path = FOLDER) -> dict[str, Score]:
-    """The scores of a track by the names of their files, the best first.
+def entries(track: Track, folder: Path | None = None) -> dict[str, Score]:
+    """The scores of a track by the names of their files in `FOLDER` or another folder, the best first.
 
     Raises:
         CommandError: a file is of another track or of split dev.
         DamagedFileError: a file is no score.
     """
     found = {}
-    for path in sorted((folder / track.name).glob("*.json")):
+    for path in sorted(((folder or FOLDER) / track.name).glob("*.json")):
         found[path.stem] = read_score(path)
         if (found[path.stem].frozen.track.name, found[path.stem].split) != (track.name, "test"):
             raise CommandError(f"{path} is no score of {track.name} on split test: it belongs elsewhere")
     return dict(sorted(found.items(), key=lambda item: -item[1].estimate.mean))
 
 
-def board(track: Track, folder: Path = FOLDER) -> list[Row]:
+def board(track: Track, folder: Path | None = None) -> list[Row]:
     """The rows of a track: ranks count those who are surely better than the first of a rank."""
     rows: list[Row] = []
     leader: Score | None = None  # of the present rank
@@ -58,7 +58,7 @@ def board(track: Track, folder: Path = FOLDER) -> list[Row]:
     return rows
 
 
-def rank_line(score: Score, folder: Path = FOLDER) -> str:
+def rank_line(score: Score, folder: Path | None = None) -> str:
     """Where a score stands on the board; empty where there is no board."""
     others = [row.score for row in board(score.frozen.track, folder) if row.rank]
     if not others or score.split != "test":
@@ -95,11 +95,12 @@ def kind_text(score: Score) -> str:
 
 
 def front(boards: Mapping[str, Sequence[Row]]) -> Table:
-    """One row for each track: the best of every kind, with its half width."""
+    """One row for each track that has entries: the best of every kind, with its half width."""
     groups = (("rules",), ("searched",), ("reward", "imitation"), ("told",))
     rows = [
-        [name, "0", *(_best([row for row in rows if row.score.kind.name in group]) for group in groups)]
+        [name, *(_best([row for row in rows if row.score.kind.name in group]) for group in groups)]
         for name, rows in boards.items()
+        if rows
     ]
     return Table("", FRONT, rows)
 
@@ -111,6 +112,6 @@ def _best(rows: Sequence[Row]) -> str:
     return f"{rows[0].name} {score.estimate.mean:.0f} ± {score.half_width:.0f}"
 
 
-def boards(folder: Path = FOLDER) -> dict[str, list[Row]]:
+def boards(folder: Path | None = None) -> dict[str, list[Row]]:
     """All eight."""
     return {name: board(track, folder) for name, track in tracks().items()}

@@ -14,23 +14,22 @@ from cps_baselines.tracks import Track, constants
 from cps_envs.core.types import FloatArray
 from cps_envs.registration import find_problem
 
-ROUNDS = ((64, 12), (16, 3), (1, 1))  # constants play such a part of the episodes, and so many of them stay
+ROUNDS = ((64, 6), (8, 2), (1, 1))  # constants play such a part of the episodes, and so many of them stay
 FEWEST = 4  # episodes against each opponent, in every round
 Said = Callable[[str], None]
 
 
-def freeze(track: Track, episodes: int, say: Said = lambda line: None) -> Path:
+def freeze(track: Track, episodes: int, candidates: Sequence[str] = (), say: Said = lambda line: None) -> Path:
     """Play on split dev, and the answers on split test; returns the file that holds what was frozen.
 
-    Constants meet in rounds: all play a few of the episodes, the best of them more, the last three all.
+    Constants meet in rounds: all play a few of the episodes, the best of them more, the last two all. Where there are
+    `candidates`, only those play, all episodes.
     """
-    problem = find_problem(track.problem)
-    spec = problem.game(track.venue.config, 1).spec(track.role)
-    left = list(dict.fromkeys(["none", "random", *constants(track), *native_constants(spec)]))
+    left = list(candidates) or every_constant(track)
     say(f"{track.name}: {len(left)} constants")
     seeds = seeds_of(track, "dev", episodes)
     rows: dict[str, list[FloatArray]] = {}
-    for part, kept in ROUNDS:
+    for part, kept in ROUNDS if not candidates else ROUNDS[-1:]:
         few = [own[: max(episodes // part, FEWEST)] for own in seeds]
         rows = {policy: pays(track, policy, few) for policy in left}
         left = sorted(rows, key=lambda policy: -track.sign * mean_pay(track, rows[policy]))[:kept]
@@ -49,6 +48,12 @@ def freeze(track: Track, episodes: int, say: Said = lambda line: None) -> Path:
             "pays": {"test": texts(test), "dev": texts([own[: track.episodes // DEV] for own in dev])},
         },
     )
+
+
+def every_constant(track: Track) -> list[str]:
+    """Policies of a role that never look."""
+    spec = find_problem(track.problem).game(track.venue.config, 1).spec(track.role)
+    return list(dict.fromkeys(["none", "random", *constants(track), *native_constants(spec)]))
 
 
 def mean_pay(track: Track, rows: Sequence[FloatArray]) -> float:

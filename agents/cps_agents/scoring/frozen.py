@@ -86,6 +86,11 @@ def texts(pays: Sequence[FloatArray]) -> list[str]:
     return [" ".join(f"{value:.12g}" for value in rounded(paid).tolist()) for paid in pays]
 
 
+def is_frozen(track: Track) -> bool:
+    """Whether there are frozen numbers of a track, be they of this game or not."""
+    return (FOLDER / f"{track.name}.json").is_file()
+
+
 def read_frozen(track: Track) -> Frozen:
     """The frozen numbers of a track.
 
@@ -94,7 +99,7 @@ def read_frozen(track: Track) -> Frozen:
         DamagedFileError: the file is no such document.
     """
     path = FOLDER / f"{track.name}.json"
-    if not path.is_file():
+    if not is_frozen(track):
         raise CommandError(f"{track.name} is not frozen yet: `cps-envs score freeze {track.name}` does that")
     document = read_entry(path, "file of frozen numbers", REMEDY)
     if document["identity"].text() != identity(track):

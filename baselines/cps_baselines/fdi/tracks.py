@@ -20,7 +20,7 @@ TRACKS = (
     Track(
         "fdi",
         "attacker",
-        1024,
+        2048,
         (
             Rival("cusum", CUSUM, SEARCHED_TRACKER, 2.0),
             Rival("chi2", CHI2, SEARCHED_TRACKER),

@@ -1,0 +1,64 @@
+"""The page of the boards: who leads in each track of the challenge, and what each panel is."""
+
+from __future__ import annotations
+
+from cps_agents.scoring.board import board, table
+from cps_agents.scoring.frozen import Frozen, is_frozen, read_frozen
+from cps_agents.table import Table
+from cps_baselines.tracks import CHALLENGE, tracks
+from cps_envs.registration import find_problem
+
+LONGEST = 120  # characters of a reference
+INTRODUCTION = f"""# Boards of {CHALLENGE}
+
+Each score is a policy's own number in a track of [the challenge](challenge.md): 0 is the best constant action, 100 the
+best answer to each opponent that was known at the freeze. More is better in every track. ± is half of a 95 % interval
+over episodes and training seeds. Entries share a rank where their difference, in pairs on the same episodes, may be
+chance. Told entries know more than their role observes, and have no rank. Click a heading to sort.
+[Submit](submit.md) says how to add a row. `cps-envs score board` prints the same.
+"""
+
+
+def page() -> str:
+    """The page as Markdown."""
+    parts = [INTRODUCTION.rstrip()]
+    for track in tracks().values():
+        parts.append(f"## {track.name}")
+        if not is_frozen(track):
+            parts.append("Not frozen yet.")
+            continue
+        frozen, rows = read_frozen(track), board(track)
+        parts.append("\n".join(table(track, rows).markdown()) if rows else "No entry yet.")
+        parts.append(_facts(frozen))
+        parts.append("\n".join(_panel(frozen).markdown()))
+    return "\n\n".join(parts) + "\n"
+
+
+def _facts(frozen: Frozen) -> str:
+    """What the ends of the scale are paid."""
+    track, problem = frozen.track, find_problem(frozen.track.problem)
+    unit = f" {problem.unit}" if problem.unit else ""
+    return "\n".join(
+        (
+            f"* `{frozen.zero_policy}` has score 0: it is paid {frozen.zero:.3g}{unit}.",
+            f"* The best answers have score 100: they are paid {frozen.told:.3g}{unit}.",
+            f"* Both are means over {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
+            f"* Digest `{frozen.digest}`.",
+        )
+    )
+
+
+def _short(reference: str) -> str:
+    """A reference with its numbers, or how many there are."""
+    name, _, query = reference.partition("?")
+    return f"`{reference}`" if len(reference) <= LONGEST else f"`{name}`, {query.count('=')} numbers"
+
+
+def _panel(frozen: Frozen) -> Table:
+    """The opponents of a track."""
+    track = frozen.track
+    cells = [
+        [rival.name, _short(rival.policy), f"{share:.0%}", f"{paid.mean():.3g}", _short(rival.answer)]
+        for rival, share, paid in zip(track.panel, track.shares, frozen.pays["test"], strict=True)
+    ]
+    return Table("", ("opponent", "policy", "weight", "best answer is paid", "best answer"), cells)
