@@ -143,7 +143,7 @@ def test_json_is_all_that_is_on_stdout(
         (("league", "rogue"), "scipy", "baselines"),
         (("tune", "rogue-attack-ppo"), "optuna", "tune"),
         (("train", "rogue-attack-ppo"), "stable_baselines3", "train"),
-        (("self-play", "rogue", "--oracle", "ppo"), "stable_baselines3", "train"),
+        (("self-play", "rogue", "--oracle", "rogue-attack-ppo"), "stable_baselines3", "train"),
         (("bench", "--training"), "stable_baselines3", "train"),
         (("double-oracle",), "cma", "baselines"),
         (("coverage",), "scipy", "baselines"),
