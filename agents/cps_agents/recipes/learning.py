@@ -29,7 +29,7 @@ STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on th
     ("hvac", "attacker"): 3_000_000,
     ("hvac", "defender"): 3_000_000,
     ("rogue", "attacker"): 2_000_000,
-    ("rogue", "defender"): 1_300_000,
+    ("rogue", "defender"): 2_200_000,
 }
 USUAL_STEPS = 3_000_000  # of a problem of one's own
 # Defenders that a rogue attacker meets in training; others are left for judging.
@@ -62,19 +62,6 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "bias_learning_rate": 0.05,
         "num_envs": 48,
         "evaluations": 3,
-    },
-    ("rogue", "defender"): {  # what one vehicle tries for a second is undone in the next, so it keeps it for longer
-        "run_s": 8.0,
-        "neutral_bonus": 2.0,
-        "num_envs": 128,
-        "steps_per_update": 12,
-        "batch_size": 2048,
-        "learning_rate": 3e-3,
-        "final_learning_rate": 3e-4,
-        "discount": 0.985,
-        "gae_lambda": 0.95,
-        "evaluations": 3,
-        "evaluation_episodes": 192,
     },
     ("rogue", "attacker"): {  # scattered platoons pay until the end, so it looks far ahead
         "opponent": ROGUE_DEFENDERS,
