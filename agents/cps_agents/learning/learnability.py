@@ -39,7 +39,7 @@ HELD_OUT: Mapping[str, tuple[str, ...]] = {  # opponents that training does not 
     "RogueAttack": ("sliding_detection",),
     "RogueDefense": ("contested?against=assigned",),
     "FdiAttack": ("bank",),
-    "FdiDefense": ("mimic?acceleration_mps2=0.4",),
+    "FdiDefense": ("mimic?acceleration_mps2=0.4", "mimic?acceleration_mps2=0.6"),
     "HvacAttack": ("mtd2",),
     "HvacDefense": ("shaped",),
     "DisbandingAttack": ("mpc",),

@@ -24,8 +24,8 @@ KNOBS: Mapping[str, str] = {  # of stable-baselines3's PPO, as ours are called
 STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on the machine that they were measured on
     ("disbanding", "attacker"): 300_000,
     ("disbanding", "defender"): 2_400_000,
-    ("fdi", "attacker"): 10_000_000,
-    ("fdi", "defender"): 3_000_000,
+    ("fdi", "attacker"): 1_000_000,
+    ("fdi", "defender"): 1_000_000,
     ("hvac", "attacker"): 3_000_000,
     ("hvac", "defender"): 3_000_000,
     ("rogue", "attacker"): 2_000_000,
@@ -37,6 +37,14 @@ ROGUE_DEFENDERS = (
     'mixture?policies=["monitor","sliding","assigned?laws=ssl","assigned?laws=f","assigned","pd_detection","disband_4"]'
     "&weights=[5,2,1,1,1,1,1]"
 )
+
+
+def mixture(weights: Mapping[str, float]) -> str:
+    """The reference of a mixture of policies, each with a weight."""
+    names = ",".join(f'"{name.replace("&", "%26")}"' for name in weights)
+    return f"mixture?policies=[{names}]&weights=[{','.join(map(str, weights.values()))}]"
+
+
 # What a role needs beside the settings that every library is told, and how long it learns.
 OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
     ("disbanding", "attacker"): {  # four or five decisions in an episode, and what is drawn in it decides the most
@@ -75,6 +83,33 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "opponent": 'mixture?policies=["largest","bayes","cusum"]&weights=[2,1,1]',
         "evaluations": 3,
         "evaluation_episodes": 64,
+    },
+    ("fdi", "attacker"): {  # who pays least is met most; `bank` is for judging
+        "opponent": mixture({"cusum": 2, "chi2": 1, "hypotheses": 4}),
+        "batch_size": 512,
+        "epochs": 5,
+        "learning_rate": 2e-3,
+        "final_learning_rate": 2e-4,
+        "entropy_bonus": 0.003,
+        "evaluations": 4,
+        "evaluation_episodes": 512,
+    },
+    ("fdi", "defender"): {  # trackers that answer other detectors, too; `mimic` of 0.4 and 0.6 m/s2 is for judging
+        "opponent": mixture(
+            {
+                "none": 1,
+                "swing": 1,
+                "bang_bang": 1,
+                "blind_tracker": 1,
+                "tracker": 3,
+                "tracker?margin=1.072&late=2.299&swing=2.032&swing_s=0.9383&range_part=1.052": 2,
+                "tracker?margin=0.1534&late=2.725&swing=-0.377&swing_s=2.65&range_part=0.6174": 1,
+                **{f"mimic?acceleration_mps2={value}": 1 for value in (0.2, 0.3, 0.5, 0.8)},
+            }
+        ),
+        "rows_per_update": 12_288,
+        "evaluations": 6,
+        "evaluation_episodes": 512,
     },
 }
 
