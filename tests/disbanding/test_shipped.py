@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.problem import DISBANDING
@@ -21,3 +23,10 @@ def test_the_defence_is_better_than_none_and_the_follower_that_it_began_as() -> 
     for other in ("none", PLAIN):
         gain = paid("timed?jam=1", other) - shipped
         assert gain.mean() > 0.5, other
+
+
+@pytest.mark.parametrize("other", ["none", "random", "lead"])
+def test_the_attack_is_better_than_who_learned_nothing(other: str) -> None:
+    usual = "string?detection_mps=0"
+    gain = paid("zoo:disbanding-attack", usual) - paid(other, usual)
+    assert gain.mean() > 3
