@@ -97,7 +97,7 @@ def test_the_matrix_holds_the_meetings(folder: Path) -> None:
 
 def test_trained_policies_tell_how_they_came_about() -> None:
     assert _training("zoo:hvac-attack-ppo") == "Trained by imitation against `mtd2`, from preset `paper`."
-    assert _training("zoo:rogue-attack-mixture").startswith("Plays 2 policies, found by double-oracle")
+    assert _training("zoo:rogue-attack-mixture").startswith("Plays 3 policies, found by double-oracle")
     assert "against a mixture of opponents" in _training("zoo:rogue-attack-ppo")
     assert _training("square") == _training("zoo:missing") == ""
 

@@ -111,7 +111,7 @@ def test_a_policy_made_anew_is_compared_with_the_shipped_one(tmp_path: Path) -> 
 
 
 def test_the_same_probabilities_of_other_policies_are_another_mixture(tmp_path: Path) -> None:
-    name = "fdi-attack-mixture"
+    name = "rogue-attack-mixture"
     for suffix in ("json", "safetensors"):
         shutil.copy(SHIPPED / f"{name}.{suffix}", tmp_path)
     shipped, data = read_pair(SHIPPED / f"{name}.json")
