@@ -6,6 +6,7 @@ their speeds and gaps beside those of the same seeds without it.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -38,7 +39,9 @@ def mitigation(period_s: float, config: RobotConfig) -> str:
     return "heuristic?" + "&".join(f"{name}={value}" for name, value in options.items())
 
 
-DAMPING = {  # readings of what section 2.5 leaves open: other fields of the configuration
+DAMPING: Mapping[
+    str, Mapping[str, Any]
+] = {  # readings of what section 2.5 leaves open: other fields of the configuration
     "k3": {},
     "k1": {"derivative_gain": 1.0, "measured_for_s": 40.0},  # E_v from the attack to the end of the run
 }
