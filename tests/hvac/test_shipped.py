@@ -15,3 +15,12 @@ def test_the_attack_pays_where_three_sensors_lie() -> None:
     network, constant = paid("zoo:hvac-attack"), paid(f"always?adapter=together&action={LEVELS.index(-0.4)}")
     assert network > 10 * paid("none")
     assert network > constant
+
+
+def test_the_defence_is_worth_more_than_doing_nothing_and_than_fixed_sensors() -> None:
+    def paid(defender: str) -> float:
+        return float(play("mimic", defender, range(24), "learning")["return"].mean())
+
+    network = paid("zoo:hvac-defense")
+    assert network < paid("none")
+    assert network < paid("fixed")
