@@ -13,7 +13,7 @@ import numpy as np
 from cps_agents.errors import CommandError
 from cps_agents.learning.ppo import Learner, Played, Settings
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
-from cps_envs.core.types import Observation
+from cps_envs.core.types import BoolArray, Observation
 
 
 class Twins(Learner):
@@ -36,7 +36,7 @@ class Twins(Learner):
 
     def credit(self, played: Played) -> tuple[Observation, Observation]:
         """Half of what a row is paid more than its twin, for each of its decisions (T, N); no values."""
-        first = np.cumsum(played.ended, axis=0) - played.ended == 0  # until the first episode's end
+        first: BoolArray = np.cumsum(played.ended, axis=0) - played.ended == 0  # until the first episode's end
         pairs = np.where(first, played.rewards, 0.0).sum(axis=0).reshape(2, -1)
         better = (pairs - pairs.mean(axis=0)).reshape(-1)
         advantages = np.where(first, better, 0.0).astype(np.float32)
