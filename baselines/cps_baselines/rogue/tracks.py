@@ -48,7 +48,6 @@ def switching(*weights: float) -> str:
 AGAINST_MONITOR = switching(3.9233, -3.7543, 0.5004, 1.5819, 4.8439, -4.641, -0.6818)
 AGAINST_SLIDING = switching(5.0345, -3.1607, -0.2543, 1.7504, 1.4026, -0.4533, -2.0027)
 AGAINST_SLIDING_TOO = switching(1.997, -1.996, -0.2537, 1.036, 0.4105, 0.3777, 0.0007554)
-AGAINST_DETECTION = switching(-0.2356, -1.368, 0.07282, -0.5094, -1.427, 1.913, 0.557)
 AGAINST_SEARCHED = switching(0.4926, 0.5166, 0.2652, -0.1626, 1.241, -1.997, 0.7751)
 AGAINST_MIXTURES = switching(1.4136, -1.7959, -0.0101, 0.08, -0.1166, 0.0719, -0.3459)  # in self-play
 SQUARE = written("square", frequency_hz=0.1, duty=0.5)
@@ -63,7 +62,7 @@ TRACKS = (
             Rival("searched monitor", SEARCHED_MONITOR, AGAINST_MONITOR),
             Rival("ssl", FOLLOWING, AGAINST_SLIDING_TOO),
             Rival("told", TOLD, AGAINST_SLIDING_TOO),
-            Rival("detection", "sliding_detection", AGAINST_DETECTION),
+            Rival("detection", "sliding_detection", "always?action=-1.0"),
         ),
     ),
     Track(
