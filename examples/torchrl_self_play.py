@@ -21,6 +21,7 @@ from tensordict import TensorDictBase
 from tensordict.nn import TensorDictModule, TensorDictSequential
 from torch import Tensor, nn
 from torch.distributions import Categorical, Independent
+from torch.nn import functional
 from torchrl.collectors import Collector
 from torchrl.modules import ProbabilisticActor
 from torchrl.objectives import ClipPPOLoss, ValueEstimators
@@ -32,6 +33,7 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import ROLES, Role
 from cps_envs.core.wiring import WiredBox
 
+NEVER = -1e9  # logit of what is no choice
 HORIZON = 20  # decisions over which rewards add up; chosen, of the order of what gamma and lambda look ahead
 
 
@@ -86,10 +88,17 @@ class Logits(nn.Module):
 
 
 def distribution(choices: tuple[int, ...]) -> Any:
-    """What draws actions from logits: a number, or as many as there are choices, all of one size."""
+    """What draws actions from logits: a number, or one for each of the choices, which may be of different sizes."""
     if len(choices) == 1:
         return Categorical
-    return lambda logits: Independent(Categorical(logits=logits.unflatten(-1, (len(choices), choices[0]))), 1)
+    widest = max(choices)
+
+    def joint(logits: Any) -> Independent:
+        parts = torch.split(logits, list(choices), -1)
+        padded = [functional.pad(part, (0, widest - part.shape[-1]), value=NEVER) for part in parts]
+        return Independent(Categorical(logits=torch.stack(padded, -2)), 1)
+
+    return joint
 
 
 def learner(env: DuelEnv, role: Role, args: Args) -> ClipPPOLoss:

@@ -114,7 +114,7 @@ def test_a_role_has_a_page_with_everything_that_there_is_to_know() -> None:
     page = docs.pages()["environments/DisbandingAttack.md"]
     for heading in ("Story", "Threat Model", "Action Space", "Observation Space", "Presets", "Baselines", "References"):
         assert f"\n## {heading}\n" in page
-    for heading in ("Best Known Results", "Code to Start", "Rewards", "Version History"):
+    for heading in ("Code to Start", "Rewards", "Version History"):
         assert f"\n## {heading}\n" in page
     assert "{" not in page.partition("## Arguments")[0].replace("{table}", "")
     assert "| 0-9 | `mean_speed` |" in page

@@ -30,7 +30,7 @@ def model() -> PPO:
 def test_batches_hold_the_rows_that_acted_and_no_others(model: PPO) -> None:
     buffer: Any = model.rollout_buffer
     acted = buffer.swap_and_flatten(buffer.acting[..., np.newaxis])[:, 0]
-    assert 0 < acted.sum() < 0.4 * acted.size  # honest sensors, and all before the onset, have no choice
+    assert 0 < acted.sum() < 0.6 * acted.size  # before the onset nobody has a choice
     batches = list(buffer.get())
     assert sum(len(batch.observations) for batch in batches) == acted.sum()
     rows = np.concatenate([batch.observations.numpy() for batch in batches])

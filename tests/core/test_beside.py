@@ -15,7 +15,7 @@ def test_the_neutral_action_gains_nothing_over_itself() -> None:
     env.reset()
     returns = []
     for _ in range(12):
-        _, reward, ended, _, info = env.step(np.zeros((3, 20)))
+        _, reward, ended, _, info = env.step(np.zeros((3, 22)))
         assert not reward.any()
         if ended.any():
             returns.append(info["final_info"]["episode"]["r"][ended])
@@ -27,7 +27,7 @@ def test_relative_pay_is_the_difference_of_two_returns() -> None:
         options = {"adapter": "follow", "frame_skip": 300, "relative": relative, **SHORT}
         env = cps_envs.learning_env("DisbandingDefense", 2, seed=1, **options)
         env.reset()
-        return np.stack([env.step(np.full((8, 20), action))[1] for _ in range(3)])
+        return np.stack([env.step(np.full((8, 22), action))[1] for _ in range(3)])
 
     difference = gained(0.3, relative=False) - gained(0.0, relative=False)
     assert np.abs(difference).max() > 0.01

@@ -215,7 +215,7 @@ def test_where_a_defence_fails() -> None:
 
 
 def test_up_to_where_an_impact_equals_the_attack_free_one() -> None:
-    assert impacts.equal_up_to([made(each) for each in (1.0, 1.9, 2.1, 1.0)]) == 1
+    assert impacts.equal_up_to([made(each) for each in (1.0, 1.2, 2.1, 1.0)]) == 1
     assert impacts.equal_up_to([made(each) for each in (1.0, 1.0, 1.0)]) == 2
 
 

@@ -17,7 +17,7 @@ from safetensors.numpy import load as from_bytes
 
 from cps_agents.errors import CommandError
 from cps_agents.zoo.card import MIXTURE, SHIPPED, Card, read_card
-from cps_agents.zoo.files import read_pair, shipped_names
+from cps_agents.zoo.files import START, read_pair, shipped_names
 from cps_envs.core.errors import near
 from cps_envs.core.types import Array
 
@@ -114,7 +114,7 @@ def _apart(old: Mapping[str, Array], new: Mapping[str, Array]) -> dict[str, floa
         return {}
     apart: dict[str, float] = {}
     for name, array in old.items():
-        seed = name.partition("/")[0]
+        seed = name.removeprefix(START).partition("/")[0]
         difference = np.abs(array.astype(float) - new[name].astype(float)).max(initial=0.0)
         apart[seed] = max(apart.get(seed, 0.0), float(difference))
     return apart
