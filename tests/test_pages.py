@@ -146,6 +146,8 @@ def parse(arguments: list[str], words: str) -> None:
             arguments = arguments[1:]
         if not arguments or arguments[0].startswith("--"):
             return
+        if arguments[0] not in subcommands and "policy" in subcommands:
+            arguments = ["policy", *arguments]  # `cps-envs score TRACK POLICY` leaves the name of its command out
         name, *arguments = arguments
         assert name in subcommands, f"there is no command `cps-envs {words}`"
         command = subcommands[name]
