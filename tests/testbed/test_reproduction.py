@@ -45,9 +45,9 @@ def test_the_specification_s_numbers_over_twenty_seeds(full: Reproduction[Result
 
 def test_the_specification_s_verdicts_over_twenty_seeds(full: Reproduction[Results]) -> None:
     verdicts = {claim.id: finding.verdict for claim, finding in full.findings[""]}
-    holds = ("T04", "T05", "T06", "T07", "T08", "T09", "T10", "T11")
+    holds = ("T04", "T05", "T06", "T07", "T08", "T09", "T11")
     assert {verdicts[name] for name in holds} == {"reproduced"}
-    assert {verdicts[name] for name in ("T01", "T02", "T03", "T12")} == {"not reproduced"}
+    assert {verdicts[name] for name in ("T01", "T02", "T03", "T10", "T12")} == {"not reproduced"}
     assert verdicts["T13"] == "partly"
 
 
