@@ -26,7 +26,7 @@ TINY = {"opponent": "none", "cpu_seconds": 0.01, "num_envs": 2, "baseline": "non
 
 @pytest.mark.parametrize(
     ("role", "entries"),
-    [("RogueAttack", 1), ("FdiDefense", 2), ("DisbandingAttack", 2), ("DisbandingDefense", 0)],
+    [("RogueAttack", 1), ("FdiDefense", 3), ("DisbandingAttack", 3), ("DisbandingDefense", 0)],
     ids=["discrete", "team", "masked", "continuous"],
 )
 def test_an_update_of_every_kind_of_role(cleanrl: Any, role: str, entries: int, tmp_path: Path) -> None:
