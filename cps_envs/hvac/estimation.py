@@ -57,23 +57,45 @@ def average_readings(model: Model, reading: FloatArray, out: FloatArray) -> None
 
 @inlined
 def estimate_set(model: Model, episode: State, a: int, scratch: Scratch) -> None:
-    """xh_a = F + A^N_e (O_a' O_a)^-1 sum of h_s, and J_a = mean over the set of (y_s - xh_a at its zone)^2, (4.32)."""
-    total, found, sensors, n = scratch.vector, episode.estimate[a + 1], len(model.zone), len(scratch.vector)
-    fill(total, 0.0)
-    for s in range(sensors):
-        if model.member[a, s]:
-            for i in range(n):
-                total[i] += scratch.sums[s * n + i]
+    """xh_a = F + A^N_e pinv(O_a) r, and J_a = mean over the set of (y_s - xh_a at its zone)^2, (4.32)."""
+    found = episode.estimate[a + 1]
     copy(episode.forced, found)
-    for j in range(n):
-        for i in range(n):
-            found[i] += model.set_gain[a, j, i] * total[j]
+    if model.window_begin[a] < 0:
+        add_sums(model, a, scratch, found)
+    else:
+        add_window(model, episode, a, found)
     square, size = 0.0, 0
-    for s in range(sensors):
+    for s in range(len(model.zone)):
         if model.member[a, s]:
             square += (episode.reading[s] - found[model.zone[s]]) ** 2
             size += 1
     episode.residual[a] = square / size
+
+
+@inlined
+def add_sums(model: Model, a: int, scratch: Scratch, found: FloatArray) -> None:
+    """Add A^N_e (O_a' O_a)^-1 sum of h_s to an estimate (n,)."""
+    total, n = scratch.vector, len(found)
+    fill(total, 0.0)
+    for s in range(len(model.zone)):
+        if model.member[a, s]:
+            for i in range(n):
+                total[i] += scratch.sums[s * n + i]
+    for j in range(n):
+        for i in range(n):
+            found[i] += model.set_gain[a, j, i] * total[j]
+
+
+@inlined
+def add_window(model: Model, episode: State, a: int, found: FloatArray) -> None:
+    """Add A^N_e pinv(O_a) r to an estimate (n,), r being the residual readings of the window one by one."""
+    row, window = model.window_begin[a], len(model.decay) - 1
+    for t in range(episode.step[0] - window, episode.step[0]):
+        for s in range(len(model.zone)):
+            if model.member[a, s]:
+                for i in range(len(found)):
+                    found[i] += model.window_gain[row, i] * episode.series[t, s]
+                row += 1
 
 
 @inlined

@@ -12,7 +12,7 @@ from cps_envs.hvac.building import discretise, modes, outdoor, rates, weather
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import feedforward, gains
 from cps_envs.hvac.kalman import filter_gains, memory
-from cps_envs.hvac.moving_horizon import set_gains, warn_if_blind
+from cps_envs.hvac.moving_horizon import set_gains, warn_if_blind, window_gains
 from cps_envs.hvac.sensors import filter_sets, membership, sensor_sets, zones_of_sensors
 
 MEAN_H = 2.0  # over which innovations are averaged, exponentially weighted
@@ -65,6 +65,8 @@ class Model(NamedTuple):
     decay: FloatArray  # (N_e + 1, S n) eigenvalues of A to the power t, once for each sensor
     mode: FloatArray  # (S n,) entry (zone(s), i) of V, whose columns are the eigenvectors of A
     set_gain: FloatArray  # (sets, n, n) transposed: [a, j, i] of A^N_e (O_a' O_a)^-1 V^-T at (i, j)
+    window_gain: FloatArray  # (rows, n) of A^N_e pinv(O_a) transposed, for sets that hardly observe
+    window_begin: IntArray  # (sets,) first row of a set in it, -1 where the sums serve
     member: BoolArray  # (sets, S)
     filter_member: BoolArray  # (F, S) of the Kalman filters
     filter_gain: FloatArray  # (F, 2n, S)
@@ -85,6 +87,7 @@ def build_model(config: HvacConfig) -> Model:
     w = weather(config, config.num_steps + config.prediction_steps)
     control = gains(building, config.prediction_steps, config.move_weight)
     set_gain, condition = set_gains(building.A, config.window_steps, member, zone)
+    window_gain, begin = window_gains(building.A, config.window_steps, member, zone, condition)
     eigenvalues, V = modes(config)
     powers = eigenvalues ** np.arange(config.window_steps + 1)[:, np.newaxis]
     warn_if_blind(condition, sensor_sets(config))
@@ -103,6 +106,8 @@ def build_model(config: HvacConfig) -> Model:
         decay=np.tile(powers, len(zone)),
         mode=V[zone].ravel(),
         set_gain=np.ascontiguousarray(np.linalg.solve(V, set_gain.transpose(0, 2, 1))),
+        window_gain=window_gain,
+        window_begin=begin,
         member=member,
         filter_member=filter_member,
         filter_gain=filters.gain,

@@ -4,6 +4,8 @@ With F the response forced by the known heating and weather, the residual readin
 obey r = O_a z + noise, z being the homogeneous part at its start. Least squares and N_e steps forward give
 xh_a(k) = F(k) + A^N_e pinv(O_a) r = F(k) + A^N_e (O_a' O_a)^-1 sum over s in a of h_s, with the sums
 h_s = sum over t of (A^t)' e_zone(s) r_s(k - N_e + t) shared by all sets. No power of A^-1 occurs.
+
+The sums square cond(O_a). Sets that hardly observe the building apply A^N_e pinv(O_a) to the window itself instead.
 """
 
 from __future__ import annotations
@@ -50,6 +52,27 @@ def set_gains(A: FloatArray, window: int, member: BoolArray, zone: IntArray) -> 
         gain[a] = all_powers[window] @ (V.T * inverse) @ V
         condition[a] = singular[0] / singular[-1] if seen.all() else np.inf
     return gain, condition
+
+
+def window_gain(A: FloatArray, window: int, sensors: BoolArray, zone: IntArray) -> FloatArray:
+    """A^N_e pinv(O_a) transposed, (N_e |a|, n): what each reading of the window moves the estimate of a set (S,)."""
+    all_powers = powers(A, window)
+    gain: FloatArray = (all_powers[window] @ np.linalg.pinv(observability(all_powers[:window], sensors, zone))).T
+    return np.ascontiguousarray(gain)
+
+
+def window_gains(
+    A: FloatArray, window: int, member: BoolArray, zone: IntArray, condition: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """The `window_gain` of all sets (sets, S) that hardly observe, below each other, and where each begins (sets,).
+
+    Sets that the shared sums serve have -1.
+    """
+    rows, begin = [np.empty((0, len(A)))], np.full(len(member), -1)
+    for a in np.flatnonzero(condition > MAX_CONDITION):
+        begin[a] = sum(map(len, rows))
+        rows.append(window_gain(A, window, member[a], zone))
+    return np.concatenate(rows), begin
 
 
 def warn_if_blind(condition: FloatArray, sets: tuple[tuple[int, ...], ...]) -> None:

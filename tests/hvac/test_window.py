@@ -12,7 +12,7 @@ from cps_envs.hvac.building import discretise, modes
 from cps_envs.hvac.config import PAPER
 from cps_envs.hvac.houses import house
 from cps_envs.hvac.model import CHUNK
-from cps_envs.hvac.moving_horizon import powers, set_gains
+from cps_envs.hvac.moving_horizon import MAX_CONDITION, observability, powers, set_gains
 from cps_envs.hvac.sensors import membership, zones_of_sensors
 from tests.hvac.games import go, started
 
@@ -52,3 +52,22 @@ def test_estimates_are_those_of_the_samples_in_the_window(window: int) -> None:
             np.testing.assert_allclose(shown[:, sure], found[:, sure], atol=1e-8, err_msg=f"k = {k}")
         if k < config.num_steps - 1:
             go(game, k % 10, [0.3, -0.2, 0.4, 0.1] * 2 + [0.0])
+
+
+@pytest.mark.parametrize(("window", "building"), [(10, {}), (20, {}), (40, {}), (55, {}), (40, ALIKE), (200, ALIKE)])
+def test_sets_that_hardly_observe_lose_no_digits(window: int, building: dict[str, Any]) -> None:
+    """The sums square a condition of up to 3e6 here; every set keeps to the pseudo-inverse of its window."""
+    steps = max(2 * window, 80) + 20
+    game = started([0], window_steps=window, onset_step=60, num_steps=steps, **building)
+    config = game.config
+    A_powers, zone = powers(discretise(config).A, window), zones_of_sensors(config)
+    member = membership(config)
+    assert set_gains(A_powers[1], window, member, zone)[1].max() > MAX_CONDITION / 2
+    inverses = [A_powers[window] @ np.linalg.pinv(observability(A_powers[:window], row, zone)) for row in member]
+    for k in range(steps - 1):
+        go(game, 0, [0.3, -0.2, 0.4, 0.1, 0.0])
+        if k + 1 >= window:
+            samples = game.state.series[0, k + 1 - window : k + 1]
+            for a, (row, inverse) in enumerate(zip(member, inverses, strict=True)):
+                found = game.state.forced[0] + inverse @ samples[:, row].ravel()
+                assert np.abs(game.state.estimate[0, 1 + a] - found).max() < 1e-5, (k, a)

@@ -20,13 +20,14 @@ from cps_baselines.optional import optional
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray
-from cps_envs.hvac.building import discretise, modes
+from cps_envs.hvac.building import discretise
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.controller import gains
 from cps_envs.hvac.game import HvacGame
 from cps_envs.hvac.model import build_model
+from cps_envs.hvac.moving_horizon import window_gain
 from cps_envs.hvac.problem import HVAC
-from cps_envs.hvac.sensors import attack_order, sensor_sets
+from cps_envs.hvac.sensors import attack_order, membership, sensor_sets, zones_of_sensors
 
 
 class Response(NamedTuple):
@@ -70,7 +71,7 @@ def respond(config: HvacConfig, knot_steps: int = 40) -> Response:
     shift = np.empty((K, config.num_zones, count * q))
     for place, sensor in enumerate(sensors):
         zone = int(model.zone[sensor - 1])
-        weight = window_weights(config, sets.index((sensor,)), zone)
+        weight = window_weights(config, sets.index((sensor,)))
         errors = window_errors(weight, course)  # (K, n, q)
         seen = errors[steps, zone] - course[steps]  # (k, q)
         gram[place] = np.cumsum(seen[:, :, np.newaxis] * seen[:, np.newaxis], axis=0)
@@ -92,13 +93,9 @@ def hats(steps: int, onset: int, apart: int) -> FloatArray:
     return course
 
 
-def window_weights(config: HvacConfig, index: int, zone: int) -> FloatArray:
+def window_weights(config: HvacConfig, index: int) -> FloatArray:
     """W[t] (N_e, n): what a reading t steps into the window moves the estimate of the set `index` of one sensor."""
-    model = build_model(config)
-    eigenvalues, V = modes(config)
-    powers = eigenvalues ** np.arange(config.window_steps)[:, np.newaxis]
-    weights: FloatArray = (powers * V[zone]) @ model.set_gain[index]
-    return weights
+    return window_gain(discretise(config).A, config.window_steps, membership(config)[index], zones_of_sensors(config))
 
 
 def window_errors(weight: FloatArray, course: FloatArray) -> FloatArray:
