@@ -177,7 +177,7 @@ class TankGame(Game):
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         moves = tuple(actions.get(role, self.neutral[role]) for role in ROLES)
         given, paid = (num_steps, self.scores), np.zeros(self.num_envs)
-        self.threads.run(lambda mine: step(self.tanks, self.rules, moves, mine, *given, paid), envs)
+        self.threads.run(lambda mine: step(self.tanks, self.rules, moves, mine, *given, paid), envs, num_steps)
         return paid
 
     def observe(self, role: Role) -> Observation:

@@ -102,7 +102,7 @@ class DisbandingGame(Game):
         targets = actions.get("attacker", self._waiting)
         correction = self._correction(actions["defender"]) if "defender" in actions else self._still
         before, steps = self._account.total.copy(), num_steps * self.config.steps_per_period
-        self.threads.run(lambda mine: step(*self._known, targets, correction, mine, steps), envs)
+        self.threads.run(lambda mine: step(*self._known, targets, correction, mine, steps), envs, num_steps)
         if self.config.on_collision == "end":
             self.terminated |= self.state.collided_intact.any(axis=1)
         return self._account.total - before

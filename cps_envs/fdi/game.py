@@ -127,7 +127,8 @@ class FdiGame(Game):
         if self.threads.alone:
             step(self._batch, attack, defense, envs, num_steps, payoff)
         else:
-            self.threads.run(lambda part: step(self._batch, attack, defense, part, num_steps, payoff), envs)
+            given = (self._batch, attack, defense)
+            self.threads.run(lambda mine: step(*given, mine, num_steps, payoff), envs, num_steps)
         return payoff
 
     def observe(self, role: Role) -> Observation:

@@ -112,7 +112,7 @@ class HvacGame(Game):
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
         forging, choices = actions.get("attacker", self._quiet), actions.get("defender", self._raw)
-        self.threads.run(lambda mine: step(self._batch, forging, choices, mine, num_steps, payoff), envs)
+        self.threads.run(lambda mine: step(self._batch, forging, choices, mine, num_steps, payoff), envs, num_steps)
         return payoff
 
     def observe(self, role: Role) -> Observation:

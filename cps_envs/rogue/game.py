@@ -85,7 +85,7 @@ class RogueGame(Game):
         orders, accelerations = self._moves(actions.get("defender", self._neutral["defender"]))
         moves, payoff = (attack, orders, accelerations), np.zeros(self.num_envs)
         given = (self._held, self.drawn, self.rules, moves)
-        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs)
+        self.threads.run(lambda mine: step(*given, mine, num_steps, self._scores, payoff), envs, num_steps)
         return payoff
 
     def _moves(self, action: Array) -> tuple[IntArray, FloatArray]:

@@ -144,7 +144,7 @@ class RobotGame(Game):
         before = self._account.velocity_error.copy()
         targets = actions.get("attacker", self._waiting)
         correction = self.max_correction_mps2 * actions["defender"] if "defender" in actions else self._still
-        self.threads.run(lambda mine: step(*self._known, targets, correction, mine, num_steps), envs)
+        self.threads.run(lambda mine: step(*self._known, targets, correction, mine, num_steps), envs, num_steps)
         return self._account.velocity_error - before
 
     def observe(self, role: Role) -> Observation:

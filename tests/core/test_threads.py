@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import pickle
 import threading
+import time
 from typing import Any
 
 import gymnasium
@@ -18,9 +19,16 @@ from cps_envs.core.types import BoolArray
 from tests.core.toy import ToyConfig, ToyGame
 
 
+def split(num_threads: int, num_envs: int) -> Threads:
+    """Threads that are used whatever there is to do."""
+    threads = Threads(num_threads, num_envs)
+    threads.worth_s = 0.0
+    return threads
+
+
 @pytest.mark.parametrize(("num_threads", "num_envs"), [(1, 5), (2, 5), (3, 5), (8, 5), (4, 1)])
 def test_every_marked_environment_is_in_exactly_one_call(num_threads: int, num_envs: int) -> None:
-    threads, envs = Threads(num_threads, num_envs), np.arange(num_envs) != 1
+    threads, envs = split(num_threads, num_envs), np.arange(num_envs) != 1
     calls: list[BoolArray] = []
     threads.run(calls.append, envs)
     assert len(calls) == min(num_threads, num_envs)
@@ -29,7 +37,25 @@ def test_every_marked_environment_is_in_exactly_one_call(num_threads: int, num_e
 
 def test_the_calls_run_side_by_side() -> None:
     together = threading.Barrier(3, timeout=20)
-    Threads(3, 3).run(lambda envs: together.wait(), np.ones(3, np.bool_))
+    split(3, 3).run(lambda envs: together.wait(), np.ones(3, np.bool_))
+
+
+def test_only_work_that_is_worth_it_is_split() -> None:
+    threads, everyone = Threads(2, 4), np.ones(4, np.bool_)
+    threads.worth_s = 0.02
+    blocks: list[int] = []
+
+    def take(pause_s: float) -> int:
+        """How many blocks the next call is split into, which then takes so long for each game step and environment."""
+        blocks.clear()
+        threads.run(lambda envs: blocks.append(1) or time.sleep(pause_s * envs.sum()), everyone)
+        return len(blocks)
+
+    assert [take(0.01), take(0.0), take(0.0)] == [1, 1, 1]  # one slow call says nothing: it may have compiled
+    assert [take(0.01), take(0.01), take(0.01)] == [1, 1, 2]
+    threads.run(lambda envs: blocks.append(1) or time.sleep(0.01), everyone & [True, False, False, False])
+    assert len(blocks) == 3  # two, and then one environment alone
+    assert [take(0.0), take(0.0)] == [2, 1]
 
 
 def test_an_error_in_a_thread_arrives() -> None:
@@ -38,11 +64,11 @@ def test_an_error_in_a_thread_arrives() -> None:
             raise ArithmeticError("in the last block")
 
     with pytest.raises(ArithmeticError, match="in the last block"):
-        Threads(2, 4).run(fail, np.ones(4, np.bool_))
+        split(2, 4).run(fail, np.ones(4, np.bool_))
 
 
 def test_threads_are_pickled_and_copied_without_their_pool() -> None:
-    threads = Threads(2, 4)
+    threads = split(2, 4)
     threads.run(lambda envs: None, np.ones(4, np.bool_))
     for other in (pickle.loads(pickle.dumps(threads)), copy.deepcopy(threads)):
         calls: list[BoolArray] = []

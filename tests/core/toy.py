@@ -124,7 +124,7 @@ class ToyGame(Game):
         before = self.closeness + self.fee
         moves = MOVES[actions.get("attacker", np.zeros(self.num_envs, np.int64))]
         pushes = actions.get("defender", np.zeros((self.num_envs, 2)))
-        self.threads.run(lambda mine: self._move(moves, pushes, mine, num_steps), envs)
+        self.threads.run(lambda mine: self._move(moves, pushes, mine, num_steps), envs, num_steps)
         return self.closeness + self.fee - before
 
     def _move(self, moves: Array, pushes: Array, envs: BoolArray, num_steps: int) -> None:
