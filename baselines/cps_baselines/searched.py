@@ -19,3 +19,11 @@ def found(problem: str) -> Mapping[str, Mapping[str, float]]:
 def searched(problem: str, policy: str) -> Mapping[str, float]:
     """The numbers of one of the problem's policies, by name."""
     return found(problem)[policy]
+
+
+def searched_by(problem: str, reference: str) -> Mapping[str, float]:
+    """The searched numbers that a reference plays; those of a variant are named after it: "cacc?told=radio", cacc_radio."""
+    name, _, query = reference.partition("?")
+    variants = (f"{name}_{pair.partition('=')[2]}" for pair in query.split("&"))
+    known = found(problem)
+    return next((known[variant] for variant in variants if variant in known), known.get(name, {}))

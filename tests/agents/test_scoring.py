@@ -191,6 +191,9 @@ def test_kinds_are_told_from_references() -> None:
     assert kind_of(DEFENSE, "informed") == Kind("told")
     assert kind_of(DEFENSE, "hypotheses") == Kind("searched", 11)
     assert str(Kind("searched", 11)) == "11 searched numbers"
+    disbanding = Track("disbanding", "defender", EPISODES, ())
+    numbers = {policy: kind_of(disbanding, policy).numbers for policy in ("cacc", "cacc?told=radio", "string")}
+    assert numbers == {"cacc": 26, "cacc?told=radio": 35, "string": 0}
     with pytest.raises(CommandError, match="no kind 'magic'"):
         Kind("magic")
     with pytest.raises(CommandError, match="--numbers"):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from cps_agents.errors import CommandError
 from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.references import SB3, card_of
-from cps_baselines.searched import found
+from cps_baselines.searched import searched_by
 from cps_baselines.tracks import Track
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.registration import find_problem
@@ -58,7 +58,7 @@ def kind_of(track: Track, policy: PolicyReference) -> Kind:
         searched = card.head in ("family", MIXTURE)
         return Kind("searched", len(card.numbers)) if searched else Kind(_learned(card.algorithm))
     problem = find_problem(track.problem)
-    if numbers := found(problem.name).get(policy.partition("?")[0]):
+    if numbers := searched_by(problem.name, policy):
         return Kind("searched", len(numbers))
     built = problem.policy(policy, problem.game(track.venue.config, 1), track.role)
     return Kind("told" if getattr(built, "privileged", None) else "rules")
