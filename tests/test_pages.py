@@ -141,16 +141,15 @@ def parse(arguments: list[str], words: str) -> None:
     from cps_agents.cli import app
 
     command = typer_main.get_command(app)
-    while subcommands := getattr(command, "commands", None):
+    while hasattr(command, "resolve_command"):
         while arguments and arguments[0] in ("--trust", "--debug"):
             arguments = arguments[1:]
         if not arguments or arguments[0].startswith("--"):
             return
-        if arguments[0] not in subcommands and "policy" in subcommands:
-            arguments = ["policy", *arguments]  # `cps-envs score TRACK POLICY` leaves the name of its command out
-        name, *arguments = arguments
-        assert name in subcommands, f"there is no command `cps-envs {words}`"
-        command = subcommands[name]
+        try:  # as the command line itself does, which adds the name of a command that may be left out
+            _, command, arguments = command.resolve_command(command.context_class(command), arguments)
+        except Exception as error:
+            pytest.fail(f"there is no command `cps-envs {words}`: {error}")
     known = {option for parameter in command.params for option in (*parameter.opts, *parameter.secondary_opts)}
     for argument in arguments:
         option = argument.partition("=")[0]

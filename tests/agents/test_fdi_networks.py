@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.fdi.episodes import play
+from cps_agents.learning.learnability import constants_of
+from cps_envs.fdi.problem import FDI
+from tests.fdi.episodes import play, spec_of
 
 EPISODES = range(120)
+MANY = range(500_000, 500_300)  # the best constants are 10 % behind
 
 
-def paid(attacker: str, defender: str) -> float:
+def paid(attacker: str, defender: str, episodes: range = EPISODES) -> float:
     """What the attacker is paid, the mean over episodes."""
-    return float(np.mean(play(attacker, defender, EPISODES, "learning")["return"]))
+    return float(np.mean(play(attacker, defender, episodes, "learning")["return"]))
 
 
 @pytest.mark.parametrize("attacker", ["tracker", "mimic?acceleration_mps2=0.4", "mimic?acceleration_mps2=0.6"])
@@ -30,5 +33,7 @@ def test_the_defence_is_calm_where_nobody_attacks() -> None:
 
 @pytest.mark.parametrize("defender", ["cusum", "bank"])
 def test_the_attack_is_paid_more_than_constants(defender: str) -> None:
-    others = ("none", "mimic?acceleration_mps2=0.25")
-    assert paid("zoo:fdi-attack", defender) > max(paid(other, defender) for other in others)
+    constants = constants_of(spec_of("attacker", preset="learning"), FDI.training["attacker"].adapter)
+    assert len(constants) > 5
+    others = ("none", *constants)
+    assert paid("zoo:fdi-attack", defender, MANY) > max(paid(other, defender, MANY) for other in others)
