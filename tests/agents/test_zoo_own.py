@@ -36,8 +36,7 @@ def test_it_plays_as_its_outputs_say(role: str, tmp_path: Path) -> None:
     assert name == f"zoo:{tmp_path / 'mine'}"
     wiring = envs.single_observation_space.wiring
     spec = envs.game.spec(envs.role)
-
-    first, bias, last, offset = (each.astype(np.float32) for each in (first, bias, last, offset))  # as the file has them
+    first, bias, last, offset = (np.float32(each) for each in (first, bias, last, offset))  # as the file has them
 
     def outputs(rows: Any) -> Any:
         return np.tanh(rows @ first.T + bias) @ last.T + offset
