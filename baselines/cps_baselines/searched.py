@@ -22,7 +22,7 @@ def searched(problem: str, policy: str) -> Mapping[str, float]:
 
 
 def searched_by(problem: str, reference: str) -> Mapping[str, float]:
-    """The searched numbers that a reference plays; a variant names its own: `cacc_radio` are those of "cacc?told=radio"."""
+    """The searched numbers that a reference plays: a variant such as "cacc?told=radio" has its own, `cacc_radio`."""
     name, _, query = reference.partition("?")
     variants = (f"{name}_{pair.partition('=')[2]}" for pair in query.split("&"))
     known = found(problem)
