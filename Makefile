@@ -48,14 +48,14 @@ test-browser: $(BROWSER) ## drive Chromium through a report; needs chromium on t
 	$(BIN)/python -m pytest -m browser $(ARGS)
 
 screenshots: $(BROWSER) demo ## pictures of the report for the site, into docs/images
-	$(BIN)/python -m cps_agents.site.screenshots build/extra/demo/index.html rogue/contested/monitor docs/images
+	$(BIN)/python -m tools.pages.screenshots build/extra/demo/index.html rogue/contested/monitor docs/images
 
 demo: $(LIGHT) ## the report that the site shows, into build/extra/demo
 	$(BIN)/cps-envs report --quick --episodes 20 --out build/extra/demo
 
 train: $(ALL) ## make every shipped policy anew (hours; goes on where it stopped); ARGS=--dry-run lists the work
 	$(BIN)/cps-envs zoo remake --out runs --to agents/cps_agents/zoo/policies $(ARGS)
-	$(BIN)/python -m cps_agents.docs
+	$(BIN)/python -m tools.pages
 
 lint: style types ## check style, format and types
 
@@ -70,19 +70,19 @@ bench: $(LIGHT) ## measure the speed of environments and opponents
 	$(BIN)/cps-envs bench $(ARGS)
 
 peers: $(ALL) ## try the packages of others on our wheel, into docs/peers.md (needs much disk)
-	$(BIN)/python -m peers $(ARGS)
+	$(BIN)/python -m tools.peers $(ARGS)
 
 reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes on where it stopped)
-	$(BIN)/cps-envs reliability --publish $(ARGS)
+	$(BIN)/python -m tools.reliability --publish $(ARGS)
 
 pages: $(LIGHT) ## write the generated pages of docs/ anew
-	$(BIN)/python -m cps_agents.docs
+	$(BIN)/python -m tools.pages
 
 verify: $(ALL) ## play again what a branch adds to leaderboard/, with fresh seeds
 	git diff --name-only --diff-filter=AM origin/main... -- 'leaderboard/v1/*/*.json' | xargs -r $(BIN)/cps-envs --trust score verify --audit
 
 docs: $(ALL) demo ## build the site, into build/site
-	$(BIN)/python -m cps_agents.docs
+	$(BIN)/python -m tools.pages
 	$(BIN)/python -m sphinx -W --keep-going -b html docs build/site
 	@echo "Open build/site/index.html"
 
@@ -90,7 +90,7 @@ clean: clean-cache ## remove what can be rebuilt, the virtual environment too; k
 	rm -rf $(VENV) build dist .coverage htmlcov .hypothesis .mypy_cache .pytest_cache .ruff_cache
 
 clean-cache: ## remove numba's compiled kernels (see CONTRIBUTING.md)
-	find cps_envs baselines agents tests \( -name '*.nbi' -o -name '*.nbc' \) -exec rm -f {} +
+	find cps_envs baselines agents paper tools tests \( -name '*.nbi' -o -name '*.nbc' \) -exec rm -f {} +
 
 $(VENV)/pyvenv.cfg:
 	$(PYTHON) -m venv $(VENV)

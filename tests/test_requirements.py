@@ -13,7 +13,11 @@ from packaging.requirements import Requirement
 ROOT = Path(__file__).resolve().parents[1]
 NAMES = ("light", "all")
 HASH = re.compile(r"--hash=sha256:[0-9a-f]{64}")
-PACKAGES = {"cps_envs", "cps_agents", "cps_baselines"}
+CONTENTS = {  # folders of the wheel; what is not here belongs to `paper/` or to `tools/`
+    "cps_envs": "core disbanding fdi hvac rogue testbed",
+    "cps_baselines": "disbanding fdi hvac rogue",
+    "cps_agents": "arena bench commands league learning recipes report scoring zoo",
+}
 
 
 def pins(path: Path) -> dict[str, str]:
@@ -53,24 +57,54 @@ def test_what_the_package_needs_is_there() -> None:
     assert "torch" in pins(ROOT / "requirements" / "all.txt")
 
 
+def built(source: Path, folder: Path) -> ZipFile:
+    """The wheel of a source tree."""
+    builders = pytest.importorskip("hatchling.builders.wheel", reason="needs hatchling, which builds the wheel")
+    (wheel,) = builders.WheelBuilder(str(source)).build(directory=str(folder))
+    return ZipFile(wheel)
+
+
+def packages(wheel: ZipFile) -> set[str]:
+    """What the wheel installs."""
+    return {first for name in wheel.namelist() if not (first := name.partition("/")[0]).endswith(".dist-info")}
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> ZipFile:
     """The wheel of this source tree."""
-    builders = pytest.importorskip("hatchling.builders.wheel", reason="needs hatchling, which builds the wheel")
-    (built,) = builders.WheelBuilder(str(ROOT)).build(directory=str(tmp_path_factory.mktemp("wheel")))
-    return ZipFile(built)
+    return built(ROOT, tmp_path_factory.mktemp("wheel"))
 
 
 def test_the_wheel_installs_three_packages_of_our_own_name_and_nothing_else(wheel: ZipFile) -> None:
-    names = {name.partition("/")[0] for name in wheel.namelist()}
-    assert {name for name in names if not name.endswith(".dist-info")} == PACKAGES
+    assert packages(wheel) == set(CONTENTS)
+
+
+def test_the_wheel_holds_these_folders_and_no_others(wheel: ZipFile) -> None:
+    for package, folders in CONTENTS.items():
+        inside = [name.split("/") for name in wheel.namelist() if name.startswith(f"{package}/")]
+        assert {parts[1] for parts in inside if len(parts) > 2} == set(folders.split()), package
+
+
+def test_the_paper_is_a_wheel_of_its_own_and_of_the_same_version(wheel: ZipFile, tmp_path: Path) -> None:
+    paper = built(ROOT / "paper", tmp_path)
+    assert packages(paper) == {"cps_paper"}
+    shipped = {name for name in paper.namelist() if name.startswith("cps_paper/")}
+    found = {path.relative_to(ROOT / "paper").as_posix() for path in (ROOT / "paper" / "cps_paper").rglob("*.csv")}
+    assert found
+    assert found <= shipped
+    (version,) = {name.split("-")[1].partition(".dist")[0] for name in wheel.namelist() if ".dist-info/" in name}
+    (own,) = {name.split("-")[1].partition(".dist")[0] for name in paper.namelist() if ".dist-info/" in name}
+    assert own == version
+    for project in (ROOT / "pyproject.toml", ROOT / "paper" / "pyproject.toml"):
+        pinned = re.findall(r'"cps-(?:paper|envs\[cli,baselines\])==([^"]+)"', project.read_text(encoding="utf-8"))
+        assert pinned == [version]
 
 
 def test_everything_that_is_read_at_run_time_is_shipped(wheel: ZipFile) -> None:
-    shipped = {name for name in wheel.namelist() if name.partition("/")[0] in PACKAGES}
+    shipped = {name for name in wheel.namelist() if name.partition("/")[0] in CONTENTS}
     folders = (ROOT, ROOT / "agents", ROOT / "baselines")
     for folder in folders:
-        for package in PACKAGES:
+        for package in CONTENTS:
             for suffix in (".py", ".json", ".csv", ".safetensors", ".typed", ".html", ".css", ".js"):
                 found = {file.relative_to(folder).as_posix() for file in (folder / package).rglob(f"*{suffix}")}
                 assert {name for name in found if "/." not in name} <= shipped

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
+from importlib.util import find_spec
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from cps_agents.commands.bench import bench
-from cps_agents.commands.benchmark import benchmark
 from cps_agents.commands.best_response import best_response
-from cps_agents.commands.coverage import coverage
 from cps_agents.commands.dataset import dataset
 from cps_agents.commands.double_oracle import double_oracle
 from cps_agents.commands.evaluate import evaluate
@@ -21,13 +21,10 @@ from cps_agents.commands.league import league
 from cps_agents.commands.learnability import learnability
 from cps_agents.commands.oracle import oracle
 from cps_agents.commands.play import drive_robots, list_everything, play
-from cps_agents.commands.reliability import reliability
 from cps_agents.commands.report import report
-from cps_agents.commands.reproduce import app as reproduce
 from cps_agents.commands.score import app as score
 from cps_agents.commands.searches import calibrate_mtd2, search_feedback, search_string, search_switching
 from cps_agents.commands.self_play import self_play
-from cps_agents.commands.string_stability import string_stability
 from cps_agents.commands.train import train, tune
 from cps_agents.commands.warm import warm
 from cps_agents.commands.zoo import app as zoo
@@ -36,38 +33,60 @@ from cps_agents.errors import explain
 from cps_baselines.interruption import ending, exit_code
 
 WRONG_INPUT = 2
+HELP = {"help_option_names": ["-h", "--help"]}
 GOING_ON = ("oracle", "double-oracle", "remake")  # from their files, beside the commands that have --resume or --fresh
 
 
-class Commands(TyperGroup):
-    """Turns errors that the user can put right into one message and exit code 2, and signals into a sentence.
+@contextmanager
+def told(ctx: Any, advice: Callable[[], str]) -> Iterator[None]:
+    """Turn errors that the user can put right into one message and exit code 2, and signals into a sentence.
 
     Ctrl-C gives exit code 130, SIGTERM 143.
     """
+    try:
+        with ending():
+            yield
+    except KeyboardInterrupt as error:
+        err().print(f"Interrupted. {advice()}".strip(), soft_wrap=True)
+        raise typer.Exit(exit_code(error)) from None
+    except Exception as error:
+        message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
+        if message is None:
+            raise
+        err().print(f"[bold red]Error:[/] {_escaped(message)}", soft_wrap=True)
+        raise typer.Exit(WRONG_INPUT) from error
+
+
+def advice(command: Any) -> str:
+    """How to go on with a command that was interrupted; empty where there is nothing to go on from."""
+    options = {parameter.name for parameter in command.params} if command is not None else set()
+    if "resume" in options:
+        return "Finished work is kept: the same command with --resume continues."
+    goes_on = "fresh" in options or (command is not None and command.name in GOING_ON)
+    return "Finished work is kept: the same command continues." if goes_on else ""
+
+
+class Commands(TyperGroup):
+    """A group of commands whose errors are told in a sentence, see `told`."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
-        try:
-            with ending():
-                return super().invoke(ctx)
-        except KeyboardInterrupt as error:
-            err().print(f"Interrupted. {self._advice(ctx)}".strip(), soft_wrap=True)
-            raise typer.Exit(exit_code(error)) from None
-        except Exception as error:
-            message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
-            if message is None:
-                raise
-            err().print(f"[bold red]Error:[/] {_escaped(message)}", soft_wrap=True)
-            raise typer.Exit(WRONG_INPUT) from error
 
-    def _advice(self, ctx: Any) -> str:
-        """How to go on with the command that was interrupted; empty where there is nothing to go on from."""
-        name = ctx.invoked_subcommand
-        command = self.get_command(ctx, name) if name else None
-        options = {parameter.name for parameter in command.params} if command is not None else set()
-        if "resume" in options:
-            return "Finished work is kept: the same command with --resume continues."
-        return "Finished work is kept: the same command continues." if "fresh" in options or name in GOING_ON else ""
+        def going_on() -> str:
+            name = ctx.invoked_subcommand
+            return advice(self.get_command(ctx, name) if name else None)
+
+        with told(ctx, going_on):
+            return super().invoke(ctx)
+
+
+class Single(TyperCommand):
+    """A program of one command whose errors are told in a sentence, see `told`."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run it."""
+        with told(ctx, lambda: advice(self)):
+            return super().invoke(ctx)
 
 
 class Panels(Commands):
@@ -106,7 +125,7 @@ app = typer.Typer(
     cls=Panels,
     no_args_is_help=True,
     pretty_exceptions_show_locals=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=HELP,
 )
 
 
@@ -140,23 +159,39 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
     "Judge": {
         "score": score,
         "evaluate": evaluate,
-        "benchmark": benchmark,
         "league": league,
         "report": report,
-        "coverage": coverage,
     },
     "Paper": {
-        "reproduce": reproduce,
-        "string-stability": string_stability,
         "oracle": oracle,
         "double-oracle": double_oracle,
         "calibrate-mtd2": calibrate_mtd2,
     },
-    "Tools": {"warm": warm, "bench": bench, "reliability": reliability},
+    "Tools": {"warm": warm, "bench": bench},
 }
 
 
-def _flowing(command: Callable[..., Any] | None) -> str:
+if find_spec("cps_paper") is None:
+
+    def needs_paper(words: Annotated[list[str] | None, typer.Argument(hidden=True)] = None) -> None:
+        """Say how to install the package of the dissertation."""
+        from cps_envs.core.errors import require
+
+        require("cps_paper", extra="paper", purpose="This command")
+
+    unread = {"ignore_unknown_options": True, "allow_extra_args": True}
+    for name in ("benchmark", "reproduce", "string-stability"):
+        app.command(name, context_settings=unread, rich_help_panel="Paper")(needs_paper)
+else:
+    from cps_paper.commands.benchmark import benchmark
+    from cps_paper.commands.reproduce import app as reproduce
+    from cps_paper.commands.string_stability import string_stability
+
+    PANELS["Judge"]["benchmark"] = benchmark
+    PANELS["Paper"] |= {"reproduce": reproduce, "string-stability": string_stability}
+
+
+def flowing(command: Callable[..., Any] | None) -> str:
     """A command's docstring with one line for each paragraph, so that the terminal's width breaks it."""
     return "\n\n".join(" ".join(part.split()) for part in (inspect.getdoc(command) or "").split("\n\n"))
 
@@ -165,10 +200,10 @@ for panel, commands in PANELS.items():
     for name, command in commands.items():
         if isinstance(command, typer.Typer):
             for part in command.registered_commands:
-                part.help = _flowing(part.callback)
+                part.help = flowing(part.callback)
             app.add_typer(command, name=name, cls=command.info.cls or Commands, rich_help_panel=panel)
         else:
-            app.command(name, help=_flowing(command), rich_help_panel=panel)(command)
+            app.command(name, help=flowing(command), rich_help_panel=panel)(command)
 
 
 def main() -> None:

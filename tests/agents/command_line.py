@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import typer
 from typer.testing import CliRunner
 
 from cps_agents.cli import app
 
 
-def invoke(*arguments: str, columns: int = 100) -> Any:
-    """The result of `cps-envs ARGUMENTS` on a terminal of so many columns."""
-    return CliRunner().invoke(app, list(arguments), env={"COLUMNS": str(columns), "TERMINAL_WIDTH": str(columns)})
+def invoke(*arguments: str, columns: int = 100, program: typer.Typer = app) -> Any:
+    """The result of `cps-envs ARGUMENTS`, or of another program, on a terminal of so many columns."""
+    return CliRunner().invoke(program, list(arguments), env={"COLUMNS": str(columns), "TERMINAL_WIDTH": str(columns)})
 
 
 def run(*arguments: str) -> tuple[int, str, str]:

@@ -12,18 +12,18 @@ import pytest
 from cps_agents.arena import store
 from cps_agents.arena.meeting import Job, Meeting, Preparation, Result, make_meeting
 from cps_agents.arena.store import Store
-from cps_agents.benchmark import suite
-from cps_agents.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
-from cps_agents.benchmark.suite import Choice, find_benchmark, run_benchmark, select
 from cps_agents.errors import CommandError
 from cps_baselines.arena import Contestant, Prepared, Venue
-from cps_baselines.disbanding import benchmark as disbanding
 from cps_baselines.disbanding.genetic import undefended_plan
-from cps_baselines.paper.tables import read_table, velocity_errors, verdict
-from cps_baselines.schedule import Benchmark, PaperCell, Setting
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
+from cps_paper.benchmark import suite
+from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
+from cps_paper.benchmark.schedule import Benchmark, PaperCell, Setting
+from cps_paper.benchmark.suite import Choice, find_benchmark, run_benchmark, select
+from cps_paper.disbanding import benchmark as disbanding
+from cps_paper.printed.tables import read_table, velocity_errors, verdict
 from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from cps_agents.arena.store import Store
-from cps_agents.benchmark.report import Entry, every_entry, grids, markdown, tables
-from cps_agents.benchmark.suite import Choice, Outcome, find_benchmark, run_benchmark, select
-from cps_baselines.paper.tables import verdict
-from cps_baselines.schedule import Setting
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES
 from cps_envs.fdi.optima import known
+from cps_paper.benchmark.report import Entry, every_entry, grids, markdown, tables
+from cps_paper.benchmark.schedule import Setting
+from cps_paper.benchmark.suite import Choice, Outcome, find_benchmark, run_benchmark, select
+from cps_paper.printed.tables import verdict
 
 FDI, HVAC, ROGUE = (find_benchmark(name) for name in ("fdi", "hvac", "rogue"))
 TASKS = [setting for setting in FDI.settings if setting.table is not None]

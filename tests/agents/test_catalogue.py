@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from cps_agents.benchmark.suite import find_benchmark
 from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
 from cps_agents.declarations import UnreadableError, declaration, missing_package
 from cps_baselines.contest import declared_contest
-from cps_baselines.schedule import Setting
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry, resolve_policy
 from cps_envs.core.problem import Later, Problem
 from cps_envs.core.types import ROLES, Role
+from cps_paper.benchmark.schedule import Setting
+from cps_paper.benchmark.suite import find_benchmark
 from tests.episodes import spec_of
 
 SETTINGS = [(name, setting) for name in PROBLEMS for setting in find_benchmark(name).settings]

@@ -14,8 +14,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from cps_agents.commands.string_stability import string_stability
 from cps_agents.console import assignments
+from cps_paper.commands.string_stability import string_stability
 from tests.agents.command_line import invoke
 
 SHORT = ("--set", "duration_s=5")

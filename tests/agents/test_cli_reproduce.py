@@ -12,15 +12,15 @@ from typing import Any
 
 import pytest
 
-from cps_agents.reproduction.commands import COMMANDS
-from cps_baselines.disbanding.reproduction import cells
-from cps_baselines.fdi.reproduction import counts
-from cps_baselines.hvac.reproduction import measures
-from cps_baselines.reproduction.verdicts import ABSOLUTE, Tolerance
-from cps_baselines.rogue.reproduction import reference
-from cps_baselines.rogue.reproduction.heat_map import COURSE_FREQUENCIES_HZ
-from cps_baselines.testbed import chapter as testbed
-from cps_baselines.testbed.exhibits import Spread, spreads
+from cps_paper.commands.chapters import COMMANDS
+from cps_paper.disbanding import cells
+from cps_paper.fdi import counts
+from cps_paper.hvac import measures
+from cps_paper.rogue import reference
+from cps_paper.rogue.heat_map import COURSE_FREQUENCIES_HZ
+from cps_paper.testbed import chapter as testbed
+from cps_paper.testbed.exhibits import Spread, spreads
+from cps_paper.verdicts import ABSOLUTE, Tolerance
 from tests.agents import command_line
 
 TESTBED = ("testbed", "--quick", "--seeds", "2")

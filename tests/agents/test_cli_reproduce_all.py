@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from cps_agents.reproduction import readings
-from cps_agents.reproduction.commands import COMMANDS
-from cps_agents.reproduction.summary import END, START, tables
-from cps_baselines.fdi.reproduction.experiments import SETS
-from cps_baselines.hvac.reproduction.controllers import CONTROLLERS
-from cps_baselines.reproduction.claims import CELLS, CLAIMS, Tally, tally
-from cps_baselines.reproduction.evidence import Report
-from cps_baselines.reproduction.exhibit import Table, places
 from cps_envs.disbanding.config import INTERPRETATIONS
+from cps_paper.claims import CELLS, CLAIMS, Tally, tally
+from cps_paper.commands import readings
+from cps_paper.commands.chapters import COMMANDS
+from cps_paper.commands.summary import END, START, tables
+from cps_paper.evidence import Report
+from cps_paper.exhibit import Table, places
+from cps_paper.fdi.experiments import SETS
+from cps_paper.hvac.controllers import CONTROLLERS
 from tests.agents import command_line
 
 ROOT = Path(__file__).parents[2]

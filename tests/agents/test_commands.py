@@ -74,7 +74,6 @@ REFUSED = [
             ("epochs=many:few", "LOW:HIGH"),
         )
     ),
-    (("reliability", "fuz"), "fuzz"),
     (("zoo", "show", "fdi-defense-pp"), "fdi-defense-ppo"),
     (("train", "fdi-defense-pp"), "fdi-defense-ppo"),
     (("nothing",), "No such command 'nothing'"),
@@ -86,7 +85,6 @@ JSON = [
     ("zoo", "list"),
     ("zoo", "show", "fdi-defense-ppo"),
     ("train",),
-    ("reliability", "--minutes", "0"),
     ("evaluate", "rogue", "attacker", "--policy", "random", "--episodes", "2", "--jobs", "1"),
 ]
 
@@ -146,7 +144,6 @@ def test_json_is_all_that_is_on_stdout(
         (("self-play", "rogue", "--oracle", "rogue-attack-ppo"), "stable_baselines3", "train"),
         (("bench", "--training"), "stable_baselines3", "train"),
         (("double-oracle",), "cma", "baselines"),
-        (("coverage",), "scipy", "baselines"),
     ],
     ids=lambda value: value if isinstance(value, str) else value[0],
 )

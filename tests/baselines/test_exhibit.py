@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import pytest
 
-from cps_baselines.reproduction.chapter import Chapter, Reproduction
-from cps_baselines.reproduction.claims import (
+from cps_envs.core.errors import ConfigurationError
+from cps_paper.chapter import Chapter, Reproduction
+from cps_paper.claims import (
     Claim,
     Claims,
     Finding,
@@ -17,9 +18,9 @@ from cps_baselines.reproduction.claims import (
     findings_table,
     joined,
 )
-from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
-from cps_baselines.reproduction.exhibit import Column, Exhibit, Table, places, with_properties
-from cps_baselines.reproduction.verdicts import (
+from cps_paper.evidence import Evidence, NotRunError, compute
+from cps_paper.exhibit import Column, Exhibit, Table, places, with_properties
+from cps_paper.verdicts import (
     ABSOLUTE,
     MATCH,
     MISS,
@@ -35,7 +36,6 @@ from cps_baselines.reproduction.verdicts import (
     of_cell,
     of_number,
 )
-from cps_envs.core.errors import ConfigurationError
 
 
 @dataclass(frozen=True)

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.reproduction.chapter import CHAPTER as CHAPTER_2
-from cps_baselines.disbanding.reproduction.experiments import Evidence as Evidence2
-from cps_baselines.disbanding.reproduction.experiments import Search
-from cps_baselines.disbanding.reproduction.rules import CONDITIONS as OTHER_RULES
-from cps_baselines.disbanding.reproduction.scenario import Recorded as Course
-from cps_baselines.disbanding.reproduction.scenario import Scenario as Driven
-from cps_baselines.hvac.reproduction.chapter import CHAPTER as CHAPTER_4
-from cps_baselines.hvac.reproduction.chapter import CONDITIONS as OTHER_DAYS
-from cps_baselines.hvac.reproduction.controllers import Evidence as Evidence4
-from cps_baselines.hvac.reproduction.experiments import noise_free, undefended
-from cps_baselines.hvac.reproduction.scenario import Recorded, Scenario
-from cps_baselines.reproduction.claims import Claim, Finding
-from cps_baselines.reproduction.evidence import Evidence, NotRunError, compute
-from cps_baselines.reproduction.recheck import (
+from cps_paper.claims import Claim, Finding
+from cps_paper.disbanding.chapter import CHAPTER as CHAPTER_2
+from cps_paper.disbanding.experiments import Evidence as Evidence2
+from cps_paper.disbanding.experiments import Search
+from cps_paper.disbanding.rules import CONDITIONS as OTHER_RULES
+from cps_paper.disbanding.scenario import Recorded as Course
+from cps_paper.disbanding.scenario import Scenario as Driven
+from cps_paper.evidence import Evidence, NotRunError, compute
+from cps_paper.hvac.chapter import CHAPTER as CHAPTER_4
+from cps_paper.hvac.chapter import CONDITIONS as OTHER_DAYS
+from cps_paper.hvac.controllers import Evidence as Evidence4
+from cps_paper.hvac.experiments import noise_free, undefended
+from cps_paper.hvac.scenario import Recorded, Scenario
+from cps_paper.recheck import (
     Again,
     Condition,
     again_document,
@@ -29,9 +29,9 @@ from cps_baselines.reproduction.recheck import (
     judge_again,
     with_again,
 )
-from cps_baselines.reproduction.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
-from cps_baselines.rogue.reproduction.chapter import CONDITIONS, WORLDS, behind_claims
-from cps_baselines.rogue.reproduction.experiments import ClosedLoop, Ride, Waves, square_waves
+from cps_paper.rogue.chapter import CONDITIONS, WORLDS, behind_claims
+from cps_paper.rogue.experiments import ClosedLoop, Ride, Waves, square_waves
+from cps_paper.verdicts import NOT, REPRODUCED, UNKNOWN, of_number
 
 CLAIM = Claim("X01", "1", "it is one", "1", "m")
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from cps_baselines.fdi.reproduction.audit import Comparison, comparisons, worst
-from cps_baselines.fdi.reproduction.controls import control_tables
-from cps_baselines.fdi.reproduction.experiments import ALL_FOUR, FOUR_VEHICLES, TABLES, Evidence
-from cps_baselines.paper.tables import (
+from cps_envs.core.errors import UnknownNameError
+from cps_envs.fdi.task import all_tasks, make_task
+from cps_paper.fdi.audit import Comparison, comparisons, worst
+from cps_paper.fdi.controls import control_tables
+from cps_paper.fdi.experiments import ALL_FOUR, FOUR_VEHICLES, TABLES, Evidence
+from cps_paper.printed.tables import (
     CollisionCell,
     TrackingErrorCell,
     collision_cells,
@@ -15,8 +17,6 @@ from cps_baselines.paper.tables import (
     read_table,
     tracking_errors,
 )
-from cps_envs.core.errors import UnknownNameError
-from cps_envs.fdi.task import all_tasks, make_task
 
 
 @pytest.fixture(scope="module")

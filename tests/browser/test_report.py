@@ -212,7 +212,7 @@ def test_a_missing_episode_is_told(browser: Any, page_file: Path, tmp_path: Path
 
 def test_pictures_for_the_site_show_the_pair_that_is_asked_for(browser: Any, page_file: Path, tmp_path: Path) -> None:
     arguments = (str(page_file), "rogue/square/monitor", str(tmp_path))
-    script = [sys.executable, "-m", "cps_agents.site.screenshots"]  # Playwright runs once in a process
+    script = [sys.executable, "-m", "tools.pages.screenshots"]  # Playwright runs once in a process
     assert subprocess.run([*script, *arguments], check=False).returncode == 0
     for name in ("report.png", "report-phone.png"):
         assert 20_000 < (tmp_path / name).stat().st_size < 400_000

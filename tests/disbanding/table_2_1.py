@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
 from cps_baselines.disbanding.mpc import PAPER_MATCHING, MpcSettings, stack_mpc
 from cps_envs.core.kernels import records, unpack, view
 from cps_envs.core.types import Array, FloatArray
@@ -17,6 +16,7 @@ from cps_envs.disbanding.dynamics import advance, command_by_law
 from cps_envs.disbanding.payoff import Metrics, measured
 from cps_envs.disbanding.start import place, undisturbed
 from cps_envs.disbanding.state import Constants, State, allocate
+from cps_paper.disbanding.closed_loop import advance_with_heuristic, advance_with_mpc, mpc_memory
 
 HORIZON_S = 180.0
 CELLS = ((5.0, 0.1), (5.0, 0.3), (5.0, 0.5), (4.0, 0.1), (4.0, 0.3), (4.0, 0.5))  # (x_d in m, tau in s)

@@ -10,18 +10,20 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.disbanding.reproduction import plots
-from cps_baselines.disbanding.reproduction.cells import mean_distance, references, table_cells
-from cps_baselines.disbanding.reproduction.chapter import CHAPTER
-from cps_baselines.disbanding.reproduction.experiments import Evidence, Experiments, evaluator
-from cps_baselines.disbanding.reproduction.played import READINGS
-from cps_baselines.disbanding.reproduction.rules import CLAIMS
-from cps_baselines.disbanding.reproduction.scenario import CONTROLLERS, Recorded, Scenario
-from cps_baselines.disbanding.reproduction.summary import cells_of
-from cps_baselines.paper.tables import POINTS, read_table, velocity_errors
-from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.evidence import compute
-from cps_baselines.reproduction.verdicts import (
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.disbanding.config import PAPER
+from cps_paper.chapter import Reproduction
+from cps_paper.disbanding import plots
+from cps_paper.disbanding.cells import mean_distance, references, table_cells
+from cps_paper.disbanding.chapter import CHAPTER
+from cps_paper.disbanding.experiments import Evidence, Experiments, evaluator
+from cps_paper.disbanding.played import READINGS
+from cps_paper.disbanding.rules import CLAIMS
+from cps_paper.disbanding.scenario import CONTROLLERS, Recorded, Scenario
+from cps_paper.disbanding.summary import cells_of
+from cps_paper.evidence import compute
+from cps_paper.printed.tables import POINTS, read_table, velocity_errors
+from cps_paper.verdicts import (
     GIVEN,
     NEAR,
     NEAR_SHARE,
@@ -35,8 +37,6 @@ from cps_baselines.reproduction.verdicts import (
     of_recovery_time,
     recovery_s,
 )
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.disbanding.config import PAPER
 
 FAST = ("2.2", "2.3", "2.1fig", "2.3fig", "claims")
 LEFT_OUT = ("P14", "P15", "P16", "P23", "P24", "P37", "P38")

@@ -10,11 +10,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from cps_baselines.disbanding.reproduction.strings import Stability, analyse
 from cps_baselines.disbanding.string_controller import SHAPE, StringController, StringLoop, shipped_gains
-from cps_baselines.disbanding.string_stability import Gains, peak_gain, platoon_matrices, rear_to_rear_gain
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.problem import DISBANDING
+from cps_paper.disbanding.string_stability import Gains, peak_gain, platoon_matrices, rear_to_rear_gain
+from cps_paper.disbanding.strings import Stability, analyse
 
 ONE, TWO, THREE = "lead", "table_2_3", "timed?pause_s=5"
 RELAYED = {"quiet_share": 0.0, "earliest_attack_s": 1}

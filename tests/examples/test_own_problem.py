@@ -17,11 +17,11 @@ from typer.testing import CliRunner
 
 from cps_agents.catalogue import describe_problem
 from cps_agents.cli import app
-from cps_agents.site import environments
 from cps_envs import find_problem
 from cps_envs.core.conformance import CHECKS, Check, find_subject, run_check
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.problem import Problem
+from tools.pages import environments
 
 FOLDER = Path(__file__).parents[2] / "examples"
 MINUTE = {"duration_s": 60}

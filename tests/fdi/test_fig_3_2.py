@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from cps_baselines.fdi.branch_and_bound import PRINTED, find_injections, make_search
-from cps_baselines.fdi.reproduction import figure_3_2
-from cps_baselines.fdi.reproduction.course import Course, attack_course
-from cps_baselines.fdi.reproduction.figure_3_2 import (
+from cps_envs.core.types import FloatArray
+from cps_envs.fdi.config import FIG_3_2, FdiConfig
+from cps_paper.fdi import figure_3_2
+from cps_paper.fdi.course import Course, attack_course
+from cps_paper.fdi.figure_3_2 import (
     FAR,
     ROUGH,
     VARIANTS,
@@ -19,8 +21,6 @@ from cps_baselines.fdi.reproduction.figure_3_2 import (
     figure_runs,
     main_rows,
 )
-from cps_envs.core.types import FloatArray
-from cps_envs.fdi.config import FIG_3_2, FdiConfig
 
 Anchor = tuple[float, float, int] | None  # time in s, e_v in m/s, pair
 ANCHORS: dict[tuple[str, str], Anchor] = {

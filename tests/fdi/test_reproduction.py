@@ -10,13 +10,18 @@ import pytest
 
 from cps_agents.console import to_json
 from cps_baselines.fdi.grid import GridCell
-from cps_baselines.fdi.reproduction.audit import beyond_set_a
-from cps_baselines.fdi.reproduction.cells import Cell, table_cells
-from cps_baselines.fdi.reproduction.chapter import CHAPTER, ONE_ATTACKED
-from cps_baselines.fdi.reproduction.continuous import compare, compared, verdict
-from cps_baselines.fdi.reproduction.controls import control_tables
-from cps_baselines.fdi.reproduction.counts import ALLOWANCE, GOALS, Counts, count_tables, counted
-from cps_baselines.fdi.reproduction.experiments import (
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
+from cps_envs.fdi.task import make_task
+from cps_paper.chapter import Reproduction
+from cps_paper.evidence import NotRunError
+from cps_paper.fdi.audit import beyond_set_a
+from cps_paper.fdi.cells import Cell, table_cells
+from cps_paper.fdi.chapter import CHAPTER, ONE_ATTACKED
+from cps_paper.fdi.continuous import compare, compared, verdict
+from cps_paper.fdi.controls import control_tables
+from cps_paper.fdi.counts import ALLOWANCE, GOALS, Counts, count_tables, counted
+from cps_paper.fdi.experiments import (
     ALL_FOUR,
     BACK_ENDS,
     FOUR_VEHICLES,
@@ -32,13 +37,8 @@ from cps_baselines.fdi.reproduction.experiments import (
     Settings,
     four_vehicle_cells,
 )
-from cps_baselines.paper.tables import CollisionCell, collision_cells
-from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.evidence import NotRunError
-from cps_baselines.reproduction.verdicts import MATCH, MISS, NEAR, NOT, PARTLY
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
-from cps_envs.fdi.task import make_task
+from cps_paper.printed.tables import CollisionCell, collision_cells
+from cps_paper.verdicts import MATCH, MISS, NEAR, NOT, PARTLY
 
 TASK = make_task("x3", 4, 4)
 PAPER = CollisionCell("3.1", TASK, ((3, -1.848), (4, -2.003)))

@@ -124,7 +124,7 @@ def test_nothing_is_found_where_nothing_is_possible() -> None:
 def test_the_tasks_are_the_cells_of_the_tables(num_vehicles: int, tables: Any) -> None:
     cells: list[Task] = []
     for table in tables:
-        text = (files("cps_baselines.paper") / f"table_3_{table}.csv").read_text(encoding="utf-8")
+        text = (files("cps_paper.printed") / f"table_3_{table}.csv").read_text(encoding="utf-8")
         rows = csv.DictReader(text.splitlines())
         cells += [make_task(row["attacked"], int(row["target"]), num_vehicles) for row in rows]
     known = paper_tasks(num_vehicles)

@@ -7,8 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.hvac.optimum.played import OpenLoop, impact_played
-from cps_baselines.hvac.optimum.program import (
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.types import Array
+from cps_envs.hvac.config import HvacConfig
+from cps_envs.hvac.problem import HVAC
+from tests.hvac.games import go, started
+from tools.hvac_optimum.played import OpenLoop, impact_played
+from tools.hvac_optimum.program import (
     Quadratic,
     Response,
     certified,
@@ -18,11 +23,6 @@ from cps_baselines.hvac.optimum.program import (
     respond,
     solve,
 )
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.types import Array
-from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.problem import HVAC
-from tests.hvac.games import go, started
 
 SHORT = {"num_steps": 220, "window_steps": 60, "onset_step": 70, "thresholds_c2": (0.9, 0.9)}
 

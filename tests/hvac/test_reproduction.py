@@ -12,18 +12,21 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.hvac.reproduction import experiments, impacts, observers, rules, weighing
-from cps_baselines.hvac.reproduction.cells import CELL
-from cps_baselines.hvac.reproduction.chapter import CHAPTER, EXHIBITS
-from cps_baselines.hvac.reproduction.controllers import CLIP, CONTROLLERS, Evidence, controller_named
-from cps_baselines.hvac.reproduction.measures import measures, references
-from cps_baselines.hvac.reproduction.rules import CLAIMS
-from cps_baselines.hvac.reproduction.scenario import Outcome, Recorded, Scenario
-from cps_baselines.paper.tables import read_table
-from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.claims import Claim
-from cps_baselines.reproduction.evidence import NotRunError
-from cps_baselines.reproduction.verdicts import (
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.hvac.building import discretise, weather
+from cps_envs.hvac.sensors import sensor_sets
+from cps_paper.chapter import Reproduction
+from cps_paper.claims import Claim
+from cps_paper.evidence import NotRunError
+from cps_paper.hvac import experiments, impacts, observers, rules, weighing
+from cps_paper.hvac.cells import CELL
+from cps_paper.hvac.chapter import CHAPTER, EXHIBITS
+from cps_paper.hvac.controllers import CLIP, CONTROLLERS, Evidence, controller_named
+from cps_paper.hvac.measures import measures, references
+from cps_paper.hvac.rules import CLAIMS
+from cps_paper.hvac.scenario import Outcome, Recorded, Scenario
+from cps_paper.printed.tables import read_table
+from cps_paper.verdicts import (
     GIVEN,
     NEAR,
     NOT,
@@ -35,9 +38,6 @@ from cps_baselines.reproduction.verdicts import (
     Tolerance,
     of_cell,
 )
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.hvac.building import discretise, weather
-from cps_envs.hvac.sensors import sensor_sets
 
 PAGE = Path(__file__).parents[2] / "docs" / "reproduction.md"
 SHORT = (("num_steps", 190), ("onset_step", 120), ("window_steps", 100))

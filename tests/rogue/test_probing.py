@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shipped_answers
-from cps_baselines.rogue.reproduction.headroom import SHIPPED
 from cps_baselines.rogue.switching import Switching
 from cps_baselines.rogue.switching_search import (
     ALL,
@@ -30,6 +29,7 @@ from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from cps_paper.rogue.headroom import SHIPPED
 from tests import episodes
 from tests.agents.command_line import invoke
 

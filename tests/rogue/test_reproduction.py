@@ -10,13 +10,17 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, Check
-from cps_baselines.rogue.reproduction import reference
-from cps_baselines.rogue.reproduction.chapter import CHAPTER
-from cps_baselines.rogue.reproduction.claims import CLAIMS
-from cps_baselines.rogue.reproduction.course import Course
-from cps_baselines.rogue.reproduction.experiments import (
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.play import play_episodes
+from cps_envs.rogue.config import PAPER
+from cps_envs.rogue.controllers import FRONT, LINEAR, REAR
+from cps_envs.rogue.problem import ROGUE
+from cps_paper.chapter import Reproduction
+from cps_paper.rogue import reference
+from cps_paper.rogue.chapter import CHAPTER
+from cps_paper.rogue.claims import CLAIMS
+from cps_paper.rogue.course import Course
+from cps_paper.rogue.experiments import (
     FULL_THROTTLE,
     Evidence,
     Ride,
@@ -28,9 +32,9 @@ from cps_baselines.rogue.reproduction.experiments import (
     square_waves,
     swaying_ride,
 )
-from cps_baselines.rogue.reproduction.fit import FURTHER, ORDERINGS, OWN, fits, orderings
-from cps_baselines.rogue.reproduction.headroom import head_room_experiments
-from cps_baselines.rogue.reproduction.heat_map import (
+from cps_paper.rogue.fit import FURTHER, ORDERINGS, OWN, fits, orderings
+from cps_paper.rogue.headroom import head_room_experiments
+from cps_paper.rogue.heat_map import (
     COURSE_FREQUENCIES_HZ,
     FREQUENCIES_HZ,
     MAPS,
@@ -42,14 +46,10 @@ from cps_baselines.rogue.reproduction.heat_map import (
     bumper_gap_m,
     collision_frequency_hz,
 )
-from cps_baselines.rogue.reproduction.plots import edges_of
-from cps_baselines.rogue.reproduction.rides import affected, followers, radii_m, shares_of_rings
-from cps_baselines.rogue.reproduction.summary import LONG
-from cps_envs.core.errors import ConfigurationError
-from cps_envs.core.play import play_episodes
-from cps_envs.rogue.config import PAPER
-from cps_envs.rogue.controllers import FRONT, LINEAR, REAR
-from cps_envs.rogue.problem import ROGUE
+from cps_paper.rogue.plots import edges_of
+from cps_paper.rogue.rides import affected, followers, radii_m, shares_of_rings
+from cps_paper.rogue.summary import LONG
+from cps_paper.verdicts import NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN, Check
 
 LINE = {  # specification 2, by gap in m
     4.5: (0.110, 0.158, 0.196, 0.227, 0.280, 0.325, 0.364),

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from cps_baselines.disbanding.corrections import CopyDisbanded
-from cps_baselines.testbed.cases import mitigation
 from cps_envs.core.game import Game
 from cps_envs.core.kernels import view
 from cps_envs.core.play import play_episodes
@@ -22,6 +21,7 @@ from cps_envs.testbed.payoff import METRICS, measure_episode, velocity_error
 from cps_envs.testbed.picture.scene import desired_arcs
 from cps_envs.testbed.problem import ATTACK, TESTBED, attack_fields, defense_fields
 from cps_envs.testbed.state import Robots, allocate, rules_of
+from cps_paper.testbed.cases import mitigation
 
 ONE = np.ones(1, np.bool_)
 SHORT = replace(BASELINE, duration_s=24.0, measured_from_s=10.0, measured_for_s=10.0)

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.reproduction.chapter import Reproduction
-from cps_baselines.reproduction.verdicts import NEAR_SHARE, VERDICTS
-from cps_baselines.testbed import chapter
-from cps_baselines.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Results, Runs, mitigation, needed
-from cps_baselines.testbed.chapter import CHAPTER
-from cps_baselines.testbed.claims import CLAIMS
-from cps_baselines.testbed.exhibits import Spread, spreads
 from cps_envs.testbed.config import BASELINE, MITIGATED
+from cps_paper.chapter import Reproduction
+from cps_paper.testbed import chapter
+from cps_paper.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Results, Runs, mitigation, needed
+from cps_paper.testbed.chapter import CHAPTER
+from cps_paper.testbed.claims import CLAIMS
+from cps_paper.testbed.exhibits import Spread, spreads
+from cps_paper.verdicts import NEAR_SHARE, VERDICTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"
 MET = {"lowest_speed_mps": 0.06, "stopped": 0.0, "smallest_gap_m": 0.2, "collided": 0.0, "rms_acceleration_mps2": 0.06}

@@ -119,7 +119,6 @@ def drive_robots(
     from cps_agents.arena.meeting import Meeting
     from cps_agents.film import Film, show_meeting
     from cps_baselines.arena import Venue
-    from cps_baselines.testbed.cases import mitigation
     from cps_envs.testbed.problem import TESTBED
 
     if period is not None and defender is not None:
@@ -128,6 +127,14 @@ def drive_robots(
     venue = Venue("cps_envs.testbed.problem:TESTBED", preset, assignments(overrides or []))
     film = Film(render, fps, speed, at) if render is not None else None
     usual = TESTBED.opponents[preset]
-    against = mitigation(period, venue.config) if period is not None else defender or usual["defender"]
+    if period is not None:
+        from cps_envs.core.errors import require
+
+        require("cps_paper", extra="paper", purpose="the paper's mitigation")
+        from cps_paper.testbed.cases import mitigation
+
+        against = mitigation(period, venue.config)
+    else:
+        against = defender or usual["defender"]
     meeting = Meeting(venue, attacker or usual["attacker"], against, episodes, seed)
     show_meeting(meeting, film, as_json)

@@ -28,22 +28,7 @@ from cps_agents.report.board import Board, document
 from cps_agents.report.replay import Take, record
 from cps_agents.table import Table as Printed
 from cps_agents.table import plain
-from cps_baselines.reproduction.exhibit import Table
 from cps_baselines.workers import Workers
-
-
-def sheets_of(tables: Iterable[Table]) -> list[dict[str, Any]]:
-    """The tables of a reproduction."""
-    return [
-        {
-            "title": table.title,
-            "headings": table.headings,
-            "rows": [list(row) for row in table.rows],
-            "left": table.left,
-            "notes": list(table.notes),
-        }
-        for table in tables
-    ]
 
 
 def sheets_of_printed(tables: Iterable[Printed]) -> list[dict[str, Any]]:

@@ -1,0 +1,162 @@
+"""The readings of the dissertation that are offered: each chapter, once for each way to settle what it leaves open.
+
+A reproduced chapter is shown on a console, and its figures are written as files.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from cps_agents.arena.meeting import Result
+from cps_agents.console import to_json
+from cps_agents.errors import CommandError
+from cps_agents.files import write_figure, write_text
+from cps_envs.core.documents import Entry
+from cps_envs.core.errors import near
+from cps_paper.commands.chapters import COMMANDS, Command
+from cps_paper.evidence import Report
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from cps_agents.table import Table as Shown
+    from cps_paper.chapter import Reproduction
+    from cps_paper.exhibit import Table
+
+COLORS = {
+    "match": "green",
+    "reproduced": "green",
+    "near": "yellow",
+    "partly": "yellow",
+    "miss": "red",
+    "not reproduced": "red",
+    "by construction": "dim",
+    "not evaluated": "dim",
+}
+
+
+def render(console: Console, found: Reproduction[Any]) -> None:
+    """Print all tables with their notes, then what is not reproduced and why."""
+    for table in found.tables():
+        console.print(_table(table))
+        for note in table.notes:
+            console.print(note, style="dim", markup=False)
+        console.print()
+    for paragraph in found.closing():
+        console.print(paragraph, markup=False)
+        console.print()
+
+
+def draw(found: Reproduction[Any], folder: Path) -> list[Path]:
+    """Write the figures as PNG files; returns their paths."""
+    paths = []
+    for name, figure in found.figures():
+        paths.append(folder / f"{name}.png")
+        write_figure(paths[-1], figure)
+    return paths
+
+
+def write_sheets(found: Reproduction[Any], folder: Path) -> list[Path]:
+    """Write the tables as CSV files; returns their paths."""
+    paths = []
+    for name, text in found.sheets():
+        paths.append(folder / f"{name}.csv")
+        write_text(paths[-1], text)
+    return paths
+
+
+def _table(table: Table) -> Shown:
+    from cps_agents.table import Table as Shown
+    from cps_agents.table import styled
+
+    rows = [[styled(text, COLORS[text]) if text in COLORS else text for text in row] for row in table.rows]
+    return Shown(table.title, table.headings, rows, left=table.left, breaks=table.breaks)
+
+
+PAGE_WIDTH = 120  # columns of a file with tables
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A chapter under one reading, and how much of it is computed."""
+
+    kind: ClassVar[str] = "reading"
+    name: str  # "ch2-S0", also of its files
+    chapter: str  # "2", or section "2.5"
+    problem: str
+    quick: bool = False
+    recheck: bool = False
+
+    @property
+    def label(self) -> str:
+        """For progress and file names."""
+        return self.name
+
+    def run(self, jobs: int = 1, report: Report = lambda share, label: None) -> Result:
+        """Compute it in so many processes: `document` (plain data), `text` (tables), `tallies`, `passed`, `wall_s`."""
+        from rich.console import Console
+
+        started = time.monotonic()
+        found = self.compute(jobs, report)
+        page = io.StringIO()
+        render(Console(file=page, width=PAGE_WIDTH, highlight=False), found)
+        return {
+            "document": json.loads(to_json(found.document())),
+            "text": page.getvalue(),
+            "tallies": [asdict(each) for each in found.tallies()],
+            "passed": bool(found.passed),
+            "wall_s": round(time.monotonic() - started, 1),
+        }
+
+    def compute(self, jobs: int, report: Report) -> Reproduction[Any]:
+        """The chapter under this reading."""
+        chosen = {self.command.varied: self.choice} if self.choice else {}
+        chapter, quick, recheck = self.command.load(), self.quick, self.recheck
+        return chapter.reproduce(quick=quick, recheck=recheck, jobs=jobs, report=report, **chosen)
+
+    def check(self, result: Entry) -> None:
+        """A document with its tables and tallies."""
+        result["document"].entries()
+        result["text"].text()
+        for tally in result["tallies"].rows():
+            tally.entries()
+        result["wall_s"].number(0)
+
+    @property
+    def command(self) -> Command:
+        """The command that computes the chapter alone."""
+        (found,) = (each for each in COMMANDS if each.number == self.chapter)
+        return found
+
+    @property
+    def choice(self) -> str:
+        """What is chosen, such as "S0"; empty where there is no choice."""
+        return self.name.partition("-")[2]
+
+
+def readings(*, quick: bool, recheck: bool) -> list[Reading]:
+    """All of them, in the order of the dissertation."""
+    return [
+        Reading(f"{each.name}-{value}" if value else each.name, each.number, each.problem, quick, recheck)
+        for each in sorted(COMMANDS, key=lambda each: each.number)
+        for value in each.values or ("",)
+    ]
+
+
+def chosen(every: Sequence[Reading], names: Sequence[str]) -> list[Reading]:
+    """Those with these names; all of them if none is named.
+
+    Raises:
+        CommandError: there is no such reading.
+    """
+    known = [reading.name for reading in every]
+    for name in names:
+        if name not in known:
+            raise CommandError(f"there is no reading {name!r}. {near(name, known)} Known: {', '.join(known)}.")
+    return [reading for reading in every if not names or reading.name in names]

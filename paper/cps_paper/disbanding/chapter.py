@@ -1,0 +1,214 @@
+"""Chapter 2 as data: its tables and figures, what is played beside them, the optimal attacks, and the claims."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from cps_envs.disbanding.config import INTERPRETATIONS
+from cps_paper.chapter import Chapter, Judged, Reproduction
+from cps_paper.claims import CELLS, EFFECTS, Tally, tally
+from cps_paper.disbanding import claims_2_1, claims_2_3, plots
+from cps_paper.disbanding.cells import (
+    BASELINE,
+    baselines_data,
+    baselines_table,
+    cells_data,
+    cells_tables,
+    table_cells,
+)
+from cps_paper.disbanding.cells import checks as cell_checks
+from cps_paper.disbanding.experiments import FIGURE_TAUS_S, PLATOONS, Evidence
+from cps_paper.disbanding.optimal import optima_table
+from cps_paper.disbanding.played_tables import (
+    platoons_data,
+    platoons_tables,
+    readings_data,
+    readings_tables,
+)
+from cps_paper.disbanding.rules import CLAIMS, CONDITIONS, RULES
+from cps_paper.disbanding.scenario import Outcome
+from cps_paper.disbanding.strings import courses_tables
+from cps_paper.disbanding.summary import cells_of, closing
+from cps_paper.evidence import Experiment
+from cps_paper.exhibit import Column, Exhibit, Table
+from cps_paper.verdicts import Check
+
+SOURCES = (claims_2_1, claims_2_3)  # importing them registers the functions that check the claims
+
+
+def _table(table: str, about: str) -> Exhibit[Evidence]:
+    return Exhibit(
+        table,
+        f"Table {table}: {about}",
+        lambda seen: seen.experiments.table(table),
+        lambda seen: cells_tables(seen, table),
+        lambda seen: cells_data(table_cells(seen, table)),
+    )
+
+
+def sweep_tables(seen: Evidence) -> list[Table]:
+    """What Fig. 2.3 shows, in numbers."""
+    columns = (
+        Column("", lambda each: each[0].figure, "Fig. {}"),
+        Column("paper", lambda each: each[0].paper),
+        Column("ours", lambda each: each[1].shown),
+        Column("verdict", lambda each: each[1].verdict),
+    )
+    intact = "Fig. 2.3c: E_v in percent over intact vehicles, lead platoon disbanded at 1 s"
+    return [
+        Table("Figs. 2.3a, b: E_v in percent", columns, CLAIMS.evaluate(seen, ("P21", "P22"))),
+        _sweep(seen, intact, lambda outcome: f"{outcome.velocity_error_intact:.2f}"),
+        _sweep(seen, "Fig. 2.3d: vehicles involved in collisions", lambda outcome: str(int(outcome.collided.sum()))),
+    ]
+
+
+def _sweep(seen: Evidence, title: str, shown: Callable[[Outcome], str]) -> Table:
+    def of(count: int) -> Callable[[float], str]:
+        return lambda tau_s: shown(seen[seen.experiments.single(count, tau_s)])
+
+    columns = (Column("tau \\ N", float, "{:g} s"), *(Column(str(count), of(count)) for count in PLATOONS))
+    return Table(title, columns, FIGURE_TAUS_S)
+
+
+def sweep_data(seen: Evidence) -> list[dict[str, Any]]:
+    """Figs. 2.3c and d, point by point, for JSON."""
+    return [
+        {
+            "tau_s": tau_s,
+            "num_platoons": count,
+            "velocity_error_intact": outcome.velocity_error_intact,
+            "velocity_error_all": outcome.velocity_error_all,
+            "collided": int(outcome.collided.sum()),
+        }
+        for tau_s in FIGURE_TAUS_S
+        for count in PLATOONS
+        for outcome in [seen[seen.experiments.single(count, tau_s)]]
+    ]
+
+
+def _searches(seen: Evidence) -> list[Experiment[Any]]:
+    """`quick` leaves out the grid of alternative attacks and all but one search."""
+    named = seen.experiments
+    grid = [] if seen.quick else named.two_platoons()
+    return [*named.searches(quick=seen.quick), *named.paper_plans(), *grid]
+
+
+def _behind_claims(seen: Evidence) -> list[Experiment[Any]]:
+    """`quick` leaves out long strings and the grids of alternative attacks."""
+    named = seen.experiments
+    todo = [*named.table("2.2"), *named.table("2.3"), *named.figure_2_1(quick=seen.quick), *named.figure_2_3()]
+    return todo if seen.quick else [*todo, *named.one_platoon(), *named.two_platoons()]
+
+
+def _baselines(seen: Evidence) -> list[Experiment[Any]]:
+    views = [seen.under(name).experiments for name in INTERPRETATIONS]
+    return [each for named in views for table in ("2.2", "2.3") for each in named.table(table, (BASELINE,))]
+
+
+JUDGED: Judged[Evidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
+INTERPRETED: Exhibit[Evidence] = Exhibit(
+    "interpretations",
+    "the baseline under every interpretation",
+    _baselines,
+    lambda seen: [baselines_table(seen)],
+    baselines_data,
+    given=lambda seen: seen.all_interpretations,
+)
+EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+    _table("2.2", "one platoon disbanded"),
+    _table("2.3", "two platoons disbanded"),
+    Exhibit(
+        "2.1fig",
+        "Fig. 2.1: strings of 20, 50 and 80 platoons",
+        lambda seen: seen.experiments.figure_2_1(quick=seen.quick),
+        courses_tables,
+        figures={"figure_2_1": plots.draw_2_1},
+    ),
+    Exhibit(
+        "2.3fig",
+        "Fig. 2.3: optimal attacks",
+        lambda seen: seen.experiments.figure_2_3(),
+        sweep_tables,
+        sweep_data,
+        figures={"figure_2_3": plots.draw_2_3},
+    ),
+    Exhibit(
+        "platoons",
+        "every defender against N = 2 to 10 platoons",
+        lambda seen: seen.experiments.platoons(),
+        platoons_tables,
+        platoons_data,
+        quick=False,
+    ),
+    Exhibit(
+        "text",
+        "what the text describes and the tables leave out, with comfort, energy and recovery",
+        lambda seen: seen.experiments.readings(),
+        readings_tables,
+        readings_data,
+        quick=False,
+    ),
+    Exhibit("ga", "the genetic algorithm that solves (2.9)", _searches, lambda seen: [optima_table(seen)]),
+    JUDGED.exhibit,
+    INTERPRETED,
+)
+
+
+def checks(found: Reproduction[Evidence]) -> list[Check]:
+    """The cells that have a reference, those of the other interpretations included."""
+    seen, cells = found.evidence, cells_of(found)
+    for name in INTERPRETATIONS if seen.all_interpretations else ():
+        cells += [cell for table in ("2.2", "2.3") for cell in table_cells(seen.under(name), table, (BASELINE,))]
+    return cell_checks(list({(cell.table, cell.interpretation, cell.name): cell for cell in cells}.values()))
+
+
+def tallies(found: Reproduction[Evidence]) -> list[Tally]:
+    """How many cells of the tables and effects of mitigations are reproduced."""
+    named = [(f"{cell.table} {cell.name}", cell) for cell in cells_of(found)]
+    effects = ((name, cell.effect.verdict) for name, cell in named if cell.effect is not None)
+    return [
+        tally(found.reading, CELLS, ((name, cell.verdict) for name, cell in named)),
+        tally(found.reading, EFFECTS, effects),
+    ]
+
+
+def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+    """Plain data for JSON."""
+    seen = found.evidence
+    return {
+        "chapter": 2,
+        "interpretation": seen.interpretation,
+        "quick": seen.quick,
+        "parts": found.data(),
+        "interpretations": INTERPRETED.data(seen) if seen.all_interpretations else {},
+        "again": found.again_data(),
+        "regression": {"passed": found.passed, "checks": list(map(_check, found.checks))},
+        "closing": found.closing(),
+    }
+
+
+def _check(check: Check) -> dict[str, Any]:
+    cell = check.subject.cell
+    return {
+        "table": cell.table,
+        "interpretation": cell.interpretation,
+        "cell": cell.name,
+        "difference": check.difference,
+        "tolerance_points": float(check.subject.row["tolerance_points"]),
+        "passed": check.passed,
+        "crash_agrees": check.subject.crash_agrees,
+    }
+
+
+CHAPTER: Chapter[Evidence] = Chapter(
+    title="chapter 2",
+    evidence=Evidence,
+    reading=lambda seen: f"interpretation {seen.interpretation}",
+    exhibits=EXHIBITS,
+    closing=closing,
+    document=document,
+    checks=checks,
+    judged=JUDGED,
+    tallies=tallies,
+)

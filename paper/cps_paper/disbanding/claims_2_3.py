@@ -1,0 +1,222 @@
+"""The claims about Fig. 2.3 and the optimal attacks, P21 to P28, P37 and P38, and those of section 2.4.3.
+
+Those are about the tables: P29 to P36 and P39.
+"""
+
+from __future__ import annotations
+
+from cps_paper.claims import Claim, Finding, applying, joined
+from cps_paper.disbanding.cells import Cell, table_cells
+from cps_paper.disbanding.experiments import (
+    ATTACK_S,
+    ATTACKS,
+    CELLS,
+    FIGURE_TAUS_S,
+    LATER_S,
+    PLATOONS,
+    SECOND_PLANS,
+    TAUS_S,
+    Evidence,
+)
+from cps_paper.disbanding.rules import CLAIMS
+from cps_paper.disbanding.scenario import Outcome
+from cps_paper.printed.tables import POINTS
+from cps_paper.verdicts import above, grows_throughout, of_cases, of_number
+
+
+@CLAIMS.judges("P21", "P22")
+def mean_error(evidence: Evidence, claim: Claim) -> Finding:
+    """E_v of Figs. 2.3a and b, averaged over the intact vehicles."""
+    attack = ((10, ATTACK_S),) if claim.id == "P21" else ATTACKS["2.3"]
+    outcome = evidence[evidence.experiments.rear_speeds(attack)].outcome
+    value = outcome.velocity_error_intact
+    shown = f"{value:.2f} % over intact vehicles ({outcome.velocity_error_all:.2f} % over all)"
+    return Finding(value, shown, of_number(value, claim.number, POINTS))
+
+
+@CLAIMS.judges("P23")
+def lead_is_best(evidence: Evidence, claim: Claim) -> Finding:
+    """Disbanding any other platoon at the first instant is worse, for every N and tau."""
+    hold = []
+    for tau_s in FIGURE_TAUS_S:
+        for count in PLATOONS:
+            errors = [_error(evidence, count, tau_s, platoon) for platoon in range(1, count + 1)]
+            hold.append(max(errors) == errors[-1])
+    return Finding(all(hold), f"in {sum(hold)} of {len(hold)} cases of N and tau", of_cases(hold))
+
+
+@CLAIMS.judges("P24")
+def first_instant_is_best(evidence: Evidence, claim: Claim) -> Finding:
+    """The best second for the lead platoon, over N and tau."""
+    times, best = (1.0, *LATER_S), []
+    for tau_s in FIGURE_TAUS_S:
+        for count in PLATOONS:
+            errors = [_error(evidence, count, tau_s, time_s=time_s) for time_s in times]
+            best.append(times[errors.index(max(errors))])
+    hold = [time_s == claim.number for time_s in best]
+    flat = [_error(evidence, PLATOONS[-1], TAUS_S[0], time_s=time_s) for time_s in (times[0], times[3])]
+    shown = f"1 s in {sum(hold)} of {len(hold)} cases; flat: {flat[0]:.2f} % at 1 s, {flat[1]:.2f} % at {times[3]:g} s"
+    return Finding(max(set(best), key=best.count), shown, of_cases(hold))
+
+
+@CLAIMS.judges("P25")
+def grows(evidence: Evidence, claim: Claim) -> Finding:
+    """E_v over the number of platoons, for every tau."""
+    curves = {tau_s: [_error(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
+    hold = [grows_throughout(curve) for curve in curves.values()]
+    ends = ", ".join(f"{curves[tau_s][0]:.1f} to {curves[tau_s][-1]:.1f}" for tau_s in TAUS_S)
+    return Finding(
+        all(hold), f"for every tau; N = 2 to 10: {ends} % at tau {joined(list(TAUS_S), 'g')} s", of_cases(hold)
+    )
+
+
+@CLAIMS.judges("P26")
+def crash_threshold(evidence: Evidence, claim: Claim) -> Finding:
+    """The largest tau without any collision; below and above it, whatever N, none and some."""
+    hold, safe = [], []
+    for tau_s in FIGURE_TAUS_S:
+        crashes = [_collided(evidence, count, tau_s) > 0 for count in PLATOONS]
+        hold += [crash == (tau_s > claim.number) for crash in crashes]
+        safe += [] if any(crashes) else [tau_s]
+    threshold = max(safe, default=None)
+    return Finding(threshold, f"as claimed in {sum(hold)} of {len(hold)} cases of N and tau", of_cases(hold))
+
+
+@CLAIMS.judges("P27")
+def more_collisions(evidence: Evidence, claim: Claim) -> Finding:
+    """Vehicles involved in collisions over N, for every tau that has collisions."""
+    curves = {tau_s: [_collided(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
+    applies = applying(sum(map(any, curves.values())), len(curves), "tau")
+    curves = {tau_s: curve for tau_s, curve in curves.items() if any(curve)}
+    hold = [grows_throughout(curve) for curve in curves.values()]
+    ends = ", ".join(f"{curve[0]} to {curve[-1]} (tau {tau_s:g} s)" for tau_s, curve in curves.items())
+    return Finding(bool(hold) and all(hold), f"vehicles for N = 2 to 10: {ends}; {applies}", of_cases(hold or [False]))
+
+
+@CLAIMS.judges("P28")
+def rear_vehicles_stop(evidence: Evidence, claim: Claim) -> Finding:
+    """The rear vehicles of the nine intact platoons: all slow down, some stop."""
+    record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
+    size = record.config.vehicles_per_platoon
+    rear = slice(2 * size - 1, None, size)
+    slower = (record.speed_mps[:, rear].min(axis=0) < record.config.desired_speed_mps - 1.0).tolist()
+    stopped = record.outcome.stops[rear] > 0
+    shown = f"{sum(slower)} of {len(slower)} slow down, {stopped.sum()} stop"
+    return Finding(all(slower) and bool(stopped.any()), shown, of_cases([*slower, bool(stopped.any())]))
+
+
+@CLAIMS.judges("P37", "P38")
+def second_attack(evidence: Evidence, claim: Claim) -> Finding:
+    """The best second platoon and second on a grid, with the lead platoon disbanded at 2 s."""
+    best = [best_second(evidence, tau_s) for tau_s in TAUS_S]
+    which = 0 if claim.id == "P37" else 1
+    hold = [of_number(plan[which], claim.number) == "reproduced" for plan in best]
+    paper = [second_error(evidence, tau_s, *ATTACKS["2.3"][1]) for tau_s in TAUS_S]
+    gains = [
+        second_error(evidence, tau_s, *plan) - value for tau_s, plan, value in zip(TAUS_S, best, paper, strict=True)
+    ]
+    shown = "; ".join(
+        f"tau {tau_s:g} s: ({platoon}, {time_s:g} s)" + (f", {gain:.1f} points above the paper's" if gain else "")
+        for tau_s, (platoon, time_s), gain in zip(TAUS_S, best, gains, strict=True)
+    )
+    return Finding(best[0][which], shown, of_cases(hold))
+
+
+def best_second(evidence: Evidence, tau_s: float) -> tuple[int, float]:
+    """The platoon and second, with the lead platoon disbanded at 2 s, with the largest E_v over all vehicles."""
+    return max(SECOND_PLANS, key=lambda plan: second_error(evidence, tau_s, *plan))
+
+
+def second_error(evidence: Evidence, tau_s: float, platoon: int, time_s: float) -> float:
+    """E_v in percent over all vehicles of a two-platoon attack."""
+    return evidence[evidence.experiments.second(tau_s, platoon, time_s)].velocity_error_all
+
+
+def _error(evidence: Evidence, count: int, tau_s: float, platoon: int | None = None, time_s: float = 1.0) -> float:
+    return evidence[evidence.experiments.single(count, tau_s, platoon, time_s)].velocity_error_intact
+
+
+def _collided(evidence: Evidence, count: int, tau_s: float) -> int:
+    return int(evidence[evidence.experiments.single(count, tau_s)].collided.sum())
+
+
+@CLAIMS.judges("P29", "P39")
+def baseline_crashes(evidence: Evidence, claim: Claim) -> Finding:
+    """Collisions of the baseline: in Table 2.2 (P29) everywhere but at 5 m and 0.1 s, in Table 2.3 (P39) everywhere."""
+    table = "2.2" if claim.id == "P29" else "2.3"
+    cells = table_cells(evidence, table, ("baseline",))
+    expected = [table == "2.3" or (cell.paper.desired_gap_m, cell.paper.tau_s) != CELLS[0] for cell in cells]
+    hold = [cell.outcome.crash == crash for cell, crash in zip(cells, expected, strict=True)]
+    return Finding(all(hold), _cases(cells, hold), of_cases(hold))
+
+
+@CLAIMS.judges("P30")
+def heuristic_helps(evidence: Evidence, claim: Claim) -> Finding:
+    """The heuristic's E_v against the baseline's, in Table 2.2."""
+    without, cells = (table_cells(evidence, "2.2", (name,)) for name in ("baseline", "heuristic"))
+    gains = [before.ours - after.ours for before, after in zip(without, cells, strict=True)]
+    hold = [above(before.ours, after.ours) for before, after in zip(without, cells, strict=True)]
+    return Finding(all(hold), f"lower by {min(gains):.1f} to {max(gains):.1f} points", of_cases(hold))
+
+
+@CLAIMS.judges("P31")
+def heuristic_avoids_crashes(evidence: Evidence, claim: Claim) -> Finding:
+    """Collisions under the heuristic exactly at the largest tau."""
+    cells = table_cells(evidence, "2.2", ("heuristic",))
+    hold = [cell.outcome.crash == (cell.paper.tau_s == claim.number) for cell in cells]
+    crashes = sum(cell.outcome.crash for cell in cells)
+    return Finding(all(hold), f"{crashes} of {len(cells)} cells crash; {_cases(cells, hold)}", of_cases(hold))
+
+
+@CLAIMS.judges("P32", "P33")
+def involved(evidence: Evidence, claim: Claim) -> Finding:
+    """Vehicles involved in collisions at x_d = 4 m; the tau is not printed, so that nearest to the paper counts."""
+    controller = "baseline" if claim.id == "P32" else "heuristic"
+    outcomes = [_outcome(evidence, controller, 4.0, tau_s) for tau_s in TAUS_S]
+    counts = [int(outcome.collided.sum()) for outcome in outcomes]
+    nearest = min(counts, key=lambda count: abs(count - claim.number))
+    rear = joined([int(outcome.rear_collided.sum()) for outcome in outcomes])
+    shown = f"{joined(counts)} at tau {joined(list(TAUS_S), 'g')} s (as rear vehicles {rear})"
+    return Finding(float(nearest), shown, of_number(nearest, claim.number))
+
+
+@CLAIMS.judges("P34")
+def baseline_stops(evidence: Evidence, claim: Claim) -> Finding:
+    """Share of the intact vehicles that stop at x_d = 5 m, tau = 0.1 s."""
+    share = _outcome(evidence, "baseline", *CELLS[0]).stopped_share()
+    record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
+    lowest = record.speed_mps[:, record.outcome.intact].min(axis=0)
+    slower = ", ".join(f"{100.0 * float((lowest < limit).mean()):.1f} % < {limit:g} m/s" for limit in (1.0, 2.0))
+    return Finding(share, f"{share:.1f} % < 0.01 m/s, {slower}", of_number(share, claim.number))
+
+
+@CLAIMS.judges("P35")
+def heuristic_stops(evidence: Evidence, claim: Claim) -> Finding:
+    """Intact vehicles that come to a stop under the heuristic, cell by cell."""
+    outcomes = [_outcome(evidence, "heuristic", *cell) for cell in CELLS]
+    counts = [int((outcome.stops[outcome.intact] > 0).sum()) for outcome in outcomes]
+    hold = [count == 0 for count in counts]
+    return Finding(all(hold), f"{joined(counts)} of {outcomes[0].intact.sum()} stop", of_cases(hold))
+
+
+@CLAIMS.judges("P36")
+def mitigations_equal(evidence: Evidence, claim: Claim) -> Finding:
+    """Heuristic and MPC differ by no more than they do anywhere in the paper's Table 2.2."""
+    pairs = zip(*(table_cells(evidence, "2.2", (name,)) for name in ("heuristic", "mpc")), strict=True)
+    ours, paper = [], []
+    for heuristic, mpc in pairs:
+        ours.append(heuristic.ours - mpc.ours)
+        paper.append(abs(heuristic.paper.velocity_error_percent - mpc.paper.velocity_error_percent))
+    hold = [abs(difference) <= max(paper) for difference in ours]
+    shown = f"MPC lower by {min(ours):.1f} to {max(ours):.1f} points (paper: at most {max(paper):.1f} apart)"
+    return Finding(all(hold), shown, of_cases(hold))
+
+
+def _outcome(evidence: Evidence, controller: str, desired_gap_m: float, tau_s: float) -> Outcome:
+    return evidence[evidence.experiments.cell("2.2", controller, desired_gap_m, tau_s)]
+
+
+def _cases(cells: list[Cell], hold: list[bool]) -> str:
+    """In how many cells a claim holds, and where not."""
+    failing = [cell.name.partition(" ")[2] for cell, holds in zip(cells, hold, strict=True) if not holds]
+    return f"holds in {sum(hold)} of {len(hold)} cells" + (f", not at {', '.join(failing)}" if failing else "")

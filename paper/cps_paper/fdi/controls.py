@@ -1,0 +1,93 @@
+"""Rules that know less than we do, and how often they agree with the printed tables about feasibility."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+
+from cps_paper.evidence import NotRunError
+from cps_paper.exhibit import Column, Table
+from cps_paper.fdi.cells import solved
+from cps_paper.fdi.counts import counted
+from cps_paper.fdi.experiments import (
+    ALL_FOUR,
+    FOUR_VEHICLES,
+    ONE_HORIZON_LIMIT_S,
+    RELAXED,
+    Evidence,
+    OneHorizonRun,
+    RelaxedSpeeds,
+)
+from cps_paper.printed.tables import CollisionCell, collision_cells
+
+FASTEST_MPS = 1.75  # an impact slower than this counts as none; inferred from the printed speeds
+NOTE = (
+    "Cells whose feasibility agrees with the paper. target attacked: feasible iff the target is an attacked vehicle. "
+    f"C, LP: set C, m = 25, feasible iff the relaxation reaches {FASTEST_MPS:g} m/s. m = 20: set A with one horizon "
+    f"for all tables, integers, feasible iff a collision is found in {ONE_HORIZON_LIMIT_S:g} s, in the last column one "
+    f"at {FASTEST_MPS:g} m/s or more; both depend on the machine."
+)
+
+
+@dataclass(frozen=True)
+class TableControls:
+    """Cells of a table whose feasibility agrees with the paper; None where a rule was not computed."""
+
+    table: str
+    cells: int
+    target_attacked: int  # feasible iff the target is an attacked vehicle
+    relaxed: int | None  # set C, linear programs, at FASTEST_MPS
+    one_horizon: int | None  # set A, m = 20, integers
+    one_horizon_fast: int | None  # the same at FASTEST_MPS
+
+
+def controls_table(evidence: Evidence) -> Table:
+    """Feasibility by rules that know less, beside ours."""
+    ours = {each.table: each.counts.feasibility for each in counted(evidence)}
+    columns = (
+        Column("Table", "table"),
+        Column("cells", "cells"),
+        Column("ours", lambda each: ours.get(each.table)),
+        Column("target attacked", "target_attacked"),
+        Column("C, LP", "relaxed"),
+        Column("m = 20", "one_horizon"),
+        Column(f"m = 20, {FASTEST_MPS:g} m/s", "one_horizon_fast"),
+    )
+    return Table("Control rules", columns, control_tables(evidence, list(solved(evidence))), (NOTE,), data=asdict)
+
+
+def control_tables(evidence: Evidence, tables: Sequence[str]) -> list[TableControls]:
+    """The rules on each table, after 3.6 on all tables with four vehicles where all are asked for."""
+    found = []
+    for table in tables:
+        found.append(_controls(evidence, table, collision_cells(table)))
+        if table == FOUR_VEHICLES[-1] and set(FOUR_VEHICLES) <= set(tables):
+            every = [cell for each in FOUR_VEHICLES for cell in collision_cells(each)]
+            found.append(_controls(evidence, ALL_FOUR, every))
+    return found
+
+
+def _controls(evidence: Evidence, table: str, cells: Sequence[CollisionCell]) -> TableControls:
+    def relaxed(cell: CollisionCell) -> bool:
+        return (evidence[RelaxedSpeeds(RELAXED)][cell.task] or 0.0) >= FASTEST_MPS
+
+    def one_horizon(cell: CollisionCell) -> bool:
+        return evidence[OneHorizonRun(cell.task)] is not None
+
+    def one_horizon_fast(cell: CollisionCell) -> bool:
+        return (evidence[OneHorizonRun(cell.task)] or 0.0) >= FASTEST_MPS
+
+    def agreeing(rule: Callable[[CollisionCell], bool]) -> int | None:
+        try:
+            return sum(rule(cell) == cell.feasible for cell in cells)
+        except (NotRunError, KeyError):
+            return None
+
+    return TableControls(
+        table,
+        len(cells),
+        sum((cell.task.target in cell.task.sensors.vehicles) == cell.feasible for cell in cells),
+        agreeing(relaxed),
+        agreeing(one_horizon),
+        agreeing(one_horizon_fast),
+    )

@@ -1,0 +1,209 @@
+"""Attacks by defence and number of attacked sensors: claims C11 to C14, Figs. 4.7 and 4.8, and claims C31 to C42."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cps_envs.core.types import FloatArray
+from cps_envs.hvac.sensors import sensor_sets
+from cps_paper.claims import Claim, Finding, joined
+from cps_paper.hvac.controllers import Evidence
+from cps_paper.hvac.experiments import (
+    ATTACKS,
+    LEAST_MEAN,
+    MODEL_FALLBACK,
+    compared,
+    first_zone,
+    undefended,
+)
+from cps_paper.hvac.rules import CLAIMS, equals, falling, of_printed, rising, shown_impacts
+from cps_paper.hvac.scenario import Outcome
+from cps_paper.verdicts import NOT, PARTLY, REPRODUCED, by_construction, of_cases
+
+
+def outcomes(evidence: Evidence, num_sensors: int, attacker: str, defender: str) -> list[Outcome]:
+    """The bars of one attack and one defence: attack-free, then 1 to all sensors attacked."""
+    return [evidence[compared(num_sensors, attacker, defender, count)] for count in range(num_sensors + 1)]
+
+
+def impacts(evidence: Evidence, num_sensors: int, attacker: str, defender: str) -> FloatArray:
+    """Their mean A_impact (n_s + 1,), C2."""
+    return np.array([each.a_impact.mean() for each in outcomes(evidence, num_sensors, attacker, defender)])
+
+
+def failing_line(evidence: Evidence, num_sensors: int) -> float:
+    """The impact of attack-free days without any defence, C2: above it a defence has failed."""
+    return float(evidence[compared(num_sensors, "none", "none", 0)].a_impact.mean())
+
+
+def first_failing(values: FloatArray, line: float) -> int | None:
+    """The smallest number of attacked sensors whose impact (n_s + 1,) exceeds the line; None if there is none."""
+    above = np.flatnonzero(values[1:] > line)
+    return int(above[0]) + 1 if len(above) else None
+
+
+def lines_giving(values: FloatArray, count: int) -> tuple[float, float]:
+    """The lines [low, high), C2, by which a defence with these impacts (n_s + 1,) first fails at `count` sensors."""
+    return float(values[1:count].max()), float(values[count])
+
+
+def equal_up_to(bars: list[Outcome]) -> int:
+    """The largest number of attacked sensors up to which every impact equals the attack-free one, the first bar."""
+    unequal = [count for count, each in enumerate(bars) if not equals(each, bars[0])]
+    return unequal[0] - 1 if unequal else len(bars) - 1
+
+
+SENSORS = {"C31": 4, "C35": 4, "C36": 4, "C37": 8, "C38": 8, "C42": 8}
+MTD1_FAILS = {"C39": "constant", "C40": "sine", "C41": "random"}
+PERCENT_EACH = 12.5  # of eight sensors
+ABOVE = ("C41",)  # where the paper's share is the last that MTD1 stands
+
+
+@CLAIMS.judges("C31", "C37")
+def number_of_sets(evidence: Evidence, claim: Claim) -> Finding:
+    """By the rule of (4.31), which the paper gives for four sensors only."""
+    ours = len(sensor_sets(compared(SENSORS[claim.id], "none", "none", 0).config))
+    return Finding(ours, f"{ours} sets", by_construction(of_printed(ours, claim)))
+
+
+@CLAIMS.judges("C32")
+def mtd1_stands_one(evidence: Evidence, claim: Claim) -> Finding:
+    """MTD1 with one of four sensors attacked, by attack."""
+    free = evidence[compared(4, "none", "mtd1", 0)]
+    attacked = [evidence[compared(4, attacker, "mtd1", 1)] for attacker in ATTACKS]
+    values = shown_impacts(each.a_impact.mean() for each in attacked)
+    hold = [equals(each, free) for each in attacked]
+    return Finding(all(hold), f"{values}, attack-free {free.a_impact.mean():.1f} °C²", of_cases(hold))
+
+
+@CLAIMS.judges("C33")
+def mtd1_fails(evidence: Evidence, claim: Claim) -> Finding:
+    """The fewest attacked sensors of four at which MTD1 fails, by attack."""
+    line = failing_line(evidence, 4)
+    rows = [impacts(evidence, 4, attacker, "mtd1") for attacker in ATTACKS]
+    found = [first_failing(row, line) for row in rows]
+    values = "; ".join(f"{attacker} {shown_impacts(row[1:])}" for attacker, row in zip(ATTACKS, rows, strict=True))
+    return Finding(_common(found), f"{_counts(found)}: {values}; line {line:.1f} °C²", _agree(found, claim))
+
+
+@CLAIMS.judges("C34")
+def mtd2_equals(evidence: Evidence, claim: Claim) -> Finding:
+    """Up to how many attacked sensors of four the impact under MTD2 equals the attack-free one, by attack."""
+    rows = [outcomes(evidence, 4, attacker, LEAST_MEAN) for attacker in ATTACKS]
+    found: list[int | None] = [equal_up_to(row) for row in rows]
+    values = "; ".join(joined([each.a_impact.mean() for each in row[:4]], ".2f") for row in rows)
+    return Finding(_common(found), f"{_counts(found)}: {values} °C²", _agree(found, claim))
+
+
+@CLAIMS.judges("C35", "C38")
+def mtd2_fails(evidence: Evidence, claim: Claim) -> Finding:
+    """Where MTD2 fails, by attack and by what it does where no set passes, which the paper leaves open."""
+    sensors = SENSORS[claim.id]
+    line, found, shown = failing_line(evidence, sensors), [], []
+    for name, last in (("least mean", LEAST_MEAN), ("model", MODEL_FALLBACK)):
+        rows = [impacts(evidence, sensors, attacker, LEAST_MEAN) for attacker in ATTACKS]
+        for row, attacker in zip(rows, ATTACKS, strict=True):
+            row[-1] = evidence[compared(sensors, attacker, last, sensors)].a_impact.mean()
+        counts = [first_failing(row, line) for row in rows]
+        found += counts
+        shown.append(f"fallback {name}: {_counts(counts)} ({shown_impacts(row[-1] for row in rows)} °C²)")
+    return Finding(_common(found), "; ".join(shown), _agree(found, claim))
+
+
+@CLAIMS.judges("C36", "C42")
+def fewer_sets(evidence: Evidence, claim: Claim) -> Finding:
+    """Distinct sets that MTD2 selects under the random attack, each count against the one before."""
+    bars = outcomes(evidence, SENSORS[claim.id], "random", LEAST_MEAN)[1:]
+    used = [float(each.distinct_sets.mean()) for each in bars]
+    intact = [float(each.intact_sets.mean()) for each in bars]
+    hold = falling(used)
+    return Finding(all(hold), f"{joined(used, '.3g')} sets (intact {joined(intact, '.2g')})", of_cases(hold))
+
+
+@CLAIMS.judges(*MTD1_FAILS)
+def mtd1_fails_of_eight(evidence: Evidence, claim: Claim) -> Finding:
+    """The share of eight sensors at which MTD1 fails; the impact has no edge, so the line decides."""
+    rows = {name: impacts(evidence, 8, attacker, "mtd1") for name, attacker in MTD1_FAILS.items()}
+    counts = {name: _paper_count(each) for each in CLAIMS.printed() if (name := each.id) in MTD1_FAILS}
+    lines = {name: lines_giving(row, counts[name]) for name, row in rows.items()}
+    low, high = lines[claim.id]
+    shared = any(max(low, other[0]) < min(high, other[1]) for name, other in lines.items() if name != claim.id)
+    line = failing_line(evidence, 8)
+    found = first_failing(rows[claim.id], line)
+    verdict = REPRODUCED if found == counts[claim.id] else PARTLY if shared else NOT
+    share = None if found is None else PERCENT_EACH * (found - (claim.id in ABOVE))
+    at = "never" if share is None else f"{'above' if claim.id in ABOVE else 'at'} {share:g} %"
+    shown = (
+        f"{at} by the line of {line:.1f} °C²; as the paper by lines of {shown_impacts([low])} to "
+        f"{shown_impacts([high])}: {shown_impacts(rows[claim.id][1:])}"
+    )
+    return Finding(share, shown, verdict)
+
+
+def _paper_count(claim: Claim) -> int:
+    """The number of attacked sensors at which MTD1 first fails in the paper."""
+    return round(claim.number / PERCENT_EACH) + (claim.id in ABOVE)
+
+
+def _agree(found: list[int | None], claim: Claim) -> str:
+    return of_cases([each == claim.number for each in found])
+
+
+def _common(found: list[int | None]) -> float | None:
+    """The count that all cases have; None where they differ or have none."""
+    return found[0] if len(set(found)) == 1 else None
+
+
+def _counts(found: list[int | None]) -> str:
+    return " / ".join("never" if each is None else str(each) for each in found)
+
+
+NOTABLE_RISE_C = 0.5  # chosen
+PARTS_OF_ATTACK = 3
+
+
+@CLAIMS.judges("C11")
+def grows_with_sensors(evidence: Evidence, claim: Claim) -> Finding:
+    """Mean impacts with 0 to 4 sensors attacked, each against the one before."""
+    hold, shown = [], []
+    for attacker in ATTACKS:
+        impacts = [float(evidence[undefended(attacker, count)].a_impact.mean()) for count in range(5)]
+        hold += rising(impacts)
+        shown.append(f"{attacker} {joined(impacts)}")
+    return Finding(all(hold), f"{'; '.join(shown)} °C²", of_cases(hold))
+
+
+@CLAIMS.judges("C12")
+def first_sensor(evidence: Evidence, claim: Claim) -> Finding:
+    """The mean impact with sensor 1 at 22 C; the weight R of the controller was chosen for it."""
+    days = evidence[undefended("constant", 1)].a_impact
+    ours = float(days.mean())
+    shown = f"{ours:.1f} ± {days.std(ddof=1):.1f} °C² over {len(days)} days; R was chosen for it"
+    return Finding(ours, shown, by_construction(of_printed(ours, claim)))
+
+
+@CLAIMS.judges("C13")
+def fourth_zone_rises(evidence: Evidence, claim: Claim) -> Finding:
+    """The mean rise of zone 4 over the same days without an attack."""
+    rise_c = mean_rise_c(evidence)
+    rises = bool(rise_c[3] > NOTABLE_RISE_C)
+    shown = f"zones 1 to 4 rise by {joined(rise_c.tolist(), '.1f')} °C on average"
+    return Finding(rises, shown, of_cases([rises]))
+
+
+@CLAIMS.judges("C14")
+def input_rises(evidence: Evidence, claim: Claim) -> Finding:
+    """The mean input of zone 1 in each third of the attack, against the one before."""
+    course = evidence[first_zone("constant")]
+    level = course.level_percent[course.onset_step :, :, 0]
+    parts = [float(part.mean()) for part in np.array_split(level, PARTS_OF_ATTACK)]
+    hold = rising(parts)
+    shown = f"mean {joined(parts)} % of E in thirds of the attack, up to {level.max(axis=0).mean():.0f} %"
+    return Finding(all(hold), shown, of_cases(hold))
+
+
+def mean_rise_c(evidence: Evidence) -> FloatArray:
+    """How much warmer (n,) the zones are since the onset than on the same days without an attack, C."""
+    attacked, free = evidence[first_zone("constant")], evidence[first_zone("none")]
+    rise: FloatArray = (attacked.temperature_c - free.temperature_c)[attacked.onset_step :].mean(axis=(0, 1))
+    return rise

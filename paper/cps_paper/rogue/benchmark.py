@@ -1,0 +1,83 @@
+"""What `cps-envs benchmark` plays of the rogue-vehicle problem: every analytic attacker against every defender."""
+
+from __future__ import annotations
+
+from cps_baselines.arena import Contestant, Venue
+from cps_paper.benchmark.schedule import Benchmark, Setting
+
+RATIOS = (1.0, 1.3)
+MAIN_RATIO = 1.0
+EPISODES = 20  # of attackers and settings that draw
+ATTACKERS = (
+    Contestant("none"),
+    Contestant("square", title="square, 0.1 Hz"),
+    Contestant("slow_square", policy="square?frequency_hz=0.02", title="square, 0.02 Hz"),
+    Contestant("duty_square"),
+    Contestant("random"),
+    Contestant("switching"),
+    Contestant("learned", policy="zoo:rogue-attack-ppo"),
+)
+DEFENDERS = (
+    *(Contestant(name) for name in ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")),
+    Contestant("learned", policy="zoo:rogue-defense-ppo"),
+)
+LEGEND = "damage in {unit}, means over the episodes; leader behind its reference at the end; integral of the cost c"
+FORM = "{value:.1f}\n{reference_error_m:.0f} m\nc {formation_cost_s:.0f} s"
+
+
+def _paper_setting(power_ratio: float) -> Setting:
+    return Setting(
+        name=f"paper-{power_ratio:g}",
+        title=f"Paper: 100 s, vehicles pass through one another, power ratio {power_ratio:g}",
+        metric="damage",
+        venue=Venue("rogue", "paper", {"power_ratio": power_ratio}),
+        attackers=ATTACKERS,
+        defenders=DEFENDERS,
+        more_episodes={"random": EPISODES},
+        form=FORM,
+        legend=LEGEND.format(unit="m"),
+        only_full=True,
+    )
+
+
+def _solid_setting(power_ratio: float) -> Setting:
+    return Setting(
+        name=f"solid-{power_ratio:g}",
+        title=f"The same with solid bodies, 60 s, power ratio {power_ratio:g}",
+        metric="damage",
+        venue=Venue("rogue", "paper", {"power_ratio": power_ratio, "contact": "solid", "duration_s": 60.0}),
+        attackers=ATTACKERS,
+        defenders=DEFENDERS,
+        more_episodes={"random": EPISODES},
+        form=FORM,
+        legend=LEGEND.format(unit="m/s"),
+        only_full=power_ratio != MAIN_RATIO,
+    )
+
+
+EASY = Setting(
+    name="easy",
+    title="Easy: solid bodies, 60 s; start, onset, ratio 1 to 1.6, drive, drag and v_ref drawn; sensor noise",
+    metric="damage",
+    venue=Venue("rogue", "easy"),
+    attackers=ATTACKERS,
+    defenders=DEFENDERS,
+    episodes=EPISODES,
+    form=FORM,
+    legend=LEGEND.format(unit="m/s"),
+    only_full=True,
+)
+
+BENCHMARK = Benchmark(
+    problem="rogue",
+    settings=(*map(_paper_setting, RATIOS), *map(_solid_setting, RATIOS), EASY),
+    crash_metric="collisions",
+    notes=(
+        "The paper prints colours and no damage. Its attacker is `square`; `none` as a defender is `pd`.",
+        "c, from 0 to 1, is half the intact vehicles' mean speed error and half their mean separation error.",
+        "`switching` was searched with solid bodies against all six defenders at once, at ratios 1 and 1.3; `cps-envs "
+        "reproduce ch5 --part headroom` plays those that were searched against one defender.",
+        "`learned` are trained policies, the best of their training seeds; they were trained with solid bodies.",
+        "Damages of the disbanding defenders are chaotic in single episodes: compare rows, not cells.",
+    ),
+)

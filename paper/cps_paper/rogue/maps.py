@@ -1,0 +1,130 @@
+"""Figs. 5.6 to 5.11 in numbers for both contacts, the collision line, and such maps for other seats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import product
+from typing import Any
+
+from cps_envs.rogue.config import PAPER
+from cps_paper.exhibit import Column, Table
+from cps_paper.rogue.experiments import Evidence, seat_overrides
+from cps_paper.rogue.heat_map import (
+    CONTACTS,
+    FREQUENCIES_HZ,
+    MAPS,
+    RATIOS,
+    SEAT_RATIOS,
+    SEATED,
+    SEATS,
+    TITLES,
+    HeatMap,
+    bumper_gap_m,
+    collision_frequency_hz,
+)
+
+HEADS = {contact: (f"{contact}: maximum", f"mean, {unit}") for contact, unit in CONTACTS.items()}  # of columns
+Seat = tuple[int, int, str]  # vehicles, seat from the rear, defender
+
+
+def maps_tables(evidence: Evidence) -> list[Table]:
+    """All maps, and the collision line for both readings of the gap."""
+    columns = [Column("Fig.", lambda each: each[0]), Column("", lambda each: TITLES[each[1]])]
+    for contact, heads in HEADS.items():
+        there = evidence.under(contact)
+        columns += _numbers(heads, lambda each, there=there: there.map(each[1]))  # type: ignore[misc]
+        columns.append(Column("at", lambda each, there=there: there.map(each[1]).peak, "{:g} Hz, {:g}"))  # type: ignore[misc]
+    axes = (
+        f"{len(FREQUENCIES_HZ)} frequencies from {FREQUENCIES_HZ[0]:g} to {FREQUENCIES_HZ[-1]:g} Hz and power ratios "
+        f"{', '.join(f'{ratio:g}' for ratio in RATIOS)}, both chosen; {PAPER.duration_s:g} s, chosen."
+    )
+    notes = ("The paper prints colours without a scale and no number, so what it says is checked claim by claim.", axes)
+    gaps = ((bumper_gap_m(), "bumpers, drawn solid"), (PAPER.separation_m, "centres, as printed, drawn dashed"))
+    return [
+        Table("Figs. 5.6 to 5.11: total damage", columns, list(MAPS.items()), notes, left=2),
+        Table("Collision line, Hz", LINE_COLUMNS, gaps),
+    ]
+
+
+def maps_data(evidence: Evidence) -> dict[str, Any]:
+    """Every cell, and the collision line for both gaps, for JSON."""
+    maps = [
+        {
+            "figure": figure,
+            "defender": defender,
+            "contact": contact,
+            "unit": unit,
+            "maximum": heat_map.highest,
+            "mean": heat_map.mean,
+            "peak": heat_map.peak,
+            "ratios": list(heat_map.ratios),
+            "frequencies_hz": list(heat_map.frequencies_hz),
+            "damage": heat_map.damage.tolist(),
+        }
+        for contact, unit in CONTACTS.items()
+        for figure, defender in MAPS.items()
+        for heat_map in [evidence.under(contact).map(defender)]
+    ]
+    gaps = {"bumpers": bumper_gap_m(), "centres": PAPER.separation_m}
+    line = {name: [collision_frequency_hz(ratio, gap_m) for ratio in RATIOS] for name, gap_m in gaps.items()}
+    return {"maps": maps, "collision_line_hz": {"ratios": list(RATIOS), **line}}
+
+
+def seats_table(evidence: Evidence) -> Table:
+    """The maps of other seats and platoons."""
+    columns = [
+        Column("vehicles", lambda each: each[0]),
+        Column("seat", lambda each: each[1]),
+        Column("", lambda each: TITLES[each[2]]),
+    ]
+    for contact, heads in HEADS.items():
+        columns += _numbers(heads, lambda each, contact=contact: _seat_map(evidence, contact, each))  # type: ignore[misc]
+    notes = (
+        f"Seat 1 is the rear. {len(FREQUENCIES_HZ)} frequencies, power ratios "
+        f"{', '.join(f'{ratio:g}' for ratio in SEAT_RATIOS)}; the paper's attacker has seat 3 of 5.",
+    )
+    return Table("The attacker in other seats", columns, every_seat(), notes, left=3, grouped=2)
+
+
+def seats_data(evidence: Evidence) -> list[dict[str, Any]]:
+    """Every cell of the same maps, for JSON."""
+    return [
+        {
+            "num_vehicles": each[0],
+            "seat": each[1],
+            "defender": each[2],
+            "contact": contact,
+            "unit": unit,
+            "ratios": list(SEAT_RATIOS),
+            "frequencies_hz": list(FREQUENCIES_HZ),
+            "damage": _seat_map(evidence, contact, each).damage.tolist(),
+        }
+        for each in every_seat()
+        for contact, unit in CONTACTS.items()
+    ]
+
+
+def every_seat() -> list[Seat]:
+    """Who plays with the attacker where."""
+    return [(vehicles, seat, name) for vehicles, seats in SEATS.items() for seat, name in product(seats, SEATED)]
+
+
+def _seat_map(evidence: Evidence, contact: str, seat: Seat) -> HeatMap:
+    return evidence.under(contact).map(seat[2], SEAT_RATIOS, seat_overrides(seat[0], seat[1]))
+
+
+def _numbers(heads: tuple[str, str], of: Callable[[Any], HeatMap]) -> list[Column]:
+    """Maximum and mean of a map."""
+    return [
+        Column(heads[0], lambda each: of(each).highest, "{:.1f}"),
+        Column(heads[1], lambda each: of(each).mean, "{:.1f}"),
+    ]
+
+
+LINE_COLUMNS = (
+    Column("gap", lambda gap: gap, "{:g} m, {}"),
+    *(
+        Column(f"ratio {ratio:g}", lambda gap, ratio=ratio: collision_frequency_hz(ratio, gap[0]), "{:.3f}")  # type: ignore[misc]
+        for ratio in RATIOS
+    ),
+)

@@ -1,0 +1,149 @@
+"""What the dissertation has is found, or said to be missing; the generated pages of the site are current."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from xml.etree import ElementTree
+
+import gymnasium
+import pytest
+from typer.main import get_command
+
+from cps_agents.cli import app
+from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.lookup import policy_names
+from cps_envs.testbed.problem import TESTBED
+from cps_paper.commands.chapters import COMMANDS
+from cps_paper.printed.items import Item, Place, items
+from tools.pages import __main__ as docs
+
+ROOT = Path(__file__).parents[2]
+NUMBERED = {  # what the dissertation numbers in chapters 2 to 5, counted in its text
+    "Figure": [
+        *(f"2.{n}" for n in range(1, 6)),
+        "3.1",
+        "3.2",
+        *(f"4.{n}" for n in range(1, 9)),
+        *(f"5.{n}" for n in range(1, 12)),
+    ],
+    "Table": ["2.1", "2.2", "2.3", *(f"3.{n}" for n in range(1, 8)), "4.1", "4.2", "5.1"],
+    "Algorithm": ["1", "2", "3", "4"],
+}
+
+
+def problem_of(name: str) -> object:
+    return TESTBED if name == "testbed" else find_problem(name)
+
+
+def exists(place: Place) -> bool:
+    first, _, rest = place.name.partition(".")
+    if place.kind == "missing":
+        return len(place.name) > 10  # a reason
+    if place.kind == "file":
+        return (ROOT / place.name).is_file()
+    if place.kind == "command":
+        return place.name in get_command(app).commands  # type: ignore[attr-defined]
+    if place.kind == "env":
+        return f"cps_envs/{place.name}" in gymnasium.registry
+    if place.kind == "policy":
+        role, _, name = rest.partition(".")
+        return name in policy_names(first, role)  # type: ignore[arg-type]
+    if place.kind == "preset":
+        return rest in problem_of(first).presets  # type: ignore[attr-defined]
+    if place.kind == "option":
+        config = problem_of(first).presets["paper"]  # type: ignore[attr-defined]
+        return rest in {field.name for field in dataclasses.fields(config)}
+    chapter, _, part = place.name.partition(" ")
+    (command,) = (each for each in COMMANDS if each.name == chapter)
+    return part in command.load().parts if command.parts else not part
+
+
+def numbers(item: Item) -> Iterator[tuple[str, str]]:
+    """The numbered things that an item stands for."""
+    kind = item.name.split()[0].removesuffix("s")
+    ends = re.findall(r"\d+(?:\.\d+)?", item.name)
+    known = NUMBERED.get(kind, [])
+    if known:
+        first, last = known.index(ends[0]), known.index(ends[-1])
+        yield from ((kind, number) for number in known[first : last + 1])
+
+
+@pytest.mark.parametrize("item", items(), ids=lambda item: item.name)
+def test_every_place_exists(item: Item) -> None:
+    assert [place for place in item.places if not exists(place)] == []
+
+
+def test_no_numbered_item_is_left_out_or_stands_twice() -> None:
+    listed = [each for item in items() for each in numbers(item)]
+    assert sorted(listed) == sorted((kind, number) for kind, known in NUMBERED.items() for number in known)
+
+
+def test_a_place_that_is_not_there_is_noticed() -> None:
+    for kind, name in (
+        ("file", "cps_envs/no.py"),
+        ("command", "nothing"),
+        ("env", "Nothing-v0"),
+        ("policy", "fdi.attacker.nobody"),
+        ("preset", "fdi.nothing"),
+        ("option", "fdi.nothing"),
+        ("reproduce", "ch2 9.9"),
+    ):
+        assert not exists(Place(kind, name))
+
+
+def test_the_generated_page_is_current(capsys: pytest.CaptureFixture[str]) -> None:
+    assert docs.main(["--check"]) == 0, capsys.readouterr().err
+
+
+def test_an_old_page_is_found_and_written_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = ["--to", str(tmp_path)]
+    assert docs.main(["--check", *folder]) == 1
+    assert "make pages" in capsys.readouterr().err
+    assert docs.main(folder) == 0
+    assert docs.main(["--check", *folder]) == 0
+
+
+def test_a_role_has_a_page_with_everything_that_there_is_to_know() -> None:
+    page = docs.pages()["environments/DisbandingAttack.md"]
+    for heading in ("Story", "Threat Model", "Action Space", "Observation Space", "Presets", "Baselines", "References"):
+        assert f"\n## {heading}\n" in page
+    for heading in ("Code to Start", "Rewards", "Version History"):
+        assert f"\n## {heading}\n" in page
+    assert "{" not in page.partition("## Arguments")[0].replace("{table}", "")
+    assert "| 0-9 | `mean_speed` |" in page
+    assert "`vehicle_0` to `vehicle_99`" in docs.pages()["environments/DisbandingDefense.md"]
+
+
+def test_pictures_of_the_pages_are_there_and_small() -> None:
+    for problem in PROBLEMS:
+        film = docs.FOLDER / "images" / f"{problem}.gif"
+        assert 10_000 < film.stat().st_size < 2_000_000
+        root = ElementTree.fromstring(docs.pages()[f"images/{problem}-loop.svg"])
+        assert root.attrib["aria-label"]
+
+
+def test_the_site_builds_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("myst_nb", reason="needs sphinx and myst-nb, which build the site")
+    pytest.importorskip("furo", reason="needs furo, the style of the site")
+    command = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-q",
+        "-W",
+        "--keep-going",
+        "-b",
+        "html",
+        str(docs.FOLDER),
+        str(tmp_path),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr[-3000:]
+    assert (tmp_path / "environments" / "RogueDefense.html").is_file()

@@ -1,0 +1,341 @@
+"""A small slice of the reliability run, and its own machinery: what dies, hangs or is known already."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from threading import Barrier, Event, Thread
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+from cps_agents.errors import CommandError
+from cps_envs.core.errors import ConfigurationError
+from tests.agents.command_line import refusal
+from tests.tools.broken_parts import PART as TOYS
+from tools.command import program
+from tools.reliability import chunk as chunk_module
+from tools.reliability import determinism
+from tools.reliability.__main__ import reliability
+from tools.reliability.child import StoppedError, run_chunk
+from tools.reliability.chunk import PARTS, ROOT, Chunk, Part, Result, find_part, stamp
+from tools.reliability.document import document, markdown, publish
+from tools.reliability.faults.comparing import damaged, differing
+from tools.reliability.faults.jobs import JOBS, warm_up
+from tools.reliability.faults.part import Trials
+from tools.reliability.fuzz import actions, configurations, files, misspelt
+from tools.reliability.fuzz.judging import Tally, is_refusal
+from tools.reliability.journal import Journal, read_journal
+from tools.reliability.mutation.mutants import draw
+from tools.reliability.mutation.part import equivalents
+from tools.reliability.mutation.targets import TARGETS
+from tools.reliability.store import Store
+from tools.reliability.suite import run_parts
+
+HANGING = """
+import subprocess
+from threading import Event
+from tools.reliability import child
+from tests.tools.broken_parts import PART
+
+usual = child._wait
+def tell(process, *rest):
+    print(process.pid, flush=True)
+    return usual(process, *rest)
+
+child._wait = tell
+child.run_chunk(next(each for each in PART.chunks() if each.row == "hangs"), Event())
+"""
+
+
+def part_of(*counts: dict[str, int]) -> Part:
+    def run(chunk: Chunk, journal: Journal) -> Result:
+        return {"counts": counts[chunk.number], "examples": {}}
+
+    rows = [Chunk("toy", "row", number, ("tools/reliability/chunk.py",)) for number in range(len(counts))]
+    return Part("toy", "Toys", "About.", {"tried": "tried", "bad": "bad"}, frozenset({"bad"}), lambda: rows, run)
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_actions_of_every_kind_are_played_or_refused(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(actions, "SINGLE", 300)
+    monkeypatch.setattr(actions, "PARALLEL", 100)
+    monkeypatch.setattr(actions, "BATCHES", 10)
+    tally = Tally(Chunk("fuzz", "slice", number), Journal())
+    for trial in (actions.single, actions.parallel, actions.vector):
+        trial(Chunk("fuzz", "slice", number), tally)
+    assert not tally.examples
+    assert tally.counts["inputs"] > 1000
+    assert tally.counts["refused"] > 50
+
+
+def test_edited_results_are_never_taken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(files, "CELLS", 100)
+    tally = Tally(Chunk("fuzz", "slice"), Journal())
+    files.cells(Chunk("fuzz", "slice"), tally)
+    assert not tally.examples
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_configurations_are_played_or_refused(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(configurations, "CONFIGURATIONS", 60)
+    tally = Tally(Chunk("fuzz", "slice", number), Journal())
+    configurations.configurations(Chunk("fuzz", "slice", number), tally)
+    assert not tally.examples
+
+
+def test_every_command_refuses_a_misspelt_word(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    tally = Tally(Chunk("fuzz", "slice"), Journal())
+    misspelt.misspelt(Chunk("fuzz", "slice"), tally)
+    assert not tally.examples
+    assert tally.counts["refused"] > 400
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("league", "hvac", "--preset", "learnin"),
+        ("search-string", "--trials=4", "--form", "locl"),
+        ("train", "hvac-attack-ppo", "--device", "pcu"),
+    ],
+)
+def test_a_misspelt_value_is_named(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert words[3] in refusal(*words)
+
+
+def test_the_same_process_gives_the_same_hashes() -> None:
+    assert determinism.hashes(3) == determinism.hashes(3)
+
+
+def test_refusals_are_told_from_accidents() -> None:
+    def caught(act: Any) -> BaseException:
+        with pytest.raises(Exception) as found:  # noqa: PT011
+            act()
+        return found.value
+
+    assert is_refusal(ConfigurationError("tau_s = -1 is outside [0, 1]"))
+    assert not is_refusal(ValueError(""))
+    assert not is_refusal(caught(lambda: {}["key"]))
+    assert not is_refusal(caught(lambda: int("x")))
+    assert is_refusal(caught(lambda: Path("/nowhere/at/all").read_text()))
+
+
+@pytest.mark.parametrize(("row", "counts"), [("dies", {"inputs": 2, "crash": 1}), ("hangs", {"inputs": 0, "hang": 1})])
+def test_a_process_that_dies_or_hangs_is_counted_and_the_rest_goes_on(row: str, counts: dict[str, int]) -> None:
+    found = run_chunk(next(each for each in TOYS.chunks() if each.row == row), Event())
+    assert found["counts"] == counts
+    assert "a trial" in next(iter(found["examples"].values()))
+
+
+def test_waiting_for_a_processor_is_a_sign_of_life(tmp_path: Path) -> None:
+    path = tmp_path / "journal"
+    journal = Journal(path)
+    assert read_journal(path) == (-1, "")
+    journal.wait(30.0)
+    assert read_journal(path)[0] == -1
+    assert read_journal(path) != (-1, "")
+    journal.begin(4, "a trial")
+    before = read_journal(path)
+    journal.wait(30.0)
+    assert read_journal(path) != before
+    assert read_journal(path)[0] == 4
+    journal.begin(4, "a trial")
+    assert read_journal(path) == before
+
+
+@pytest.mark.parametrize("deadly", ["crash", "hang"])
+def test_a_process_that_died_must_not_happen_in_any_part(deadly: str, tmp_path: Path) -> None:
+    part = part_of({"tried": 1}, {deadly: 2})
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
+    assert found.violations == {deadly: 2}
+
+
+def test_a_broken_machine_is_no_result() -> None:
+    with pytest.raises(CommandError, match=r"(?s)could not be done.*the machine is broken"):
+        run_chunk(next(each for each in TOYS.chunks() if each.row == "fails"), Event())
+
+
+def test_finished_pieces_are_kept_until_their_sources_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    part, done = part_of({"tried": 2}, {"tried": 3, "bad": 1}), []
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        done.append(chunk.number)
+        return part.run(chunk, Journal())
+
+    for minutes, times in ((0.0, []), (1.0, [0, 1]), (1.0, [0, 1])):
+        (found,) = run_parts([part], Store(tmp_path), minutes, work=work)
+        assert done == times
+    assert found.totals == {"tried": 5, "bad": 1}
+    assert found.violations == {"bad": 1}
+    next((tmp_path / "toy").glob("*-0.json")).write_text("{", encoding="utf-8")
+    monkeypatch.setattr("tools.reliability.store.stamp", lambda chunk: f"other than {stamp(chunk)}")
+    run_parts([part], Store(tmp_path), 1.0, work=work)
+    assert done == [0, 1, 0, 1]
+
+
+def test_a_piece_that_cannot_be_done_does_not_stop_the_others(tmp_path: Path) -> None:
+    part = part_of({"tried": 1}, {"tried": 2}, {"tried": 4})
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        if chunk.number == 1:
+            raise CommandError("no room")
+        return part.run(chunk, Journal())
+
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=work, jobs=2)
+    assert (found.totals["tried"], found.failed) == (5, ["no room"])
+
+
+def test_parts_get_about_the_same_time(tmp_path: Path) -> None:
+    slow, quick = (replace(part_of(*[{"tried": 1}] * 4), name=name) for name in ("slow", "quick"))
+    rows = {part.name: [replace(chunk, part=part.name) for chunk in part.chunks()] for part in (slow, quick)}
+    slow, quick = (replace(part, chunks=lambda name=part.name: rows[name]) for part in (slow, quick))
+    done = []
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        done.append(chunk.part)
+        return {**slow.run(chunk, Journal()), "cpu_s": 10.0 if chunk.part == "slow" else 1.0}
+
+    run_parts([slow, quick], Store(tmp_path), 1.0, work=work)
+    assert done == ["slow", *["quick"] * 4, *["slow"] * 3]
+
+
+def test_two_pieces_run_at_once_and_an_interruption_ends_them(tmp_path: Path) -> None:
+    part, together = part_of({"tried": 1}, {"tried": 1}), Barrier(3)
+
+    def work(chunk: Chunk, stop: Event) -> Result:
+        together.wait(60.0)
+        assert stop.wait(60.0)
+        raise StoppedError
+
+    def interrupt() -> None:
+        together.wait(60.0)
+        signal.raise_signal(signal.SIGINT)
+
+    Thread(target=interrupt).start()
+    with pytest.raises(KeyboardInterrupt):
+        run_parts([part], Store(tmp_path), 1.0, work=work, jobs=2)
+    stop = Event()
+    stop.set()
+    with pytest.raises(StoppedError):
+        run_chunk(next(each for each in TOYS.chunks() if each.row == "hangs"), stop)
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are listed by Linux")
+def test_no_piece_outlives_a_command_that_is_killed() -> None:
+    started = subprocess.Popen([sys.executable, "-c", HANGING], stdout=subprocess.PIPE, text=True)
+    assert started.stdout is not None
+    child = int(started.stdout.readline())
+    started.kill()
+    started.wait()
+    deadline = time.monotonic() + 60
+    while Path(f"/proc/{child}").exists() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert not Path(f"/proc/{child}").exists()
+
+
+def test_words_about_code_void_no_result(tmp_path: Path) -> None:
+    stamps = []
+    for number, source in enumerate(('"""One."""\nx = 1\n', '"""Two."""\n\nx = 1  # one\n', "x = 2\n")):
+        (tmp_path / f"{number}").mkdir()
+        (tmp_path / f"{number}" / "module.py").write_text(source, encoding="utf-8")
+        stamps.append(chunk_module._content(tmp_path / f"{number}" / "module.py"))
+    assert stamps[0] == stamps[1] != stamps[2]
+
+
+def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
+    part = part_of({"tried": 1234, "bad": 0})
+    (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
+    (tmp_path / "docs").mkdir()
+    written = document([found])
+    assert "1,234" in markdown(written)
+    assert "have to stay zero: bad" in markdown(written)
+    written["parts"] = {"fuzz": written["parts"]["toy"]}
+    assert [path.name for path in publish(written, tmp_path)] == ["reliability.json", "reliability.md"]
+    with pytest.raises(CommandError, match="folder docs"):
+        publish(written, tmp_path / "nowhere")
+
+
+def test_the_command_refuses_unknown_parts_and_reports_without_work(tmp_path: Path) -> None:
+    wrong = CliRunner().invoke(program(reliability), ["fuz"])
+    assert wrong.exit_code == 2
+    assert "fuzz" in wrong.output
+    empty = CliRunner().invoke(program(reliability), ["--minutes", "0", "--out", str(tmp_path), "--json"])
+    assert empty.exit_code == 0, empty.output
+
+
+def test_every_part_has_pieces_of_its_own() -> None:
+    for name in PARTS:
+        part = find_part(name)
+        names = [chunk.name for chunk in part.chunks()]
+        assert names
+        assert len(set(names)) == len(names)
+        assert part.forbidden <= set(part.columns) | {"crash", "hang"}
+
+
+def test_a_mutant_differs_in_one_place() -> None:
+    source = "def f(a: int = 3) -> bool:\n    return a < 2 and not a == 1\n"
+    mutants = draw(source, "f.py", 100)
+    changes = {mutant.change for mutant in mutants}
+    assert {"3  ->  4", "a < 2  ->  a <= 2", "not a == 1  ->  a == 1"} <= changes
+    scopes: list[dict[str, Any]] = []
+    for mutant in mutants:
+        scopes.append({})
+        exec(mutant.code, scopes[-1])
+    values = [[scope["f"](a) for a in (0, 1, 2)] + [scope["f"]()] for scope in scopes]
+    assert [True, True, True, True] not in [values[i] for i, each in enumerate(mutants) if each.before == "3"]
+    assert draw(source, "f.py", 3) == draw(source, "f.py", 3)[:3]
+
+
+def test_targets_and_equivalent_mutants_exist() -> None:
+    for target in TARGETS:
+        assert all((ROOT / path.partition("::")[0]).is_file() for path in (target.path, *target.tests))
+        assert find_spec(target.module) is not None, target.module
+        for file, _, name in (test.partition("::") for test in target.tests if "::" in test):
+            assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), name
+    for each in equivalents():
+        lines = [line.strip() for line in (ROOT / each["path"]).read_text(encoding="utf-8").splitlines()]
+        assert each["line"] in lines, each
+
+
+def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
+    for name, text in (("one", '{"a": 1, "cpu_s": 2}'), ("two", '{"a": 1, "cpu_s": 3}'), ("three", '{"a": 2')):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "x.json").write_text(text, encoding="utf-8")
+    assert damaged(tmp_path) == ["three/x.json"]
+    assert not differing(tmp_path / "one", tmp_path / "two", names_only=False)
+    for name, seconds in (("one", 1), ("two", 2)):
+        (tmp_path / name / "x.csv").write_text(f"value,cpu_s\n7,{seconds}\n", encoding="utf-8")
+    assert not differing(tmp_path / "one", tmp_path / "two", names_only=False)
+    (tmp_path / "two" / "x.csv").write_text("value,cpu_s\n8,1\n", encoding="utf-8")
+    assert differing(tmp_path / "one", tmp_path / "two", names_only=False) == ["x.csv"]
+    (tmp_path / "two" / "y.txt").touch()
+    (tmp_path / "two" / "meetings").mkdir()
+    (tmp_path / "two" / "meetings" / "learned.json").touch()
+    assert differing(tmp_path / "one", tmp_path / "two", names_only=True) == ["y.txt"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="processes are forked and killed")
+def test_a_league_that_is_killed_at_a_write_goes_on(tmp_path: Path) -> None:
+    league = next(job for job in JOBS if job.name == "league")
+    warm_up(league)
+    trials = Trials(league, tmp_path, Journal())
+    trials.kill(0, "draft")
+    trials.kill(trials.writes - 1, "before")
+    assert not trials.examples
+    assert trials.counts["kills"] == 2
+
+
+@pytest.mark.slow
+def test_a_killed_league_goes_on(tmp_path: Path) -> None:
+    found = run_chunk(next(chunk for chunk in find_part("faults").chunks() if chunk.row == "league"), Event())
+    assert not found["examples"]
+    assert found["counts"]["kills"] >= 10

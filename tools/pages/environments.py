@@ -1,0 +1,165 @@
+"""The pages of the environments: one for each role of a problem, and one for what its roles share."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from dataclasses import fields
+from importlib import import_module
+from typing import Any
+
+import gymnasium
+from gymnasium.envs.registration import load_env_creator
+
+from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
+from cps_agents.table import Table
+from cps_envs import PROBLEMS
+from cps_envs.core.problem import Problem
+from cps_envs.core.registration import class_name
+from cps_envs.core.training import Training
+from cps_envs.core.types import ROLES, Role
+from tools.pages.diagram import LOOPS, diagram
+
+MARK = "<!-- Written by `make pages` from the docstrings of environments and policies; do not edit. -->\n"
+ENDS = "## References"  # what we add goes before it
+
+
+def pages() -> dict[str, str]:
+    """The text of each page by its file name."""
+    found = {"environments/index.md": index()}
+    for problem in PROBLEMS.values():
+        found[f"environments/{problem.name}.md"] = "\n".join(shared(problem)).rstrip() + "\n"
+        found |= {_file(problem, role): "\n".join(page(problem, role)).rstrip() + "\n" for role in ROLES}
+        if problem.name in LOOPS:
+            found[f"images/{problem.name}-loop.svg"] = diagram(problem.name)
+    return found
+
+
+def index() -> str:
+    """The page that lists all environments."""
+    lines = ["# Environments\n", MARK, "| id | decides for | problem |", "|---|---|---|"]
+    for problem in PROBLEMS.values():
+        for role in ROLES:
+            name = class_name(problem, role)
+            lines.append(f"| [`{problem.env_id(role)}`]({name}.md) | {role} | {problem.summary} |")
+    discrete = [f"`{problem.discrete_id(role)}`" for problem in PROBLEMS.values() for role in problem.discrete]
+    lines.append(
+        f"\n{', '.join(discrete)} offer MultiDiscrete roles to learners that know only Discrete actions. Each action "
+        "changes one entry and holds the others."
+    )
+    lines.append(
+        "\nEach problem also has a page with both roles at once, one agent per vehicle, presets and policies:\n"
+    )
+    lines += [f"- [{problem.name}]({problem.name}.md)" for problem in PROBLEMS.values()]
+    names = [f"{problem.name}" for problem in PROBLEMS.values()]
+    names += [class_name(problem, role) for problem in PROBLEMS.values() for role in ROLES]
+    lines += ["\n```{toctree}\n:hidden:\n", *names, "```"]
+    return "\n".join(lines) + "\n"
+
+
+def page(problem: Problem, role: Role) -> Iterator[str]:
+    """The parts of a role's page: its docstring with pictures, presets and policies."""
+    name = class_name(problem, role)
+    made: Any = load_env_creator(str(gymnasium.spec(problem.env_id(role)).entry_point))
+    text = inspect.getdoc(made) or ""
+    before, _, after = text.partition("\n## Threat Model\n")
+    head, _, closing = after.partition(f"\n{ENDS}\n")
+    yield f"# {name}\n\n{MARK}"
+    yield f"![An episode of {problem.name}](../images/{problem.name}.gif)\n"
+    yield before
+    yield f"![What each side touches](../images/{problem.name}-loop.svg)\n"
+    yield "The [glossary](../glossary.md) explains words and symbols.\n"
+    yield f"## Threat Model\n\n{head}"
+    yield from _adapters(problem, role)
+    yield f"## Presets\n\n{_presets(problem)}\n"
+    yield f"## Baselines\n\n{_policies(policies(problem, role))}\n"
+    yield f"## Code to Start\n\n```python\n{_snippet(problem, role)}\n```\n"
+    yield f"{ENDS}\n\n{closing}"
+
+
+def shared(problem: Problem) -> Iterator[str]:
+    """The parts of a problem's page: PettingZoo's interfaces, presets, policies of both roles."""
+    links = " and ".join(f"[{class_name(problem, role)}]({class_name(problem, role)}.md)" for role in ROLES)
+    yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}."
+    yield "The [glossary](../glossary.md) explains words and symbols.\n"
+    for form, function in pettingzoo_ids(problem).items():
+        if form != "id":
+            module, _, attribute = function.rpartition(".")
+            yield f"## `{function}`\n\n{inspect.getdoc(getattr(import_module(module), attribute)) or ''}\n"
+    yield f"## Presets\n\n{_presets(problem)}\n"
+    for role in ROLES:
+        yield f"## Policies of the {role}\n\n{_policies(policies(problem, role))}\n"
+
+
+def _file(problem: Problem, role: Role) -> str:
+    return f"environments/{class_name(problem, role)}.md"
+
+
+def _snippet(problem: Problem, role: Role) -> str:
+    made = f'"{problem.namespace}:{problem.env_id(role)}"'
+    return (
+        "import gymnasium\n\n"
+        f'env = gymnasium.make({made}, preset="learning")\n'
+        "observation, info = env.reset(seed=0)\n"
+        'action = env.action_space.sample(info.get("action_mask"))\n'
+        "observation, reward, terminated, truncated, info = env.step(action)\n\n"
+        f'envs = gymnasium.make_vec({made}, num_envs=64, vectorization_mode="vector_entry_point")'
+    )
+
+
+def _adapters(problem: Problem, role: Role) -> Iterator[str]:
+    """What learners can play the role through, and the settings with which an ordinary one learns."""
+    spec = problem.game(problem.presets["learning"], 1).spec(role)
+    if not spec.adapters:
+        return
+    yield "## For Learners\n"
+    yield (
+        "A learner plays the role through an *adapter*, which offers fewer and more telling actions. These lines train "
+        "PPO of stable-baselines3 with settings that work; [Learning](../learning.md) explains them.\n"
+    )
+    yield (
+        "```python\nfrom stable_baselines3 import PPO\n\nfrom cps_agents.sb3 import StickyPolicy, make\n\n"
+        f'envs = make("{class_name(problem, role)}")\n'
+        "model = PPO(StickyPolicy, envs, **envs.settings)\nmodel.learn(1_000_000)\n```\n"
+    )
+    if role in problem.training:
+        yield f"{_settings(problem.training[role])}\n"
+    for name in spec.adapters:
+        adapter = spec.adapter(name)
+        first, last = adapter.agents[0], adapter.agents[-1]
+        who = (
+            "One agent acts"
+            if len(adapter.agents) == 1
+            else f"{len(adapter.agents)} agents, `{first}` to `{last}`, act"
+        )
+        yield f"### Adapter `{name}`\n\n{inspect.getdoc(type(adapter)) or ''}\n"
+        yield f"{who} in `{adapter.action_space}`. The neutral action is `{adapter.neutral_action.tolist()}`.\n"
+        yield f"{adapter.fields.table()}\n"
+
+
+def _settings(training: Training) -> str:
+    """The training settings that differ from the usual ones, as a table."""
+    usual = Training()
+    found = [entry.name for entry in fields(training) if getattr(training, entry.name) != getattr(usual, entry.name)]
+    rows = [(f"`{name}`", f"`{getattr(training, name)}`") for name in found]
+    return "\n".join(Table("", ("Setting", "Value"), rows).markdown())
+
+
+def _presets(problem: Problem) -> str:
+    """How each preset differs from `paper`."""
+    paper = vars(problem.presets["paper"])
+    lines = ["| Preset | Attacker by default | Defender by default | Differs from `paper` in |", "|---|---|---|---|"]
+    for name, config in problem.presets.items():
+        changed = [f"`{field} = {value!r}`" for field, value in vars(config).items() if value != paper[field]]
+        players = problem.opponents[name]
+        differences = ", ".join(changed) or "-"
+        lines.append(f"| `{name}` | `{players['attacker']}` | `{players['defender']}` | {differences} |")
+    return "\n".join(lines)
+
+
+def _policies(entries: list[PolicyEntry]) -> str:
+    rows = [
+        (f"`{each.name}`", each.summary or f"needs {each.missing}", ", ".join(each.privileged) or "-")
+        for each in entries
+    ]
+    return "\n".join(Table("", ("Name", "What it does", "Knows beyond what it observes"), rows).markdown())

@@ -1,0 +1,101 @@
+"""`python -m tools.reliability`: tries to break the package, and counts what came out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cps_agents.console import err, out, print_json
+from cps_agents.table import Table
+from tools.command import run
+
+if TYPE_CHECKING:
+    from tools.reliability.suite import Findings
+
+BROKEN = 1
+NAMES = "fuzz, faults, load, determinism, mutation or bounds; all if left out."
+
+
+def reliability(
+    parts: Annotated[list[str] | None, typer.Argument(metavar="[PART]...", help=NAMES)] = None,
+    minutes: Annotated[float, typer.Option(min=0.0, help="Time for what is not done yet; 0 only reports.")] = 10.0,
+    folder: Annotated[Path, typer.Option("--out", help="Where finished work is kept.")] = Path("results/reliability"),
+    jobs: Annotated[int, typer.Option(min=1, help="Processes.")] = 1,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Forget finished work instead of going on from it.")] = False,
+    publish: Annotated[bool, typer.Option("--publish", help="Renew docs/reliability.md and .json here.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Machine-readable output.")] = False,
+) -> None:
+    """Try to break the package: hostile inputs, killed commands, mutants.
+
+    Each finished piece is kept at once; the same command goes on from there. What a
+    change of the code makes outdated is done again. The exit code is 1 if anything
+    happened that must not happen, or if a piece could not be done. It needs the repository, not only the package.
+    """
+    from cps_agents.files import alone_in
+    from cps_agents.progress import Progress
+    from tools.reliability.chunk import find_part
+    from tools.reliability.document import document
+    from tools.reliability.document import publish as put
+    from tools.reliability.store import Store
+    from tools.reliability.suite import run_parts
+
+    chosen = [find_part(name) for name in _names(parts or [])]
+    total = sum(len(part.chunks()) for part in chosen)
+    with alone_in(folder), Progress("reliability", total) as progress:
+
+        def report(done: int, total: int, note: str) -> None:
+            progress.total = total
+            progress.update(done, note)
+
+        found = run_parts(chosen, Store(folder, fresh=fresh), minutes, report, jobs=jobs)
+    written = document(found)
+    if as_json:
+        print_json(written)
+    else:
+        for each in found:
+            console = out()
+            console.print(_table(each))
+            for line in each.examples:
+                console.print(line, soft_wrap=True, markup=False)
+    if publish:
+        files = put(written, Path())
+        err().print(f"Written: {', '.join(map(str, files))}", soft_wrap=True)
+    failed = [why for each in found for why in each.failed]
+    for why in failed:
+        err().print(why, soft_wrap=True, markup=False)
+    violations = [f"{each.part.name}: {each.violations}" for each in found if each.violations]
+    if violations:
+        err().print(f"These have to be zero: {'; '.join(violations)}", soft_wrap=True, markup=False)
+    if violations or failed:
+        raise typer.Exit(BROKEN)
+
+
+def _names(chosen: Sequence[str]) -> list[str]:
+    from cps_agents.errors import CommandError
+    from cps_envs.core.errors import near
+    from tools.reliability.chunk import PARTS, ROOT
+
+    for name in chosen:
+        if name not in PARTS:
+            raise CommandError(f"there is no part {name!r}. {near(name, PARTS)}")
+    if not (ROOT / "tests").is_dir():
+        raise CommandError("the tests are not here: run this command in a checkout of the repository")
+    return list(chosen) or list(PARTS)
+
+
+def _table(found: Findings) -> Any:
+    columns = found.part.columns
+    rows = [(name, *(f"{row.get(key, 0):,.0f}" for key in columns)) for name, row in found.rows.items()]
+    title = f"{found.part.title}: {len(found.results)} of {found.chunks} pieces"
+    return Table(title, ("", *columns.values()), [*rows, _sums(found)] if len(rows) > 1 else rows)
+
+
+def _sums(found: Findings) -> tuple[str, ...]:
+    return ("in all", *(f"{count:,.0f}" for count in found.totals.values()))
+
+
+if __name__ == "__main__":
+    run(reliability, "python -m tools.reliability")
