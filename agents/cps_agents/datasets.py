@@ -13,11 +13,11 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.utils import seeding
 
 from cps_agents.errors import CommandError
 from cps_envs.core.errors import require
 from cps_envs.core.game import Game
+from cps_envs.core.generators import seeded
 from cps_envs.core.match import Match
 from cps_envs.core.policy import (
     AnalyticPolicy,
@@ -118,7 +118,7 @@ def _record(
     witness = Witness(game.spec(role), problem.policy(players[role], game, role))
     rival = other(role)
     match = Match(game, {role: witness, rival: problem.policy(players[rival], game, rival)})
-    match.reset(np.ones(len(seeds), np.bool_), [seeding.np_random(seed)[0] for seed in seeds])
+    match.reset(np.ones(len(seeds), np.bool_), seeded(seeds))
     episodes = [_empty() for _ in seeds]
     _look(game, role, episodes, np.ones(len(seeds), np.bool_))
     while (active := (game.elapsed < game.horizon) & ~game.terminated).any():

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from gymnasium.utils import seeding
 
 from cps_agents.arena.meeting import Meeting
 from cps_agents.console import err, out, print_json
@@ -19,6 +18,7 @@ from cps_agents.progress import Progress
 from cps_agents.table import Table
 from cps_envs.core.errors import near, require
 from cps_envs.core.game import Game
+from cps_envs.core.generators import seeded
 from cps_envs.core.match import Match
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, Renderer
 from cps_envs.core.picture.svg import to_svg
@@ -50,7 +50,7 @@ def _play(
     """Metrics by name, each (episodes,), and which of them add up to the return."""
     with built_by_user():
         match = problem.match(config, len(seeds), players)
-        match.reset(np.ones(len(seeds), np.bool_), [seeding.np_random(seed)[0] for seed in seeds])
+        match.reset(np.ones(len(seeds), np.bool_), seeded(seeds))
         if film is None:
             with err().status("playing; the first time, the physics is compiled, too"):
                 payoff = finish(match)

@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 import torch
-from gymnasium.utils import seeding
 
 from cps_envs.core.errors import ConfigurationError, require
+from cps_envs.core.generators import seeded
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.interfaces.wired_player import WiredPlayer
 from cps_envs.core.match import Match
 from cps_envs.core.seeds import MOST_RUNS, training_seed
-from cps_envs.core.streams import spawning
 from cps_envs.core.types import ROLES, Array, Role
 from cps_envs.registration import find_problem
 
@@ -115,7 +114,7 @@ class DuelEnv(EnvBase):
         """Number the training run; its episodes are never those of an evaluation."""
         count = self.batch_size[0]
         first = training_seed((seed or 0) % MOST_RUNS)  # TorchRL draws large ones
-        self._generators = [spawning(seeding.np_random(first + b)[0]) for b in range(count)]
+        self._generators = seeded(range(first, first + count))
         decisions = -(-self.game.horizon // self._frame_skip)
         begins = np.random.default_rng(first).integers(1, decisions + 1, count)
         self._cut: Array = begins if decisions >= FIRST else np.zeros(count, np.int64)

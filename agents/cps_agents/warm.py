@@ -12,12 +12,12 @@ from typing import Any, TypeAlias
 
 import gymnasium
 import numpy as np
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode
 
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
+from cps_envs.core.generators import seeded
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
 from cps_envs.core.kernel_cache import NOTICE, UNKEPT, compiled, told
@@ -114,7 +114,7 @@ def _match(problem: Problem, preset: str, overrides: Overrides, players: Mapping
     """Play both roles from inside, and look at everything that both roles may see."""
     match = problem.match(problem.config(preset, overrides), ENVS, players)
     game, everyone = match.game, np.ones(ENVS, np.bool_)
-    match.reset(everyone, [seeding.np_random(b)[0] for b in range(ENVS)])
+    match.reset(everyone, seeded(range(ENVS)))
     for step in range(DECISIONS):
         envs = everyone if step == 0 else np.arange(ENVS) > 0  # also some of them
         match.step({}, envs, min(game.horizon // DECISIONS, max(game.decision_interval.values())))

@@ -11,9 +11,9 @@ import numpy as np
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_due
 from cps_envs.core.game import Game
+from cps_envs.core.generators import children
 from cps_envs.core.policy import Generators, Idle, Policy, State, begins, is_decentralised, repeat, takes_masks
 from cps_envs.core.policy_state import put, take
-from cps_envs.core.streams import Spawned, reserve
 from cps_envs.core.types import ROLES, Array, BoolArray, FloatArray, IntArray, Observation, Role
 
 OnDecision: TypeAlias = Callable[[FloatArray, BoolArray], None]
@@ -56,14 +56,13 @@ class Match:
             return
         rows = envs.nonzero()[0]
         marked = rows.tolist()
-        parents = [generators[b] for b in marked]
-        children = [reserve(parent, len(ROLES)) for parent in parents]
+        spawned = children(generators, rows, len(ROLES))
         for role, player in self._beginners.items():
-            place = ROLES.index(role)
             wanted: frozenset[str] = getattr(player, "privileged", frozenset())
-            own = Spawned(parents, [seeds[place] for seeds in children])
             knowledge = [self._knowledge(role, wanted, b) for b in marked] if wanted else [{}] * len(marked)
-            self._states[role] = put(self._states[role], rows, player.begin(own, knowledge), len(envs))
+            self._states[role] = put(
+                self._states[role], rows, player.begin(spawned[ROLES.index(role)], knowledge), len(envs)
+            )
 
     def branch(self, parents: IntArray) -> None:
         """Make each environment b a copy of the environment parents[b] (B,), with what its players remember."""

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.generators import drawing, part_of
+from cps_envs.core.kernels import kernel
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.policy import (
     AnalyticPolicy,
@@ -21,7 +23,8 @@ from cps_envs.core.policy import (
     takes_masks,
 )
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.streams import uniform
+from cps_envs.core.types import Array, FloatArray
 
 
 class Mixture(AnalyticPolicy):
@@ -62,14 +65,16 @@ class Mixture(AnalyticPolicy):
         order, shares = self._shares(drawn)
         for policy, part in shares:
             envs = order[part]
-            own = begun(policy, [generators[b] for b in envs], [knowledge[b] for b in envs])
+            own = begun(policy, part_of(generators, envs), [knowledge[b] for b in envs])
             rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
         return drawn, rows, blocks
 
     def draw(self, generators: Generators) -> Array:
         """Which policy (B,) plays each episode."""
-        uniform = [generator.random() for generator in generators]
-        drawn: Array = self._bounds.searchsorted(uniform, side="right")
+        shares = np.empty(len(generators))
+        with drawing(generators, np.arange(len(generators))) as streams:
+            draw_shares(streams, shares)
+        drawn: Array = self._bounds.searchsorted(shares, side="right")
         return drawn
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
@@ -98,6 +103,13 @@ class Mixture(AnalyticPolicy):
         ends = np.bincount(drawn, minlength=len(self.policies)).cumsum().tolist()
         parts = zip(self.policies, (0, *ends), ends, strict=False)
         return order, [(policy, slice(start, end)) for policy, start, end in parts if end > start]
+
+
+@kernel
+def draw_shares(streams: Array, shares: FloatArray) -> None:
+    """Fill a uniform number (B,) from each of the streams (B, 6)."""
+    for b in range(shares.size):
+        shares[b] = uniform(streams[b])
 
 
 class Block:

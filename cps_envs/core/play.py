@@ -7,9 +7,9 @@ from math import gcd
 from typing import Any
 
 import numpy as np
-from gymnasium.utils import seeding
 
 from cps_envs.core.game import Game
+from cps_envs.core.generators import seeded
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.match import Match
 from cps_envs.core.problem import Problem
@@ -32,7 +32,7 @@ def play_episodes(
     each decision.
     """
     match = problem.match(config, len(seeds), players)
-    match.reset(np.ones(len(seeds), np.bool_), [seeding.np_random(seed)[0] for seed in seeds])
+    match.reset(np.ones(len(seeds), np.bool_), seeded(seeds))
     payoff = finish(match, on_step=on_step)
     return {"return": payoff, **{name: values.copy() for name, values in match.game.metrics().items()}}
 

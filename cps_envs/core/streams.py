@@ -1,201 +1,28 @@
-"""NumPy's random numbers where Python would take too long: seeds that spawn quickly, and draws inside kernels.
+"""NumPy's random numbers inside kernels: what a `Generator` on a `PCG64` draws, bit for bit, without Python.
 
-The numbers are those of `numpy.random.SeedSequence` and of `Generator.random` on a `PCG64`, which NumPy keeps as they
-are for good. Algorithms: O'Neill's seed_seq and PCG XSL RR 128/64.
+A stream is an array of words: state and increment, high words first, and then the half of a word that whole numbers
+below 2^32 leave over: whether there is one, and its value. Algorithms: O'Neill's PCG XSL RR 128/64, Lemire's bounded
+numbers, Marsaglia and Tsang's ziggurat with the tables that NumPy uses. NumPy keeps its numbers as they are for good;
+tests compare them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
-from numpy.random.bit_generator import ISpawnableSeedSequence, SeedSequence
+from numba.np.random import _constants as ziggurat
 
-from cps_envs.core.kernels import inlined, kernel
-from cps_envs.core.types import Array
+from cps_envs.core.kernels import inlined
+from cps_envs.core.types import Array, FloatArray, IntArray
 
-POOL = 4  # words of 32 bits that a seed is mixed into
+WORDS = 6  # of a stream from which anything is drawn; uniform and normal numbers need the first four
 ALL = 2**128 - 1
 MULTIPLIER = 2549297995355413924 << 64 | 4865540595714422341  # of PCG64
 HIGH, LOW = np.uint64(MULTIPLIER >> 64), np.uint64(MULTIPLIER & (2**64 - 1))
-WORD, SHIFT, HALF, ONE = np.uint64(2**32 - 1), np.uint64(16), np.uint64(32), np.uint64(1)
-INIT_A, MULT_A = np.uint64(0x43B0D7E5), np.uint64(0x931E8875)
-INIT_B, MULT_B = np.uint64(0x8B51F9DD), np.uint64(0x58F38DED)
-MIX_LEFT, MIX_RIGHT = np.uint64(0xCA01F9DD), np.uint64(0x4973F715)
-
-
-class Seeds(ISpawnableSeedSequence):
-    """`SeedSequence(entropy, spawn_key=spawn_key)`, whose children are made ten times as fast."""
-
-    def __init__(self, entropy: int, spawn_key: tuple[int, ...] = (), words: Array | None = None) -> None:
-        self.entropy, self.spawn_key, self.n_children_spawned = entropy, spawn_key, 0
-        self.words = _words(entropy) if words is None else words  # of the entropy
-
-    def generate_state(self, n_words: int, dtype: Any = np.uint32) -> Array:
-        """See `SeedSequence.generate_state`."""
-        if n_words != POOL or dtype is not np.uint64 or any(place > WORD for place in self.spawn_key):
-            return SeedSequence(self.entropy, spawn_key=self.spawn_key).generate_state(n_words, dtype)
-        state = np.empty(POOL, np.uint64)
-        _seed(self.words, self.spawn_key[-1] if self.spawn_key else -1, state)
-        return state
-
-    def spawn(self, n_children: int) -> list[Any]:
-        """See `SeedSequence.spawn`; grandchildren are NumPy's own."""
-        return [self.child(place) for place in self.reserve(n_children)]
-
-    def reserve(self, n_children: int) -> range:
-        """The places of children that nobody else gets; each may then be made or not."""
-        first = self.n_children_spawned
-        self.n_children_spawned += n_children
-        return range(first, self.n_children_spawned)
-
-    def child(self, place: int) -> Any:
-        """The child of a place."""
-        key = (*self.spawn_key, place)
-        return SeedSequence(self.entropy, spawn_key=key) if self.spawn_key else Seeds(self.entropy, key, self.words)
-
-
-def spawning(generator: np.random.Generator) -> np.random.Generator:
-    """The same generator as it was when it was made, with children that are made quickly; or itself if it has none."""
-    seeds: Any = generator.bit_generator.seed_seq
-    if type(seeds) is not SeedSequence or seeds.spawn_key or not isinstance(seeds.entropy, int):
-        return generator
-    kind: Any = type(generator.bit_generator)
-    return np.random.Generator(kind(Seeds(seeds.entropy)))
-
-
-def reserve(generator: np.random.Generator, count: int) -> Sequence[Any]:
-    """So many children of a generator for `Spawned`: their seeds, or where that is quicker their places."""
-    bits: Any = generator.bit_generator
-    seeds = bits.seed_seq
-    quick = type(seeds) is Seeds and type(bits) is np.random.PCG64 and not seeds.spawn_key
-    kept: Sequence[Any] = seeds.reserve(count) if quick else seeds.spawn(count)
-    return kept
-
-
-class Spawned(Sequence[np.random.Generator]):
-    """What `Generator.spawn` gives each of several parents; made when asked for, since many policies never do."""
-
-    def __init__(self, parents: Sequence[np.random.Generator], children: Sequence[Any]) -> None:
-        self._parents, self._children = parents, children  # see `reserve`
-        self._made: dict[int, np.random.Generator] = {}
-
-    def __len__(self) -> int:
-        return len(self._children)
-
-    @overload
-    def __getitem__(self, index: int) -> np.random.Generator: ...
-    @overload
-    def __getitem__(self, index: slice) -> Sequence[np.random.Generator]: ...
-    def __getitem__(self, index: int | slice) -> np.random.Generator | Sequence[np.random.Generator]:
-        if isinstance(index, slice):
-            return [self[place] for place in range(len(self))[index]]
-        place = range(len(self))[index]
-        if place not in self._made:
-            parent, seeds = self._parents[place], self._children[place]
-            bits: Any = parent.bit_generator
-            if isinstance(seeds, int):
-                seeds = bits.seed_seq.child(seeds)
-            self._made[place] = type(parent)(type(bits)(seeds))
-        return self._made[place]
-
-    def start(self, place: int, stream: Array) -> bool:
-        """Fill the stream (4,) of a generator that is not made yet; False where it has to be made."""
-        child, bits = self._children[place], self._parents[place].bit_generator
-        if place in self._made or not isinstance(child, int):
-            return False
-        seeds: Any = bits.seed_seq
-        _start(seeds.words, child, stream)
-        return True
-
-
-def _words(entropy: int) -> Array:
-    """A seed in words of 32 bits, the lowest first."""
-    size = max(1, (entropy.bit_length() + 31) // 32)
-    return np.array([entropy >> 32 * place & 0xFFFFFFFF for place in range(size)], np.uint64)
-
-
-@kernel
-def _seed(entropy: Array, key: int, state: Array) -> None:
-    """See `mix`."""
-    mix(entropy, key, state)
-
-
-@inlined
-def mix(entropy: Array, key: int, state: Array) -> None:
-    """Fill the `generate_state(4, uint64)` of a seed (k,) in words, and the key of a child, or -1."""
-    pool, constant, size = np.zeros(POOL, np.uint64), INIT_A, entropy.size
-    for i in range(POOL):
-        pool[i], constant = hashed(entropy[i] if i < size else np.uint64(0), constant)
-    for source in range(POOL):
-        for i in range(POOL):
-            if source != i:
-                value, constant = hashed(pool[source], constant)
-                pool[i] = mixed(pool[i], value)
-    for word in range(POOL, max(size, POOL) + 1):
-        last = word >= size
-        if last and key < 0:
-            break
-        for i in range(POOL):
-            value, constant = hashed(np.uint64(key) if last else entropy[word], constant)
-            pool[i] = mixed(pool[i], value)
-    constant = INIT_B
-    for word in range(2 * POOL):
-        value = pool[word % POOL] ^ constant
-        constant = constant * MULT_B & WORD
-        value = value * constant & WORD
-        value ^= value >> SHIFT
-        if word % 2 == 0:
-            state[word // 2] = value
-        else:
-            state[word // 2] |= value << HALF
-
-
-@kernel
-def _start(entropy: Array, key: int, stream: Array) -> None:
-    """Fill the stream (4,) of a new `PCG64` with a seed (k,) in words, and the key of a child, or -1."""
-    seed = np.empty(POOL, np.uint64)
-    mix(entropy, key, seed)
-    stream[2], stream[3] = seed[2] << ONE | seed[3] >> np.uint64(63), seed[3] << ONE | ONE
-    high, low = plus(seed[0], seed[1], stream[2], stream[3])
-    high, low = times(high, low, HIGH, LOW)
-    stream[0], stream[1] = plus(high, low, stream[2], stream[3])
-
-
-@inlined
-def hashed(value: Any, constant: Any) -> tuple[Any, Any]:
-    """A word after hashing, and the next constant."""
-    value = value ^ constant
-    constant = constant * MULT_A & WORD
-    value = value * constant & WORD
-    return value ^ (value >> SHIFT), constant
-
-
-@inlined
-def mixed(a: Any, b: Any) -> Any:
-    """Two words made one."""
-    value = (MIX_LEFT * a - MIX_RIGHT * b) & WORD
-    return value ^ (value >> SHIFT)
-
-
-def streams(generators: Sequence[np.random.Generator]) -> Array:
-    """What kernels need to draw the next numbers of each generator: (B, 4) words of state and increment, high first.
-
-    The generators themselves do not go on. Where one is no `PCG64`, a new one is seeded from it.
-    """
-    made = np.empty((len(generators), 4), np.uint64)
-    for b in range(len(generators)):
-        if isinstance(generators, Spawned) and generators.start(b, made[b]):
-            continue
-        generator = generators[b]
-        bits = generator.bit_generator
-        if not isinstance(bits, np.random.PCG64):
-            bits = np.random.PCG64(int(generator.integers(2**62)))
-        own: Any = bits.state["state"]
-        state, step = own["state"], own["inc"]
-        made[b] = state >> 64, state & (2**64 - 1), step >> 64, step & (2**64 - 1)
-    return made
+WORD, HALF = np.uint64(2**32 - 1), np.uint64(32)
+INSIDE, WIDTHS, HEIGHTS = ziggurat.ki_double, ziggurat.wi_double, ziggurat.fi_double  # (256,) of its layers
+TAIL, TAIL_RATE = ziggurat.ziggurat_nor_r, ziggurat.ziggurat_nor_inv_r  # where its tail begins, and the inverse
 
 
 def jumps(draws: int, times: int) -> Array:
@@ -221,15 +48,135 @@ def skip(stream: Array, jump: Array, place: Array) -> None:
 
 
 @inlined
-def uniform(place: Array) -> float:
-    """The next number in [0, 1) of a stream (4,), which goes on."""
-    high, low = times(place[0], place[1], HIGH, LOW)
-    high, low = plus(high, low, place[2], place[3])
-    place[0], place[1] = high, low
+def next_word(high: Any, low: Any, up: Any, down: Any) -> tuple[Any, Any, Any]:
+    """The next state and word of 64 bits after a state, given the increment (up, down)."""
+    high, low = times(high, low, HIGH, LOW)
+    high, low = plus(high, low, up, down)
     turn, value = high >> np.uint64(58), high ^ low
-    value = value >> turn | value << (np.uint64(64) - turn & np.uint64(63))
-    number: float = (value >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+    return high, low, value >> turn | value << (np.uint64(64) - turn & np.uint64(63))
+
+
+@inlined
+def share_of(word: Any) -> Any:
+    """A word as a number in [0, 1)."""
+    return (word >> np.uint64(11)) * (1.0 / 9007199254740992.0)
+
+
+@inlined
+def next_normal(high: Any, low: Any, up: Any, down: Any) -> tuple[Any, Any, Any]:
+    """The next state after a state, and a standard normal number."""
+    while True:
+        high, low, word = next_word(high, low, up, down)
+        layer, place = word & np.uint64(0xFF), word >> np.uint64(9) & np.uint64(0xFFFFFFFFFFFFF)
+        value = place * WIDTHS[layer]
+        if word >> np.uint64(8) & np.uint64(1):
+            value = -value
+        if place < INSIDE[layer]:
+            return high, low, value
+        if layer == 0:
+            return next_in_tail(high, low, up, down, place >> np.uint64(8) & np.uint64(1))
+        high, low, word = next_word(high, low, up, down)
+        step = HEIGHTS[layer - np.uint64(1)] - HEIGHTS[layer]
+        if step * share_of(word) + HEIGHTS[layer] < np.exp(-0.5 * value * value):
+            return high, low, value
+
+
+@inlined
+def next_in_tail(high: Any, low: Any, up: Any, down: Any, negative: Any) -> tuple[Any, Any, Any]:
+    """The same of a number beyond the ziggurat."""
+    while True:
+        high, low, word = next_word(high, low, up, down)
+        beyond = -TAIL_RATE * np.log1p(-share_of(word))
+        high, low, word = next_word(high, low, up, down)
+        height = -np.log1p(-share_of(word))
+        if height + height > beyond * beyond:
+            return high, low, -(TAIL + beyond) if negative else TAIL + beyond
+
+
+@inlined
+def draw_word(stream: Array) -> Any:
+    """The next word of 64 bits of a stream (k,), which goes on."""
+    stream[0], stream[1], word = next_word(stream[0], stream[1], stream[2], stream[3])
+    return word
+
+
+@inlined
+def uniform(stream: Array) -> float:
+    """`Generator.random` of a stream (k,), which goes on."""
+    number: float = share_of(draw_word(stream))
     return number
+
+
+@inlined
+def between(stream: Array, low: float, high: float) -> float:
+    """`Generator.uniform(low, high)` of a stream (k,), which goes on."""
+    return low + (high - low) * uniform(stream)
+
+
+@inlined
+def normal(stream: Array) -> float:
+    """`Generator.standard_normal` of a stream (k,), which goes on."""
+    stream[0], stream[1], number = next_normal(stream[0], stream[1], stream[2], stream[3])
+    value: float = number
+    return value
+
+
+@inlined
+def fill_uniform(stream: Array, numbers: FloatArray) -> None:
+    """Fill numbers (n,) as `Generator.random(out=numbers)`."""
+    high, low = stream[0], stream[1]
+    for i in range(numbers.size):
+        high, low, word = next_word(high, low, stream[2], stream[3])
+        numbers[i] = share_of(word)
+    stream[0], stream[1] = high, low
+
+
+@inlined
+def fill_normal(stream: Array, numbers: FloatArray) -> None:
+    """Fill numbers (n,) as `Generator.standard_normal(out=numbers)`."""
+    high, low, up, down = stream[0], stream[1], stream[2], stream[3]
+    for i in range(numbers.size):
+        high, low, numbers[i] = next_normal(high, low, up, down)
+    stream[0], stream[1] = high, low
+
+
+@inlined
+def draw_half(stream: Array) -> Any:
+    """The next word of 32 bits of a stream (6,): the half that is left over, or of a new word the lower half."""
+    if stream[4] != 0:
+        stream[4] = 0
+        return stream[5]
+    word = draw_word(stream)
+    stream[4], stream[5] = 1, word >> HALF
+    return word & WORD
+
+
+@inlined
+def whole(stream: Array, low: int, end: int) -> Any:
+    """`Generator.integers(low, end)` of a stream (6,), which goes on; fewer than 2^32 numbers to choose from."""
+    count = np.uint64(end - low)
+    if count <= np.uint64(1):
+        return low
+    product = draw_half(stream) * count
+    if product & WORD < count:
+        rejected = (WORD - (count - np.uint64(1))) % count
+        while product & WORD < rejected:
+            product = draw_half(stream) * count
+    return low + np.int64(product >> HALF)
+
+
+@inlined
+def shuffle(stream: Array, places: IntArray) -> None:
+    """`Generator.permutation(n)` in places (n,), of a stream (6,), which goes on."""
+    for i in range(places.size):
+        places[i] = i
+    for i in range(places.size - 1, 0, -1):
+        mask, j = np.int64(1), np.int64(i + 1)
+        while mask < i:
+            mask = 2 * mask + 1
+        while j > i:
+            j = np.int64(draw_half(stream) & np.uint64(mask))
+        places[i], places[j] = places[j], places[i]
 
 
 @inlined

@@ -9,6 +9,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Adapters, Game
+from cps_envs.core.generators import drawing
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, records, unpack
 from cps_envs.core.team import Team
@@ -23,7 +24,7 @@ from cps_envs.rogue.observation import observe_attacker, observe_defender
 from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics, measure
 from cps_envs.rogue.picture.scene import Scene, scene_of
 from cps_envs.rogue.privileged import Truth
-from cps_envs.rogue.start import draw, ranges_of, start_episodes
+from cps_envs.rogue.start import chances_of, ranges_of, start_episodes
 from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, make_scratch, platoon, rules_of
 from cps_envs.rogue.swarm import VehicleTeam
 
@@ -65,7 +66,7 @@ class RogueGame(Game):
         still = plain if self.modes else np.zeros(ordered)
         self.neutral_action = {"attacker": np.zeros(1), "defender": still}
         self.payoff_parts = PAYOFF_PARTS
-        self.rules, self._ranges = rules_of(config), ranges_of(config)
+        self.rules, self._ranges, self._chances = rules_of(config), ranges_of(config), chances_of(config)
         self._limits = command_limits(config)
         self.state: State = allocate(num_envs, config.max_vehicles)
         self.drawn, self._scores = records(Drawn, num_envs), records(Metrics, num_envs)
@@ -76,9 +77,10 @@ class RogueGame(Game):
         self._measured = Metrics._fields if config.hidden else Metrics._fields[:-HIDDEN_ONLY]
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        draws = draw(self.config, np.flatnonzero(envs), generators)
         self._episodes[envs] += 1
-        start_episodes(self._held, self.drawn, self._scores, draws, self._ranges, self.rules)
+        given = (self._chances, self._ranges, self.rules)
+        with drawing(generators, np.flatnonzero(envs)) as streams:
+            start_episodes(self._held, self.drawn, self._scores, streams, envs, *given)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         attack = actions.get("attacker", self._neutral["attacker"])

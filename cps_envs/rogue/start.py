@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.config import bounds
-from cps_envs.core.kernels import Record, fill, inlined, kernel, pack, record_type, unpack, view
-from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.core.kernels import Record, borrowed, fill, inlined, kernel, pack, unpack, view
+from cps_envs.core.streams import draw_word, fill_uniform, uniform, whole
+from cps_envs.core.types import Array, BoolArray, FloatArray
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.payoff import measure
 from cps_envs.rogue.state import NEVER, Drawn, Rules, State, platoon
@@ -25,17 +25,19 @@ class Uniform(NamedTuple):
     onset_s: float
 
 
-class Draws(NamedTuple):
-    """Draws for K episodes that start; what the configuration leaves exact is drawn too, to keep the order of draws."""
+class Chances(NamedTuple):
+    """What else is drawn: who is seized, of how many vehicles, and whether there is an attack."""
 
-    env: IntArray  # (K,) which environment
-    attacker: IntArray  # (K,)
-    num_vehicles: IntArray  # (K,)
-    attacked: BoolArray  # (K,)
-    noise_seed: IntArray  # (K,)
-    share: Array  # (K,) of Uniform, in [0, 1)
-    spacing: FloatArray  # (K, n) in [0, 1), how far each spacing is up its range
-    speed: FloatArray  # (K, n) in [0, 1), the same of the speeds
+    first_attacker: int
+    last_attacker: int
+    fewest_vehicles: int
+    attack_share: float
+
+
+def chances_of(config: RogueConfig) -> Array:
+    """The chances of a configuration as records (1,)."""
+    first, last = bounds(config.attacker_index)
+    return pack(Chances(int(first), int(last), int(bounds(config.num_vehicles)[0]), config.attack_share))
 
 
 def ranges_of(config: RogueConfig) -> Array:
@@ -46,49 +48,60 @@ def ranges_of(config: RogueConfig) -> Array:
     return np.concatenate([low, width])
 
 
-def draw(config: RogueConfig, envs: IntArray, generators: Sequence[np.random.Generator]) -> Draws:
-    """Draw an episode for each of the environments `envs` (K,) from its own of the B generators."""
-    count, first, last = len(envs), *(int(end) for end in bounds(config.attacker_index))
-    quantities = np.empty((count, len(Uniform._fields)))
-    places = np.empty((2, count, config.max_vehicles))
-    attackers, seeds = np.empty(count, np.int64), np.empty(count, np.uint64)
-    vehicles, attacked = np.full(count, config.max_vehicles), np.ones(count, np.bool_)
-    fewest = int(bounds(config.num_vehicles)[0])
-    for k, b in enumerate(envs.tolist()):
-        generator = generators[b]
-        if fewest < config.max_vehicles:
-            vehicles[k] = generator.integers(fewest, config.max_vehicles + 1)
-        attackers[k] = generator.integers(first, min(last, vehicles[k] - 1) + 1) - 1
-        generator.random(out=quantities[k])
-        seeds[k] = generator.integers(0, 2**64, dtype=np.uint64)
-        generator.random(out=places[0, k])
-        generator.random(out=places[1, k])
-        if config.attack_share < 1:
-            attacked[k] = generator.random() < config.attack_share
-    share = quantities.view(record_type(Uniform)).reshape(count)
-    return Draws(envs, attackers, vehicles, attacked, seeds.view(np.int64), share, places[0], places[1])
-
-
 @kernel
-def start_episodes(state: State, drawn: Array, scores: Array, draws: Draws, ranges: Array, rules: Array) -> None:
-    """Put the environments of the draws at time 0 in steady state, perturbed, with everything counted at zero."""
-    r, low, width = unpack(Rules, rules, 0), unpack(Uniform, ranges, 0), unpack(Uniform, ranges, 1)
-    for k in range(draws.env.size):
-        b, share = draws.env[k], unpack(Uniform, draws.share, k)
-        own = drawn[b]
-        own.attacker, own.num_vehicles, own.noise_seed = draws.attacker[k], draws.num_vehicles[k], draws.noise_seed[k]
-        own.drive_mps2 = low.drive_mps2 + width.drive_mps2 * share.drive_mps2
-        own.attacker_drive_mps2 = (low.power_ratio + width.power_ratio * share.power_ratio) * own.drive_mps2
-        own.drag_per_s = low.drag_per_s + width.drag_per_s * share.drag_per_s
-        own.reference_speed_mps = low.reference_speed_mps + width.reference_speed_mps * share.reference_speed_mps
-        onset_step = int(np.rint((low.onset_s + width.onset_s * share.onset_s) / r.dt_s))
-        own.onset_step = onset_step if draws.attacked[k] else NEVER
-        score = scores[b]
-        clear(view(state, b), score)
-        episode = platoon(state, b, own.num_vehicles)
-        place(episode, draws.spacing[k], draws.speed[k], own.reference_speed_mps, r)
-        own.reference_start_m = episode.position[-1]
-        measure(episode, score, unpack(Drawn, drawn, b), r)
+def start_episodes(
+    state: State,
+    drawn: Array,
+    scores: Array,
+    streams: Array,
+    envs: BoolArray,
+    chances: Array,
+    ranges: Array,
+    rules: Array,
+) -> None:
+    """Put the marked environments (B,) at time 0 in steady state, perturbed, with everything counted at zero.
+
+    What the configuration leaves exact is drawn from the streams (B, 6), too, to keep the order of draws.
+    """
+    r, chance = unpack(Rules, rules, 0), unpack(Chances, chances, 0)
+    low, width = unpack(Uniform, ranges, 0), unpack(Uniform, ranges, 1)
+    most = state.position.shape[1]
+    spacing, speed = np.empty(most), np.empty(most)
+    for b in range(envs.size):
+        if envs[b]:
+            stream, own, score = borrowed(streams)[b], drawn[b], scores[b]
+            draw_platoon(stream, own, chance, most)
+            share = draw_shares(stream)
+            own.drive_mps2 = low.drive_mps2 + width.drive_mps2 * share.drive_mps2
+            own.attacker_drive_mps2 = (low.power_ratio + width.power_ratio * share.power_ratio) * own.drive_mps2
+            own.drag_per_s = low.drag_per_s + width.drag_per_s * share.drag_per_s
+            own.reference_speed_mps = low.reference_speed_mps + width.reference_speed_mps * share.reference_speed_mps
+            own.noise_seed = np.int64(draw_word(stream))
+            fill_uniform(stream, borrowed(spacing))
+            fill_uniform(stream, borrowed(speed))
+            attacked = chance.attack_share >= 1.0 or uniform(stream) < chance.attack_share
+            onset_step = int(np.rint((low.onset_s + width.onset_s * share.onset_s) / r.dt_s))
+            own.onset_step = onset_step if attacked else NEVER
+            clear(view(state, b), score)
+            episode = platoon(state, b, own.num_vehicles)
+            place(episode, borrowed(spacing), borrowed(speed), own.reference_speed_mps, r)
+            own.reference_start_m = episode.position[-1]
+            measure(episode, score, unpack(Drawn, drawn, b), r)
+
+
+@inlined
+def draw_platoon(stream: Array, own: Record, chance: Chances, most: int) -> None:
+    """Draw the number of vehicles, up to `most`, and who of them is seized."""
+    own.num_vehicles = most
+    if chance.fewest_vehicles < most:
+        own.num_vehicles = whole(stream, chance.fewest_vehicles, most + 1)
+    own.attacker = whole(stream, chance.first_attacker, min(chance.last_attacker, own.num_vehicles - 1) + 1) - 1
+
+
+@inlined
+def draw_shares(stream: Array) -> Uniform:
+    """How far up its range each quantity is, in [0, 1)."""
+    return Uniform(uniform(stream), uniform(stream), uniform(stream), uniform(stream), uniform(stream))
 
 
 @inlined

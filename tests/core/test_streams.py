@@ -1,51 +1,31 @@
-"""Seeds and streams are NumPy's own."""
+"""What kernels draw from streams is what NumPy's generators draw."""
 
 from __future__ import annotations
-
-import pickle
 
 import numpy as np
 import pytest
 
+from cps_envs.core.generators import drawing, seeded, streams_of
 from cps_envs.core.kernels import borrowed, kernel
-from cps_envs.core.streams import Seeds, Spawned, jumps, reserve, skip, spawning, streams, uniform
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.streams import (
+    between,
+    draw_word,
+    fill_normal,
+    fill_uniform,
+    jumps,
+    normal,
+    shuffle,
+    skip,
+    uniform,
+    whole,
+)
+from cps_envs.core.types import Array, FloatArray, IntArray
 
-ENTROPY = [0, 1, 7, 2**31, 2**32 - 1, 2**32, 2**64 + 5, 2**95, 2**128 - 1, 2**130 + 3, 2**200 + 11]
-
-
-@pytest.mark.parametrize("entropy", ENTROPY)
-def test_seeds_are_seed_sequences(entropy: int) -> None:
-    ours, theirs = Seeds(entropy), np.random.SeedSequence(entropy)
-    for _ in range(3):
-        for mine, other in zip([ours, *ours.spawn(2)], [theirs, *theirs.spawn(2)], strict=True):
-            for size, kind in ((4, np.uint64), (3, np.uint64), (5, np.uint32)):
-                assert mine.generate_state(size, kind).tolist() == other.generate_state(size, kind).tolist()
-            assert mine.spawn_key == other.spawn_key
-    for mine, other in zip(ours.spawn(1)[0].spawn(2), theirs.spawn(1)[0].spawn(2), strict=True):
-        assert mine.generate_state(4).tolist() == other.generate_state(4).tolist()
-    assert ours.n_children_spawned == theirs.n_children_spawned
-
-
-@pytest.mark.parametrize("place", [0, 2**32 - 2, 2**32 - 1, 2**32, 2**40])
-def test_a_child_of_any_place_is_that_of_a_seed_sequence(place: int) -> None:
-    theirs = np.random.SeedSequence(7, spawn_key=(place,)).generate_state(4, np.uint64)
-    assert Seeds(7, (place,)).generate_state(4, np.uint64).tolist() == theirs.tolist()
-
-
-@pytest.mark.parametrize("bits", [np.random.PCG64, np.random.PCG64DXSM, np.random.Philox])
-def test_a_quickly_spawning_generator_is_the_same(bits: type[np.random.BitGenerator]) -> None:
-    ours, theirs = (np.random.Generator(bits(np.random.SeedSequence(9))) for _ in range(2))
-    ours = spawning(ours)
-    for a, b in zip([ours, *ours.spawn(3)], [theirs, *theirs.spawn(3)], strict=True):
-        assert a.random(5).tolist() == b.random(5).tolist()
-    again = pickle.loads(pickle.dumps(ours))
-    assert again.spawn(1)[0].random() == theirs.spawn(1)[0].random()
-    assert spawning(ours) is ours
+ENDS = (1, 2, 3, 7, 1000, 2**31 + 5, 2**32 - 1, 2**32)
 
 
 @kernel
-def _draw(stream: Array, jump: Array, drawn: FloatArray) -> None:
+def _skip_and_draw(stream: Array, jump: Array, drawn: FloatArray) -> None:
     place = np.empty(4, np.uint64)
     skip(stream, jump, place)
     for i in range(drawn.size):
@@ -53,29 +33,66 @@ def _draw(stream: Array, jump: Array, drawn: FloatArray) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_kernels_draw_what_a_generator_draws(seed: int) -> None:
+def test_streams_can_be_skipped(seed: int) -> None:
     generator = np.random.default_rng(seed)
     generator.random(seed)
-    stream, table = streams([generator]), jumps(6, 50)
+    stream, table = streams_of([generator]), jumps(6, 50)
     expected = generator.random((50, 6))
     for time in range(50):
         drawn = np.empty(6)
-        _draw(stream[0], table[time], drawn)
+        _skip_and_draw(stream[0], table[time], drawn)
         assert drawn.tolist() == expected[time].tolist()
 
 
-def test_children_that_are_not_made_have_streams_too() -> None:
-    parents = [spawning(np.random.default_rng(seed)) for seed in ENTROPY] + [np.random.default_rng(4)]
-    twins = [np.random.default_rng(seed) for seed in [*ENTROPY, 4]]
-    for _ in range(3):
-        own = Spawned(parents, [reserve(parent, 2)[1] for parent in parents])
-        theirs = [twin.spawn(2)[1] for twin in twins]
-        assert streams(own).tolist() == streams(theirs).tolist()
-        assert [one.random() for one in own] == [one.random() for one in theirs]
-        assert streams(own).tolist() == streams(theirs).tolist()
+@kernel
+def _draw_all(stream: Array, numbers: FloatArray, wholes: IntArray, ends: IntArray, words: Array) -> None:
+    """A little of everything, in the order of `expected`."""
+    for i in range(wholes.size):
+        wholes[i] = whole(stream, -3, ends[i] - 3)
+    numbers[0], numbers[1], numbers[2] = uniform(stream), between(stream, -1.5, 4.0), normal(stream)
+    words[0] = draw_word(stream)
+    wholes[0] = whole(stream, 5, 9)
+    fill_uniform(stream, numbers[3:8])
+    fill_normal(stream, numbers[8:])
 
 
-def test_another_generator_gives_a_stream_too() -> None:
-    stream = streams([np.random.Generator(np.random.MT19937(3)), np.random.default_rng(3)])
-    assert stream.shape == (2, 4)
-    assert stream.all()
+@pytest.mark.parametrize("seed", range(200))
+def test_everything_is_drawn_as_a_generator_draws_it(seed: int) -> None:
+    ours, theirs = np.random.default_rng(seed), np.random.default_rng(seed)
+    numbers, words, ends = np.empty(100), np.empty(1, np.uint64), np.array(ENDS)
+    for _ in range(5):  # from the second time on half a word may be left over
+        wholes = np.empty(len(ENDS), np.int64)
+        with drawing([ours], np.zeros(1, np.int64)) as streams:
+            _draw_all(streams[0], numbers, wholes, ends, words)
+        expected = [theirs.integers(-3, end - 3) for end in ENDS]
+        assert wholes[1:].tolist() == expected[1:]
+        assert numbers[:3].tolist() == [theirs.random(), theirs.uniform(-1.5, 4.0), theirs.standard_normal()]
+        assert words[0] == theirs.integers(0, 2**64, dtype=np.uint64)
+        assert wholes[0] == theirs.integers(5, 9)
+        assert numbers[3:8].tolist() == theirs.random(5).tolist()
+        assert numbers[8:].tolist() == theirs.standard_normal(92).tolist()
+    assert ours.bit_generator.state == theirs.bit_generator.state
+
+
+@kernel
+def _fill(streams: Array, numbers: FloatArray) -> None:
+    fill_normal(streams[0], numbers)
+
+
+def test_a_million_normal_numbers_are_numpys() -> None:
+    numbers = np.empty(1_000_000)  # 0.3 in a thousand lie in the tail
+    _fill(seeded([8]).streams, numbers)
+    assert (numbers == np.random.default_rng(8).standard_normal(numbers.size)).all()
+
+
+@kernel
+def _shuffle(streams: Array, places: IntArray) -> None:
+    shuffle(streams[0], places)
+
+
+@pytest.mark.parametrize("size", [0, 1, 2, 3, 8, 100])
+def test_permutations_are_numpys(size: int) -> None:
+    for seed in range(20):
+        places = np.empty(size, np.int64)
+        _shuffle(seeded([seed]).streams, places)
+        assert places.tolist() == np.random.default_rng(seed).permutation(size).tolist()

@@ -11,10 +11,10 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.utils import seeding
 
 from cps_agents.bench.interfaces import vector
 from cps_agents.bench.row import ROUNDS, Item, Values, Yardsticks, calls_per_s
+from cps_envs.core.generators import seeded
 from cps_envs.core.problem import Problem
 from cps_envs.hvac.houses import house
 
@@ -93,7 +93,7 @@ def _attacked(problem: Problem, size: Size, seconds: float) -> float:
     before = round(10.0 / game.step_s)
     spent, best, rounds = 0.0, 0.0, 0
     while spent < seconds or rounds < ROUNDS:
-        match.reset(everyone, [seeding.np_random(b)[0] for b in range(ENVS)])
+        match.reset(everyone, seeded(range(ENVS)))
         match.step({}, everyone, before)
         start = process_time()
         game.advance({}, everyone, game.horizon - before)

@@ -10,11 +10,12 @@ import numpy as np
 from cps_baselines.fdi.action_form import Form, interval_of, new_slots, open_slots, take
 from cps_baselines.fdi.injection import InjectionPolicy, look, new_view
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.generators import streams_of
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import borrowed, kernel, lend, unpack
 from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.streams import jumps, skip, streams, uniform
+from cps_envs.core.streams import jumps, skip, uniform
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation
 from cps_envs.fdi.state import Constants
 
@@ -44,7 +45,7 @@ class RandomInjection(InjectionPolicy):
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """Streams (B, 4) of numbers, two for each slot and step: for the level and for keeping it; no level yet."""
-        return streams(generators), np.zeros((len(generators), len(self.form.sensors)), np.int64)
+        return streams_of(generators), np.zeros((len(generators), len(self.form.sensors)), np.int64)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """See the class."""

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.utils import seeding
 
 from cps_envs.core.conformance.actors import Crew
 from cps_envs.core.conformance.recording import difference, episode_steps, record
 from cps_envs.core.conformance.subject import NUM_ENVS, NotApplicableError, Subject
 from cps_envs.core.game import Game
+from cps_envs.core.generators import seeded
 from cps_envs.core.types import ROLES, BoolArray
 
 EPISODES = 3
@@ -65,7 +65,7 @@ def check_horizon(subject: Subject) -> None:
         NotApplicableError: physics ends every episode before.
     """
     game, rival = subject.game(NUM_ENVS), np.arange(NUM_ENVS) > 0
-    generators = [seeding.np_random(seed)[0] for seed in range(NUM_ENVS)]
+    generators = seeded(range(NUM_ENVS))
     everyone = np.ones(NUM_ENVS, np.bool_)
     game.reset(everyone, generators)
     game.advance({}, everyone, game.horizon - 1)

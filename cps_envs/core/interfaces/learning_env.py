@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.errors import ConfigurationError, shown
+from cps_envs.core.generators import seeded
 from cps_envs.core.interfaces.beside import Beside
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.options import check_count, check_options
 from cps_envs.core.interfaces.outside import Outside
 from cps_envs.core.interfaces.wired_player import WiredPlayer
 from cps_envs.core.lookup import PolicyReference
+from cps_envs.core.policy import Generators
 from cps_envs.core.problem import Problem
 from cps_envs.core.seeds import SEEDS_PER_RUN, training_seed
-from cps_envs.core.streams import spawning
 from cps_envs.core.training import Training
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 from cps_envs.core.untrained import Untrained
@@ -112,7 +112,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
         self._reader = ActionReader(self.single_action_space)
         self._paid = np.zeros((self.episodes, self.agents))  # so far, of which `pay_power` is taken
         self._returns, self._lengths = np.zeros(self.episodes), np.zeros(self.episodes, np.int64)
-        self._generators: list[np.random.Generator] = []
+        self._generators: Generators = ()
         self._everyone = np.ones(self.episodes, np.bool_)
         self._wire(self._wiring(scaling or ((), ())))
         self._started = False
@@ -211,7 +211,7 @@ class LearningVectorEnv(VectorEnv[Observation, Any, Array]):
     def _begin(self) -> None:
         first, count = training_seed(self._run), self.episodes // 2 if self.paired else self.episodes
         places = (self._start * count + np.arange(self.episodes) % count) % SEEDS_PER_RUN
-        self._generators = [spawning(seeding.np_random(first + int(place))[0]) for place in places]
+        self._generators = seeded([first + place for place in places.tolist()])
         self._reset(self._everyone)
         self._player.begin()
 

@@ -7,21 +7,21 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from gymnasium.utils import seeding
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from cps_envs.core.actions import ActionReader
 from cps_envs.core.clock import mark_ends
 from cps_envs.core.errors import shown
+from cps_envs.core.generators import seeded
 from cps_envs.core.interfaces.info import batch_info
 from cps_envs.core.interfaces.masks import masks_of
 from cps_envs.core.interfaces.options import check_autoreset, check_count, check_options
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.match import OnDecision
 from cps_envs.core.picture.rendering import FRAMES_PER_SECOND, RENDER_MODES, Renderer, check_render_mode
+from cps_envs.core.policy import Generators
 from cps_envs.core.problem import Problem
-from cps_envs.core.streams import spawning
 from cps_envs.core.types import SIGN, Array, BoolArray, FloatArray, Observation, Role, other
 
 Step = tuple[Observation, FloatArray, BoolArray, BoolArray, dict[str, Any]]
@@ -73,7 +73,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
             steps = check_count("max_episode_steps", max_episode_steps)
             self._limit = min(self._limit, steps * self._interval * self.frame_skip)
         self._limits = (self.game.horizon, self._limit)
-        self._generators: list[np.random.Generator] = []
+        self._generators: Generators = ()
         self._everyone = np.ones(num_envs, np.bool_)  # never written to
         self._nobody = np.zeros(num_envs, np.bool_)  # nor is this
         self._ended, self._any_ended = self._nobody, False
@@ -193,8 +193,13 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         seeds = self._seeds_of(seed)
         first = not self._generators
         wanted = [b for b in np.flatnonzero(envs).tolist() if first or seeds[b] is not None]
-        made = {b: spawning(seeding.np_random(seeds[b])[0]) for b in wanted}  # all of them, or an error and none
-        self._generators = [made.get(b) or self._generators[b] for b in range(self.num_envs)]
+        if not wanted:
+            return
+        made: Generators = seeded([seeds[b] for b in wanted])  # all of them, or an error and none
+        if len(wanted) < self.num_envs:
+            new = dict(zip(wanted, made, strict=True))
+            made = [new.get(b) or self._generators[b] for b in range(self.num_envs)]
+        self._generators = made
 
     def _seeds_of(self, seed: int | Sequence[int | None] | None) -> Sequence[int | None]:
         """A seed for each environment, or None."""

@@ -73,6 +73,7 @@ TARGETS = (
     Target("cps_envs/core/clock.py", _core("clock", "match", "environments")),
     Target("cps_envs/core/mixture.py", _core("mixture", "policy")),
     Target("cps_envs/core/streams.py", _core("streams")),
+    Target("cps_envs/core/generators.py", _core("generators", "streams")),
     Target("cps_envs/core/fields.py", _core("fields")),
     Target(
         "agents/cps_agents/zoo/network.py", ("tests/agents/test_zoo_network.py", "tests/agents/test_zoo_damage.py"), 40
