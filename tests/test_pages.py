@@ -8,6 +8,7 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -133,6 +134,13 @@ def test_the_commands_of_a_page_exist(page: Path) -> None:
         except ValueError:
             continue  # a quotation that the page breaks off
         parse(arguments, words)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page != HISTORY], ids=lambda page: page.name)
+def test_the_modules_that_a_page_runs_exist(page: Path) -> None:
+    for module in re.findall(r"python -m ((?:tools|cps_\w+)[\w.]*\w)", page.read_text(encoding="utf-8")):
+        assert find_spec(module) is not None, module
+        assert find_spec(module).submodule_search_locations is None or find_spec(f"{module}.__main__"), module
 
 
 def parse(arguments: list[str], words: str) -> None:

@@ -15,7 +15,6 @@ from typer.core import TyperCommand, TyperGroup
 from cps_agents.commands.bench import bench
 from cps_agents.commands.best_response import best_response
 from cps_agents.commands.dataset import dataset
-from cps_agents.commands.double_oracle import double_oracle
 from cps_agents.commands.evaluate import evaluate
 from cps_agents.commands.league import league
 from cps_agents.commands.learnability import learnability
@@ -23,7 +22,6 @@ from cps_agents.commands.oracle import oracle
 from cps_agents.commands.play import drive_robots, list_everything, play
 from cps_agents.commands.report import report
 from cps_agents.commands.score import app as score
-from cps_agents.commands.searches import calibrate_mtd2, search_feedback, search_string, search_switching
 from cps_agents.commands.self_play import self_play
 from cps_agents.commands.train import train, tune
 from cps_agents.commands.warm import warm
@@ -152,9 +150,6 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
         "best-response": best_response,
         "self-play": self_play,
         "dataset": dataset,
-        "search-feedback": search_feedback,
-        "search-string": search_string,
-        "search-switching": search_switching,
     },
     "Judge": {
         "score": score,
@@ -164,8 +159,6 @@ PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the or
     },
     "Paper": {
         "oracle": oracle,
-        "double-oracle": double_oracle,
-        "calibrate-mtd2": calibrate_mtd2,
     },
     "Tools": {"warm": warm, "bench": bench},
 }

@@ -22,6 +22,7 @@ from cps_envs.core.types import Array, FloatArray, Role, other
 
 FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module:attribute
     "disbanding-broadcast": "cps_baselines.disbanding.families:BROADCAST",
+    "disbanding-feedback": "cps_baselines.disbanding.families:FEEDBACK",
     "disbanding-local": "cps_baselines.disbanding.families:LOCAL",
     "disbanding-radio": "cps_baselines.disbanding.families:RADIO",
     "disbanding-replanning": "cps_baselines.disbanding.families:REPLANNING",

@@ -21,9 +21,9 @@ def run(*arguments: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
-def refusal(*arguments: str) -> str:
+def refusal(*arguments: str, program: typer.Typer = app) -> str:
     """The message of `cps-envs ARGUMENTS`, which has to be all that a wrong input leads to."""
-    result = invoke(*arguments)
+    result = invoke(*arguments, program=program)
     assert result.exit_code == 2, result.output
     assert result.stdout == ""
     assert "Traceback" not in result.stderr

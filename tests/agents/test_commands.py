@@ -51,9 +51,6 @@ REFUSED = [
     (("bench", "--problem", "rouge"), "Did you mean"),
     (("bench", "--part", "size"), "Did you mean"),
     (("warm", "--problem", "rouge"), "Did you mean 'rogue'?"),
-    (("calibrate-mtd2", "--seeds", "1", "--set", "windows=3"), "Error"),
-    (("calibrate-mtd2", "--seeds", "1", "--preset", "papr"), "Error"),
-    (("calibrate-mtd2", "--seeds", "1", "--set", "num_sensors=5"), "Error"),
     *(
         (("oracle", "--out", "none.json", *wrong), remedy)
         for *wrong, remedy in (
@@ -143,7 +140,6 @@ def test_json_is_all_that_is_on_stdout(
         (("train", "rogue-attack-ppo"), "stable_baselines3", "train"),
         (("self-play", "rogue", "--oracle", "rogue-attack-ppo"), "stable_baselines3", "train"),
         (("bench", "--training"), "stable_baselines3", "train"),
-        (("double-oracle",), "cma", "baselines"),
     ],
     ids=lambda value: value if isinstance(value, str) else value[0],
 )

@@ -72,17 +72,6 @@ def iteration() -> dict[str, Any]:
     }
 
 
-def search() -> dict[str, Any]:
-    return {"gains": [[0.0] * 16] * 2, "detection_mps": 1.0}
-
-
-def start_search(path: Path) -> None:
-    arguments = ["search-string", "--start", str(path), "--trials", "4", "--population", "4"]
-    result = invoke(*arguments)
-    if result.exit_code == 2:
-        raise DamagedFileError(" ".join(result.stderr.split()))
-
-
 def read_run(path: Path) -> None:
     Run(path.parent, RUN.recipe, RUN.seed, RUN.command).read()
 
@@ -102,7 +91,6 @@ KINDS: dict[str, tuple[str, Callable[[], Any], Callable[[Path], object]]] = {
     "iteration": ("result.json", iteration, lambda path: _load(path.parent, 0)),
     "run": ("run.json", lambda: {"recipe": {}, "seed": 0, "status": "running", "best_score": None}, read_run),
     "evaluations": ("evaluations.json", lambda: {"steps": 1, "validation": 2.0}, read_evaluations),
-    "start": ("start.json", search, start_search),
 }
 WRONG: list[tuple[str, tuple[Any, ...], Any]] = [  # kind, place, value
     ("episodes", ("episodes", "0", "bound_mps"), float("nan")),
@@ -131,9 +119,6 @@ WRONG: list[tuple[str, tuple[Any, ...], Any]] = [  # kind, place, value
     ("run", ("recipe",), [1]),
     ("run", ("steps",), -1),
     ("evaluations", ("validation",), "x"),
-    ("start", ("gains",), [[0.0] * 16]),
-    ("start", ("gains",), [[0.0] * 15] * 2),
-    ("start", ("detection_mps",), None),
 ]
 
 
@@ -143,7 +128,7 @@ def write(tmp_path: Path, kind: str, text: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "start"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_what_fits_is_read(kind: str, tmp_path: Path) -> None:
     _, content, read = KINDS[kind]
     read(write(tmp_path, kind, json.dumps(content())))

@@ -218,7 +218,6 @@ def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
     [
         ("oracle", "--task", "x4>4"),
         ("oracle", "--preset", "drawn", "--episodes", "1"),
-        ("double-oracle", "--ratio", "1"),
     ],
 )
 def test_two_processes_do_not_write_one_file(command: tuple[str, ...], tmp_path: Path) -> None:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
+from cps_baselines.disbanding.families import OTHER
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, shipped_gains
-from cps_baselines.disbanding.string_search import START, StringSearch, found_before, search_string
 from cps_baselines.disbanding.timed import distinct
-from cps_envs.core.documents import Entry, Source
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.seen import Seen
@@ -87,7 +85,7 @@ def observed(**overrides: Any) -> Array:
 def test_the_searched_controller_is_its_formula() -> None:
     spec, rows = spec_of("defender"), observed()
     generator = np.random.default_rng(0)
-    gains = np.array(START) + 0.1 * generator.standard_normal(SHAPE)
+    gains = np.array(OTHER) + 0.1 * generator.standard_normal(SHAPE)
     policy = StringController(spec, gains=gains)
     actions, _ = policy.predict(rows)
     v = {name: value[0] for name, value in spec.fields.decode(rows).items()}
@@ -194,23 +192,6 @@ def test_old_defenders_wait_for_the_warning() -> None:
     for name in ("heuristic", "mpc", "copy", "feedback"):
         actions, _ = resolve_policy(name, spec).predict(rows)
         assert not actions[:, 10:][~warned].any(), name
-
-
-def test_the_search_is_seeded_and_says_where_it_began() -> None:
-    small = StringSearch(trials=8, population=4, draws=2, attackers=("lead",))
-    first, second = search_string(small), search_string(small)
-    assert first == second
-    further = search_string(small, start=found_before(Entry(first, Source("first", "result", "Search again."))))
-    assert further["start"] == {"gains": first["gains"], "detection_mps": first["detection_mps"]}
-    assert further["gains"] != first["gains"]
-
-
-def test_the_search_can_be_for_another_radio() -> None:
-    small = StringSearch(trials=4, population=4, draws=2, attackers=("lead",))
-    silent = replace(small, overrides={"hop_delay_s": 1.0, "quiet_share": 0.0})
-    found = search_string(silent)
-    assert found["search"]["overrides"] == {"hop_delay_s": 1.0, "quiet_share": 0.0}
-    assert found["cost"] != search_string(small)["cost"]
 
 
 def test_shipped_numbers_of_every_form_are_there() -> None:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.disbanding.bounds import least_errors
 from cps_baselines.disbanding.joint import BEST, PAPER, Joint
 from cps_baselines.disbanding.joint_program import CAPS, PENALTIES, design_joint, joint_scratch, solve_joint
 from cps_baselines.disbanding.quadratic_program import HildrethSolver, quadratic_program
@@ -19,6 +18,7 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.problem import DISBANDING
+from tools.disbanding.bounds import least_errors
 
 SETTINGS = replace(BEST, horizon=4, period_s=0.5, command_weight=0.2, gap_weight=0.3)
 COUNT, TAU_S = 3, 0.3

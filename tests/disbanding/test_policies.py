@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from cps_baselines.disbanding.corrections import sight_for
+from cps_baselines.disbanding.families import FEEDBACK
 from cps_baselines.disbanding.feedback import LinearFeedback, shipped_weights
-from cps_baselines.disbanding.feedback_search import FeedbackSearch, candidate_costs, search_feedback
 from cps_baselines.disbanding.heuristic_policy import FORESIGHT, sweep_row
 from cps_baselines.disbanding.plans import RandomPlan, plan_array
+from cps_baselines.family import play_family
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.start import nominal_constants
@@ -191,10 +192,9 @@ def test_feedback_refuses_weights_of_another_shape() -> None:
         LinearFeedback(spec_of("defender"), np.zeros((2, 5)))
 
 
-def test_feedback_search_is_seeded_and_improves() -> None:
-    small = FeedbackSearch(trials=12, population=6, taus_s=(0.1,), desired_gaps_m=(5.0,), attacks=("lead",), draws=0)
-    state = np.random.get_state()[1].copy()
-    first, second = search_feedback(small), search_feedback(small)
-    assert first == second
-    assert np.array_equal(np.random.get_state()[1], state)
-    assert first["cost"] <= candidate_costs(np.zeros((1, 2, 6)), small)[0] + 20
+def test_a_search_of_feedback_begins_where_it_does_nothing() -> None:
+    config = DISBANDING.config("paper", {"duration_s": 30.0})
+    values = np.stack([FEEDBACK.row({})[0], np.ravel(shipped_weights())])
+    found = play_family(FEEDBACK, DISBANDING, config, "lead", values, (0, 0))["velocity_error_all"]
+    alone = [play("lead", name, duration_s=30.0)["velocity_error_all"][0] for name in ("none", "feedback")]
+    assert found.tolist() == alone

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_baselines.disbanding.bounds import TwoAttackSearch, least_error_of_two, least_errors
 from cps_envs.core.play import play_episodes
 from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_envs.disbanding.problem import DISBANDING
 from cps_envs.disbanding.state import State
 from tests.disbanding.table_2_1 import metrics, run, start, table_2_1
+from tools.disbanding.bounds import TwoAttackSearch, least_error_of_two, least_errors
 
 WIDTH, PLATOONS = 20, 4
 GROWING = ("step", "speed_error", "intact_error", "rear_collided", "collided", "collided_intact", "stops")

@@ -16,14 +16,16 @@ from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
 from cps_envs.hvac.problem import HVAC
 from cps_envs.hvac.sensors import sensor_sets
-from tests.agents.command_line import invoke
+from tests.agents.command_line import invoke, refusal
+from tools.command import program
+from tools.hvac.calibrate import calibrate_mtd2
 
 pytestmark = pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 SHORT_DAY = ["--set", "num_steps=90", "--set", "window_steps=40", "--set", "onset_step=45"]
 
 
 def run(*arguments: Sequence[str]) -> Result:
-    return invoke("calibrate-mtd2", *arguments)
+    return invoke(*arguments, program=program(calibrate_mtd2))
 
 
 @pytest.mark.parametrize(("sensors", "expected"), [(4, 0.418), (8, 0.425)])
@@ -74,7 +76,7 @@ def test_thresholds_are_found_by_what_they_depend_on() -> None:
     assert learning == calibrated_threshold(HVAC.config("paper", {"model_error": 0.02, "unmeasured_heat_w": 50.0}))
     assert learning > paper
     for change in ({"window_steps": 100}, {"noise_std_c": 0.3}, {"model_error": 0.01}):
-        with pytest.raises(ConfigurationError, match="calibrate-mtd2"):
+        with pytest.raises(ConfigurationError, match="calibrate"):
             calibrated_threshold(HVAC.config("paper", change))
 
 
@@ -109,3 +111,8 @@ def test_command_prints_a_table() -> None:
     assert result.exit_code == 0, result.output
     assert "eps of MTD2 from 1 attack-free days" in result.stdout
     assert "easy" in result.stdout
+
+
+@pytest.mark.parametrize("wrong", [("--set", "windows=3"), ("--preset", "papr"), ("--set", "num_sensors=5")])
+def test_wrong_input_gets_one_message(wrong: tuple[str, ...]) -> None:
+    assert "Error" in refusal("--seeds", "1", *wrong, program=program(calibrate_mtd2))

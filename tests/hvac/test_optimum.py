@@ -12,8 +12,8 @@ from cps_envs.core.types import Array
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.problem import HVAC
 from tests.hvac.games import go, started
-from tools.hvac_optimum.played import OpenLoop, impact_played
-from tools.hvac_optimum.program import (
+from tools.hvac.played import OpenLoop, impact_played
+from tools.hvac.program import (
     Quadratic,
     Response,
     certified,

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cps_baselines.rogue.beam import BEAMS, Beam, BeamPlanner, Plan, plan_by_beam
-from cps_baselines.rogue.switching_search import world_config
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.match import Match
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from tools.rogue.switching import world_config
 
 ALL = np.ones
 

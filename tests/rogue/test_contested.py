@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from cps_baselines.rogue.assignment import Assigned, laws_of
-from cps_baselines.rogue.contest import ATTACKERS
-from cps_baselines.rogue.contested_search import DEFENDERS, ContestedSearch, mean_trace, search_response
+from cps_baselines.rogue.contest import ATTACKERS, RESPONDED_TO
 from cps_baselines.rogue.identify import Identify, contested, known, nearest_traces
 from cps_baselines.rogue.informed import Informed, responses
 from cps_baselines.rogue.monitor import (
@@ -36,6 +35,7 @@ from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from cps_envs.rogue.state import NEVER
 from tests import episodes
+from tools.rogue.contested import ContestedSearch, mean_trace, search_response
 
 FIRST = 8_000  # of the seeds here; those of the searches begin at 40,000,000
 LETTERS = {name[0]: number for number, name in enumerate(CONTROLLERS)}
@@ -203,7 +203,7 @@ def test_the_nearest_trace_is_the_one_at_the_least_distance() -> None:
 
 
 def test_what_is_known_covers_the_defenders_of_the_search() -> None:
-    assert known().against == DEFENDERS
+    assert known().against == RESPONDED_TO
     again = mean_trace("pd", known().probe, ContestedSearch().final_worlds)
     assert again == pytest.approx(known().traces[0], abs=1e-3)
 

@@ -13,7 +13,6 @@ from cps_baselines.rogue.disband import Disband, followed_error
 from cps_baselines.rogue.random_switching import RandomSwitching
 from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
-from cps_baselines.rogue.switching_search import DEFENDERS, world_config
 from cps_envs.core.conformance import check_refinement
 from cps_envs.core.kernels import view
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
@@ -22,6 +21,7 @@ from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
 from tests import episodes
+from tools.rogue.switching import DEFENDERS, world_config
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
 NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere

@@ -13,15 +13,6 @@ import pytest
 
 from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, answers_of, shipped_answers
 from cps_baselines.rogue.switching import Switching
-from cps_baselines.rogue.switching_search import (
-    ALL,
-    DEFENDERS,
-    RATIOS,
-    SwitchingSearch,
-    search_switching,
-    switching_damages,
-    world_config,
-)
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.play import play_episodes
@@ -30,8 +21,12 @@ from cps_envs.core.types import Array
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 from cps_paper.rogue.headroom import SHIPPED
+from cps_paper.rogue.worlds import ALL, RATIOS, switching_damages, world_config
 from tests import episodes
 from tests.agents.command_line import invoke
+from tools.command import program
+from tools.rogue.search import search_switching as command
+from tools.rogue.switching import DEFENDERS, SwitchingSearch, search_switching
 
 pytest.importorskip("cma")
 TINY = {"generations": 3, "population": 6, "restarts": 1, "worlds": 1, "finalists": 2, "final_worlds": 1}
@@ -48,7 +43,7 @@ def test_a_search_is_repeatable_beats_full_throttle_and_leaves_numpy_alone() -> 
     found = search_switching(search)
     assert found == search_switching(search)
     assert np.array_equal(np.random.get_state()[1], state)
-    throttle = float(switching_damages(np.zeros((1, 7)), search, [0], spread=0.0).mean())
+    throttle = float(search.damages(np.zeros((1, 7)), 0, 1, spread=0.0).mean())
     assert throttle == pytest.approx(4.5, abs=0.2)
     assert min(found["damage"], found["verified"]) > 2 * throttle
     assert json.loads(json.dumps(found["search"])) == {**vars(search), "start": []}
@@ -64,9 +59,9 @@ def test_a_run_can_start_at_weights() -> None:
 
 def test_against_all_means_the_mean_over_the_six_defenders() -> None:
     weights = np.array([[1.34, 0.16, -0.69, 4.35, -0.14, -0.47, -0.71]])
-    together = switching_damages(weights, SwitchingSearch(ALL, 1.3), [0], spread=0.0)[0, :, 0]
+    together = switching_damages(weights, DEFENDERS, 1.3, [0], spread=0.0)[0, :, 0]
     for defender, damage in zip(DEFENDERS, together, strict=True):
-        alone = switching_damages(weights, SwitchingSearch(defender, 1.3), [0], spread=0.0)
+        alone = switching_damages(weights, (defender,), 1.3, [0], spread=0.0)
         assert alone.ravel() == pytest.approx(damage, abs=1e-9)
     assert together[0] == pytest.approx(120.6, abs=0.06)  # the check value of the specification
 
@@ -88,7 +83,7 @@ def test_the_shipped_file_is_complete_and_says_how_it_was_found() -> None:
 @pytest.mark.parametrize("row", shipped(), ids=lambda row: f"{row['against']}-{row['power_ratio']}")
 def test_the_shipped_weights_do_what_the_file_says(row: dict[str, Any]) -> None:
     search = SwitchingSearch(row["against"], row["power_ratio"])
-    found = switching_damages(np.array([row["weights"]]), search, [0], spread=0.0).mean()
+    found = search.damages(np.array([row["weights"]]), 0, 1, spread=0.0).mean()
     assert found == pytest.approx(row["damage"], rel=0.05)
 
 
@@ -103,8 +98,8 @@ def test_they_reach_what_another_search_found() -> None:
 def test_the_command_writes_what_it_finds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "found.json"
     sizes = ["--generations", "1", "--population", "4", "--restarts", "1", "--jobs", "1"]
-    arguments = ["search-switching", "--against", "pd", "--ratio", "1.3", *sizes, "--out", str(target)]
-    result = invoke(*arguments)
+    arguments = ["--against", "pd", "--ratio", "1.3", *sizes, "--out", str(target)]
+    result = invoke(*arguments, program=program(command))
     assert result.exit_code == 0, result.output
     (found,) = json.loads(target.read_text())["found"]
     assert (found["against"], found["power_ratio"]) == ("pd", 1.3)
@@ -193,9 +188,9 @@ def test_unknown_controllers_are_refused() -> None:
 
 def test_a_tiny_search_writes_a_file_that_plays(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma")
-    from cps_baselines.rogue import probing_search
-    from cps_baselines.rogue.probing_search import ProbingSearch, search_answers
     from cps_baselines.workers import Workers
+    from tools.rogue import probing as probing_search
+    from tools.rogue.probing import ProbingSearch, search_answers
 
     laws = probing_search.pool()[:2]
     monkeypatch.setattr(probing_search, "pool", lambda: laws)

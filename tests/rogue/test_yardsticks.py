@@ -11,13 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cps_baselines.rogue import yardstick_searches, yardsticks
 from cps_baselines.rogue.beam import BEAMS
 from cps_baselines.rogue.identify import Identify, Known
-from cps_baselines.rogue.refinement import Change, change
 from cps_baselines.rogue.switching import shipped_weights
-from cps_baselines.rogue.switching_search import DEFENDERS, SwitchingSearch, switching_damages, world_config
-from cps_baselines.rogue.yardsticks import (
+from cps_envs.rogue.problem import ROGUE
+from cps_paper.rogue.worlds import switching_damages, world_config
+from tests.episodes import watched
+from tools.rogue import yardstick_searches, yardsticks
+from tools.rogue.refinement import Change, change
+from tools.rogue.switching import DEFENDERS
+from tools.rogue.yardsticks import (
     CONTESTED,
     RATIOS,
     SEARCHES,
@@ -28,8 +31,6 @@ from cps_baselines.rogue.yardsticks import (
     shipped,
     tables,
 )
-from cps_envs.rogue.problem import ROGUE
-from tests.episodes import watched
 
 pytest.importorskip("cma")
 PROTOTYPE = {  # best of three searches of an independent implementation, m/s
@@ -64,7 +65,7 @@ def test_a_law_does_what_the_file_says(ratio: float, name: str) -> None:
     cell = shipped()[f"switching {ratio:g} {name}"]
     weights = np.array([cell["weights"]])
     worlds = range(yardstick_searches.REPORTED, yardstick_searches.REPORTED + yardstick_searches.VERIFIED)
-    found = switching_damages(weights, SwitchingSearch(name, ratio), worlds, refined=True).mean()
+    found = switching_damages(weights, (name,), ratio, worlds, refined=True).mean()
     assert found == pytest.approx(cell["damage"], rel=0.05)
 
 
@@ -79,7 +80,7 @@ def test_they_agree_with_an_independent_implementation(ratio: float, row: tuple[
 def test_they_are_not_below_the_laws_that_came_with_the_package() -> None:
     for name, ratio in [key for key in shipped_weights() if key[0] in DEFENDERS]:
         weights = shipped_weights()[name, ratio][np.newaxis]
-        general = switching_damages(weights, SwitchingSearch(name, ratio), range(30_000_000, 30_000_004)).mean()
+        general = switching_damages(weights, (name,), ratio, range(30_000_000, 30_000_004)).mean()
         assert best_known(shipped(), ratio, name) >= 0.95 * general
 
 

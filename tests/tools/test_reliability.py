@@ -103,7 +103,6 @@ def test_every_command_refuses_a_misspelt_word(monkeypatch: pytest.MonkeyPatch, 
     "words",
     [
         ("league", "hvac", "--preset", "learnin"),
-        ("search-string", "--trials=4", "--form", "locl"),
         ("train", "hvac-attack-ppo", "--device", "pcu"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Families of policies whose numbers a search chooses: the controller of `string`, and an attacker that replans."""
+"""Families of policies whose numbers a search chooses: two controllers of strings, and an attacker that replans."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cps_baselines.disbanding.feedback import SHAPE as WEIGHTS
+from cps_baselines.disbanding.feedback import SIGNALS, LinearFeedback
 from cps_baselines.disbanding.replanning import Numbers, Replanning
 from cps_baselines.disbanding.string_controller import SHAPE, Gains, StringController, StringLoop, shipped_gains
-from cps_baselines.disbanding.string_search import START
-from cps_baselines.disbanding.string_search import STEP as SEARCHED_STEP
 from cps_baselines.family import Family, Number
 from cps_baselines.searched import searched
 from cps_envs.core.errors import ConfigurationError, near
@@ -22,11 +22,46 @@ from cps_envs.disbanding.problem import DISBANDING
 VEHICLES = ("leader", "other")
 BROADCAST_ONLY = ("ahead_closing", "ahead_acceleration", "ahead_command")
 AGE = "forgetting"  # of no use where what is known is never old
-STEP = SEARCHED_STEP._replace(gap=0.05, predecessor_command=0.3)
+# How far a number is worth moving: the search's unit.
+STEP = Gains(
+    gap=0.05,
+    reach_m=4.0,
+    wanted_m=2.0,
+    headway_s=0.1,
+    closing=0.5,
+    closing_lag=1.0,
+    predecessor=0.4,
+    predecessor_lag=0.8,
+    own=0.3,
+    ahead_closing=0.3,
+    ahead_acceleration=0.3,
+    ahead_command=0.4,
+    cap=0.4,
+    excess_mps=0.5,
+    law=0.2,
+    forgetting=0.2,
+    predecessor_command=0.3,
+)
 # By hand: close behind everybody, leaders at 12 m, by the predecessor's command, which keeps a string together at any
 # lag; what the broadcast tells comes in by the search.
-OTHER = START._replace(
-    gap=0.1, wanted_m=4.5, closing=1.5, predecessor=0.0, predecessor_command=1.0, ahead_closing=0.0, ahead_command=0.0
+OTHER = Gains(
+    gap=0.1,
+    reach_m=10.0,
+    wanted_m=4.5,
+    headway_s=0.0,
+    closing=1.5,
+    closing_lag=0.0,
+    predecessor=0.0,
+    predecessor_lag=0.0,
+    own=0.0,
+    ahead_closing=0.0,
+    ahead_acceleration=0.0,
+    ahead_command=0.0,
+    cap=1.0,
+    excess_mps=0.5,
+    law=0.0,
+    forgetting=0.2,
+    predecessor_command=1.0,
 )
 FOLLOWING = (OTHER._replace(wanted_m=12.0), OTHER)
 WARNED = tuple(own._replace(closing=1.0) for own in FOLLOWING)  # those told at once can be softer
@@ -93,6 +128,19 @@ def _radio_loop(config: DisbandingConfig, num_envs: int, values: FloatArray) -> 
 
 
 RADIO = Family("disbanding", "defender", RADIO_NUMBERS, _radio, _radio_loop)
+
+
+def _feedback(spec: RoleSpec, values: FloatArray) -> LinearFeedback:
+    return LinearFeedback(spec, values.reshape(-1, *WEIGHTS))
+
+
+# The coefficients of `feedback`, of leaders and of all others; at zero it does nothing.
+FEEDBACK = Family(
+    "disbanding",
+    "defender",
+    tuple(Number(f"{vehicle}.{signal}", 0.0, 1.0) for vehicle in VEHICLES for signal in SIGNALS),
+    _feedback,
+)
 
 
 def _replanning(spec: RoleSpec, values: FloatArray) -> Replanning:

@@ -1,4 +1,4 @@
-"""Extension beyond the paper: linear feedback with coefficients found by a seeded search (`feedback_search`)."""
+"""Extension beyond the paper: linear feedback with coefficients that a search found: `feedback.json`."""
 
 from __future__ import annotations
 

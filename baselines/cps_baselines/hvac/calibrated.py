@@ -1,7 +1,7 @@
 """MTD2 with a threshold that was calibrated for what the plant and the model differ by, and how eps is found.
 
-It is found from the residuals that the sets have while nobody attacks. `cps-envs calibrate-mtd2 --out thresholds.json`
-made the file `thresholds.json` beside this module.
+It is found from the residuals that the sets have while nobody attacks. In a checkout
+`python -m tools.hvac.calibrate --out thresholds.json` made the file `thresholds.json` beside this module.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ IRRELEVANT = (
 
 @lru_cache(maxsize=1)
 def shipped_thresholds() -> tuple[tuple[HvacConfig, float], ...]:
-    """Configurations with the threshold, C2, that `cps-envs calibrate-mtd2` found for each."""
+    """Configurations with the threshold, C2, that `python -m tools.hvac.calibrate` found for each."""
     text = files("cps_baselines.hvac").joinpath("thresholds.json").read_text(encoding="utf-8")
     levels = json.loads(text)["levels"]
     return tuple((HVAC.config(level["preset"], level["overrides"]), level["threshold_c2"]) for level in levels)
@@ -131,8 +131,8 @@ def calibrated_threshold(config: HvacConfig) -> float:
         if _relevant(known) == _relevant(config):
             return threshold_c2
     raise ConfigurationError(
-        "no threshold is shipped for this configuration: find one with `cps-envs calibrate-mtd2 --set FIELD=VALUE` and "
-        "name the policy mtd2?threshold_c2=VALUE"
+        "no threshold is shipped for this configuration: find one with calibrate(config).threshold_c2 of "
+        "cps_baselines.hvac.calibrated, and name the policy mtd2?threshold_c2=VALUE"
     )
 
 

@@ -7,10 +7,10 @@ from itertools import product
 
 from cps_baselines.arena import Contestant
 from cps_baselines.contest import Contest, Search, Side
-from cps_baselines.rogue.contested_search import DEFENDERS as RESPONDED_TO
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 
+RESPONDED_TO = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
 RESPONSES = tuple(Contestant(f"contested {against}", f"contested?against={against}") for against in RESPONDED_TO)
 ATTACKERS = (
     Contestant("none"),

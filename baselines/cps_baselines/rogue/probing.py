@@ -44,7 +44,7 @@ def shipped_answers() -> Answers:
 
 
 def answers_of(document: Mapping[str, Any]) -> Answers:
-    """The answers of a file that `cps-envs search-switching --probe` wrote."""
+    """The answers of a file that `python -m tools.rogue.search --probe` wrote."""
     rows = document["found"]
     cells = [row["answers"] for row in rows]
 

@@ -107,7 +107,7 @@ def _found_against(defender: str) -> tuple[FloatArray, FloatArray]:
     if not rows:
         names = dict.fromkeys(name for name, _ in known)
         raise ConfigurationError(
-            f"no switching was searched against {defender!r}. {near(defender, names)} `cps-envs search-switching` "
-            "searches against any registered defender."
+            f"no switching was searched against {defender!r}. {near(defender, names)} `cps-envs best-response "
+            "--oracle search` searches against any registered defender."
         )
     return np.array(list(rows)), np.stack(list(rows.values()))

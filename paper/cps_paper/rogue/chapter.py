@@ -7,7 +7,6 @@ from functools import partial
 from itertools import starmap
 from typing import Any
 
-from cps_baselines.rogue.switching_search import SPREAD
 from cps_envs.rogue.config import PAPER
 from cps_paper.chapter import Chapter, Judged, Reproduction
 from cps_paper.evidence import Experiment
@@ -46,6 +45,7 @@ from cps_paper.rogue.heat_map import (
 from cps_paper.rogue.maps import every_seat, maps_data, maps_tables, seats_data, seats_table
 from cps_paper.rogue.rides import circles_table, courses_table, sways_table
 from cps_paper.rogue.summary import closing, has_maps
+from cps_paper.rogue.worlds import SPREAD
 from cps_paper.verdicts import Check
 
 # Judged again at half the integration step, and in worlds that differ slightly.

@@ -10,7 +10,6 @@ import numpy as np
 
 from cps_baselines.rogue.square import SquareWave
 from cps_baselines.rogue.switching import shipped_weights
-from cps_baselines.rogue.switching_search import REPORTED, SwitchingSearch, switching_damages
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, Role
@@ -29,6 +28,7 @@ from cps_paper.rogue.heat_map import (
     STEADY_HZ,
     HeatMap,
 )
+from cps_paper.rogue.worlds import REPORTED, switching_damages
 
 Wave = tuple[float, float]  # frequency in Hz, duty
 Overrides = tuple[tuple[str, Any], ...]
@@ -141,10 +141,10 @@ class ClosedLoop:
     def run(self) -> tuple[float, float]:
         """Damages in m/s: at the step of the preset; and the mean over perturbed worlds at half of it."""
         weights = shipped_weights()[self.against, self.power_ratio][np.newaxis]
-        search = SwitchingSearch(self.defender, self.power_ratio)
+        setting = ((self.defender,), self.power_ratio)
         worlds = range(REPORTED, REPORTED + VERIFYING_WORLDS)
-        nominal = switching_damages(weights, search, [0], spread=0.0)
-        return float(nominal.mean()), float(switching_damages(weights, search, worlds, refined=True).mean())
+        nominal = switching_damages(weights, *setting, [0], spread=0.0)
+        return float(nominal.mean()), float(switching_damages(weights, *setting, worlds, refined=True).mean())
 
 
 @dataclass(frozen=True)

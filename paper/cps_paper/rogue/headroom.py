@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.rogue.switching_search import ALL, RATIOS
 from cps_envs.core.types import FloatArray
 from cps_paper.exhibit import Column, Table, with_properties
 from cps_paper.rogue.experiments import ClosedLoop, Evidence, Ride, Waves, steady_waves
 from cps_paper.rogue.heat_map import LEARNING_S, MAPS, SOLID, STEADY_HZ, TITLES
+from cps_paper.rogue.worlds import ALL, RATIOS
 from cps_paper.verdicts import shipped_rows
 
 DUTY_HZ = tuple(np.round(np.geomspace(0.01, 0.6, 18), 4).tolist())

@@ -1,6 +1,6 @@
 """The searches behind `contested.json`: responses to defenders of preset `learning`, and what tells these apart.
 
-`python -m cps_baselines.rogue.contested_search contested.json` makes the file anew; it takes a quarter of an hour.
+`python -m tools.rogue.contested contested.json` makes the file anew; it takes a quarter of an hour.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.evolution import evolve
+from cps_baselines.rogue.contest import RESPONDED_TO
 from cps_baselines.rogue.identify import trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
 from cps_envs.core.game import Game
@@ -23,7 +24,6 @@ from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
 
-DEFENDERS = ("pd", "sliding", "sliding_detection", "disband_7", "assigned", "assigned?laws=f", "monitor")
 SEARCHED, REPORTED = 40_000_000, 50_000_000  # first seeds of the worlds
 PROBE_S = 4.0  # chosen: the slowest of these defenders has answered by then
 ATTACKED = {"attack_share": 1.0}  # a search looks at episodes with an attack only
@@ -102,7 +102,7 @@ def _config() -> Game:
 
 def document(search: ContestedSearch) -> dict[str, Any]:
     """Everything that `identify` and `contested` need."""
-    rows = [search_response(against, search) for against in DEFENDERS]
+    rows = [search_response(against, search) for against in RESPONDED_TO]
     return {"probe": shipped_weights()["all", 1.0].tolist(), "probe_s": PROBE_S, "found": rows}
 
 

@@ -1,7 +1,7 @@
 """The best attacks that three unlike searches know against each controller: what attackers are compared with.
 
-`python -m cps_baselines.rogue.yardsticks` prints the tables of `yardsticks.json` beside this module.
-`python -m cps_baselines.rogue.yardsticks FILE` searches what FILE does not hold yet, a quarter of an hour of CPU time,
+`python -m tools.rogue.yardsticks` prints the tables of `yardsticks.json` beside this module.
+`python -m tools.rogue.yardsticks FILE` searches what FILE does not hold yet, a quarter of an hour of CPU time,
 and prints its tables. Interrupted, the same command goes on.
 
 1. A switching law, see `switching_search`.
@@ -20,14 +20,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from importlib.resources import files
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from cps_baselines.rogue.contest import DEFENDERS
-from cps_baselines.rogue.switching_search import DEFENDERS as CONTROLLERS
-from cps_baselines.rogue.yardstick_searches import contest_attacks, identified, plan_attack, search_answer, search_law
+from tools.rogue.switching import DEFENDERS as CONTROLLERS
+from tools.rogue.yardstick_searches import contest_attacks, identified, plan_attack, search_answer, search_law
 
 Document = dict[str, Any]
 RATIOS = (1.0, 1.1, 1.2, 1.3)
@@ -37,7 +36,7 @@ SEARCHES = ("switching", "untold", "told", "beam")
 
 def shipped() -> Document:
     """The result that comes with the package."""
-    found: Document = json.loads(files("cps_baselines.rogue").joinpath("yardsticks.json").read_text(encoding="utf-8"))
+    found: Document = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
     return found
 
 

@@ -1,4 +1,4 @@
-"""`cps-envs double-oracle`: the value of the rogue game between fixed laws and searched attackers."""
+"""`python -m tools.double_oracle`: the value of the rogue game between fixed laws and searched attackers."""
 
 from __future__ import annotations
 
@@ -6,20 +6,22 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+import numpy as np
 import typer
 
+from cps_agents.arena.statistics import Estimate
 from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
 from cps_agents.files import alone_at, write_json
 from cps_agents.progress import Progress
 from cps_agents.table import Table
-
-if TYPE_CHECKING:
-    from cps_agents.arena.statistics import Estimate
-    from cps_agents.league.double_oracle import Round, Row
-    from cps_baselines.rogue.fixed_game import FixedGame
+from cps_baselines.rogue.switching import SIZE
+from cps_envs.core.documents import read_entry
+from tools.command import run
+from tools.double_oracle.fixed_game import DEFENDERS, FixedGame
+from tools.double_oracle.rounds import Round, Row, fresh_value, play_rounds
 
 LEAST_SHARE = 0.05  # of a defender that the table names
 MOST = 10**9  # of the whole numbers in a file
@@ -43,18 +45,12 @@ def double_oracle(
     mixtures are valued in worlds that did not choose them. That value is a
     lower bound: the last response says how far it may still rise.
     """
-    from cps_agents.league.double_oracle import fresh_value, play_rounds
-    from cps_envs.core.errors import require
-
-    require("cma", extra="baselines", purpose="searching attacks")
-    from cps_baselines.rogue.fixed_game import FixedGame
-
     games = [FixedGame(each, weight, seed=seed) for each in ratio or (1.0, 1.3)]
     found: list[dict[str, Any]] = []
     with alone_at(to), Progress("rounds", rounds * len(games)) as progress:
         kept = {_key(game): rows for game, rows in _read(to)}
         for game in games:
-            rows, done = kept.setdefault(_key(game), []), list["Round"]()
+            rows, done = kept.setdefault(_key(game), []), list[Round]()
             for each in play_rounds(game, rows, rounds):
                 done.append(each)
                 progress.update(len(found) * rounds + len(done), f"ratio {game.power_ratio:g}: {each.value:.1f} m/s")
@@ -83,13 +79,6 @@ def _read(path: Path) -> list[tuple[FixedGame, list[Row]]]:
     Raises:
         DamagedFileError: the file is something else, or of other defenders.
     """
-    import numpy as np
-
-    from cps_agents.league.double_oracle import Row
-    from cps_baselines.rogue.fixed_game import DEFENDERS, FixedGame
-    from cps_baselines.rogue.switching import SIZE
-    from cps_envs.core.documents import read_entry
-
     if not path.is_file():
         return []
     document = read_entry(path, "file of a double oracle", "Choose another --out, or delete it.")
@@ -107,7 +96,6 @@ def _read(path: Path) -> list[tuple[FixedGame, list[Row]]]:
 
 
 def _document(game: FixedGame, rounds: Sequence[Round], value: Estimate) -> dict[str, Any]:
-    from cps_baselines.rogue.fixed_game import DEFENDERS
 
     last = rounds[-1]
     return {
@@ -135,3 +123,7 @@ def _show(game: FixedGame, found: dict[str, Any]) -> None:
     ends = f"95 % interval {value['low']:.1f} to {value['high']:.1f}"
     out().print(f"Value in {game.fresh_worlds} fresh worlds: {value['mean']:.1f} m/s, {ends}.")
     out().print(f"The defender plays {shares}", markup=False, soft_wrap=True)
+
+
+if __name__ == "__main__":
+    run(double_oracle, "python -m tools.double_oracle")

@@ -1,6 +1,6 @@
 """The search behind `responses.json`: the laws of `informed` against each attacker of preset `learning`.
 
-`python -m cps_baselines.rogue.response_search responses.json` makes the file anew; it takes a quarter of an hour.
+`python -m tools.rogue.responses responses.json` makes the file anew; it takes a quarter of an hour.
 """
 
 from __future__ import annotations

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cps_agents.league.double_oracle import Row, fresh_value, play_rounds
-from cps_baselines.rogue.fixed_game import ASSIGNED, DEFENDERS, DETECTING, FixedGame
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import FloatArray, IntArray
 from cps_envs.rogue.problem import ROGUE
 from tests.agents.command_line import invoke
+from tools.command import program
+from tools.double_oracle.__main__ import double_oracle
+from tools.double_oracle.fixed_game import ASSIGNED, DEFENDERS, DETECTING, FixedGame
+from tools.double_oracle.rounds import Row, fresh_value, play_rounds
 
 CHOICES = 101
 
@@ -83,7 +85,7 @@ def test_every_assignment_of_laws_is_there_once() -> None:
 @pytest.mark.parametrize("name", ["shll", "llll", "shsr", *DETECTING[:2]])
 def test_a_row_holds_what_the_registered_policy_pays(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     few = ("llll", "shll", "shsr")
-    monkeypatch.setattr("cps_baselines.rogue.fixed_game.DEFENDERS", (*few, *DETECTING))
+    monkeypatch.setattr("tools.double_oracle.fixed_game.DEFENDERS", (*few, *DETECTING))
     game = FixedGame(1.3, weight_mps2=0.5, worlds=2)
     attack = game.first()[0]
     paid = game.row(attack)[[*few, *DETECTING].index(name)]
@@ -112,7 +114,8 @@ def test_a_search_improves_on_what_is_known_and_is_repeatable() -> None:
 
 def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cma")
-    monkeypatch.setattr("cps_baselines.rogue.fixed_game.DEFENDERS", ("llll", "shll"))
+    for module in ("fixed_game", "__main__"):
+        monkeypatch.setattr(f"tools.double_oracle.{module}.DEFENDERS", ("llll", "shll"))
 
     def row(self: FixedGame, weights: FloatArray) -> FloatArray:
         return np.array([1.0, 2.0]) + weights[:2]
@@ -128,13 +131,13 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(FixedGame, "fresh", fresh)
     monkeypatch.setattr(FixedGame, "respond", respond)
     target = tmp_path / "game.json"
-    arguments = ["double-oracle", "--ratio", "1.3", "--out", str(target)]
-    first = invoke(*arguments, "--rounds", "1")
+    arguments, tool = ["--ratio", "1.3", "--out", str(target)], program(double_oracle)
+    first = invoke(*arguments, "--rounds", "1", program=tool)
     assert first.exit_code == 0, first.output
     assert "The defender plays" in first.stdout
     assert "Value in 8 fresh worlds" in first.stdout
     rows = json.loads(target.read_text())["games"][0]["rows"]
-    second = invoke(*arguments, "--rounds", "2", "--json")
+    second = invoke(*arguments, "--rounds", "2", "--json", program=tool)
     assert second.exit_code == 0, second.output
     (found,) = json.loads(second.stdout)
     assert len(found["rounds"]) == 2
@@ -144,6 +147,6 @@ def test_the_command_keeps_its_rows_and_goes_on(tmp_path: Path, monkeypatch: pyt
     whole["games"][0]["rows"][0]["paid"][1] = float("nan")
     for document, reason in (({}, "the entry games is missing"), (whole, "NaN is no number of JSON")):
         target.write_text(json.dumps(document))
-        refused = invoke(*arguments)
+        refused = invoke(*arguments, program=tool)
         assert refused.exit_code == 2
         assert f"is no file of a double oracle ({reason}). Choose another --out" in " ".join(refused.stderr.split())

@@ -1,6 +1,6 @@
 """The search behind `probing.json`: a probe for each power ratio, and the best answer to each controller after it.
 
-`cps-envs search-switching --probe --out probing.json` made the file. Its row of 1.1 was searched anew, with `--again
+`python -m tools.rogue.search --probe --out probing.json` made the file. Its row of 1.1 was searched anew, with `--again
 --ratio 1.1 --seed 1`, and names its search. Every candidate starts in the state that the probe has led to. The searches
 begin at the laws that did most there of all that the package knows, whatever they were found against: from zero a
 search against detection stays where nothing happens.
@@ -19,9 +19,6 @@ from cps_baselines.evolution import evolve
 from cps_baselines.rogue.identify import known, trace_of
 from cps_baselines.rogue.probing import LOOKS_S, Answers, Probe, shipped_answers
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
-from cps_baselines.rogue.switching_search import ALL, DEFENDERS, REPORTED, SEARCHED, SELECTED, world_config
-from cps_baselines.rogue.yardsticks import RATIOS as YARDSTICK_RATIOS
-from cps_baselines.rogue.yardsticks import shipped
 from cps_baselines.workers import Workers
 from cps_envs.core.game import Game
 from cps_envs.core.play import play_episodes
@@ -29,6 +26,10 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import FloatArray, IntArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from cps_paper.rogue.worlds import ALL, REPORTED, world_config
+from tools.rogue.switching import DEFENDERS, SEARCHED, SELECTED
+from tools.rogue.yardsticks import RATIOS as YARDSTICK_RATIOS
+from tools.rogue.yardsticks import shipped
 
 RATIOS = (1.0, 1.05, 1.1, 1.15, 1.2, 1.3)
 ALIKE = ("disband_4", "disband_7")  # told apart late, at some ratios never: they get one answer

@@ -16,7 +16,6 @@ import numpy as np
 from cps_baselines.evolution import evolve
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
-from cps_baselines.rogue.switching_search import REPORTED, SEARCHED, world_config
 from cps_envs.core.config import configure
 from cps_envs.core.lookup import PolicyReference
 from cps_envs.core.play import play_episodes
@@ -25,6 +24,8 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Role
 from cps_envs.rogue.config import PAPER, RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from cps_paper.rogue.worlds import REPORTED, world_config
+from tools.rogue.switching import SEARCHED
 
 REAR_LAWS, LAWS = "lsfh", "lsfrh"  # the rear vehicle has nobody behind it to follow
 ASSIGNED = tuple("".join(laws) for laws in product(REAR_LAWS, *[LAWS] * (PAPER.num_intact - 1)))
@@ -37,7 +38,7 @@ ORIGIN_SPREAD, KNOWN_SPREAD = 1.0, 0.5  # of a search from zero, and of one from
 
 @dataclass(frozen=True)
 class FixedGame:
-    """The attacker is paid the damage and `weight_mps2` times the formation cost; the setting of `switching_search`."""
+    """The attacker is paid the damage and `weight_mps2` times the formation cost, in the worlds of `tools.rogue`."""
 
     power_ratio: float
     weight_mps2: float = 0.5  # that of preset `easy`

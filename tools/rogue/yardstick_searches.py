@@ -13,15 +13,6 @@ from cps_baselines.rogue.beam import BEAMS, BeamPlanner, plan_by_beam
 from cps_baselines.rogue.contest import ATTACKERS
 from cps_baselines.rogue.identify import Identify, Known, known, trace_of
 from cps_baselines.rogue.switching import SIZE, Switching, shipped_weights
-from cps_baselines.rogue.switching_search import (
-    REPORTED,
-    SEARCHED,
-    SELECTED,
-    SwitchingSearch,
-    search_switching,
-    switching_damages,
-    world_config,
-)
 from cps_envs.core.game import Game
 from cps_envs.core.lookup import PolicyReference, resolve_policy
 from cps_envs.core.play import play_episodes
@@ -30,6 +21,8 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, Role
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from cps_paper.rogue.worlds import REPORTED, world_config
+from tools.rogue.switching import SEARCHED, SELECTED, SwitchingSearch, search_switching
 
 Found = dict[str, Any]
 PROBE = "disband_4"  # chosen: the law against it is told apart by all six within `PROBE_S`
@@ -44,13 +37,13 @@ def search_law(defender: str, ratio: float) -> Found:
     """The best switching law: searched from zero and from the best of all laws that came with the package."""
     search = SwitchingSearch(defender, ratio)
     laws = np.array([*shipped_weights().values(), *known().weights])
-    screened = switching_damages(laws, search, range(SELECTED - SCREENED, SELECTED)).mean(axis=(1, 2))
+    screened = search.damages(laws, SELECTED - SCREENED, SCREENED).mean(axis=(1, 2))
     start = laws[int(screened.argmax())]
     found = search_switching(SwitchingSearch(defender, ratio, **SIZES, start=tuple(start.tolist())))
     pair = np.array([found["weights"], np.round(start, 4)])
-    judged = switching_damages(pair, search, range(SELECTED, SELECTED + JUDGED), refined=True).mean(axis=(1, 2))
+    judged = search.damages(pair, SELECTED, JUDGED, refined=True).mean(axis=(1, 2))
     weights = pair[int(judged.argmax())]
-    worlds = switching_damages(weights[np.newaxis], search, range(REPORTED, REPORTED + VERIFIED), refined=True)
+    worlds = search.damages(weights[np.newaxis], REPORTED, VERIFIED, refined=True)
     return {"weights": weights.tolist(), "damage": _rounded(worlds)}
 
 

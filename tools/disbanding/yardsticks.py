@@ -1,4 +1,4 @@
-"""What a defence can reach, and the strongest defenders beside it: `python -m cps_baselines.disbanding.yardsticks`.
+"""What a defence can reach, and the strongest defenders beside it: `python -m tools.disbanding.yardsticks`.
 
 `bounds`: the least E_v of any defence for one and two attacks, by the smallest gap. `cells`: defenders in the cells of
 Tables 2.2 and 2.3. `learning`: defenders in preset `learning`, paired with `informed`. The tables are Markdown.
@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.disbanding.bounds import least_error_of_two, least_errors
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array
 from cps_envs.disbanding.problem import DISBANDING
+from tools.disbanding.bounds import least_error_of_two, least_errors
 
 TAUS_S, GAPS_M, DESIRED_GAPS_M = (0.1, 0.3, 0.5), (1.0, 3.0, 5.0), (5.0, 4.0)
 TWO_ATTACKS = {

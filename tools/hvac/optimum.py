@@ -1,10 +1,10 @@
-"""`python -m tools.hvac_optimum` prints the strongest stealthy attack on MTD2 in `paper`, and its bound."""
+"""`python -m tools.hvac.optimum` prints the strongest stealthy attack on MTD2 in `paper`, and its bound."""
 
 from __future__ import annotations
 
 from cps_envs.hvac.problem import HVAC
-from tools.hvac_optimum.played import OpenLoop, impact_played
-from tools.hvac_optimum.program import respond, solve
+from tools.hvac.played import OpenLoop, impact_played
+from tools.hvac.program import respond, solve
 
 DAYS = 20
 MARGIN = 0.02  # of the bias, for the noise that the mean field leaves out

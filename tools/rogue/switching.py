@@ -1,6 +1,6 @@
 """The seeded search that found the weights of `switching`: evolution strategy with covariance adaptation.
 
-`cps-envs search-switching --out switching.json` made the file `switching.json` beside this module.
+`python -m tools.rogue.search --out switching.json` made the file `switching.json` of `cps_baselines.rogue`.
 
 A search at a fixed step in one world finds the chatter of its integration: against detection, twice the step seemed to
 give ten times the damage. So every candidate is judged in several worlds whose drive and drag differ by up to 0.3 %,
@@ -20,19 +20,12 @@ from typing import Any
 import numpy as np
 
 from cps_baselines.evolution import evolve
-from cps_baselines.rogue.switching import SIZE, Switching
-from cps_envs.core.lookup import PolicyReference
-from cps_envs.core.play import play_episodes
-from cps_envs.core.types import FloatArray, Role
-from cps_envs.rogue.config import PAPER, RogueConfig
-from cps_envs.rogue.problem import ROGUE
+from cps_baselines.rogue.switching import SIZE
+from cps_envs.core.types import FloatArray
+from cps_paper.rogue.worlds import ALL, REPORTED, switching_damages
 
 DEFENDERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
-ALL = "all"
-RATIOS = (1.0, 1.3)
-SETTING = {"contact": "solid", "duration_s": 60.0}
-SPREAD = 0.003  # relative, of drive and drag between worlds
-SEARCHED, SELECTED, REPORTED = 10_000_000, 20_000_000, 30_000_000  # first seeds of the worlds
+SEARCHED, SELECTED = 10_000_000, 20_000_000  # first seeds of the worlds
 Report = Callable[[str], None]
 
 
@@ -68,6 +61,11 @@ class SwitchingSearch:
         """A few words for a progress bar."""
         return f"{self.against}, ratio {self.power_ratio:g}"
 
+    def damages(self, weights: FloatArray, first: int, count: int, **options: Any) -> FloatArray:
+        """Damages (P, defenders, worlds) in m/s of candidates (P, 7), see `switching_damages`."""
+        seeds = range(first, first + count)
+        return switching_damages(weights, self.defenders, self.power_ratio, seeds, **options)
+
 
 def search_switching(search: SwitchingSearch) -> dict[str, Any]:
     """The best weights (7,) with their damage in m/s, ready for JSON.
@@ -78,14 +76,14 @@ def search_switching(search: SwitchingSearch) -> dict[str, Any]:
     champions = [pair for run in range(search.runs) for pair in _generations(search, run)]
     best = sorted(champions, key=lambda pair: -pair[0])[: search.finalists]
     finalists = np.array([weights for _, weights in best])
-    judged = switching_damages(finalists, search, _seeds(SELECTED, search.final_worlds), refined=True)
+    judged = search.damages(finalists, SELECTED, search.final_worlds, refined=True)
     weights = np.round(finalists[np.argmax(judged.mean(axis=(1, 2)))], 4)
-    unseen = switching_damages(weights[np.newaxis], search, _seeds(REPORTED, 2 * search.final_worlds), refined=True)[0]
+    unseen = search.damages(weights[np.newaxis], REPORTED, 2 * search.final_worlds, refined=True)[0]
     return {
         "against": search.against,
         "power_ratio": search.power_ratio,
         "weights": weights.tolist(),
-        "damage": _rounded(switching_damages(weights[np.newaxis], search, [0], spread=0.0).mean()),
+        "damage": _rounded(search.damages(weights[np.newaxis], 0, 1, spread=0.0).mean()),
         "verified": _rounded(unseen.mean()),
         "deviation": _rounded(unseen.mean(axis=0).std()),
         "search": asdict(search),
@@ -101,48 +99,11 @@ def _generations(search: SwitchingSearch, run: int) -> Iterator[tuple[float, Flo
 
     def judge(candidates: FloatArray, generation: int) -> FloatArray:
         first = SEARCHED + (run * search.generations + generation) * search.worlds
-        damages: FloatArray = switching_damages(candidates, search, _seeds(first, search.worlds)).mean(axis=(1, 2))
+        damages: FloatArray = search.damages(candidates, first, search.worlds).mean(axis=(1, 2))
         return damages
 
     sizes = {"population": search.population, "generations": search.generations}
     yield from evolve(judge, origin, spread, **sizes, seed=[search.seed, run])
-
-
-def switching_damages(
-    weights: FloatArray,
-    search: SwitchingSearch,
-    seeds: Sequence[int],
-    *,
-    spread: float = SPREAD,
-    refined: bool = False,
-) -> FloatArray:
-    """Damages (P, defenders, worlds) in m/s of candidates (P, 7), all played at once against each defender."""
-    config = world_config(search.power_ratio, spread, refined=refined)
-    attacker = Switching(ROGUE.game(config, 1).spec("attacker"), np.repeat(weights, len(seeds), axis=0))
-    damages = np.empty((len(weights), len(search.defenders), len(seeds)))
-    for k, defender in enumerate(search.defenders):
-        players: dict[Role, PolicyReference] = {"attacker": attacker, "defender": defender}
-        outcome = play_episodes(ROGUE, config, players, list(seeds) * len(weights))
-        damages[:, k] = outcome["damage"].reshape(len(weights), len(seeds))
-    return damages
-
-
-def world_config(
-    power_ratio: float | tuple[float, float], spread: float = SPREAD, *, refined: bool = False
-) -> RogueConfig:
-    """The learning problem's contact and duration; each seed draws drive and drag within +-`spread`, relative.
-
-    `power_ratio` may be a range, of which each seed draws one too.
-    """
-    ends = np.array([1 - spread, 1 + spread])
-    drawn = {name: (getattr(PAPER, name) * ends).tolist() for name in ("drive_mps2", "drag_per_s")} if spread else {}
-    step = {"dt_s": PAPER.dt_s / 2} if refined else {}
-    config: RogueConfig = ROGUE.config("paper", {**SETTING, "power_ratio": power_ratio, **drawn, **step})
-    return config
-
-
-def _seeds(first: int, count: int) -> range:
-    return range(first, first + count)
 
 
 def _rounded(damage: float) -> float:
