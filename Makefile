@@ -36,7 +36,7 @@ setup: $(ALL) ## install everything into the virtual environment and compile all
 	$(BIN)/cps-envs warm
 
 benchmark: $(LIGHT) ## the main tables beside the paper's numbers, into results/; ARGS=--full for all (no torch)
-	$(BIN)/cps-envs benchmark --out results $(ARGS)
+	$(BIN)/python -m tools.benchmark --out results $(ARGS)
 
 test: $(ALL) ## run the tests
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
@@ -67,7 +67,7 @@ types: $(ALL) ## check types only
 	$(BIN)/python -m mypy
 
 bench: $(LIGHT) ## measure the speed of environments and opponents
-	$(BIN)/cps-envs bench $(ARGS)
+	$(BIN)/python -m tools.bench $(ARGS)
 
 peers: $(ALL) ## try the packages of others on our wheel, into docs/peers.md (needs much disk)
 	$(BIN)/python -m tools.peers $(ARGS)

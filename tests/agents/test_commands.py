@@ -49,7 +49,6 @@ REFUSED = [
     (("benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
     (("bench", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
     (("bench", "--problem", "rouge"), "Did you mean"),
-    (("bench", "--part", "size"), "Did you mean"),
     (("warm", "--problem", "rouge"), "Did you mean 'rogue'?"),
     *(
         (("oracle", "--out", "none.json", *wrong), remedy)

@@ -7,16 +7,20 @@ from functools import partial
 
 import pytest
 
-from cps_agents.bench import interfaces, opponents, sizes, suite, threads
+from cps_agents.bench import interfaces, measuring
 from cps_agents.bench.interfaces import ADDED, items, measure_yardsticks, short
+from cps_agents.bench.measuring import Findings, measure
 from cps_agents.bench.row import Item, Row, Values, Yardsticks, calls_per_s, microseconds
-from cps_agents.bench.sizes import SIZES, Size, episode_kb
-from cps_agents.bench.suite import Findings, judge, measure, plan
-from cps_agents.commands.bench import bench
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
 from tests.agents import command_line
+from tools.bench import __main__ as command
+from tools.bench import opponents, sizes, threads
+from tools.bench.__main__ import bench
+from tools.bench.sizes import SIZES, Size, episode_kb
+from tools.bench.suite import judge, plan
+from tools.command import program
 
 PROBLEM = find_problem("rogue")
 YARDSTICKS = Yardsticks(cartpole_us=10.0, updates_per_s=1e9)
@@ -162,7 +166,7 @@ def test_ctrl_c_keeps_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None
         raise KeyboardInterrupt
 
     plans = [Item("added", "first", lambda *_: {"game_us": 1.0}), Item("added", "second", pressed)]
-    monkeypatch.setattr(suite, "measure_yardsticks", lambda seconds: YARDSTICKS)
+    monkeypatch.setattr(measuring, "measure_yardsticks", lambda seconds: YARDSTICKS)
     found = measure(plans, 0.01, quiet)
     assert found.interrupted
     assert [each.name for each in found.rows] == ["first"]
@@ -184,11 +188,11 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Findings:
         ],
         [YARDSTICKS],
     )
-    monkeypatch.setattr(suite, "measure", lambda items, seconds, report: found)
+    monkeypatch.setattr(command, "measure", lambda items, seconds, report: found)
     return found
 
 
-invoke = partial(command_line.invoke, "bench", columns=80)
+invoke = partial(command_line.invoke, columns=80, program=program(bench))
 
 
 def test_the_command_prints_tables_that_fit_a_terminal(measured: Findings) -> None:
@@ -214,6 +218,17 @@ def test_an_interrupted_command_prints_and_says_so(measured: Findings) -> None:
     assert "Interrupted: 6 of" in result.stderr
 
 
+def test_users_measure_environments_and_interfaces(measured: Findings, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measuring, "measure", lambda items, seconds, report: measured)
+    shown = command_line.invoke("bench", "--problem", "disbanding", columns=80)
+    assert shown.exit_code == 0, shown.output
+    assert "DisbandingDefense vector 1024" in shown.stdout
+    assert "1.00e9" in shown.stdout
+    measured.interrupted = 130
+    found = command_line.invoke("bench", "--json")
+    assert (found.exit_code, len(json.loads(found.stdout)["rows"])) == (130, 6)
+
+
 def test_help_begins_with_verbs() -> None:
     assert (bench.__doc__ or "").startswith("Measure")
     assert "face" not in invoke("--help").stdout.lower().replace("interface", "")
@@ -222,7 +237,7 @@ def test_help_begins_with_verbs() -> None:
 @pytest.mark.slow
 def test_training_is_measured_beside_the_defaults(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("sb3_contrib")
-    from cps_agents.bench import training
+    from tools.bench import training
 
     recipe = replace(training.RECIPES["fdi-defense-ppo"], num_envs=8, steps_per_update=16, batch_size=64, epochs=1)
     monkeypatch.setattr(training, "RECIPES", {recipe.name: recipe})

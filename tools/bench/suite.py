@@ -1,17 +1,15 @@
-"""What `cps-envs bench` measures, one item after the other, and what the project promises about speed beside it."""
+"""What there is to measure, and what the project promises about speed."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
-from cps_agents.bench import interfaces, opponents, sizes, threads
-from cps_agents.bench.interfaces import measure_yardsticks
-from cps_agents.bench.row import Item, Row, Values, Yardsticks
-from cps_agents.errors import explain
-from cps_baselines.interruption import exit_code
+from cps_agents.bench import interfaces
+from cps_agents.bench.row import Item, Row, Values
 from cps_envs.core.problem import Problem
+from tools.bench import opponents, sizes, threads
 
 CARTPOLES = {  # single decisions that may cost so many steps of a single CartPole at most
     "DisbandingAttack single": 8.0,
@@ -97,18 +95,8 @@ def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
         yield Target(f"{role}, costliest: {policy}, x none", row.values[key], OPPONENT_TIMES)
 
 
-Report = Callable[[int, int, str], None]  # items done, items in all, what comes next
 TRAINING = "training"
 PARTS = (sizes.PART, threads.PART, interfaces.PART, interfaces.ADDED, opponents.PART, TRAINING)
-
-
-@dataclass
-class Findings:
-    """What has been measured so far."""
-
-    rows: list[Row] = field(default_factory=list)
-    yardsticks: list[Yardsticks] = field(default_factory=list)  # one for each part, in the order of measuring
-    interrupted: int = 0  # the exit code that a signal asks for; 0 if everything was measured
 
 
 def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
@@ -123,33 +111,7 @@ def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
     }
     found = [item for part, make in makers.items() if part in parts for item in make(chosen)]
     if TRAINING in parts:
-        from cps_agents.bench import training
+        from tools.bench import training
 
         found += training.items(chosen)
     return found
-
-
-def measure(items: Sequence[Item], seconds: float, report: Report) -> Findings:
-    """Everything, with about `seconds` of CPU for each item; Ctrl-C ends it with what is there."""
-    found = Findings()
-    try:
-        for done, item in enumerate(items):
-            report(done, len(items), f"{item.part}: {item.name}")
-            if done == 0 or item.part != items[done - 1].part:
-                found.yardsticks.append(measure_yardsticks(seconds))
-            found.rows.append(_measured(item, seconds, found.yardsticks[-1]))
-        report(len(items), len(items), "")
-    except KeyboardInterrupt as error:
-        found.interrupted = exit_code(error)
-    return found
-
-
-def _measured(item: Item, seconds: float, yardsticks: Yardsticks) -> Row:
-    """An item that cannot be measured, such as a policy that needs options, says why."""
-    try:
-        return Row(item.part, item.name, item.measure(seconds, yardsticks), item.note)
-    except Exception as error:
-        why = explain(error)
-        if why is None:
-            raise
-        return Row(item.part, item.name, {}, why)

@@ -1,0 +1,73 @@
+"""Rows as tables, and what they are compared with as a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from cps_agents.bench.measuring import Findings
+from cps_agents.bench.row import Row
+from cps_agents.table import Table
+
+Cell: TypeAlias = Callable[[Row], str]
+Columns: TypeAlias = Mapping[str, tuple[str, tuple[tuple[str, Cell], ...]]]  # part -> title, columns
+
+
+def number(key: str, form: str = ",.1f", factor: float = 1.0) -> Cell:
+    """A value of a row, times a factor; a dash where there is none."""
+    return lambda row: format(factor * row.values[key], form) if key in row.values else "-"
+
+
+OWN: Columns = {
+    "interfaces": (
+        "Interfaces: against none",
+        (
+            ("steps/s", number("steps_per_s", ",.0f")),
+            ("us/step", number("step_us", ".3g")),
+            ("CartPoles", number("cartpoles", ".3g")),
+        ),
+    ),
+    "added": (
+        "What interfaces add to a decision of one environment",
+        (
+            ("game, us", number("game_us")),
+            ("single adds", number("single_us")),
+            ("vector adds", number("vector_us")),
+        ),
+    ),
+}
+
+
+def tables(rows: Sequence[Row], columns_of: Columns = OWN) -> list[object]:
+    """A table for each part that was measured, and the reasons of rows without figures below."""
+    found: list[object] = []
+    for part, (title, columns) in columns_of.items():
+        for group, own in _groups([row for row in rows if row.part == part]).items():
+            cells = [(_label(row, group), *(cell(row) for _, cell in columns)) for row in own if row.values]
+            found.append(Table(f"{title}{group and f', {group}'}", ("", *(name for name, _ in columns)), cells))
+            found += [f"{row.name}: {row.note}" for row in own if not row.values]
+    return found
+
+
+def _groups(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Rows by problem where their names are long, which those of policies are: `problem.role.policy`."""
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(row.name.partition(".")[0] if row.part == "opponents" else "", []).append(row)
+    return groups
+
+
+def _label(row: Row, group: str) -> str:
+    name = row.name.removeprefix(f"{group}.").replace(".", " ", 1) if group else row.name
+    return f"{name} ({row.note})" if row.note else name
+
+
+def yardsticks(found: Findings, machine: dict[str, Any]) -> str:
+    """By what everything was measured, and on what machine."""
+    lines = [f"{machine['cpu']}, Python {machine['python']}; CPU time of one process, the best of several rounds."]
+    lines += [
+        f"A step of a single CartPole takes {each.cartpole_us:.1f} us. The simplest vehicle in a compiled loop makes "
+        f"{each.updates_per_s / 1e9:.2f}e9 steps/s; shares are of that."
+        for each in found.yardsticks[:1]
+    ]
+    return "\n".join(lines)

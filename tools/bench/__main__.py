@@ -1,0 +1,137 @@
+"""`python -m tools.bench`: the speed of environments, opponents and training beside what the project promises."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Annotated, Any
+
+import typer
+
+from cps_agents.bench.measuring import Findings, measure
+from cps_agents.bench.tables import OWN, Columns, number, tables, yardsticks
+from cps_agents.commands.bench import QUICK_S, USUAL_S, Only, Quick, Seconds
+from cps_agents.commands.options import AsJson
+from cps_agents.console import err, out, print_json
+from cps_agents.errors import CommandError
+from cps_agents.machine import describe
+from cps_agents.progress import Progress
+from cps_agents.table import Table, styled
+from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.errors import near, require
+from tools.bench.suite import PARTS, TRAINING, judge, plan
+from tools.command import run
+
+PART = "Measure this part: sizes, threads, interfaces, added, opponents or training."
+
+
+def bench(
+    only: Only = None,
+    parts: Annotated[list[str] | None, typer.Option("--part", help=f"{PART} May be repeated.")] = None,
+    training: Annotated[bool, typer.Option("--training", help="Measure training, too; needs PyTorch.")] = False,
+    seconds: Seconds = USUAL_S,
+    quick: Quick = False,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the speed of environments, opponents and training.
+
+    Every time is CPU time of this process, but for threads. Press Ctrl-C at any time:
+    what was measured until then is printed.
+    """
+    items = plan([find_problem(name) for name in only or PROBLEMS], _parts(parts or [], training))
+    with Progress("bench", len(items)) as progress:
+        progress.say(f"{len(items)} rows; kernels that are not compiled yet make them longer")
+        found = measure(items, QUICK_S if quick else seconds, lambda done, _, note: progress.update(done, note))
+    machine, targets = describe(), judge(found.rows)
+    if as_json:
+        print_json(_document(machine, found, targets))
+    else:
+        console = out()
+        for table in tables(found.rows, COLUMNS):
+            console.print(table)
+        if targets:
+            console.print(_targets(targets))
+        console.print(yardsticks(found, machine))
+    if found.interrupted:
+        err().print(f"Interrupted: {len(found.rows)} of {len(items)} rows were measured.")
+        raise typer.Exit(found.interrupted)
+
+
+def _parts(chosen: Sequence[str], training: bool) -> list[str]:
+    for part in chosen:
+        if part not in PARTS:
+            raise CommandError(f"--part {part!r}: there is no such part. {near(part, PARTS)}")
+    found = list(chosen) or [part for part in PARTS if part != TRAINING]
+    if training and TRAINING not in found:
+        found.append(TRAINING)
+    if TRAINING in found:
+        require("stable_baselines3", extra="train", purpose="measuring training")
+    return found
+
+
+def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) -> dict[str, Any]:
+    return {
+        "machine": machine,
+        "yardsticks": [asdict(each) for each in found.yardsticks],
+        "rows": [asdict(row) for row in found.rows],
+        "targets": [asdict(target) | {"met": target.met} for target in targets],
+        "interrupted": bool(found.interrupted),
+    }
+
+
+COLUMNS: Columns = {
+    "sizes": (
+        "Sizes: substeps in a vector of 64; memory of an episode",
+        (
+            ("M/s", number("work_per_s", factor=1e-6)),
+            ("ns each", number("substep_ns", ".3g")),
+            ("share", number("machine_share", ".3%")),
+            ("us/step", number("step_us")),
+            ("kB", number("episode_kb")),
+        ),
+    ),
+    "threads": (
+        "Threads: steps per second on the wall of an idle machine",
+        (
+            ("threads", number("threads", ".0f")),
+            ("one", number("alone_per_s", ",.0f")),
+            ("all", number("together_per_s", ",.0f")),
+            ("gain", number("speed_up", ".2f")),
+        ),
+    ),
+    **OWN,
+    "opponents": (
+        "Opponents: cost of a decision of the other role",
+        (
+            ("us, 1 env", number("us_1")),
+            ("x none", number("times_none_1", ".2f")),
+            ("us, 64", number("us_64")),
+            ("x none", number("times_none_64", ".2f")),
+        ),
+    ),
+    "training": (
+        "Training: decisions per CPU second",
+        (
+            ("recipe", number("steps_per_s", ",.0f")),
+            ("defaults", number("default_steps_per_s", ",.0f")),
+            ("ratio", number("ratio", ".1f")),
+        ),
+    ),
+}
+
+
+def _targets(targets: Sequence[Any]) -> object:
+    rows = [
+        (
+            target.what,
+            f"{'>=' if target.at_least else '<='} {target.bound:g}",
+            f"{target.measured:.3g}",
+            styled("met", "green") if target.met else styled("not met", "red"),
+        )
+        for target in targets
+    ]
+    return Table("Targets", ("", "wanted", "measured", ""), rows)
+
+
+if __name__ == "__main__":
+    run(bench, "python -m tools.bench")
