@@ -6,66 +6,105 @@ other draw.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import Range, bounds
+from cps_envs.core.config import bounds
+from cps_envs.core.kernels import Record, borrowed, inlined, kernel, pack, unpack, view
+from cps_envs.core.streams import between, draw_word, uniform, whole
 from cps_envs.core.types import Array, BoolArray, IntArray
 from cps_envs.disbanding.config import DisbandingConfig
-from cps_envs.disbanding.start import draw_whole, whole_steps
 from cps_envs.disbanding.state import State
 
-WORDS = 4  # of a stream
+
+class Circumstances(NamedTuple):
+    """The numbers and intervals that these are drawn from; nothing is drawn where an interval is exact."""
+
+    earliest_opening_s: int
+    latest_opening_s: int
+    least_jam_s: int
+    most_jam_s: int
+    least_hop_s: float
+    most_hop_s: float
+    least_loss: float
+    most_loss: float
+    shortest_braking_s: float
+    longest_braking_s: float
+    softest_braking_mps2: float
+    hardest_braking_mps2: float
+    first_member: int
+    last_member: int
+    quiet_share: float
+    member_delay_s: float
+    braking_share: float
+    dt_s: float
+    relayed: bool
+    noisy: bool  # whether actuators are
 
 
+def circumstances_of(config: DisbandingConfig) -> Array:
+    """The circumstances of a configuration as records (1,)."""
+    whole = (config.earliest_attack_s, config.jam_budget_s)
+    reals = (config.hop_delay_s, config.hop_loss, config.braking_s, config.braking_mps2)
+    values: list[Any] = [end for value in (*whole, *reals, config.attacked_member) for end in bounds(value)]
+    values += (config.quiet_share, config.member_delay_s, config.braking_share)
+    values += (config.dynamics.dt_s, config.is_relayed, config.correction_noise_mps2 > 0)
+    return pack(Circumstances(*values))
+
+
+@kernel
 def draw_circumstances(
-    config: DisbandingConfig,
-    envs: BoolArray,
-    generators: Sequence[np.random.Generator],
-    constants: Array,
-    budget: IntArray,
-    state: State,
+    state: State, constants: Array, budget: IntArray, streams: Array, envs: BoolArray, circumstances: Array
 ) -> None:
-    """Draw them for the marked environments (B,), whose vehicles are placed; a quiet episode has the budget 0."""
-    dt_s = config.dynamics.dt_s
-    for b in np.flatnonzero(envs).tolist():
-        generator = generators[b]
-        quiet = config.quiet_share > 0 and generator.random() < config.quiet_share
-        budget[b] = 0 if quiet else budget[b]
-        state.opening_s[b] = draw_whole(config.earliest_attack_s, generator)
-        jam_s = draw_whole(config.jam_budget_s, generator)
-        state.jam_steps[b] = 0 if quiet else round(jam_s / dt_s)
-        if config.is_relayed:
-            constants["hop_steps"][b] = whole_steps(draw_number(config.hop_delay_s, generator), dt_s)
-            constants["hop_loss"][b] = draw_number(config.hop_loss, generator)
-        if config.member_delay_s > 0:
-            _alert_members(config, generator, state.takeover_delay_s[b])
-        if config.braking_share > 0:
-            _let_brake(config, generator, state, b)
-        if config.is_relayed or config.correction_noise_mps2 > 0:
-            state.chance[b] = generator.integers(2**64, size=WORDS, dtype=np.uint64)
-            state.chance[b, -1] |= np.uint64(1)  # the increment of a stream is odd
+    """Draw them for the marked environments (B,), whose vehicles are placed, from their streams (B, 6).
+
+    A quiet episode has the budget 0.
+    """
+    c = unpack(Circumstances, circumstances, 0)
+    for b in range(envs.size):
+        if envs[b]:
+            stream, episode, own = borrowed(streams)[b], view(state, b), constants[b]
+            quiet = c.quiet_share > 0.0 and uniform(stream) < c.quiet_share
+            budget[b] = 0 if quiet else budget[b]
+            episode.opening_s[0] = whole(stream, c.earliest_opening_s, c.latest_opening_s + 1)
+            jam_s = whole(stream, c.least_jam_s, c.most_jam_s + 1)
+            episode.jam_steps[0] = 0 if quiet else int(np.rint(jam_s / c.dt_s))
+            if c.relayed:
+                hop_s = unless_exact(stream, c.least_hop_s, c.most_hop_s)
+                own.hop_steps = max(1, int(np.rint(hop_s / c.dt_s)))
+                own.hop_loss = unless_exact(stream, c.least_loss, c.most_loss)
+            if c.member_delay_s > 0.0:
+                alert_members(episode, own, c, stream)
+            if c.braking_share > 0.0:
+                let_brake(episode, c, stream)
+            if c.relayed or c.noisy:
+                for i in range(episode.chance.size):
+                    episode.chance[i] = draw_word(stream)
+                episode.chance[-1] |= np.uint64(1)  # the increment of a stream is odd
 
 
-def draw_number(value: Range, generator: Any) -> float:
-    """A number of a quantity; nothing is drawn where it is exact."""
-    low, high = bounds(value)
-    return float(generator.uniform(low, high)) if low < high else float(low)
+@inlined
+def unless_exact(stream: Array, low: float, high: float) -> float:
+    """A number of an interval; nothing is drawn where it is exact."""
+    return between(stream, low, high) if low < high else low
 
 
-def _alert_members(config: DisbandingConfig, generator: Any, takeover_delay_s: Array) -> None:
-    """Add to the delays (M,) the time in which an alert reaches each member of a platoon from the one attacked."""
-    members = np.arange(config.vehicles_per_platoon)
-    hops = np.abs(members + 1 - draw_whole(config.attacked_member, generator))
-    takeover_delay_s += config.member_delay_s * np.tile(hops, config.max_platoons)
+@inlined
+def alert_members(episode: State, own: Record, c: Circumstances, stream: Array) -> None:
+    """Add to the delays the time in which an alert reaches each member of a platoon from the one attacked."""
+    attacked = whole(stream, c.first_member, c.last_member + 1)
+    for q in range(episode.takeover_delay_s.size):
+        hops = abs(q % own.vehicles_per_platoon + 1 - attacked)
+        episode.takeover_delay_s[q] += c.member_delay_s * hops
 
 
-def _let_brake(config: DisbandingConfig, generator: Any, state: State, b: int) -> None:
-    """Choose the drivers of episode `b` who brake when they take over, for how long and how hard."""
-    chosen, lasting, hard = generator.random((3, config.max_vehicles))
-    (shortest, longest), (softest, hardest) = bounds(config.braking_s), bounds(config.braking_mps2)
-    brakes = chosen < config.braking_share
-    state.braking_s[b] = np.where(brakes, shortest + (longest - shortest) * lasting, 0.0)
-    state.braking_mps2[b] = np.where(brakes, softest + (hardest - softest) * hard, 0.0)
+@inlined
+def let_brake(episode: State, c: Circumstances, stream: Array) -> None:
+    """Choose the drivers who brake when they take over, for how long and how hard."""
+    for q in range(episode.braking_s.size):
+        episode.braking_mps2[q] = 1.0 if uniform(stream) < c.braking_share else 0.0
+    for q in range(episode.braking_s.size):
+        episode.braking_s[q] = episode.braking_mps2[q] * between(stream, c.shortest_braking_s, c.longest_braking_s)
+    for q in range(episode.braking_s.size):
+        episode.braking_mps2[q] *= between(stream, c.softest_braking_mps2, c.hardest_braking_mps2)

@@ -10,19 +10,20 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Adapters, Game
+from cps_envs.core.generators import drawing
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import pack, records
 from cps_envs.core.team import Team
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.disbanding.adapters import Follow, FollowRoad, Vehicle
-from cps_envs.disbanding.circumstances import draw_circumstances
+from cps_envs.disbanding.circumstances import circumstances_of, draw_circumstances
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.events import is_eventful
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
 from cps_envs.disbanding.observation import observe_attacker, observe_defender
 from cps_envs.disbanding.payoff import MEASURED, Metrics, Rules
 from cps_envs.disbanding.picture.scene import Scene
-from cps_envs.disbanding.start import draw, nominal_constants, place_drawn, spread
+from cps_envs.disbanding.start import chances_of, nominal_constants, spread, start_drawn
 from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.disbanding.swarm import VehicleTeam
 from cps_envs.disbanding.timed import Timed
@@ -76,6 +77,7 @@ class DisbandingGame(Game):
         )
         self._measures = Metrics._fields[: MEASURED[config.report]]
         self._rules, self._spread = pack(rules), spread(config)
+        self._chances, self._circumstances = chances_of(config), circumstances_of(config)
         self._allocate()
 
     def _allocate(self) -> None:
@@ -90,12 +92,12 @@ class DisbandingGame(Game):
         self._known = (hold(self.state), self.constants, hold(self._account), self._metrics, self._rules)
         self._waiting = np.zeros(envs, np.int64)
         self._still = np.zeros((envs, config.max_vehicles))
-        self._shares = np.zeros((envs, len(self._spread.low), config.max_vehicles))
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        draw(self.config, envs, generators, self.constants, self.budget, self._shares)
-        place_drawn(self._known[0], self.constants, self._shares, self._spread, envs)
-        draw_circumstances(self.config, envs, generators, self.constants, self.budget, self.state)
+        with drawing(generators, np.flatnonzero(envs)) as streams:
+            drawn = (self._known[0], self.constants, self.budget, streams, envs)
+            start_drawn(*drawn, self._chances, self._spread)
+            draw_circumstances(*drawn, self._circumstances)
         self._settle(envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:

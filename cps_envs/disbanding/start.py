@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import IntRange, bounds
-from cps_envs.core.kernels import clip, fill, inlined, kernel, unpack, view
+from cps_envs.core.config import bounds
+from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, pack, unpack, view
+from cps_envs.core.streams import between, uniform, whole
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
 from cps_envs.disbanding.config import DisbandingConfig
 from cps_envs.disbanding.state import Constants, State
@@ -77,50 +77,62 @@ def spread(config: DisbandingConfig) -> Spread:
     return Spread(ends[:, 0].copy(), ends[:, 1] - ends[:, 0])
 
 
-def draw(
-    config: DisbandingConfig,
-    envs: BoolArray,
-    generators: Sequence[np.random.Generator],
-    constants: Array,
-    budget: IntArray,
-    shares: FloatArray,
-) -> None:
-    """Draw the marked environments' constants (B,), budgets (B,), and the place of each vehicle in its `Spread`.
+class Chances(NamedTuple):
+    """The intervals from which the numbers of a whole episode are drawn; nothing is drawn where one is exact."""
 
-    `shares` (B, 4, M) in [0, 1). What the configuration leaves exact is drawn too, so that the order of the draws is
-    always the same: platoons, lag, desired gap, budget, vehicles.
-    """
-    vehicles, taus, gaps = constants["num_vehicles"], constants["tau_s"], constants["desired_gap_m"]
-    (tau_low, tau_high), (gap_low, gap_high) = bounds(config.tau_s), bounds(config.desired_gap_m)
-    for b in np.flatnonzero(envs).tolist():
-        generator = generators[b]
-        vehicles[b] = draw_whole(config.num_platoons, generator) * config.vehicles_per_platoon
-        tau_share, gap_share = generator.random(2).tolist()
-        taus[b] = tau_low + (tau_high - tau_low) * tau_share
-        gaps[b] = gap_low + (gap_high - gap_low) * gap_share
-        budget[b] = draw_whole(config.attack_budget, generator)
-        generator.random(out=shares[b])
+    fewest_platoons: int
+    most_platoons: int
+    least_tau_s: float
+    most_tau_s: float
+    least_gap_m: float
+    most_gap_m: float
+    least_budget: int
+    most_budget: int
 
 
-def draw_whole(value: IntRange, generator: Any) -> int:
-    """A whole number of a quantity; nothing is drawn where it is exact."""
-    low, high = bounds(value)
-    return int(generator.integers(int(low), int(high) + 1)) if low < high else int(low)
+def chances_of(config: DisbandingConfig) -> Array:
+    """The chances of a configuration as records (1,)."""
+    drawn = (config.num_platoons, config.tau_s, config.desired_gap_m, config.attack_budget)
+    ends: list[Any] = [end for value in drawn for end in bounds(value)]
+    return pack(Chances(*ends))
 
 
 @kernel
-def place_drawn(state: State, constants: Array, shares: FloatArray, limits: Spread, envs: BoolArray) -> None:
-    """`place` with a perturbation that lies in the interval `limits` at `shares` (B, 4, M)."""
-    rows = np.empty((4, shares.shape[2]))
+def start_drawn(
+    state: State,
+    constants: Array,
+    budget: IntArray,
+    streams: Array,
+    envs: BoolArray,
+    chances: Array,
+    limits: Spread,
+) -> None:
+    """Draw the marked environments (B,) from their streams (B, 6) and put them at time 0.
+
+    What the configuration leaves exact is drawn too, so that the order of the draws is always the same: platoons, lag,
+    desired gap, budget (B,), vehicles.
+    """
+    chance, rows = unpack(Chances, chances, 0), np.empty((4, state.position.shape[1]))
     for b in range(envs.size):
         if envs[b]:
+            stream, own = borrowed(streams)[b], constants[b]
+            platoons = whole(stream, chance.fewest_platoons, chance.most_platoons + 1)
+            own.num_vehicles = platoons * own.vehicles_per_platoon
+            own.tau_s = between(stream, chance.least_tau_s, chance.most_tau_s)
+            own.desired_gap_m = between(stream, chance.least_gap_m, chance.most_gap_m)
+            budget[b] = whole(stream, chance.least_budget, chance.most_budget + 1)
             for k in range(4):
-                for q in range(shares.shape[2]):
-                    rows[k, q] = limits.low[k] + limits.width[k] * shares[b, k, q]
-            for q in range(shares.shape[2]):
-                rows[0, q] = 1.0 + rows[0, q]
-            drawn = Perturbation(rows[0], rows[1], rows[2], rows[3])
-            place_episode(view(state, b), unpack(Constants, constants, b), drawn)
+                for q in range(rows.shape[1]):
+                    rows[k, q] = limits.low[k] + limits.width[k] * uniform(stream)
+            place_episode(view(state, b), unpack(Constants, constants, b), perturbed(borrowed(rows)))
+
+
+@inlined
+def perturbed(rows: FloatArray) -> Perturbation:
+    """A perturbation of rows (4, M); the first one becomes a factor."""
+    for q in range(rows.shape[1]):
+        rows[0, q] = 1.0 + rows[0, q]
+    return Perturbation(rows[0], rows[1], rows[2], rows[3])
 
 
 @kernel

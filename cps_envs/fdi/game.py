@@ -10,6 +10,7 @@ import numpy as np
 from gymnasium import spaces
 
 from cps_envs.core.game import Adapters, Game
+from cps_envs.core.generators import drawing
 from cps_envs.core.holding import hold
 from cps_envs.core.kernels import records, view
 from cps_envs.core.team import Team
@@ -18,7 +19,7 @@ from cps_envs.fdi.adapters.expected import Expected
 from cps_envs.fdi.adapters.motion import Motion
 from cps_envs.fdi.adapters.sensor import Sensor
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.drawing import Drawing
+from cps_envs.fdi.drawing import chances_of, draw, draws_anything, has_own_constants
 from cps_envs.fdi.dynamics import begin, step
 from cps_envs.fdi.filtered import observe_filtered
 from cps_envs.fdi.observation import (
@@ -76,9 +77,9 @@ class FdiGame(Game):
         self._metrics, self._openings = records(Metrics, num_envs), records(Metrics, len(self.tasks))
         self._openings["bound_valid"], self._openings["oracle_bound_mps"] = known.valid, known.bound
         self._openings["oracle_value_mps"] = known.value
-        self._drawing = Drawing(config, len(self.tasks))
+        self._draws, self._chances = draws_anything(config), chances_of(config, len(self.tasks))
         self._constants: Array = constants_of(config)
-        if self._drawing.own_constants:
+        if has_own_constants(config):
             self._constants = np.repeat(self._constants, num_envs)
         left_out = (() if self._filters else OF_DUELS) + (() if unstable else OF_INSTABILITY)
         self._measured = [name for name in Metrics._fields if name not in left_out]
@@ -116,9 +117,9 @@ class FdiGame(Game):
         self._tasks: IntArray = np.array(rows, np.int64)
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        if self._drawing.needed:
-            for b in np.flatnonzero(envs).tolist():
-                self._drawing.draw(self.state, self._constants, b, generators[b])
+        if self._draws:
+            with drawing(generators, np.flatnonzero(envs)) as streams:
+                draw(self._batch, streams, envs, self._chances)
         begin(self._batch, self._openings, self._episodes, envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
@@ -205,7 +206,7 @@ class FdiGame(Game):
 
     def _parts(self) -> tuple[Array, ...]:
         """All that an environment consists of, each with an axis B first."""
-        own = (self._constants,) if self._drawing.own_constants else ()
+        own = (self._constants,) if has_own_constants(self.config) else ()
         return (*self.state, *own, self._metrics, self.elapsed, self.terminated)
 
     def fingerprint(self) -> bytes:

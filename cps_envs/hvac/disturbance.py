@@ -3,34 +3,36 @@
 from __future__ import annotations
 
 from math import exp
+from typing import NamedTuple
 
 import numpy as np
 
 from cps_envs.core.config import Range, bounds
-from cps_envs.core.kernels import kernel
-from cps_envs.core.types import FloatArray
+from cps_envs.core.kernels import inlined
+from cps_envs.core.streams import between, fill_normal, normal, uniform
+from cps_envs.core.types import Array, FloatArray
 from cps_envs.hvac.config import HvacConfig
 
 
-class Disturbance:
-    """Draws the courses of a day. What the configuration leaves out draws nothing."""
+class Drift(NamedTuple):
+    """What the courses of a day are drawn from."""
 
-    def __init__(self, config: HvacConfig) -> None:
-        step_h = config.step_s / 3600.0
-        self._heat_w, self._bias_c, self._drift_c = map(bounds, disturbances(config))
-        self._kept_heat, self._kept_outdoor = exp(-step_h / config.drift_h), exp(-step_h / config.forecast_drift_h)
-        self._held = exp(-step_h / config.drift_hold_h)
+    least_heat_w: float
+    most_heat_w: float
+    least_bias_c: float
+    most_bias_c: float
+    least_drift_c: float
+    most_drift_c: float
+    kept_heat: float  # share of its value that slow heat keeps at each step
+    kept_outdoor: float  # the same of the outside
+    held: float  # probability that a level of heat stays for another step
 
-    def draw(self, generator: np.random.Generator, heat_w: FloatArray, outdoor_c: FloatArray) -> None:
-        """Fill the heat (K, n), W, and what the outside is warmer than forecast (K,), C; both may have no rows."""
-        if len(heat_w) > 0:
-            draw_heat(generator, self._heat_w, self._kept_heat, self._held, heat_w)
-        if len(outdoor_c) > 0:
-            bias = generator.uniform(*self._bias_c) * generator.standard_normal()
-            size = generator.uniform(*self._drift_c)
-            slow_course(generator.standard_normal((len(outdoor_c), 1)), self._kept_outdoor, outdoor_c[:, np.newaxis])
-            outdoor_c *= size
-            outdoor_c += bias
+
+def drift_of(config: HvacConfig) -> Drift:
+    """The drift of a configuration."""
+    step_h = config.step_s / 3600.0
+    ends = [float(end) for size in disturbances(config) for end in bounds(size)]
+    return Drift(*ends, *(exp(-step_h / h) for h in (config.drift_h, config.forecast_drift_h, config.drift_hold_h)))
 
 
 def disturbances(config: HvacConfig) -> tuple[Range, Range, Range]:
@@ -38,32 +40,55 @@ def disturbances(config: HvacConfig) -> tuple[Range, Range, Range]:
     return config.heat_drift_w, config.forecast_bias_c, config.forecast_drift_c
 
 
-def draw_heat(
-    generator: np.random.Generator, size_w: tuple[float, float], kept: float, held: float, course: FloatArray
-) -> None:
+@inlined
+def draw_disturbance(stream: Array, drift: Drift, heat_w: FloatArray, outdoor_c: FloatArray, size: FloatArray) -> None:
+    """Fill the heat (K, n), W, and what the outside is warmer than forecast (K,), C; both may have no rows.
+
+    `size` (n,) is overwritten. What the configuration leaves out draws nothing.
+    """
+    if heat_w.shape[0] > 0:
+        draw_heat(stream, drift, heat_w, size)
+    if outdoor_c.size > 0:
+        bias = between(stream, drift.least_bias_c, drift.most_bias_c) * normal(stream)
+        most = between(stream, drift.least_drift_c, drift.most_drift_c)
+        fill_normal(stream, outdoor_c)
+        slow_course(outdoor_c.reshape(-1, 1), drift.kept_outdoor)
+        for k in range(outdoor_c.size):
+            outdoor_c[k] = outdoor_c[k] * most + bias
+
+
+@inlined
+def draw_heat(stream: Array, drift: Drift, course: FloatArray, size: FloatArray) -> None:
     """Fill the unmeasured heat (K, n), W: in each zone half of its variance is slow, the other half comes in steps."""
-    size = generator.uniform(*size_w, course.shape[1])
-    stepped = np.empty_like(course)
-    slow_course(generator.standard_normal(course.shape), kept, course)
-    step_course(generator.standard_normal(course.shape), generator.random(course.shape), held, stepped)
-    course += stepped
-    course *= size / np.sqrt(2.0)
+    for i in range(size.size):
+        size[i] = between(stream, drift.least_heat_w, drift.most_heat_w) / np.sqrt(2.0)
+    levels = np.empty(course.shape)
+    fill_normal(stream, course.reshape(-1))
+    slow_course(course, drift.kept_heat)
+    fill_normal(stream, levels.reshape(-1))
+    step_course(stream, drift.held, levels)
+    for k in range(course.shape[0]):
+        for i in range(course.shape[1]):
+            course[k, i] = (course[k, i] + levels[k, i]) * size[i]
 
 
-@kernel
-def slow_course(normal: FloatArray, kept: float, course: FloatArray) -> None:
-    """Fill stationary first-order processes (K, n) of variance 1, which keep a share of their value at each step."""
+@inlined
+def slow_course(course: FloatArray, kept: float) -> None:
+    """Turn normal numbers (K, n) into stationary processes of the first order and variance 1.
+
+    They keep a share `kept` of their value at each step.
+    """
     fresh = np.sqrt(1.0 - kept * kept)
-    for i in range(course.shape[1]):
-        course[0, i] = normal[0, i]
-        for k in range(1, course.shape[0]):
-            course[k, i] = kept * course[k - 1, i] + fresh * normal[k, i]
+    for k in range(1, course.shape[0]):
+        for i in range(course.shape[1]):
+            course[k, i] = kept * course[k - 1, i] + fresh * course[k, i]
 
 
-@kernel
-def step_course(normal: FloatArray, uniform: FloatArray, held: float, course: FloatArray) -> None:
-    """Fill levels (K, n) of variance 1, each of which stays for another step with the probability `held`."""
-    for i in range(course.shape[1]):
-        course[0, i] = normal[0, i]
-        for k in range(1, course.shape[0]):
-            course[k, i] = course[k - 1, i] if uniform[k, i] < held else normal[k, i]
+@inlined
+def step_course(stream: Array, held: float, levels: FloatArray) -> None:
+    """Let levels (K, n), normal numbers at first, stay for another step with the probability `held`."""
+    for k in range(levels.shape[0]):
+        for i in range(levels.shape[1]):
+            stays = uniform(stream) < held
+            if stays and k > 0:
+                levels[k, i] = levels[k - 1, i]

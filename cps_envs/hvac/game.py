@@ -10,13 +10,14 @@ from gymnasium import spaces
 
 from cps_envs.core.config import bounds
 from cps_envs.core.game import Adapters, Game
+from cps_envs.core.generators import drawing
 from cps_envs.core.holding import hold
-from cps_envs.core.kernels import kernel, lend, pack, unpack, view
+from cps_envs.core.kernels import borrowed, kernel, lend, pack, unpack, view
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation, Role
 from cps_envs.hvac.attack import sense
 from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.disturbance import disturbances
+from cps_envs.hvac.disturbance import Drift, disturbances
 from cps_envs.hvac.dynamics import heat, move
 from cps_envs.hvac.estimation import choose, estimate
 from cps_envs.hvac.expected import Expected, Together
@@ -25,7 +26,7 @@ from cps_envs.hvac.observation import attacker_fields, defender_fields, observe_
 from cps_envs.hvac.payoff import count_choice, count_errors, measure, paid_at_start
 from cps_envs.hvac.picture.scene import Scene, scene_of
 from cps_envs.hvac.planning import make_desk
-from cps_envs.hvac.start import Draws, start
+from cps_envs.hvac.start import Chances, Draws, draw, draws_of, start
 from cps_envs.hvac.state import Metrics, State, allocate, make_scratch
 from cps_envs.hvac.teams import Believers, Liars, SensorTeam
 
@@ -96,7 +97,7 @@ class HvacGame(Game):
             defender_at=self.fields["defender"].offsets,
         )
         self._batch = hold(Batch(self.constants, pack(self.rules), self.state, self._views))
-        self._draws = Draws(config)
+        self._draws = draws_of(config)
         self._episodes: IntArray = np.arange(num_envs)
         self._quiet = np.zeros((num_envs, entries))
         self._raw = np.full(num_envs, READINGS)
@@ -106,8 +107,8 @@ class HvacGame(Game):
 
     def _reset(self, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
         self._episodes[envs] += self.num_envs
-        self._draws.draw(self.state, envs, generators)
-        begin(self._batch, self._quiet, envs)
+        with drawing(generators, np.flatnonzero(envs)) as streams:
+            begin(self._batch, self._draws, streams, self._quiet, envs)
 
     def _advance(self, actions: Mapping[Role, Array], envs: BoolArray, num_steps: int) -> FloatArray:
         payoff = np.zeros(self.num_envs)
@@ -176,13 +177,17 @@ class HvacGame(Game):
 
 
 @kernel
-def begin(batch: Batch, quiet: FloatArray, envs: BoolArray) -> None:
-    """Put drawn episodes at k = 0 and read the sensors, which nobody has forged, in the marked environments (B,)."""
+def begin(batch: Batch, draws: Draws, streams: Array, quiet: FloatArray, envs: BoolArray) -> None:
+    """Draw episodes from the streams (B, 6) and put them at k = 0, in the marked environments (B,).
+
+    The first readings of the sensors nobody has forged.
+    """
     model, rules = lend(batch.model), unpack(Rules, batch.rules, 0)
-    room = make_scratch(model)
+    chance, drift, room = unpack(Chances, draws.chances, 0), unpack(Drift, draws.drift, 0), make_scratch(model)
     for b in range(len(envs)):
         if envs[b]:
             episode, scratch = view(batch.state, b), lend(room)
+            draw(borrowed(streams)[b], chance, drift, draws, episode, scratch)
             start(model, rules, episode)
             count_errors(model, rules, episode)
             sense(model, rules, episode, quiet[b])

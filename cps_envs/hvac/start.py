@@ -2,62 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_envs.core.config import IntRange, bounds
-from cps_envs.core.kernels import fill, inlined
-from cps_envs.core.types import BoolArray, FloatArray, IntArray
+from cps_envs.core.config import bounds
+from cps_envs.core.kernels import borrowed, fill, inlined, pack
+from cps_envs.core.streams import fill_normal, fill_uniform, shuffle, uniform, whole
+from cps_envs.core.types import Array, FloatArray, IntArray
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.disturbance import Disturbance
+from cps_envs.hvac.disturbance import Drift, draw_disturbance, drift_of
 from cps_envs.hvac.filtering import start_filters
 from cps_envs.hvac.model import Model, Rules
 from cps_envs.hvac.sensors import attack_order
-from cps_envs.hvac.state import State
+from cps_envs.hvac.state import Scratch, State
 
 UNCERTAIN = 1e4  # initial variance of the recursive least squares, in units of sigma^2
 
 
-class Draws:
-    """Draws episodes in the order that their numbers depend on, into the state.
+class Chances(NamedTuple):
+    """What is drawn of an attack."""
+
+    first_onset: int
+    last_onset: int
+    fewest_compromised: int
+    most_compromised: int
+    random_order: bool  # sensors fall in any order
+
+
+class Draws(NamedTuple):
+    """What resets draw from."""
+
+    chances: Array  # (1,) of Chances
+    drift: Array  # (1,) of Drift
+    order: IntArray  # (S,) in which sensors fall, counted from 0
+    ends: FloatArray  # (k,) cumulated weights of 0, 1, ... compromised sensors; (0,) where all numbers are as likely
+
+
+def draws_of(config: HvacConfig) -> Draws:
+    """What a configuration leaves to chance."""
+    onset, compromised = bounds(config.onset_step), bounds(config.num_compromised)
+    first, last, fewest, most = (int(end) for end in (*onset, *compromised))
+    return Draws(
+        pack(Chances(first, last, fewest, most, config.random_compromise)),
+        pack(drift_of(config)),
+        np.array(attack_order(config), np.int64) - 1,
+        np.cumsum(np.array(config.compromised_weights, np.float64)),
+    )
+
+
+@inlined
+def draw(stream: Array, chance: Chances, drift: Drift, draws: Draws, episode: State, scratch: Scratch) -> None:
+    """Draw an episode from its stream (6,); `plant` and `heat` become uniform numbers in [0, 1).
 
     What the configuration leaves exact is drawn too, so that the order is always the same; only courses that it leaves
     out are not, which come last. Noise comes first: configurations that differ in the attack or in the plant only have
     the same noise.
     """
-
-    def __init__(self, config: HvacConfig) -> None:
-        self._onset, self._size = _whole(config.onset_step), _whole(config.num_compromised)
-        self._order: IntArray = np.array(attack_order(config)) - 1
-        self._random = config.random_compromise
-        self._ends: FloatArray = np.cumsum(np.array(config.compromised_weights, np.float64))
-        self._disturbance = Disturbance(config)
-
-    def draw(self, state: State, envs: BoolArray, generators: Sequence[np.random.Generator]) -> None:
-        """Episodes of the marked environments (B,); `plant` and `heat` become uniform numbers in [0, 1)."""
-        state.compromised[envs] = False
-        for b in np.flatnonzero(envs).tolist():
-            generator = generators[b]
-            generator.standard_normal(out=state.series[b])
-            state.onset[b], size = generator.integers(*self._onset), self._draw_size(generator)
-            shuffled = generator.permutation(len(self._order))
-            group = (self._order[shuffled] if self._random else self._order)[:size]
-            state.compromised[b, group] = True
-            generator.random(out=state.plant[b])
-            generator.random(out=state.heat[b])
-            self._disturbance.draw(generator, state.heat_drift[b], state.outdoor_error[b])
-
-    def _draw_size(self, generator: np.random.Generator) -> int:
-        """The number of compromised sensors."""
-        if len(self._ends) == 0:
-            return int(generator.integers(*self._size))
-        return int(self._ends.searchsorted(self._ends[-1] * generator.random(), side="right"))
+    fill_normal(stream, episode.series.reshape(-1))
+    episode.onset[0] = whole(stream, chance.first_onset, chance.last_onset + 1)
+    size = draw_size(stream, chance, draws.ends)
+    places = np.empty(draws.order.size, np.int64)
+    shuffle(stream, borrowed(places))
+    fill(episode.compromised, False)
+    for i in range(size):
+        episode.compromised[draws.order[places[i] if chance.random_order else i]] = True
+    fill_uniform(stream, episode.plant.reshape(-1))
+    fill_uniform(stream, episode.heat)
+    draw_disturbance(stream, drift, episode.heat_drift, episode.outdoor_error, scratch.vector)
 
 
-def _whole(value: IntRange) -> tuple[int, int]:
-    low, high = bounds(value)
-    return int(low), int(high) + 1
+@inlined
+def draw_size(stream: Array, chance: Chances, ends: FloatArray) -> Any:
+    """The number of compromised sensors."""
+    if ends.size == 0:
+        return whole(stream, chance.fewest_compromised, chance.most_compromised + 1)
+    share, size = ends[-1] * uniform(stream), 0
+    while size < ends.size and ends[size] <= share:
+        size += 1
+    return size
 
 
 @inlined
