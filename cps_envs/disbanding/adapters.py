@@ -11,7 +11,7 @@ from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Observation
 from cps_envs.disbanding.fields import vehicle_fields
-from cps_envs.disbanding.follower import NUMBERS, Layout, follow_all, set_points
+from cps_envs.disbanding.follower import NUMBERS, PLAIN, Layout, follow_all, set_points
 from cps_envs.disbanding.platoons import PlatoonRows
 
 STEPS = 2.0  # units of the set-points within reach of an action, chosen: the best constants known lie within one
@@ -56,6 +56,7 @@ class Follow(Adapter):
     """
 
     shared = False  # whether one agent chooses for all platoons
+    neutral = PLAIN  # (2, 11) the set-points of action 0
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
@@ -81,7 +82,7 @@ class Follow(Adapter):
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The corrections (B, M) of the follower."""
         corrections = np.zeros((len(seen), self.spec.config.max_vehicles))
-        follow_all(seen.observation, self._layout, set_points(actions, STEPS), *self._road, corrections)
+        follow_all(seen.observation, self._layout, set_points(actions, STEPS, self.neutral), *self._road, corrections)
         return corrections, state
 
 
