@@ -56,9 +56,9 @@ class Layout(NamedTuple):
 def set_points(actions: Array, steps: float, neutral: FloatArray = PLAIN) -> Array:
     """Records (2 n,), leaders' and others' by turns, for n actions (..., 22) in [-1, 1].
 
-    0 is `neutral` (2, 11), and 1 means so many `UNIT`s more.
+    0 is `neutral`, (2, 11) or (..., 2, 11), and 1 means so many `UNIT`s more.
     """
-    values = neutral + steps * np.reshape(actions, (-1, *PLAIN.shape)) * np.array(UNIT)
+    values = neutral + steps * np.reshape(actions, (*actions.shape[:-1], *PLAIN.shape)) * np.array(UNIT)
     table: Array = np.maximum(values, np.array(LOWEST)).reshape(-1, len(UNIT)).view(record_type(SetPoints))[:, 0]
     return table
 

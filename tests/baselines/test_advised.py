@@ -15,7 +15,8 @@ SEEDS = range(4)
 EXACT: tuple[tuple[str, Role, str, object], ...] = (  # problem, role, controller, action that leaves it alone
     ("rogue", "attacker", "contested", 0),
     ("rogue", "defender", "monitor", 0),
-    ("hvac", "defender", "bayes", 2),
+    ("hvac", "defender", "bayes", 0.0),
+    ("fdi", "attacker", "task_tracker", 0.0),
 )
 
 
@@ -52,6 +53,7 @@ def test_a_follower_around_string_is_paid_nearly_as_string_is() -> None:
         ("RogueAttack", "contested"),
         ("RogueDefense", "monitor"),
         ("HvacDefense", "bayes"),
+        ("FdiAttack", "task_tracker"),
         ("DisbandingDefense", "string"),
     ],
 )

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cps_baselines.disbanding.string_controller import Gains, shipped_gains
-from cps_envs.core.config import bounds
 from cps_envs.core.policy import RoleSpec
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.adapters import Follow
 from cps_envs.disbanding.follower import SetPoints
 
@@ -14,14 +15,20 @@ from cps_envs.disbanding.follower import SetPoints
 class Strung(Follow):
     """`follow` around the numbers of `string`: zero is nearly what that does when it is always on.
 
-    What `string` knows beyond the follower's form is left out: how gains change with tau, of which the middle is taken,
-    and the acceleration of the disbanded vehicle.
+    What does not fit the follower's form is left out: the acceleration of the disbanded vehicle, and how much faster
+    than desired vehicles may drive.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
-        tau_s = float(np.mean(bounds(spec.config.tau_s)))
-        self.neutral = np.array([follower_of(Gains(*row), tau_s) for row in shipped_gains("warned")[0]])
+        rows = [Gains(*row) for row in shipped_gains("warned")[0]]
+        self._usual = np.array([follower_of(row, 0.0) for row in rows])  # (2, 11)
+        self._lag = np.array([follower_of(row, 1.0) for row in rows]) - self._usual  # per second of tau
+
+    def neutral_points(self, seen: Seen) -> FloatArray:
+        """The set-points of action 0, (B, 1, 2, 11), which depend on the actuators' lag."""
+        points: FloatArray = self._usual + seen["tau_s"].reshape(-1, 1, 1, 1) * self._lag
+        return points
 
 
 def follower_of(g: Gains, tau_s: float) -> SetPoints:

@@ -13,25 +13,27 @@ from cps_envs.core.types import Array, FloatArray, Observation
 from cps_envs.hvac.belief import Belief
 from cps_envs.hvac.columns import squeeze, squeezed
 
-SUSPICION = (-4.0, -1.5, 0.0, 1.5, 4.0)  # added to the logarithm of the odds that a sensor lies; chosen
-SURE = 7.0  # bound of such logarithms
+SUSPICION = 6.0  # of an action of 1: added to the logarithm of the odds that a sensor lies; chosen
+CAUTION = 1.5  # the same, of how many times as bad an estimate is that is too cold, the mean over sensors; chosen
+SURE = 7.0  # bound of the logarithms of odds
 MAX_BIAS_C = 12.0
 
 
 class Suspecting(Belief):
     """A team of one agent for each sensor, which says how much more its sensor is to be suspected than `bayes` does.
 
-    The weight of each set of liars is multiplied by e^suspicion for each of its members, at the choice; what `bayes`
-    remembers stays. The neutral action adds nothing, and then the choices are those of `bayes`. Beside the row of
-    `sensor` the agent sees what `bayes` believes of it.
+    Box (2,), times `SUSPICION` and `CAUTION`. The weight of each set of liars is multiplied by e^suspicion for each of
+    its members, at the choice; what `bayes` remembers stays. The second entry changes how much worse than a warm
+    estimate a cold one is, by e to the mean over the agents. Zero adds nothing: the choices are those of `bayes`.
+    Beside the row of `sensor` the agent sees what `bayes` believes of it.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         self._bayes = bayes(spec)
-        self._levels, self._zones = np.array(SUSPICION), spec.config.num_zones
-        self.action_space = spaces.Discrete(len(SUSPICION))
-        self.neutral_action = np.array(SUSPICION.index(0.0))
+        self._zones = spec.config.num_zones
+        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.neutral_action = np.zeros(2, np.float32)
         self._own = Fields(
             Field("lies", "log odds", -SURE, SURE, (), "of the own sensor"),
             Field("other_lies", "log odds", -SURE, SURE, (), "of the most suspected other sensor"),
@@ -71,10 +73,12 @@ class Suspecting(Belief):
         return self._own.encode(values.reshape(-1, self._own.size)).reshape(values.shape)
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
-        """Choices (B,) from the indices (B, S) of suspicions."""
+        """Choices (B,) from suspicions and cautions (B, S, 2)."""
         renewed = self._bayes.weighed(seen, state)
-        weights = renewed[1] + self._levels[actions] @ self._bayes.lies.T
-        return self._bayes.chosen(seen, renewed, weights - weights.max(axis=1, keepdims=True)), renewed
+        weights = renewed[1] + SUSPICION * actions[..., 0] @ self._bayes.lies.T
+        weights -= weights.max(axis=1, keepdims=True)
+        caution = np.exp(CAUTION * actions[..., 1].mean(axis=1))
+        return self._bayes.chosen(seen, renewed, weights, caution), renewed
 
 
 def log_odds(probability: FloatArray) -> FloatArray:

@@ -62,7 +62,7 @@ class Bayes(AnalyticPolicy):
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
         renewed = self.weighed(seen, state)
-        return self.chosen(seen, renewed, renewed[1]), renewed
+        return self.chosen(seen, renewed, renewed[1], np.ones(len(seen))), renewed
 
     def weighed(self, seen: Seen, state: State) -> tuple[FloatArray, FloatArray, IntArray]:
         """The state with what is read now."""
@@ -71,12 +71,15 @@ class Bayes(AnalyticPolicy):
         weigh(self._model, self._tables, self._memory, rows, k, seen["heating"], seen["reading"], estimates, weights)
         return estimates, weights, rows
 
-    def chosen(self, seen: Seen, state: State, weights: FloatArray) -> Array:
-        """Choices (B,) by the estimates of a state, and the logarithms (B, H) of weights, of which the largest is 0."""
+    def chosen(self, seen: Seen, state: State, weights: FloatArray, caution: FloatArray) -> Array:
+        """Choices (B,) by the estimates of a state, and the logarithms (B, H) of weights, of which the largest is 0.
+
+        An estimate that is too cold is `caution` (B,) times as bad as the beliefs say.
+        """
         estimates, _, rows = state
         ready, choice = seen["ready"] > 0.5, np.full(len(seen), self._unready)
         if ready.any():
-            choose(seen["estimate"][:, 1:], estimates, weights, self._tables.too_cold[rows], choice)
+            choose(seen["estimate"][:, 1:], estimates, weights, caution * self._tables.too_cold[rows], choice)
         return np.where(ready, 1 + choice, self._unready)
 
     def beliefs(self, state: State) -> dict[str, Array]:
