@@ -112,7 +112,7 @@ def _check(found: Entry) -> None:
     found["recipe"].entries()
     found["seed"].whole(0, MOST_STEPS)
     found["status"].text((RUNNING, INTERRUPTED, FINISHED))
-    for name in ("steps", "done", "resumptions"):
+    for name in ("steps", "resumptions"):
         if (count := found.get(name)) is not None:
             count.whole(0, MOST_STEPS)
     for name in ("cpu_s", "best_score"):

@@ -27,7 +27,7 @@ class FdiAttack(Recipe):
     hardly comes upon. A search for plans does, and the network begins with what it has found.
     """
 
-    name: str = "fdi-attack-plan"
+    name: str = "fdi-attack-ppo"
     problem: str = "fdi"
     algorithm: str = "maskable-ppo"
     preset: str = "easy"

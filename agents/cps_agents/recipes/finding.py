@@ -23,6 +23,7 @@ from cps_agents.recipes.fdi import (
 )
 from cps_agents.recipes.hvac import (
     HvacAttack,
+    HvacAttackMtd1,
     HvacBayes,
     HvacDefense,
     HvacWarmTracker,
@@ -55,6 +56,7 @@ RECIPES: dict[str, Recipe] = {
         FdiDefense(),
         FdiHypotheses(),
         HvacAttack(),
+        HvacAttackMtd1(),
         HvacWarmTracker(),
         HvacDefense(),
         HvacBayes(),

@@ -11,7 +11,7 @@ from cps_baselines.fdi.platoon_filter import platoon_filter, trusting
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.core.types import Array, FloatArray
 
 
 class Tracker(InjectionPolicy):
@@ -47,8 +47,7 @@ class Tracker(InjectionPolicy):
         self.swing_steps = swing_s / self.config.dt_s
         law = platoon_filter(self.config)
         (gains, deviations), slots = trusting(self.config), self.form.sensors
-        self._kind: IntArray = np.where(slots < self.config.num_readings // 2, 0, 1)  # (S,) 0 of a range
-        part = np.where(self._kind == 0, range_part, 1.0)
+        part = np.where(slots < self.config.num_readings // 2, range_part, 1.0)
         self._deviation: FloatArray = deviations[:, slots] * part
         self._view: FloatArray = law.view[slots]
         self._stay: FloatArray = law.coast @ (np.eye(len(law.coast)) - gains @ law.view)  # (k, 2n, 2n)
@@ -61,10 +60,6 @@ class Tracker(InjectionPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
-        return self.track(seen, state, np.zeros((len(seen), 2)))
-
-    def track(self, seen: Seen, state: State, more: FloatArray) -> tuple[Array, State]:
-        """Actions (B, S) with `more` (B, 2) added to the margins of ranges and of range-rates."""
         off, left, first = state
         views = view_of(self.form, seen)
         off = self._look(seen, views, off)
@@ -73,7 +68,7 @@ class Tracker(InjectionPolicy):
         ahead = np.einsum("bij,bj->bi", self._stay[step], off) - np.einsum("bij,bj->bi", self._lie[step], told)
         works = np.rint(seen["wait"][:, 0]) == 0
         first = np.where(works & (first < 0), views.step, first)
-        margins = self._margins(seen, views, first) + more[:, self._kind]
+        margins = self._margins(seen, views, first)
         wanted = margins * self._deviation[step + 1] - ahead @ self._view.T + left
         active = views.attacked & works[:, np.newaxis]
         levels = np.where(active, np.rint(wanted / self.form.resolution), 0.0)

@@ -74,7 +74,7 @@ DEFENDERS = Side(
         Contestant("bayes"),
     ),
     constants=tuple(f"always?action={choice}" for choice in range(CHOICES)),
-    informed=(Contestant("informed"), Contestant("truth")),
+    informed=(Contestant("lookahead"), Contestant("informed"), Contestant("truth")),
     searches=(
         Search(
             "cusum",

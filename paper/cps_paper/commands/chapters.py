@@ -151,5 +151,7 @@ COMMANDS = (
             Option("seeds", int | None, None, "How many; 20 if left out.", least=1),
             Option("damping", str, "k3", "k_d of the robots: k3, or k1 with E_v to the end of the run.", "k3|k1"),
         ),
+        varied="damping",
+        values=("k3", "k1"),
     ),
 )
