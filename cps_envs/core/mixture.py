@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from cps_envs.core.policy import (
 )
 from cps_envs.core.seen import Seen
 from cps_envs.core.streams import uniform
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array, FloatArray, IntArray
 
 
 class Mixture(AnalyticPolicy):
@@ -53,6 +54,7 @@ class Mixture(AnalyticPolicy):
             )
         self.policies: tuple[Policy, ...] = tuple(resolve_policy(reference, spec) for reference in policies)
         self.probabilities = shares / shares.sum()
+        self._known: tuple[bytes, Places] | None = None  # what was drawn last
         self._bounds = self.probabilities.cumsum() / self.probabilities.cumsum()[-1]
         self.privileged = frozenset().union(*(getattr(policy, "privileged", ()) for policy in self.policies))
         self.masked = any(map(takes_masks, self.policies))
@@ -62,9 +64,9 @@ class Mixture(AnalyticPolicy):
         """Draw a policy for each episode and let it begin; for the state see `Block`."""
         drawn = self.draw(generators)
         rows, blocks = np.zeros(len(drawn), np.int64), np.full(len(drawn), None, object)
-        order, shares = self._shares(drawn)
-        for policy, part in shares:
-            envs = order[part]
+        places = self._places_of(drawn)
+        for policy, part in places.shares:
+            envs = places.order[part]
             own = begun(policy, part_of(generators, envs), [knowledge[b] for b in envs])
             rows[envs], blocks[envs] = np.arange(len(envs)), Block(len(envs), own)
         return drawn, rows, blocks
@@ -80,29 +82,43 @@ class Mixture(AnalyticPolicy):
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The actions of each environment's policy."""
         drawn, rows, blocks = state
-        order, shares = self._shares(drawn)
-        alone = len(shares) == 1
+        places = self._places_of(drawn)
+        alone = len(places.shares) == 1
         if not alone:
-            seen, rows, blocks = seen.part(order), rows[order], blocks[order]
-        own_rows, own_blocks = np.empty_like(rows), np.empty_like(blocks)
+            seen, rows, blocks = seen.part(places.order), rows[places.order], blocks[places.order]
+        ordered = rows.tobytes() == places.rows.tobytes()
+        own_blocks = np.empty_like(blocks)
         neutral = self.spec.neutral_action
         actions = np.empty((len(seen), *neutral.shape), neutral.dtype)
-        for policy, part in shares:
-            size, shown = part.stop - part.start, seen if alone else seen.part(part)
-            actions[part], own = ask(policy, shown, _gather(rows[part], blocks[part]))
-            own_rows[part], own_blocks[part] = np.arange(size), Block(size, own)
+        for policy, part in places.shares:
+            found = _whole(blocks[part]) if ordered else None
+            own = _gather(rows[part], blocks[part]) if found is None else found.state
+            actions[part], own = ask(policy, seen if alone else seen.part(part), own)
+            own_blocks[part] = Block(part.stop - part.start, own)
         if alone:
-            return actions, (drawn, own_rows, own_blocks)
-        back = np.empty_like(order)
-        back[order] = np.arange(len(order))
-        return actions[back], (drawn, own_rows[back], own_blocks[back])
+            return actions, (drawn, places.rows.copy(), own_blocks)
+        return actions[places.back], (drawn, places.rows[places.back], own_blocks[places.back])
 
-    def _shares(self, drawn: Array) -> tuple[Array, list[tuple[Policy, slice]]]:
-        """An order of the environments by policy, and the part of it that each policy plays, if any."""
-        order = np.argsort(drawn, kind="stable")
-        ends = np.bincount(drawn, minlength=len(self.policies)).cumsum().tolist()
-        parts = zip(self.policies, (0, *ends), ends, strict=False)
-        return order, [(policy, slice(start, end)) for policy, start, end in parts if end > start]
+    def _places_of(self, drawn: Array) -> Places:
+        """Where the environments of each policy lie; found anew only when others are drawn."""
+        key = drawn.tobytes()
+        if self._known is None or self._known[0] != key:
+            order = np.argsort(drawn, kind="stable")
+            ends = np.bincount(drawn, minlength=len(self.policies)).cumsum().tolist()
+            parts = zip(self.policies, (0, *ends), ends, strict=False)
+            shares = [(policy, slice(start, end)) for policy, start, end in parts if end > start]
+            rows = np.concatenate([np.arange(part.stop - part.start) for _, part in shares])
+            self._known = key, Places(order, np.argsort(order), rows, shares)
+        return self._known[1]
+
+
+class Places(NamedTuple):
+    """Environments by policy."""
+
+    order: IntArray  # (B,) the environments, those of one policy after those of another
+    back: IntArray  # (B,) where each environment comes in this order
+    rows: IntArray  # (B,) in this order, which of its policy's environments each is
+    shares: list[tuple[Policy, slice]]  # the part of this order that each policy plays, if any
 
 
 @kernel
@@ -121,6 +137,13 @@ class Block:
 
     def __init__(self, size: int, state: State | None) -> None:
         self.size, self.state = size, state
+
+
+def _whole(blocks: Array) -> Block | None:
+    """The one block of k environments, if they are all that it has."""
+    first, *others = blocks.tolist()
+    found: Block | None = first
+    return found if first.size == len(blocks) and all(block is first for block in others) else None
 
 
 def _gather(rows: Array, blocks: Array) -> State | None:

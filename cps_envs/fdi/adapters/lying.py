@@ -36,6 +36,14 @@ class Sight(NamedTuple):
     own_scale: FloatArray  # (2, m)
 
 
+class Voice(NamedTuple):
+    """What kernels know of the S slots of an action."""
+
+    ranges: BoolArray  # (S,) whether they are of ranges, else of range-rates
+    resolution: FloatArray  # (S,) m or m/s
+    bounds: IntArray  # (S,) the largest level
+
+
 class Lying(Adapter):
     """One agent, centred on the gap of the first attacked sensor; every attacked sensor is lied about alike.
 
@@ -58,6 +66,7 @@ class Lying(Adapter):
         self.ranges: BoolArray = self.sensors < readings // 2
         self.resolution: FloatArray = np.where(self.ranges, config.range_resolution_m, config.rate_resolution_mps)
         self.bounds: IntArray = np.where(self.ranges, config.range_levels, config.rate_levels)
+        self._voice = hold(Voice(self.ranges, self.resolution, self.bounds))
         self.gaps: IntArray = np.tile(sensor_gaps(n), 2)  # (R,)
         self._sight = hold(
             Sight(

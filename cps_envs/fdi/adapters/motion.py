@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
+from cps_envs.core.fields import decode_entry
+from cps_envs.core.kernels import kernel
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray
-from cps_envs.fdi.adapters.lying import Lying
+from cps_envs.core.types import Array, FloatArray, IntArray, Observation
+from cps_envs.fdi.adapters.lying import Lying, Sight, Voice
 
 LEVELS_MPS2 = (-2.0, -1.0, -0.5, -0.25, 0.0, 0.25, 0.5, 1.0, 2.0)  # chosen; disturbances deviate by 0.3 to 0.5
 
@@ -39,9 +41,31 @@ class Motion(Lying):
 
     def tell(self, seen: Seen, state: State, acceleration_mps2: FloatArray) -> tuple[Array, State]:
         """The role's actions (B, S), and the next state, of lies that accelerate by so much, (B,)."""
-        dt_s = self.spec.config.dt_s
-        pushed, (lie_m, lie_mps) = acceleration_mps2 * self.works(seen), state[0].T
-        lies = np.stack([lie_m + dt_s * lie_mps + dt_s**2 / 2 * pushed, lie_mps + dt_s * pushed], axis=1)
-        wanted = np.rint(lies[:, np.where(self.ranges, 0, 1)] / self.resolution)
-        lying = self.works(seen)[:, np.newaxis] & self.attacked(seen)
-        return self.say(wanted * lying), (lies,)
+        lies, actions = state[0].copy(), np.empty((len(seen), len(self.sensors)), np.int64)
+        _tell(self._sight, self._voice, self.spec.config.dt_s, seen.observation, acceleration_mps2, lies, actions)
+        return actions, (lies,)
+
+
+@kernel
+def _tell(
+    sight: Sight,
+    voice: Voice,
+    dt_s: float,
+    observation: Observation,
+    acceleration_mps2: FloatArray,
+    lies: FloatArray,
+    actions: IntArray,
+) -> None:
+    """Move the lies (B, 2) by a step, and fill the actions (B, S) that tell them."""
+    at, scale = sight.offsets[0], sight.scale
+    for b in range(lies.shape[0]):
+        works = decode_entry(observation[b], scale, at.wait) < 0.5
+        pushed = acceleration_mps2[b] if works else 0.0
+        lies[b, 0] = lies[b, 0] + dt_s * lies[b, 1] + dt_s**2 / 2.0 * pushed
+        lies[b, 1] += dt_s * pushed
+        for slot in range(actions.shape[1]):
+            told, most = lies[b, 0 if voice.ranges[slot] else 1], voice.bounds[slot]
+            level = 0.0
+            if works and (sight.shape[2] == 0 or decode_entry(observation[b], scale, at.attacked + slot) > 0.5):
+                level = np.rint(told / voice.resolution[slot])
+            actions[b, slot] = int(min(max(level, -most), most)) + most
