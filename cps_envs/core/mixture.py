@@ -86,13 +86,11 @@ class Mixture(AnalyticPolicy):
         alone = len(places.shares) == 1
         if not alone:
             seen, rows, blocks = seen.part(places.order), rows[places.order], blocks[places.order]
-        ordered = rows.tobytes() == places.rows.tobytes()
         own_blocks = np.empty_like(blocks)
         neutral = self.spec.neutral_action
         actions = np.empty((len(seen), *neutral.shape), neutral.dtype)
         for policy, part in places.shares:
-            found = _whole(blocks[part]) if ordered else None
-            own = _gather(rows[part], blocks[part]) if found is None else found.state
+            own = _gather(rows[part], blocks[part])
             actions[part], own = ask(policy, seen if alone else seen.part(part), own)
             own_blocks[part] = Block(part.stop - part.start, own)
         if alone:
@@ -103,12 +101,14 @@ class Mixture(AnalyticPolicy):
         """Where the environments of each policy lie; found anew only when others are drawn."""
         key = drawn.tobytes()
         if self._known is None or self._known[0] != key:
-            order = np.argsort(drawn, kind="stable")
-            ends = np.bincount(drawn, minlength=len(self.policies)).cumsum().tolist()
-            parts = zip(self.policies, (0, *ends), ends, strict=False)
+            order, places = np.argsort(drawn, kind="stable"), np.arange(len(drawn))
+            counts = np.bincount(drawn, minlength=len(self.policies))
+            ends = counts.cumsum()
+            parts = zip(self.policies, (ends - counts).tolist(), ends.tolist(), strict=True)
             shares = [(policy, slice(start, end)) for policy, start, end in parts if end > start]
-            rows = np.concatenate([np.arange(part.stop - part.start) for _, part in shares])
-            self._known = key, Places(order, np.argsort(order), rows, shares)
+            back = np.empty_like(order)
+            back[order] = places
+            self._known = key, Places(order, back, places - (ends - counts).repeat(counts), shares)
         return self._known[1]
 
 
@@ -137,13 +137,6 @@ class Block:
 
     def __init__(self, size: int, state: State | None) -> None:
         self.size, self.state = size, state
-
-
-def _whole(blocks: Array) -> Block | None:
-    """The one block of k environments, if they are all that it has."""
-    first, *others = blocks.tolist()
-    found: Block | None = first
-    return found if first.size == len(blocks) and all(block is first for block in others) else None
 
 
 def _gather(rows: Array, blocks: Array) -> State | None:

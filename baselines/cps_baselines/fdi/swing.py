@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_baselines.fdi.injection import InjectionPolicy, view_of
+from cps_baselines.fdi.action_form import Form
+from cps_baselines.fdi.injection import InjectionPolicy, View, look, new_views
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
+from cps_envs.core.kernels import borrowed, kernel, unpack, view
 from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array
+from cps_envs.core.types import Array, IntArray, Observation
+from cps_envs.fdi.state import Constants
 
 
 class Swing(InjectionPolicy):
@@ -36,7 +40,7 @@ class Swing(InjectionPolicy):
         self.swing_steps = swing_s / self.config.dt_s
         ranges = self.form.sensors < self.config.num_readings // 2
         most = self.form.bounds * np.where(ranges, range_part, 1.0)
-        self._opening, self._closing = -np.rint(open * most), np.rint(close * most)
+        self._plan = np.stack([-np.rint(open * most), np.rint(close * most)]).astype(np.int64)
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The first step (B,) of each attack; -1 while nothing has been injected."""
@@ -44,9 +48,31 @@ class Swing(InjectionPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
-        views = view_of(self.form, seen)
-        works = np.rint(seen["wait"][:, 0]) == 0 if "wait" in seen else np.ones(len(seen), np.bool_)
-        first = np.where(works & (state[0] < 0), views.step, state[0])
-        opens = (views.step - first < self.swing_steps)[:, np.newaxis]
-        wishes = np.where(opens, self._opening, self._closing) * (works[:, np.newaxis] & views.attacked)
-        return self.say(views, wishes.astype(np.int64), seen.masks), (first,)
+        views, first = new_views(self.form, len(seen)), state[0].copy()
+        wishes = np.empty(views.attacked.shape, np.int64)
+        _wish(self.form.held, seen.observation, "wait" in seen, self._plan, self.swing_steps, views, first, wishes)
+        return self.say(views, wishes, seen.masks), (first,)
+
+
+@kernel
+def _wish(
+    form: Form,
+    observation: Observation,
+    waits: bool,
+    plan: IntArray,
+    swing_steps: float,
+    views: View,
+    first: IntArray,
+    wishes: IntArray,
+) -> None:
+    """Fill the views, the first steps (B,) of lies that begin, and the wishes (B, S)."""
+    c = unpack(Constants, form.constants, 0)
+    for b in range(observation.shape[0]):
+        row, episode = borrowed(observation)[b], view(views, b)
+        look(form, c, row, episode)
+        works = not waits or np.rint(decode_entry(row, form.scale, form.offsets[0].wait)) == 0.0
+        if works and first[b] < 0:
+            first[b] = episode.step[0]
+        phase = 0 if episode.step[0] - first[b] < swing_steps else 1
+        for slot in range(wishes.shape[1]):
+            wishes[b, slot] = plan[phase, slot] if works and episode.attacked[slot] else 0

@@ -8,7 +8,7 @@ import numpy as np
 
 from cps_baselines.fdi.injection import View, view_of
 from cps_baselines.fdi.platoon_filter import platoon_filter
-from cps_baselines.fdi.tracker import Tracker, seen_off
+from cps_baselines.fdi.tracker import Tracker
 from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
@@ -68,10 +68,10 @@ class TaskTracker(Tracker):
         shouted = self.say(views, np.rint(loud).astype(np.int64), seen.masks)
         return np.where(undefended[:, np.newaxis], shouted, actions), (*quiet, undefended)
 
-    def _look(self, seen: Seen, views: View, off: FloatArray) -> FloatArray:
+    def _look(self, views: View, shown: FloatArray, off: FloatArray) -> FloatArray:
         """As `Tracker`, with part of its sight."""
         sight = self._manner(views.attacked).sight[:, np.newaxis]
-        return sight * seen_off(seen, views) + (1 - sight) * off
+        return sight * shown + (1 - sight) * off
 
     def _manner(self, attacked: BoolArray) -> Manner:
         """How episodes are attacked in which these slots (B, S) are."""
@@ -83,7 +83,9 @@ class TaskTracker(Tracker):
         """The margins (B, S), see the class."""
         m, probe = self._manner(views.attacked), np.resize(self.probe, len(seen))
         since, whole, swing_steps = views.step - first, self.config.horizon - first, m.swing_s / self.config.dt_s
-        part = self._part(since - PROBE_STEPS, whole - PROBE_STEPS, swing_steps)
+        part = np.clip(
+            (since - PROBE_STEPS - swing_steps) / np.maximum(whole - PROBE_STEPS - swing_steps, 1.0), 0.0, 1.0
+        )
         margin = np.where(since - PROBE_STEPS < swing_steps, -m.swing, m.margin + (m.late - m.margin) * part)
         refused = seen["trust"] < 0.5
         own, gap = np.zeros_like(refused), self._pair[self.form.sensors][views.attacked.argmax(axis=1)]

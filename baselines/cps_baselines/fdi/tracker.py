@@ -6,12 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from cps_baselines.fdi.injection import InjectionPolicy, View, view_of
+from cps_baselines.fdi.action_form import Form, new_slots, open_slots, say
+from cps_baselines.fdi.injection import InjectionPolicy, View, look, new_views
 from cps_baselines.fdi.platoon_filter import platoon_filter, trusting
 from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.fields import decode_entry
+from cps_envs.core.kernels import borrowed, clip, kernel, unpack, view
 from cps_envs.core.policy import Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, FloatArray
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Observation
+from cps_envs.fdi.state import Constants
 
 
 class Tracker(InjectionPolicy):
@@ -60,43 +64,123 @@ class Tracker(InjectionPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
-        off, left, first = state
-        views = view_of(self.form, seen)
-        off = self._look(seen, views, off)
-        told = seen["injection"] * self.form.bounds * self.form.resolution
+        off, left, first = state[0], state[1].copy(), state[2].copy()
+        views, shown, told, works = self._seen(seen, first)
+        off = self._look(views, shown, off)
         step = np.minimum(views.step, self.config.horizon - 1)
         ahead = np.einsum("bij,bj->bi", self._stay[step], off) - np.einsum("bij,bj->bi", self._lie[step], told)
-        works = np.rint(seen["wait"][:, 0]) == 0
-        first = np.where(works & (first < 0), views.step, first)
-        margins = self._margins(seen, views, first)
-        wanted = margins * self._deviation[step + 1] - ahead @ self._view.T + left
-        active = views.attacked & works[:, np.newaxis]
-        levels = np.where(active, np.rint(wanted / self.form.resolution), 0.0)
-        half = self.form.resolution / 2
-        left = np.where(active, np.clip(wanted - levels * self.form.resolution, -half, half), 0.0)
-        return self.say(views, levels.astype(np.int64), seen.masks), (ahead, left, first)
+        actions, expected = np.empty(views.attacked.shape, np.int64), ahead @ self._view.T
+        known = (self.form.held, self.form.resolution, self._deviation, self.form.masks(seen.masks, len(seen)))
+        _aim(*known, views, works, self._margins(seen, views, first), expected, left, actions)
+        return actions, (ahead, left, first)
 
-    def _look(self, seen: Seen, views: View, off: FloatArray) -> FloatArray:
-        """What the filter is off by (B, 2n), of which `off` is what it should be by the lies so far."""
-        return seen_off(seen, views) if self.sight else off
+    def _seen(self, seen: Seen, first: FloatArray) -> tuple[View, FloatArray, FloatArray, BoolArray]:
+        """What is seen: the view, what the filter is off by (B, 2n), the last lies (B, S), whether lies work (B,).
+
+        Notes the first step (B,) at which they do.
+        """
+        views, (pairs, slots) = new_views(self.form, len(seen)), self._lie.shape[1:]
+        shown, told, works = np.empty((len(seen), pairs)), np.empty((len(seen), slots)), np.empty(len(seen), np.bool_)
+        _see(self.form.held, seen.observation, self.form.resolution, views, shown, told, works, first)
+        return views, shown, told, works
+
+    def _look(self, views: View, shown: FloatArray, off: FloatArray) -> FloatArray:
+        """What the filter is off by (B, 2n): `shown`, or `off`, which it should be by the lies so far."""
+        return shown if self.sight else off
 
     def _margins(self, seen: Seen, views: View, first: FloatArray) -> FloatArray:
         """The margins (B, 1) or (B, S) of lies that began at the steps `first` (B,)."""
-        whole = self.config.horizon - first
-        part = self._part(views.step - first, whole, self.swing_steps)
-        opens = views.step - first < self.swing_steps
-        return np.where(opens, -self.swing, self.margin + (self.late - self.margin) * part)[:, np.newaxis]
-
-    def _part(self, since: FloatArray, whole: FloatArray, swing_steps: FloatArray | float) -> FloatArray:
-        """How much of the time after the swing is over (B,), so many steps after the first of `whole`."""
-        part: FloatArray = np.clip((since - swing_steps) / np.maximum(whole - swing_steps, 1.0), 0.0, 1.0)
-        return part
+        margins, numbers = np.empty((len(first), 1)), (self.swing_steps, self.swing, self.margin, self.late)
+        _fill_margins(views.step, first, self.config.horizon, *numbers, margins)
+        return margins
 
 
-def seen_off(seen: Seen, views: View) -> FloatArray:
-    """What the filter is off by (B, 2n)."""
-    off: FloatArray = views.error - np.concatenate([seen["predicted_gap_error"], seen["predicted_speed"]], axis=1)
-    return off
+@kernel
+def _fill_margins(
+    step: IntArray,
+    first: FloatArray,
+    horizon: int,
+    swing_steps: float,
+    swing: float,
+    margin: float,
+    late: float,
+    margins: FloatArray,
+) -> None:
+    """Fill the margins (B, 1) at steps (B,) of attacks that began at the steps `first` (B,)."""
+    for b in range(step.size):
+        since, whole = step[b] - first[b], horizon - first[b]
+        part = clip((since - swing_steps) / max(whole - swing_steps, 1.0), 0.0, 1.0)
+        margins[b, 0] = -swing if since < swing_steps else margin + (late - margin) * part
+
+
+@kernel
+def _see(
+    form: Form,
+    observation: Observation,
+    resolution: FloatArray,
+    views: View,
+    shown: FloatArray,
+    told: FloatArray,
+    works: BoolArray,
+    first: FloatArray,
+) -> None:
+    """Fill what `Tracker._seen` returns."""
+    c, at, scale = unpack(Constants, form.constants, 0), form.offsets[0], form.scale
+    n = shown.shape[1] // 2
+    for b in range(observation.shape[0]):
+        row, episode = borrowed(observation)[b], view(views, b)
+        look(form, c, row, episode)
+        works[b] = np.rint(decode_entry(row, scale, at.wait)) == 0.0
+        if works[b] and first[b] < 0:
+            first[b] = episode.step[0]
+        for j in range(2 * n):
+            entry = at.predicted_gap_error + j if j < n else at.predicted_speed + j - n
+            shown[b, j] = episode.error[j] - decode_entry(row, scale, entry)
+        for slot in range(told.shape[1]):
+            told[b, slot] = decode_entry(row, scale, at.injection + slot) * form.bounds[slot] * resolution[slot]
+
+
+@kernel
+def _aim(
+    form: Form,
+    resolution: FloatArray,
+    deviation: FloatArray,
+    masks: BoolArray,
+    views: View,
+    works: BoolArray,
+    margins: FloatArray,
+    expected: FloatArray,
+    left: FloatArray,
+    actions: IntArray,
+) -> None:
+    """Fill the actions (B, S) that bring expected innovations (B, S) to the margins (B, 1) or (B, S).
+
+    `left` (B, S) is what rounding left over in the last step, and then in this one.
+    """
+    c, n, slots = unpack(Constants, form.constants, 0), form.matrices.step.shape[1] // 2, left.shape[1]
+    new, wishes, levels = new_slots(form, n), np.empty(slots, np.int64), np.empty(slots, np.int64)
+    for b in range(left.shape[0]):
+        step = min(views.step[b], c.horizon - 1)
+        for slot in range(slots):
+            margin, half, level = margins[b, min(slot, margins.shape[1] - 1)], resolution[slot] / 2.0, 0.0
+            wanted = margin * deviation[step + 1, slot] - expected[b, slot] + left[b, slot]
+            left[b, slot] = 0.0
+            if views.attacked[b, slot] and works[b]:
+                level = np.rint(wanted / resolution[slot])
+                left[b, slot] = clip(wanted - level * resolution[slot], -half, half)
+            wishes[slot] = int(level)
+        open_slot, error = open_slots(form, borrowed(views.attacked)[b], new), borrowed(views.error)[b]
+        say(
+            form,
+            c,
+            error,
+            open_slot,
+            borrowed(masks)[b],
+            borrowed(wishes),
+            True,
+            borrowed(actions)[b],
+            borrowed(levels),
+        )
 
 
 def blind_tracker(spec: RoleSpec, **options: Any) -> Tracker:
