@@ -17,6 +17,7 @@ from cps_paper.evidence import Report
 from cps_paper.exhibit import Table, places
 from cps_paper.fdi.experiments import SETS
 from cps_paper.hvac.controllers import CONTROLLERS
+from cps_paper.testbed.cases import DAMPING
 from tests.agents import command_line
 
 ROOT = Path(__file__).parents[2]
@@ -173,7 +174,12 @@ def test_a_tally_counts_words_for_cells_as_words_for_claims() -> None:
 
 
 def test_what_all_varies_is_what_the_chapters_know() -> None:
-    known = {"interpretation": set(INTERPRETATIONS), "preset_set": set(SETS), "controller": set(CONTROLLERS)}
+    known = {
+        "interpretation": set(INTERPRETATIONS),
+        "preset_set": set(SETS),
+        "controller": set(CONTROLLERS),
+        "damping": set(DAMPING),
+    }
     for command in COMMANDS:
         assert set(command.values) <= known.get(command.varied, set())
         evidence = command.load().evidence(**{each.name: each.default for each in command.options})
