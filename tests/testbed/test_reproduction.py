@@ -14,10 +14,10 @@ from cps_envs.testbed.config import BASELINE, MITIGATED
 from cps_paper.chapter import Reproduction
 from cps_paper.testbed import chapter
 from cps_paper.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Results, Runs, mitigation, needed
-from cps_paper.testbed.chapter import CHAPTER
+from cps_paper.testbed.chapter import CHAPTER, results
 from cps_paper.testbed.claims import CLAIMS
 from cps_paper.testbed.exhibits import Spread, spreads
-from cps_paper.verdicts import NEAR_SHARE, VERDICTS
+from cps_paper.verdicts import NEAR_SHARE, VERDICTS, of_number
 
 PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"
 MET = {"lowest_speed_mps": 0.06, "stopped": 0.0, "smallest_gap_m": 0.2, "collided": 0.0, "rms_acceleration_mps2": 0.06}
@@ -77,8 +77,7 @@ def test_without_an_attack_the_mitigation_changes_nothing() -> None:
 
 def test_the_document_s_table_is_what_the_command_prints(full: Reproduction[Results]) -> None:
     text = PAGE.read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (?:baseline|t_s = [^|]*) \| (.*) \|$", text, re.MULTILINE)
-    for case, row in zip(CASES, rows, strict=True):
+    for case, row in zip(CASES, rows_of_page()[:3], strict=True):
         printed = [float(number) for number in re.findall(r"[\d.]+", row)]
         errors, metrics, reference = full.evidence.errors(case), full.evidence.of(case).metrics, spreads()[case.figure]
         assert printed[1:3] == pytest.approx([errors.mean(), errors.std(ddof=1)], abs=0.15)
@@ -91,6 +90,22 @@ def test_the_document_s_table_is_what_the_command_prints(full: Reproduction[Resu
     assert f"{sum(mitigated)} of 40 have them within 10 %" in text
     assert f"{without} of 20 runs come within 10 %" in text
     assert full.evidence.gains() == pytest.approx((9, 10), abs=0.6)
+
+
+def test_the_other_reading_s_table_is_what_the_command_prints() -> None:
+    seen = results(damping="k1")
+    for case, row in zip(CASES, rows_of_page()[3:], strict=True):
+        found = Runs(case, seen.num_seeds, damping="k1").run()
+        errors, stopped, gap_m = (found.metrics[name] for name in ("velocity_error", "stopped", "smallest_gap_m"))
+        printed = [float(number) for number in re.findall(r"[\d.]+", row)]
+        expected = [errors.mean(), errors.std(ddof=1), stopped.mean(), gap_m.mean()]
+        assert printed[1:] == pytest.approx(expected, abs=0.06)
+        verdict = of_number(float(errors.mean()), CLAIMS.number(case.claim))
+        assert row.endswith(verdict)
+
+
+def rows_of_page() -> list[str]:
+    return re.findall(r"^\| (?:baseline|t_s = [^|]*) \| (.*) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
 
 
 def test_the_document_s_snippet_runs(capsys: pytest.CaptureFixture[str]) -> None:
@@ -197,8 +212,8 @@ def test_verdicts_follow_their_rules() -> None:
     assert verdict(made(USUAL, rms_acceleration_mps2={BASE: [0.09, 0.08]}), "T11") == "reproduced"
     assert verdict(made({**USUAL, LONG: [19.0, 23.0]}), "T10") == "partly"
     assert verdict(made({**USUAL, BASE: [33.0, 34.0]}), "T01") == "not reproduced"
-    assert verdict(made({**USUAL, BASE: [29.9, 32.0, 32.0]}), "T01") == "near"
-    assert verdict(made({**USUAL, BASE: [29.9, 37.0, 37.0]}), "T01") == "not reproduced"
+    assert verdict(made({**USUAL, BASE: [32.0, 32.5]}), "T01") == "near"
+    assert verdict(made({**USUAL, BASE: [25.0, 35.2]}), "T01") == "reproduced"  # however wide it spreads
     for slower, expected in (((0.04, 0.04), "reproduced"), ((0.04, 0.2), "partly"), ((0.09, 0.2), "partly")):
         assert verdict(made(USUAL, slower), "T13") == expected
     assert verdict(made(USUAL, (0.11, 0.2)), "T13") == "not reproduced"
