@@ -48,8 +48,12 @@ HVAC_TESTS = ProblemTests(
     golden={
         "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
         "paper defence": Golden("defender", {"preset": "paper", "opponent": "none"}, seed=1),
-        "constant attack": Golden("defender", {"opponent": "tests.hvac.players:Constant"}, seed=2, boldness=1.0),
-        "eight sensors": Golden("defender", {"num_sensors": 8, "opponent": "tests.hvac.players:Constant"}, seed=3),
+        "constant attack": Golden(
+            "defender", {"preset": "paper", "opponent": "tests.hvac.players:Constant"}, seed=2, boldness=1.0
+        ),
+        "eight sensors": Golden(
+            "defender", {"preset": "paper", "num_sensors": 8, "opponent": "tests.hvac.players:Constant"}, seed=3
+        ),
         "easy attack": Golden("attacker", {"preset": "easy", "opponent": "none"}, seed=4),
         "easy defence": Golden(
             "defender", {"preset": "easy", "opponent": "tests.hvac.players:Constant"}, seed=5, boldness=1.0
@@ -60,14 +64,19 @@ HVAC_TESTS = ProblemTests(
         ),
         "hard defence": Golden("defender", {"preset": "hard", "opponent": "tests.hvac.players:Constant"}, seed=9),
         "limits in the program": Golden(
-            "defender", {"controller": "qp", "num_steps": 300, "opponent": "tests.hvac.players:Constant"}, seed=10
+            "defender",
+            {"preset": "paper", "controller": "qp", "num_steps": 300, "opponent": "tests.hvac.players:Constant"},
+            seed=10,
         ),
         "from level to level": Golden(
-            "defender", {"controller": "levels", "num_steps": 300, "opponent": "tests.hvac.players:Constant"}, seed=11
+            "defender",
+            {"preset": "paper", "controller": "levels", "num_steps": 300, "opponent": "tests.hvac.players:Constant"},
+            seed=11,
         ),
         "grey box": Golden(
             "attacker",
             {
+                "preset": "paper",
                 "attacker_view": "grey",
                 "attack_action": "bias",
                 "num_sensors": 8,
@@ -159,10 +168,14 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
             "paper attack": Golden("attacker", {"preset": "paper"}, boldness=1.0),
             "paper defence": Golden("defender", {"preset": "paper", "opponent": "bang_bang"}, boldness=0.0),
             "set B": Golden("attacker", {"preset": "B", "attacked": "v1,4", "target": 1}, seed=1, boldness=1.0),
-            "both sensors, shielded": Golden("attacker", {"attacked": "xv2", "target": 2, "shield": True}, seed=2),
-            "look-ahead": Golden("attacker", {"attacked": "x3", "target": 4, "mask": "look_ahead"}, seed=3),
+            "both sensors, shielded": Golden(
+                "attacker", {"preset": "paper", "attacked": "xv2", "target": 2, "shield": True}, seed=2
+            ),
+            "look-ahead": Golden(
+                "attacker", {"preset": "paper", "attacked": "x3", "target": 4, "mask": "look_ahead"}, seed=3
+            ),
             "shares": Golden("attacker", {"preset": "clip", "attack_action": "share"}, seed=4, boldness=1.0),
-            "listed tasks": Golden("attacker", {"tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
+            "listed tasks": Golden("attacker", {"preset": "paper", "tasks": "x1>1 v4>4"}, seed=5, boldness=1.0),
             "five vehicles": Golden("attacker", {"preset": "five"}, seed=9, boldness=1.0),
             "instability attack": Golden("attacker", {"preset": "instability"}, seed=10, boldness=1.0),
             "instability defence": Golden("defender", {"preset": "instability", "horizon": 300}, seed=11),
@@ -181,12 +194,14 @@ PROBLEM_TESTS: Mapping[str, ProblemTests] = {
         golden={
             "paper attack": Golden("attacker", {"preset": "paper", "opponent": "none"}),
             "paper attack on detection": Golden(
-                "attacker", {"opponent": "sliding_detection", "power_ratio": 1.3}, seed=1
+                "attacker", {"preset": "paper", "opponent": "sliding_detection", "power_ratio": 1.3}, seed=1
             ),
             "paper defence": Golden("defender", {"preset": "paper", "opponent": SQUARE}, boldness=0.0),
             "paper defence, random laws": Golden("defender", {"preset": "paper", "opponent": SQUARE}, seed=2),
             "paper defence, commands": Golden(
-                "defender", {"opponent": SQUARE, "defense_action": "command", "duration_s": 60.0}, seed=3
+                "defender",
+                {"preset": "paper", "opponent": SQUARE, "defense_action": "command", "duration_s": 60.0},
+                seed=3,
             ),
             "easy attack": Golden("attacker", {"preset": "easy", "opponent": "sliding"}, seed=4),
             "easy defence": Golden("defender", {"preset": "easy", "opponent": SQUARE}, seed=5),

@@ -145,10 +145,10 @@ def test_the_modules_that_a_page_runs_exist(page: Path) -> None:
 
 def parse(arguments: list[str], words: str) -> None:
     """Read a command line without running it."""
-    typer_main = pytest.importorskip("typer.main", reason="needs the command line")
-    from cps_agents.cli import app
+    pytest.importorskip("typer", reason="needs the command line")
+    from cps_agents.cli import whole
 
-    command = typer_main.get_command(app)
+    command = whole()
     while hasattr(command, "resolve_command"):
         while arguments and arguments[0] in ("--trust", "--debug"):
             arguments = arguments[1:]

@@ -112,8 +112,8 @@ def test_no_page_speaks_in_riddles(page: Path) -> None:
 
 def commands() -> list[tuple[str, Any]]:
     """Every command of the command line with its name."""
-    typer_main = pytest.importorskip("typer.main", reason="needs the command line")
-    from cps_agents.cli import app
+    pytest.importorskip("typer", reason="needs the command line")
+    from cps_agents.cli import whole
 
     found: list[tuple[str, Any]] = []
 
@@ -122,7 +122,7 @@ def commands() -> list[tuple[str, Any]]:
             walk(f"{path} {part}".strip(), each)
         found.append((path, command))
 
-    walk("", typer_main.get_command(app))
+    walk("", whole())
     return found
 
 

@@ -66,16 +66,14 @@ def said(*arguments: str) -> str:
 
 def commands() -> Iterator[tuple[str, ...]]:
     """The words of every command and of every group of them."""
-    from typer.main import get_command
-
-    from cps_agents.cli import app
+    from cps_agents.cli import whole
 
     def below(command: Any, words: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
         yield words
         for name, part in getattr(command, "commands", {}).items():
             yield from below(part, (*words, name))
 
-    yield from below(get_command(app), ())
+    yield from below(whole(), ())
 
 
 def main(arguments: list[str] | None = None) -> None:

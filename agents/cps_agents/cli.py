@@ -1,38 +1,191 @@
-"""The command `cps-envs`. Modules of commands import nothing heavy; what a command needs it imports when it runs."""
+"""The command `cps-envs`. A command's module is imported when it runs: the list of commands loads none of them."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
 from importlib.metadata import version
-from importlib.util import find_spec
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command
 
-from cps_agents.commands.bench import bench
-from cps_agents.commands.best_response import best_response
-from cps_agents.commands.dataset import dataset
-from cps_agents.commands.evaluate import evaluate
-from cps_agents.commands.league import league
-from cps_agents.commands.learnability import learnability
-from cps_agents.commands.oracle import oracle
-from cps_agents.commands.play import drive_robots, list_everything, play
-from cps_agents.commands.report import report
-from cps_agents.commands.score import app as score
-from cps_agents.commands.self_play import self_play
-from cps_agents.commands.train import train, tune
-from cps_agents.commands.warm import warm
-from cps_agents.commands.zoo import app as zoo
 from cps_agents.console import err
-from cps_agents.errors import explain
+from cps_agents.errors import CommandError, explain
 from cps_baselines.interruption import ending, exit_code
 
 WRONG_INPUT = 2
 HELP = {"help_option_names": ["-h", "--help"]}
-GOING_ON = ("oracle", "double-oracle", "remake")  # from their files, beside the commands that have --resume or --fresh
+GOING_ON = ("certify", "double-oracle", "remake")  # from their files, beside commands that have --resume or --fresh
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A command before its module is loaded."""
+
+    place: str  # module:function, or module:app for a group of commands
+    summary: str  # the first sentence of its help
+    panel: str
+
+
+def _panel(name: str, commands: Mapping[str, tuple[str, str]]) -> dict[str, Entry]:
+    return {command: Entry(place, summary, name) for command, (place, summary) in commands.items()}
+
+
+OURS = "cps_agents.commands"
+COMMANDS: dict[str, Entry] = {  # in the order of the help
+    **_panel(
+        "Play",
+        {
+            "list": (f"{OURS}.list:show", "Show the problems and their policies."),
+            "play": (
+                f"{OURS}.play:play",
+                "Play one attacker against one defender: print the metrics, or film the episode.",
+            ),
+        },
+    ),
+    **_panel(
+        "Learn",
+        {
+            "train": (f"{OURS}.train:train", "Train a policy by its recipe, one run for each seed."),
+            "tune": (f"{OURS}.train:tune", "Search better knobs for a recipe; each trial trains with other values."),
+            "best-response": (
+                f"{OURS}.best_response:best_response",
+                "Find a best response to a fixed opponent: at least how far can it be exploited?",
+            ),
+            "self-play": (
+                f"{OURS}.self_play:self_play",
+                "Let both roles learn best responses in rounds, each against the equilibrium of all policies so far.",
+            ),
+            "zoo": (f"{OURS}.zoo:app", "Look up trained policies, shipped and your own, or add one."),
+            "dataset": (
+                f"{OURS}.dataset:dataset",
+                "Record episodes of two policies as a dataset for offline learning.",
+            ),
+        },
+    ),
+    **_panel(
+        "Judge",
+        {
+            "evaluate": (f"{OURS}.evaluate:evaluate", "Evaluate policies on seeds that training never used."),
+            "score": (f"{OURS}.score:app", "Score a policy in a track: `cps-envs score rogue-attack POLICY`."),
+            "league": (
+                f"{OURS}.league:league",
+                "Let every attacker play every defender, and solve the zero-sum game between them.",
+            ),
+            "report": (
+                f"{OURS}.report:report",
+                "Write a page to open in a browser: who beats whom, and episodes to watch.",
+            ),
+        },
+    ),
+    **_panel(
+        "Paper",
+        {
+            "reproduce": (
+                "cps_paper.commands.reproduce:app",
+                "Compute the tables, figures and claims of a chapter and put them beside what the paper prints.",
+            ),
+            "certify": (
+                f"{OURS}.certify:certify",
+                "Find the highest impact speed that false data injection can reach, with a bound that proves it.",
+            ),
+        },
+    ),
+    **_panel(
+        "Tools",
+        {
+            "warm": (f"{OURS}.warm:warm", "Compile all physics now, so that no later command has to wait for it."),
+            "bench": (
+                f"{OURS}.bench:bench",
+                "Measure how fast the environments are on this machine, in every interface.",
+            ),
+        },
+    ),
+}
+RENAMED = {  # old name -> what to type now
+    "benchmark": "cps-envs reproduce benchmark",
+    "calibrate-mtd2": "python -m tools.hvac.calibrate",
+    "coverage": "python -m tools.coverage",
+    "double-oracle": "python -m tools.double_oracle",
+    "learnability": "python -m tools.learnability",
+    "oracle": "cps-envs certify",
+    "reliability": "python -m tools.reliability",
+    "search-feedback": "cps-envs train DisbandingDefense-v0 --algo cma-es --knob family=disbanding-feedback",
+    "search-string": "cps-envs train DisbandingDefense-v0 --algo cma-es --knob family=disbanding-radio",
+    "search-switching": "python -m tools.rogue.search",
+    "string-stability": "cps-envs reproduce string-stability",
+    "testbed": "cps-envs play testbed",
+}
+OPTIONS = {  # old option -> what to type now
+    "--against": "--attacker or --defender",
+    "--attackers": "--attacker",
+    "--defenders": "--defender",
+    "--opponent": "--attacker or --defender",
+    "--period": "--preset mitigated, or --defender heuristic with options",
+    "--policy": "--attacker or --defender",
+}
+EXTRAS = {  # package -> the extra that installs it
+    "cps_paper": "paper",
+    **dict.fromkeys(("scipy", "highspy", "joblib", "osqp", "cma", "matplotlib"), "baselines"),
+    **dict.fromkeys(("torch", "stable_baselines3", "sb3_contrib"), "train"),
+    "pymoo": "genetic",
+    "minari": "data",
+    "optuna": "tune",
+    "pygame": "render",
+}
+
+
+class Deferred(TyperCommand):
+    """A command whose module is not loaded yet."""
+
+    def __init__(self, name: str, entry: Entry) -> None:
+        super().__init__(name, help=entry.summary, rich_help_panel=entry.panel)
+        self.entry = entry
+
+    def load(self) -> Any:
+        """The command itself.
+
+        Raises:
+            MissingExtraError: a package that it needs is not installed.
+        """
+        module, _, attribute = self.entry.place.partition(":")
+        try:
+            found = getattr(import_module(module), attribute)
+        except ModuleNotFoundError as error:
+            package = (error.name or "").partition(".")[0]
+            if package not in EXTRAS:
+                raise
+            from cps_envs.core.errors import MissingExtraError
+
+            raise MissingExtraError(
+                f"`cps-envs {self.name}` needs the package {package!r}. Install it with: "
+                f'pip install "cps-envs[{EXTRAS[package]}]"'
+            ) from error
+        return command_of(found, self.name or "")
+
+
+def command_of(found: Callable[..., None] | typer.Typer, name: str) -> Any:
+    """A function or a group as a command of this name."""
+    if isinstance(found, typer.Typer):
+        for part in found.registered_commands:
+            part.help = flowing(part.callback)
+        root = typer.Typer(add_completion=False)
+        root.add_typer(found, name=name, cls=found.info.cls or Commands)
+        whole_root: Any = get_command(root)
+        return whole_root.commands[name]
+    app = typer.Typer(add_completion=False)
+    app.command(name, help=flowing(found))(found)
+    return get_command(app)
+
+
+def flowing(command: Callable[..., Any] | None) -> str:
+    """A command's docstring with one line for each paragraph, so that the terminal's width breaks it."""
+    return "\n\n".join(" ".join(part.split()) for part in (inspect.getdoc(command) or "").split("\n\n"))
 
 
 @contextmanager
@@ -49,6 +202,8 @@ def told(ctx: Any, advice: Callable[[], str]) -> Iterator[None]:
         raise typer.Exit(exit_code(error)) from None
     except Exception as error:
         message = None if ctx.find_root().params.get("debug") or _is_control_flow(error) else explain(error)
+        if (option := getattr(error, "option_name", None)) in OPTIONS:
+            message = f"the option {option} is now {OPTIONS[option]}"
         if message is None:
             raise
         err().print(f"[bold red]Error:[/] {_escaped(message)}", soft_wrap=True)
@@ -67,15 +222,40 @@ def advice(command: Any) -> str:
 class Commands(TyperGroup):
     """A group of commands whose errors are told in a sentence, see `told`."""
 
+    chosen: Any = None  # the one that runs
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is asked for, its module loaded."""
+        name, command, left = super().resolve_command(ctx, args)
+        self.chosen = command.load() if isinstance(command, Deferred) else command
+        return name, self.chosen, left
+
     def invoke(self, ctx: Any) -> Any:
         """Run the command."""
-
-        def going_on() -> str:
-            name = ctx.invoked_subcommand
-            return advice(self.get_command(ctx, name) if name else None)
-
-        with told(ctx, going_on):
+        with told(ctx, lambda: advice(self.chosen)):
             return super().invoke(ctx)
+
+
+class Everything(Commands):
+    """All commands, in the order of the panels; old names say what they are called now."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.commands = {name: Deferred(name, entry) for name, entry in COMMANDS.items()}
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """All names."""
+        return list(self.commands)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that is asked for.
+
+        Raises:
+            CommandError: by an old name.
+        """
+        if args and args[0] in RENAMED:
+            raise CommandError(f"`cps-envs {args[0]}` is now: {RENAMED[args[0]]}")
+        return super().resolve_command(ctx, args)
 
 
 class Single(TyperCommand):
@@ -85,14 +265,6 @@ class Single(TyperCommand):
         """Run it."""
         with told(ctx, lambda: advice(self)):
             return super().invoke(ctx)
-
-
-class Panels(Commands):
-    """The commands in the order of the panels."""
-
-    def list_commands(self, ctx: Any) -> list[str]:
-        """All names."""
-        return [name for panel in PANELS.values() for name in panel]
 
 
 def _is_control_flow(error: Exception) -> bool:
@@ -119,12 +291,7 @@ def _agree(wanted: bool) -> None:
         trust()
 
 
-app = typer.Typer(
-    cls=Panels,
-    no_args_is_help=True,
-    pretty_exceptions_show_locals=False,
-    context_settings=HELP,
-)
+app = typer.Typer(cls=Everything, no_args_is_help=True, pretty_exceptions_show_locals=False, context_settings=HELP)
 
 
 @app.callback()
@@ -140,63 +307,11 @@ def options(
     """Play, train and judge attackers and defenders of cyber-physical systems."""
 
 
-PANELS: dict[str, dict[str, Callable[..., None] | typer.Typer]] = {  # in the order of the help
-    "Play": {"list": list_everything, "play": play, "testbed": drive_robots},
-    "Learn": {
-        "train": train,
-        "learnability": learnability,
-        "zoo": zoo,
-        "tune": tune,
-        "best-response": best_response,
-        "self-play": self_play,
-        "dataset": dataset,
-    },
-    "Judge": {
-        "score": score,
-        "evaluate": evaluate,
-        "league": league,
-        "report": report,
-    },
-    "Paper": {
-        "oracle": oracle,
-    },
-    "Tools": {"warm": warm, "bench": bench},
-}
-
-
-if find_spec("cps_paper") is None:
-
-    def needs_paper(words: Annotated[list[str] | None, typer.Argument(hidden=True)] = None) -> None:
-        """Say how to install the package of the dissertation."""
-        from cps_envs.core.errors import require
-
-        require("cps_paper", extra="paper", purpose="This command")
-
-    unread = {"ignore_unknown_options": True, "allow_extra_args": True}
-    for name in ("benchmark", "reproduce", "string-stability"):
-        app.command(name, context_settings=unread, rich_help_panel="Paper")(needs_paper)
-else:
-    from cps_paper.commands.benchmark import benchmark
-    from cps_paper.commands.reproduce import app as reproduce
-    from cps_paper.commands.string_stability import string_stability
-
-    PANELS["Judge"]["benchmark"] = benchmark
-    PANELS["Paper"] |= {"reproduce": reproduce, "string-stability": string_stability}
-
-
-def flowing(command: Callable[..., Any] | None) -> str:
-    """A command's docstring with one line for each paragraph, so that the terminal's width breaks it."""
-    return "\n\n".join(" ".join(part.split()) for part in (inspect.getdoc(command) or "").split("\n\n"))
-
-
-for panel, commands in PANELS.items():
-    for name, command in commands.items():
-        if isinstance(command, typer.Typer):
-            for part in command.registered_commands:
-                part.help = flowing(part.callback)
-            app.add_typer(command, name=name, cls=command.info.cls or Commands, rich_help_panel=panel)
-        else:
-            app.command(name, help=flowing(command), rich_help_panel=panel)(command)
+def whole() -> Any:
+    """The command line with the modules of all commands loaded, as those need it who read its options."""
+    group: Any = get_command(app)
+    group.commands = {name: command.load() for name, command in group.commands.items()}
+    return group
 
 
 def main() -> None:

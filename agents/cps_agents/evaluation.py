@@ -1,6 +1,6 @@
 """Policies beside each other in the same challenges: what each reaches, and paired differences to the baselines.
 
-What `cps-envs oracle --episodes` has certified about evaluation episodes counts as metrics of these episodes.
+What `cps-envs certify --episodes` has certified about evaluation episodes counts as metrics of these episodes.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def certified_metrics(path: Path, config: Any, episodes: int) -> Mapping[str, Fl
     rows = stored_episodes(path, config)
     if missing := [seed for seed in range(episodes) if str(seed) not in rows]:
         raise CommandError(
-            f"{path} lacks {len(missing)} of {episodes} episodes: certify them with `cps-envs oracle --episodes "
+            f"{path} lacks {len(missing)} of {episodes} episodes: certify them with `cps-envs certify --episodes "
             f"{episodes} --out {path}`, with the same preset and settings."
         )
     chosen = [rows[str(seed)] for seed in range(episodes)]
@@ -71,7 +71,7 @@ def certified_metrics(path: Path, config: Any, episodes: int) -> Mapping[str, Fl
 
 
 def _check(row: Entry) -> None:
-    """That a row has what is read from it, as `cps-envs oracle --episodes` wrote it."""
+    """That a row has what is read from it, as `cps-envs certify --episodes` wrote it."""
     row["task"].text()
     row["status"].text(STATUSES)
     row["wall_s"].number(0)

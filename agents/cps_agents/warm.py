@@ -88,7 +88,7 @@ def _teams(problem: Problem, preset: str) -> Iterator[Role]:
 
 def _variants(problem: Problem) -> Iterator[tuple[str, str]]:
     """Each choice of each field of the configuration that is a word; other forms of actions have other kernels."""
-    for field in dataclasses.fields(problem.presets["paper"]):
+    for field in dataclasses.fields(problem.presets[next(iter(problem.presets))]):
         if isinstance(field.default, str):
             yield from ((field.name, choice) for choice in field.metadata.get("choices", ()) if choice != field.default)
 
@@ -96,7 +96,8 @@ def _variants(problem: Problem) -> Iterator[tuple[str, str]]:
 def _try(problem: Problem, overrides: Overrides) -> None:
     """Play a configuration, if it is one: a field may ask for another one."""
     try:
-        _match(problem, "paper", overrides, problem.opponents["paper"])
+        first = next(iter(problem.presets))
+        _match(problem, first, overrides, problem.opponents[first])
     except ConfigurationError:
         return
 

@@ -50,7 +50,7 @@ def declare(
     says who the agents of a decentralised defence are.
     """
     pages = [page.replace("{story}", story).replace("{threats}", threats) for page in (attack, defense)]
-    config = type(problem.presets["paper"]).__name__
+    config = type(problem.presets[problem.usual_preset]).__name__
 
     def parallel_env(**kwargs: Any) -> RolesParallelEnv:
         return RolesParallelEnv(problem, **kwargs)

@@ -39,6 +39,9 @@ def imported(path: str) -> Any:
     return getattr(importlib.import_module(module), attribute)
 
 
+LEARNING = "learning"  # the preset that learners meet, and everybody who names none
+
+
 @dataclass(frozen=True)
 class Work:
     """A unit of physics, in which the speed of a problem's simulation is measured."""
@@ -70,15 +73,25 @@ class Problem:
     work: Work | None = None  # what `cps-envs bench` counts beside steps
     training: Mapping[Role, Training] = field(default_factory=dict)  # of preset `learning`
 
-    def config(self, preset: str, overrides: Mapping[str, Any]) -> Any:
-        """The configuration of a preset with some fields replaced.
+    @property
+    def usual_preset(self) -> str:
+        """The one that every door opens where none is named: `learning`, or the first of a problem without it."""
+        return LEARNING if LEARNING in self.presets else next(iter(self.presets))
+
+    def config(self, preset: str | None, overrides: Mapping[str, Any]) -> Any:
+        """The configuration of a preset, `usual_preset` where None is named, with some fields replaced.
 
         Raises:
             ConfigurationError: an unknown preset or field, or a value that cannot be right.
         """
+        preset = self.usual_preset if preset is None else preset
         if not isinstance(preset, str) or preset not in self.presets:
             raise ConfigurationError(f"{self.name} has no preset {shown(preset)}. {near(shown(preset), self.presets)}")
         return configure(self.presets[preset], overrides)
+
+    def opponent(self, preset: str | None, role: Role) -> str:
+        """Who plays a role in a preset where nobody else does."""
+        return self.opponents[self.usual_preset if preset is None else preset][role]
 
     def match(self, config: Any, num_envs: int, players: Mapping[Role, PolicyReference]) -> Match:
         """A batch of episodes with some roles played from inside."""
@@ -107,9 +120,9 @@ class Problem:
         return self.env_id(role).replace("-v", "Discrete-v")
 
     def document(self, text: str, role: Role) -> str:
-        """A docstring with the tables of the preset `paper` put in place of its placeholders."""
-        paper = self.presets["paper"]
-        tables = {"observation_table": self.fields[role](paper).table(), "parameter_table": parameter_table(paper)}
+        """A docstring with the tables of the usual preset put in place of its placeholders."""
+        usual = self.presets[self.usual_preset]
+        tables = {"observation_table": self.fields[role](usual).table(), "parameter_table": parameter_table(usual)}
         for name, table in tables.items():
             text = text.replace(f"{{{name}}}", table)
         return text

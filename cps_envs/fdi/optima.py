@@ -1,6 +1,6 @@
 """Certified optima of the reachability oracle that are shipped with the package: `optima/*.json`.
 
-A file holds one configuration and horizon, and a row for each task. `cps-envs oracle` writes them.
+A file holds one configuration and horizon, and a row for each task. `cps-envs certify` writes them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from cps_envs.fdi.task import Task, make_task
 PROVED, INFEASIBLE, GAP_REACHED, TIME_LIMIT = "proved", "infeasible", "gap reached", "time limit"
 STATUSES = (PROVED, INFEASIBLE, GAP_REACHED, TIME_LIMIT)
 CLOSED = (PROVED, INFEASIBLE)
-KIND = "file of optima as `cps-envs oracle` writes them"
+KIND = "file of optima as `cps-envs certify` writes them"
 REMEDY = "Name another file with --out, or delete it."
 MOST_VEHICLES, MOST_HORIZON, MOST_LEVELS = 1000, 10**6, 10**6  # in a file
 FASTEST_MPS = 1e6

@@ -38,7 +38,7 @@ def chosen_tasks(config: FdiConfig) -> tuple[Task, ...]:
         raise ConfigurationError(
             f"tasks = {config.tasks!r}: no feasible task is known with these constants and a horizon of "
             f"{config.horizon} steps. List tasks instead, such as tasks='x4>4 v1>1', or find feasible ones with "
-            "`cps-envs oracle`."
+            "`cps-envs certify`."
         )
     return tuple(tasks)
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from cps_envs.core.fields import Fields
 from cps_envs.core.problem import Problem
 from cps_envs.disbanding.fields import attacker_fields, defender_fields
-from cps_envs.testbed.config import PRESETS, RobotConfig
+from cps_envs.testbed.config import MITIGATED, PRESETS, RobotConfig
 from cps_envs.testbed.game import RobotGame
 
 ATTACK = "plan?events=[[3, 20]]"  # section 2.5: the leading platoon; the time is chosen
+DECREMENT_MPS2 = 0.02  # in the robots' metres; chosen
+PERIOD_S = 0.5  # t_s of Fig. 2.5b
 
 
 def attack_fields(config: RobotConfig) -> Fields:
@@ -21,6 +23,18 @@ def defense_fields(config: RobotConfig) -> Fields:
     return defender_fields(config.road)
 
 
+def mitigation(period_s: float, config: RobotConfig) -> str:
+    """The name of the heuristic with t_s = `period_s`, samples of a control period, and bodies that have a length."""
+    options = {
+        "horizon_s": period_s,
+        "sample_s": config.control_period_s,
+        "decrement_mps2": config.scale * DECREMENT_MPS2,
+        "clearance_m": config.scale * config.body_length_m,
+        "avoidance": str(config.avoidance == "always").lower(),
+    }
+    return "heuristic?" + "&".join(f"{name}={value}" for name, value in options.items())
+
+
 TESTBED = Problem(
     name="testbed",
     version=0,
@@ -28,6 +42,9 @@ TESTBED = Problem(
     presets=PRESETS,
     game=RobotGame,
     fields={"attacker": attack_fields, "defender": defense_fields},
-    opponents={preset: {"attacker": ATTACK, "defender": "none"} for preset in PRESETS},
+    opponents={
+        "paper": {"attacker": ATTACK, "defender": "none"},
+        "mitigated": {"attacker": ATTACK, "defender": mitigation(PERIOD_S, MITIGATED)},
+    },
     viewer="cps_envs.testbed.picture.viewer:Viewer",
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import typer
+import typer.rich_utils  # now: it takes the width of the terminal that is there when it is imported
 from typer.testing import CliRunner
 
 from cps_agents.cli import app

@@ -18,7 +18,6 @@ from cps_baselines.disbanding.genetic import undefended_plan
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
-from cps_paper.benchmark import suite
 from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_paper.benchmark.schedule import Benchmark, PaperCell, Setting
 from cps_paper.benchmark.suite import Choice, find_benchmark, run_benchmark, select
@@ -157,8 +156,8 @@ def test_documents_hold_everything(tmp_path: Path) -> None:
 def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
     (part,) = select([TINY], Choice(attackers=["none"]))
-    monkeypatch.setattr(suite, "find_benchmark", lambda name: part)
-    arguments = ["benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
+    monkeypatch.setattr("cps_paper.commands.benchmark.find_benchmark", lambda name: part)
+    arguments = ["reproduce", "benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
     first = invoke(*arguments)
     assert first.exit_code == 0, first.output
     assert "0.00 (0)" in first.stdout
@@ -276,7 +275,7 @@ def test_what_is_chosen() -> None:
 
 
 def test_tables_are_listed() -> None:
-    result = invoke("benchmark", "rogue", "--list")
+    result = invoke("reproduce", "benchmark", "rogue", "--list")
     assert result.exit_code == 0, result.output
     assert {"paper-1", "solid-1", "easy"} <= set(result.stdout.split())
 
@@ -285,7 +284,7 @@ def test_several_problems_are_played_side_by_side(tmp_path: Path, meetings: Path
     pytest.importorskip("matplotlib")
     few = ["--attacker", "none", "--defender", "none", "--defender", "pd", "--quick", "--jobs", "2"]
     tables = ["--table", "x4-4", "--table", "sensor-1", "--table", "attack-free", "--table", "solid-1"]
-    result = invoke("benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json")
+    result = invoke("reproduce", "benchmark", *few, *tables, "--out", str(tmp_path / "out"), "--json")
     assert result.exit_code == 0, result.output
     assert [each["problem"] for each in json.loads(result.stdout)["problems"]] == ["fdi", "hvac", "rogue"]
     assert len(list(meetings.glob("*.json"))) == 3

@@ -1,4 +1,4 @@
-"""What `cps-envs benchmark` plays of each problem, and what its tables show."""
+"""What `cps-envs reproduce benchmark` plays of each problem, and what its tables show."""
 
 from __future__ import annotations
 

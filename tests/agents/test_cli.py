@@ -44,9 +44,9 @@ def test_no_command_imports_torch() -> None:
 
 
 def test_list_names_environments_and_policies() -> None:
-    result = invoke("list")
+    result = invoke("list", "disbanding")
     assert result.exit_code == 0
-    for name in ("cps_envs:cps_envs/DisbandingAttack-v0", "swarm_env", "learning", "heuristic", "oracle: model"):
+    for name in ("cps_envs:cps_envs/DisbandingAttack-v0", "swarm_env", "learning", "heuristic", "told: model"):
         assert name in result.stdout
 
 
@@ -68,7 +68,7 @@ def test_code_runs_only_with_consent(name: str, tmp_path: Path, monkeypatch: pyt
     command = ("play", "disbanding", *SHORT, "--defender", name.format(model))
     for arguments in (
         command,
-        ("evaluate", "disbanding", "defender", "--policy", name.format(model), "--episodes", "1"),
+        ("evaluate", "disbanding", "defender", "--defender", name.format(model), "--episodes", "1"),
     ):
         refused = invoke(*arguments)
         assert refused.exit_code == 2
@@ -91,7 +91,7 @@ def test_faults_of_the_program_are_not_hidden(monkeypatch: pytest.MonkeyPatch) -
     def broken() -> None:
         raise KeyError("a fault")
 
-    monkeypatch.setattr("cps_agents.catalogue.describe_everything", broken)
+    monkeypatch.setattr("cps_agents.commands.list.describe_everything", broken)
     assert isinstance(invoke("list").exception, KeyError)
 
 
@@ -99,7 +99,7 @@ def test_an_interrupt_gives_130(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("cps_agents.catalogue.describe_everything", interrupted)
+    monkeypatch.setattr("cps_agents.commands.list.describe_everything", interrupted)
     result = invoke("list")
     assert (result.exit_code, result.stdout) == (130, "")
     assert "Interrupted" in result.stderr

@@ -1,4 +1,4 @@
-"""`cps-envs play` and `cps-envs testbed`: the episodes of the game, tables, pictures, films."""
+"""`cps-envs play` and `cps-envs play testbed`: the episodes of the game, tables, pictures, films."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from cps_envs.core.play import play_episodes
 from cps_envs.testbed.problem import TESTBED
 from tests.agents.command_line import invoke, refusal
 
-SHORT = ("--set", "duration_s=5", "--set", "num_platoons=3")
+SHORT = ("--preset", "paper", "--set", "duration_s=5", "--set", "num_platoons=3")
 EARLY = "plan?events=[[3, 5]]"
 FEW = ("--set", "duration_s=12", "--set", "measured_from_s=5", "--set", "measured_for_s=5", "--attacker", EARLY)
 
@@ -33,7 +33,7 @@ def play(*arguments: str) -> Any:
 
 
 def robots(*arguments: str) -> Any:
-    return succeeded("testbed", *FEW, *arguments)
+    return succeeded("play", "testbed", *FEW, *arguments)
 
 
 def test_episodes_are_those_of_the_game() -> None:
@@ -58,8 +58,8 @@ def test_a_defender_s_episodes_on_the_test_bed_are_those_of_the_game() -> None:
     assert found["preset"] == "paper"
 
 
-def test_the_paper_s_mitigation_by_its_period() -> None:
-    found, usual = (json.loads(robots(*more, "--json").stdout) for more in (("--period", "0.5"), ()))
+def test_the_paper_s_mitigation_has_a_preset() -> None:
+    found, usual = (json.loads(robots(*more, "--json").stdout) for more in (("--preset", "mitigated"), ()))
     assert "horizon_s=0.5" in found["defender"]
     assert found["config"]["avoidance"] == "until_disbanding"
     assert usual["defender"] == "none"
@@ -125,7 +125,7 @@ def test_the_test_bed_is_shown(kind: str, count: int, tmp_path: Path) -> None:
     if kind == "mp4":
         pytest.importorskip("imageio_ffmpeg")
     file = tmp_path / f"robots.{kind}"
-    robots("--period", "1", "--render", str(file), "--fps", "2", "--speed", "4")
+    robots("--preset", "mitigated", "--render", str(file), "--fps", "2", "--speed", "4")
     frames = list(imageio.imiter(file))
     assert len(frames) == count
     assert np.asarray(frames[0]).shape[:2] == (540, 960)
@@ -168,11 +168,11 @@ def test_no_display_is_told_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.parametrize(
     ("arguments", "remedy"),
     [
-        (("--period", "0.5", "--defender", "copy"), "give one of them"),
-        (("--period", "0.52"), "multiple of sample_s"),
+        (("--period", "0.5"), "the option --period is now --preset mitigated"),
+        (("--preset", "mitigated", "--defender", "heuristic?horizon_s=0.52&sample_s=0.1"), "multiple of sample_s"),
         (("--defender", "heuristics"), "heuristic"),
         (("--set", "radius_m=0.4"), "larger radius_m"),
     ],
 )
 def test_wrong_input_of_the_test_bed_names_the_remedy(arguments: Sequence[str], remedy: str) -> None:
-    assert remedy in refusal("testbed", *arguments)
+    assert remedy in refusal("play", "testbed", *arguments)

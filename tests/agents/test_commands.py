@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer
 
-from cps_agents.cli import PANELS, app
+from cps_agents.cli import COMMANDS as ENTRIES
+from cps_agents.cli import RENAMED, whole
 from tests.agents.command_line import invoke, refusal
 
 SHORT = ("--set", "duration_s=2")
@@ -25,7 +25,7 @@ def every_command(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[str,
         yield from every_command(command, (*path, name))
 
 
-COMMANDS = list(every_command(typer.main.get_command(app)))
+COMMANDS = list(every_command(whole()))
 REFUSED = [
     (("list", "hvca"), "Did you mean 'hvac'?"),
     (("play", "disbandin"), "Did you mean 'disbanding'?"),
@@ -43,15 +43,15 @@ REFUSED = [
     (("play", "disbanding", "--render", "film.png", "--at", "999"), "180 s"),
     (("play", "disbanding", "--render", "film.mp4", "--fps", "0"), "above 0"),
     (("play", "disbanding", "--episodes", "0"), "greater than or equal to 1"),
-    (("benchmark", "disbandin"), "Did you mean 'disbanding'?"),
-    (("benchmark", "--table", "tau-0.4"), "tau-0."),
-    (("benchmark", "disbanding", "--attacker", "leed"), "Did you mean 'lead' or 'learned'?"),
-    (("benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
+    (("reproduce", "benchmark", "disbandin"), "Did you mean 'disbanding'?"),
+    (("reproduce", "benchmark", "--table", "tau-0.4"), "tau-0."),
+    (("reproduce", "benchmark", "disbanding", "--attacker", "leed"), "Did you mean 'lead' or 'learned'?"),
+    (("reproduce", "benchmark", "--defender", "heuristics"), "Did you mean 'heuristic'?"),
     (("bench", "--problem", "disbandin"), "Did you mean 'disbanding'?"),
     (("bench", "--problem", "rouge"), "Did you mean"),
     (("warm", "--problem", "rouge"), "Did you mean 'rogue'?"),
     *(
-        (("oracle", "--out", "none.json", *wrong), remedy)
+        (("certify", "--preset", "paper", "--out", "none.json", *wrong), remedy)
         for *wrong, remedy in (
             ("--preset", "papr", "Did you mean 'paper'?"),
             ("--set", "horizn=3", "Did you mean 'horizon'?"),
@@ -77,11 +77,11 @@ REFUSED = [
 JSON = [
     ("list", "rogue"),
     ("play", "disbanding", *SHORT),
-    ("testbed", "--set", "duration_s=60"),
+    ("play", "testbed", "--set", "duration_s=60"),
     ("zoo", "list"),
     ("zoo", "show", "fdi-defense-ppo"),
     ("train",),
-    ("evaluate", "rogue", "attacker", "--policy", "random", "--episodes", "2", "--jobs", "1"),
+    ("evaluate", "rogue", "attacker", "--attacker", "random", "--episodes", "2", "--jobs", "1"),
 ]
 
 
@@ -96,19 +96,39 @@ def test_help(command: Sequence[str]) -> None:
 def test_the_help_shows_every_command_with_one_sentence_in_panels_in_order() -> None:
     lines = invoke("--help", columns=NARROWEST).stdout.splitlines()
     titles = [line.split()[1] for line in lines if line.startswith("╭")]
-    assert titles == ["Options", *PANELS]
+    assert titles == ["Options", *dict.fromkeys(entry.panel for entry in ENTRIES.values())]
     first = next(place for place, line in enumerate(lines) if "─ Play ─" in line)
     names = [line.split()[1] for line in lines[first:] if line.startswith("│ ") and line[2] != " "]
-    assert names == [name for panel in PANELS.values() for name in panel]
+    assert names == list(ENTRIES)
     assert set(names) == {command[0] for command in COMMANDS if command}
     assert not [line for line in lines[first:] if "…" in line]
+
+
+def test_a_command_says_of_itself_what_the_list_of_commands_says() -> None:
+    loaded = whole().commands
+    for name, entry in ENTRIES.items():
+        assert loaded[name].help.partition("\n\n")[0] == entry.summary
+
+
+@pytest.mark.parametrize("name", RENAMED)
+def test_an_old_name_says_what_to_type_now(name: str) -> None:
+    assert refusal(name, "--any") == f"Error: `cps-envs {name}` is now: {RENAMED[name]}"
+    program, first, *_ = RENAMED[name].split()
+    assert first in ENTRIES if program == "cps-envs" else first == "-m"
+
+
+def test_the_list_of_problems_fits_a_screen_and_a_problem_shows_its_policies() -> None:
+    lines = invoke("list", columns=NARROWEST).stdout.splitlines()
+    assert len(lines) <= 24
+    assert max(map(len, lines)) <= NARROWEST
+    assert "brink" in invoke("list", "hvac", columns=NARROWEST).stdout
 
 
 @pytest.mark.parametrize(("arguments", "remedy"), REFUSED, ids=lambda value: " ".join(value)[:60])
 def test_wrong_input_gets_one_message_that_names_the_remedy(
     arguments: Sequence[str], remedy: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    for package in {"oracle": ["highspy"], "tune": ["optuna", "stable_baselines3"]}.get(arguments[0], []):
+    for package in {"certify": ["highspy"], "tune": ["optuna", "stable_baselines3"]}.get(arguments[0], []):
         pytest.importorskip(package)
     monkeypatch.chdir(tmp_path)
     assert remedy in refusal(*arguments)
@@ -133,12 +153,11 @@ def test_json_is_all_that_is_on_stdout(
     ("arguments", "package", "extra"),
     [
         (("play", "disbanding", *SHORT, "--render", "film.png"), "imageio.v2", "render"),
-        (("string-stability", "--plot", "gain.png"), "matplotlib.figure", "baselines"),
+        (("reproduce", "string-stability", "--plot", "gain.png"), "matplotlib.figure", "baselines"),
         (("league", "rogue"), "scipy", "baselines"),
         (("tune", "rogue-attack-ppo"), "optuna", "tune"),
         (("train", "rogue-attack-ppo"), "stable_baselines3", "train"),
         (("self-play", "rogue", "--oracle", "rogue-attack-ppo"), "stable_baselines3", "train"),
-        (("bench", "--training"), "stable_baselines3", "train"),
     ],
     ids=lambda value: value if isinstance(value, str) else value[0],
 )

@@ -31,7 +31,7 @@ ROGUE = [
     "duration_s=4",
     "--jobs",
     "1",
-    "--opponent",
+    "--defender",
     "pd",
 ]
 
@@ -109,8 +109,8 @@ def test_an_advantage_is_one_only_if_the_interval_excludes_zero() -> None:
 
 
 def test_evaluate_prints_json(tiny: str) -> None:
-    arguments = ["--policy", tiny, "--baseline", "square", "--baseline", "none", "--episodes", "2", "--json"]
-    result = invoke(*ROGUE, "--opponent", "sliding", *arguments)
+    arguments = ["--attacker", tiny, "--baseline", "square", "--baseline", "none", "--episodes", "2", "--json"]
+    result = invoke(*ROGUE, "--defender", "sliding", *arguments)
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     assert [(each["opponent"], each["policy"]) for each in found["standings"]] == [
@@ -125,14 +125,14 @@ def test_evaluate_prints_json(tiny: str) -> None:
 
 
 def test_evaluate_prints_tables(tiny: str) -> None:
-    result = invoke(*ROGUE, "--policy", tiny, "--policy", "square", "--baseline", "none")
+    result = invoke(*ROGUE, "--attacker", tiny, "--attacker", "square", "--baseline", "none")
     assert result.exit_code == 0, result.output
     for text in ("attacker against pd: return", "95 % interval", "IQM", "3 x 50", "square", "minus none"):
         assert text in result.stdout
 
 
 def test_all_stands_for_every_baseline_of_the_role() -> None:
-    result = invoke(*ROGUE, "--policy", "square", "--baseline", "all", "--episodes", "1", "--json")
+    result = invoke(*ROGUE, "--attacker", "square", "--baseline", "all", "--episodes", "1", "--json")
     assert result.exit_code == 0, result.output
     first, *others = json.loads(result.stdout)["standings"]
     assert set(first["differences"]) == {each["policy"] for each in others} >= {"none", "duty_square", "random"}
@@ -140,7 +140,7 @@ def test_all_stands_for_every_baseline_of_the_role() -> None:
 
 def test_a_baseline_with_one_training_seed_is_marked(tiny: str) -> None:
     one = f"{tiny}?seed=1"
-    arguments = [*ROGUE, "--policy", "square", "--baseline", one, "--baseline", tiny, "--baseline", "none"]
+    arguments = [*ROGUE, "--attacker", "square", "--baseline", one, "--baseline", tiny, "--baseline", "none"]
     result = invoke(*arguments, "--episodes", "2")
     assert result.exit_code == 0, result.output
     assert f"* {one}: one training seed: its seed noise is not in the interval." in result.stdout
@@ -160,13 +160,13 @@ def test_what_training_made() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["evaluate", "rogue", "attackers", "--policy", "square"], "write attacker or defender"),
-        (["evaluate", "rouge", "attacker", "--policy", "square"], "Did you mean 'rogue'"),
-        ([*ROGUE, "--policy", "sqare"], "Did you mean"),
-        ([*ROGUE, "--policy", "zoo:nobody"], "no trained policy 'nobody'"),
-        ([*ROGUE, "--policy", "square", "--metric", "damge"], "Did you mean 'damage'"),
-        ([*ROGUE, "--policy", "square", "--set", "duration=3"], "duration_s"),
-        (["evaluate", "rogue", "attacker", "--policy", "square", "--preset", "papr"], "paper"),
+        (["evaluate", "rogue", "attackers", "--attacker", "square"], "write attacker or defender"),
+        (["evaluate", "rouge", "attacker", "--attacker", "square"], "Did you mean 'rogue'"),
+        ([*ROGUE, "--attacker", "sqare"], "Did you mean"),
+        ([*ROGUE, "--attacker", "zoo:nobody"], "no trained policy 'nobody'"),
+        ([*ROGUE, "--attacker", "square", "--metric", "damge"], "Did you mean 'damage'"),
+        ([*ROGUE, "--attacker", "square", "--set", "duration=3"], "duration_s"),
+        (["evaluate", "rogue", "attacker", "--attacker", "square", "--preset", "papr"], "paper"),
     ],
 )
 def test_mistakes_are_told(arguments: list[str], message: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from cps_agents.learning.learnability import constants_of
+from cps_agents.arena.constants import constants_of
 from cps_envs.fdi.problem import FDI
 from tests.fdi.episodes import play, spec_of
 

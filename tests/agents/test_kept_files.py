@@ -163,7 +163,7 @@ def test_other_files_are_refused_in_one_sentence(kind: str, text: str, tmp_path:
         (("play", "rogue", "--set", "duration_s=NaN"), "--set duration_s=...: NaN is no number of JSON"),
         (("play", "rogue", "--attacker", f"square?duty={'[' * 5000}"), "an option of a policy makes no sense"),
         (("play", "rogue", "--attacker", f"mixture?policies={'[' * 5000}"), "an option of a policy makes no sense"),
-        (("oracle", "--out", "README.md"), "README.md is no file of optima"),
+        (("certify", "--preset", "paper", "--out", "README.md"), "README.md is no file of optima"),
     ],
 )
 def test_deep_and_odd_texts_on_the_command_line(arguments: tuple[str, ...], message: str) -> None:

@@ -181,7 +181,7 @@ def test_names_are_short_and_differ(tmp_path: Path) -> None:
 
 
 def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
-    names = ["--attackers", "square", "--attackers", "none", "--defenders", "pd", "--defenders", "sliding"]
+    names = ["--attacker", "square", "--attacker", "none", "--defender", "pd", "--defender", "sliding"]
     short = ["--set", "duration_s=3", "--episodes", "3", "--jobs", "1", "--out", str(tmp_path / "out")]
     first = invoke("league", "rogue", *names, *short)
     assert first.exit_code == 0, first.output
@@ -202,7 +202,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
     assert sum(found["equilibrium"]["attacker"]["probabilities"].values()) == pytest.approx(1.0)
     third = invoke("league", "rogue", *names, *short, "--fresh")
     assert "Played before" not in third.stderr
-    wrong = invoke("league", "rogue", "--defenders", "slidin", *short)
+    wrong = invoke("league", "rogue", "--defender", "slidin", *short)
     assert wrong.exit_code == 2
     assert "Did you mean 'sliding'" in wrong.stderr
 

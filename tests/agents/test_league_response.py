@@ -210,7 +210,7 @@ TINY = (
 
 def test_the_command_trains_and_judges(tmp_path: Path) -> None:
     pytest.importorskip("torch")
-    base = ("best-response", "rogue", "defender", "--against", "square", "--against", "none", "--weights", "3,1")
+    base = ("best-response", "rogue", "defender", "--attacker", "square", "--attacker", "none", "--weights", "3,1")
     where = ("--oracle", SHARED, "--seeds", "2", "--known", "pd", "--known", "sliding", "--out", str(tmp_path))
     code, printed, told = run(*base, *TINY, *where, "--json")
     assert code == 0, told
@@ -238,7 +238,7 @@ def test_a_terminated_response_says_so_and_leaks_no_warning(tmp_path: Path, monk
         return lambda steps, note: signal.raise_signal(signal.SIGTERM) if steps else None
 
     monkeypatch.setattr(learner, "_counting", terminating)
-    base = ("best-response", "rogue", "defender", "--against", "square", "--oracle", SHARED, "--known", "pd")
+    base = ("best-response", "rogue", "defender", "--attacker", "square", "--oracle", SHARED, "--known", "pd")
     code, _, told = run(*base, *TINY, "--out", str(tmp_path))
     assert code == 143
     assert "Warning" not in told
@@ -246,7 +246,7 @@ def test_a_terminated_response_says_so_and_leaks_no_warning(tmp_path: Path, monk
 
 
 def test_mistakes_are_told_before_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    base = ("best-response", "rogue", "attacker", "--against", "pd", "--out", str(tmp_path))
+    base = ("best-response", "rogue", "attacker", "--defender", "pd", "--out", str(tmp_path))
     for arguments, message in (
         (("--weights", "a"), "write numbers with commas"),
         (("--weights", "1,2"), "one weight for each policy"),
@@ -256,7 +256,7 @@ def test_mistakes_are_told_before_training(tmp_path: Path, monkeypatch: pytest.M
         code, _, told = run(*base, *arguments)
         assert code == 2
         assert message in told.replace("\n", " ")
-    code, _, told = run("best-response", "rogue", "atacker", "--against", "pd")
+    code, _, told = run("best-response", "rogue", "atacker", "--defender", "pd")
     assert (code, "not a role" in told) == (2, True)
     monkeypatch.setitem(sys.modules, "torch", None)
     code, _, told = run(*base)

@@ -25,8 +25,8 @@ WHOLE = "from cps_agents.cli import main; main()"
 AGAIN = "Finished work is kept: the same command continues."
 RESUMED = "Finished work is kept: the same command with --resume continues."
 TRAIN = ("train", "RogueAttack-v0", "--name", "tiny", "--knob", "evaluation_episodes=2")
-LEAGUE = ("league", "rogue", "--attackers", "square", "--attackers", "random", "--attackers", "strike")
-LONG = (*LEAGUE, "--defenders", "pd", "--defenders", "monitor", "--episodes", "500")
+LEAGUE = ("league", "rogue", "--attacker", "square", "--attacker", "random", "--attacker", "strike")
+LONG = (*LEAGUE, "--defender", "pd", "--defender", "monitor", "--episodes", "500")
 needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 HOLD = """
 import time
@@ -38,11 +38,11 @@ with {0}(Path({1!r})):
 """
 SMALL = ("--episodes", "2", "--jobs", "1")
 COMMANDS = {
-    "league": ("league", "rogue", "--attackers", "square", "--defenders", "pd", *SMALL),
-    "benchmark": ("benchmark", "rogue", "--quick"),
+    "league": ("league", "rogue", "--attacker", "square", "--defender", "pd", *SMALL),
+    "benchmark": ("reproduce", "benchmark", "rogue", "--quick"),
     "reproduce": ("reproduce", "all", "--quick", "--reading", "ch5"),
-    "self-play": ("self-play", "rogue", "--attackers", "none", "--defenders", "pd", *SMALL),
-    "best-response": ("best-response", "rogue", "attacker", "--against", "pd", *SMALL),
+    "self-play": ("self-play", "rogue", "--attacker", "none", "--defender", "pd", *SMALL),
+    "best-response": ("best-response", "rogue", "attacker", "--defender", "pd", *SMALL),
 }
 LEARNING = ("self-play", "best-response")
 
@@ -128,7 +128,7 @@ def test_no_run_says_that_it_is_running_after_a_signal(tmp_path: Path, command: 
 
 @needs_signals
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("name", [*COMMANDS, "train", "oracle", "list"])
+@pytest.mark.parametrize("name", [*COMMANDS, "train", "certify", "list"])
 def test_every_command_tells_how_to_go_on(
     name: str, number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -138,10 +138,14 @@ def test_every_command_tells_how_to_go_on(
     def interrupted(*arguments: Any) -> None:
         signal.raise_signal(number)
 
-    others = {"train": (*TRAIN, "--seeds", "1"), "oracle": ("oracle", "--task", "x4>4"), "list": ("list",)}
+    others = {
+        "train": (*TRAIN, "--seeds", "1"),
+        "certify": ("certify", "--preset", "paper", "--task", "x4>4"),
+        "list": ("list",),
+    }
     commands: dict[str, tuple[str, ...]] = {**COMMANDS, **others}
     monkeypatch.setattr(files.FileLock, "acquire", interrupted)
-    monkeypatch.setattr("cps_agents.catalogue.describe_everything", interrupted)
+    monkeypatch.setattr("cps_agents.commands.list.describe_everything", interrupted)
     out = () if name == "list" else ("--out", str(tmp_path / "out.json"))
     result = invoke(*commands[name], *out)
     assert result.exit_code == 128 + number, result.output
@@ -216,8 +220,8 @@ def test_two_processes_do_not_write_one_folder(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "command",
     [
-        ("oracle", "--task", "x4>4"),
-        ("oracle", "--preset", "drawn", "--episodes", "1"),
+        ("certify", "--preset", "paper", "--task", "x4>4"),
+        ("certify", "--preset", "drawn", "--episodes", "1"),
     ],
 )
 def test_two_processes_do_not_write_one_file(command: tuple[str, ...], tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ COMMANDS = {
     "list": ("list",),
     "zoo": ("zoo", "list"),
     "play": ("play", "disbanding", "--attacker", "lead", *QUICK),
-    "league": ("league", "disbanding", *QUICK, "--attackers", "lead", "--defenders", "none", "--episodes", "2"),
+    "league": ("league", "disbanding", *QUICK, "--attacker", "lead", "--defender", "none", "--episodes", "2"),
 }
 
 

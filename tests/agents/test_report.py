@@ -28,7 +28,7 @@ from tests.agents.command_line import invoke
 
 pytest.importorskip("scipy", reason="needs the extra baselines")
 VENUE = ("--preset", "easy", "--set", "duration_s=9")
-PLAYERS = ("--attackers", "square", "--attackers", "none", "--defenders", "sliding", "--defenders", "pd")
+PLAYERS = ("--attacker", "square", "--attacker", "none", "--defender", "sliding", "--defender", "pd")
 LARGEST_PAGE, LARGEST_EPISODE = 500_000, 2_000_000  # bytes
 OUTSIDE = re.compile(r"https?://(?!www\.w3\.org/2000/svg)|(?:src|href)=[\"']//|@import|fetch\(|XMLHttpRequest")
 
@@ -130,7 +130,7 @@ def test_a_track_stands_for_physical_values(folder: Path) -> None:
 
 def test_finished_meetings_are_shown_without_playing(folder: Path, tmp_path: Path) -> None:
     kept = folder.parent / "kept"
-    again = report(*PLAYERS, "--attackers", "random", "--episodes", "3", "--replays", "0", "--kept", "--out",
+    again = report(*PLAYERS, "--attacker", "random", "--episodes", "3", "--replays", "0", "--kept", "--out",
                    str(tmp_path / "a"), "--meetings", str(kept))  # fmt: skip
     assert "not been played" not in again.stderr  # nobody of the attacker `random` has played: it is left out
     (next(kept.glob("rogue-square-pd-*.json"))).unlink()
@@ -156,7 +156,7 @@ def test_pairs_that_cannot_play_do_not_stop_the_others(tmp_path: Path, monkeypat
 
 def test_a_league_and_a_chapter_write_the_same_page(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib", reason="needs the extra baselines")
-    pair = ("--attackers", "square", "--defenders", "pd", "--episodes", "2", "--jobs", "1")
+    pair = ("--attacker", "square", "--defender", "pd", "--episodes", "2", "--jobs", "1")
     places = ("--out", str(tmp_path / "league"), "--meetings", str(tmp_path / "kept"), "--html", str(tmp_path / "page"))
     league = invoke("league", "rogue", *VENUE, *pair, *places)
     assert league.exit_code == 0, league.output

@@ -186,7 +186,7 @@ def test_the_report_holds_everything(tmp_path: Path, oracle: Respond) -> None:
     }
 
 
-ARMS = ("--trust", "self-play", "tests.agents.arms:ARMS", "--attackers", "none", "--defenders", "none", "--jobs", "1")
+ARMS = ("--trust", "self-play", "tests.agents.arms:ARMS", "--attacker", "none", "--defender", "none", "--jobs", "1")
 TINY = (
     *("--steps", "6400", "--episodes", "4", "--knob", "hidden=[16,16]", "--knob", "evaluations=1"),
     *("--knob", "evaluation_episodes=4"),
@@ -233,8 +233,8 @@ def test_the_command_learns_is_interrupted_and_goes_on(tmp_path: Path, monkeypat
 
 
 def test_what_is_wrong_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    base = ("self-play", "rogue", "--out", str(tmp_path), "--attackers", "none")
-    code, _, told = command_line.run(*base, "--set", "duration_s=3", "--defenders", "pdd")
+    base = ("self-play", "rogue", "--out", str(tmp_path), "--attacker", "none")
+    code, _, told = command_line.run(*base, "--set", "duration_s=3", "--defender", "pdd")
     assert code == 2
     assert "Did you mean 'pd'" in told
     monkeypatch.setitem(sys.modules, "torch", None)

@@ -47,7 +47,7 @@ def test_nothing_is_left_to_compile_after_warming() -> None:
 def little(monkeypatch: pytest.MonkeyPatch) -> list[Visit]:
     """What a problem's visits are for the command."""
     uses = [Visit("rogue", "in passing", lambda: None)]
-    monkeypatch.setattr(cps_agents.warm, "visits", lambda problem: iter(uses))
+    monkeypatch.setattr(cps_agents.commands.warm, "visits", lambda problem: iter(uses))
     return uses
 
 

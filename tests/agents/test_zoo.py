@@ -81,7 +81,9 @@ def test_sampling_differs_from_the_mode_and_between_seeds(tmp_path: Path) -> Non
 
 def test_is_an_opponent_by_name(tmp_path: Path) -> None:
     save_tiny(tmp_path / "tiny.json", "hvac", "defender", overrides=SHORT["hvac"])
-    env = gymnasium.make("cps_envs:cps_envs/HvacAttack-v0", opponent=f"zoo:{tmp_path / 'tiny.json'}", **SHORT["hvac"])
+    env = gymnasium.make(
+        "cps_envs:cps_envs/HvacAttack-v0", preset="paper", opponent=f"zoo:{tmp_path / 'tiny.json'}", **SHORT["hvac"]
+    )
     env.reset(seed=0)
     assert np.isfinite(env.step(env.action_space.sample())[1])
 

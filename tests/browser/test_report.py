@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 pytestmark = pytest.mark.browser
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 DESK, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
-PLAYERS = ("--attackers", "square", "--attackers", "none", "--defenders", "sliding", "--defenders", "monitor")
+PLAYERS = ("--attacker", "square", "--attacker", "none", "--defender", "sliding", "--defender", "monitor")
 
 
 @pytest.fixture(scope="module")

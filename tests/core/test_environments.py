@@ -56,7 +56,7 @@ def test_wrong_numbers_of_environments_seeds_and_modes() -> None:
 
 @pytest.mark.parametrize(
     "kwargs",
-    [{"preset": preset} for preset in ([], [1], None, 3)]
+    [{"preset": preset} for preset in ([], [1], 3)]
     + [{"num_threads": count} for count in (None, 1.5, True, "two")]
     + [{"autoreset_mode": mode} for mode in (None, [1], 7, "none")],
     ids=str,
@@ -109,7 +109,8 @@ def test_a_refused_seed_leaves_nothing_half_started() -> None:
 
 
 def test_opponents_by_preset_name_and_object() -> None:
-    assert ToyAttackEnv().opponent == "tests.core.toy_policies:Chase"
+    assert ToyAttackEnv(preset="paper").opponent == "tests.core.toy_policies:Chase"
+    assert ToyAttackEnv().opponent == ToyAttackEnv(preset="learning").opponent == "cps_envs.core.policy:Idle"
     chase = Chase(ToyGame(ToyConfig(), 1).spec("defender"))
     one, two = ToyAttackEnv(opponent=chase), ToyAttackEnv(opponent="tests.core.toy_policies:Chase")
     one.reset(seed=4)

@@ -15,7 +15,7 @@ ELSEWHERE = {
     "agents/cps_agents/arena/sources.py": "hashes of the package's own sources",
     "agents/cps_agents/declarations.py": "the repository's own pages",
     "agents/cps_agents/machine.py": "/proc/cpuinfo",
-    "agents/cps_agents/commands/oracle.py": "text that the program made",
+    "agents/cps_agents/commands/certify.py": "text that the program made",
     "agents/cps_agents/report/sources.py": "lines of text that documents.py has read",
     "paper/cps_paper/printed/tables.py": "data of the package",
     "baselines/cps_baselines/hvac/calibrated.py": "data of the package",

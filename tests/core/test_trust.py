@@ -113,5 +113,5 @@ def test_what_a_problem_declares_needs_no_consent_and_nothing_else_passes_with_i
     for other in (CODE, f"{mixed}&weights=[1]"):
         with pytest.raises(UntrustedCodeError):
             problem.policy(other, game, "defender")
-    assert ToyAttackEnv().opponent == CODE  # the toy's own
+    assert ToyAttackEnv(preset="paper").opponent == CODE  # the toy's own
     assert isinstance(TOY.policy(CODE, game, "defender"), Chase)

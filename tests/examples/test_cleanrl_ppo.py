@@ -66,5 +66,5 @@ def test_it_learns_and_any_command_judges_it(cleanrl: Any, tmp_path: Path, monke
     assert history[-1] > history[0] + 0.5
     paid = cleanrl.judge(arguments, envs, name)
     assert paid[name] > 1.2 > paid["none"] + 1.0  # m/s
-    words = f"evaluate fdi attacker --policy {name} --opponent cusum --baseline none --episodes 20 --jobs 1"
+    words = f"evaluate fdi attacker --attacker {name} --defender cusum --baseline none --episodes 20 --jobs 1"
     assert invoke(*words.split()).exit_code == 0

@@ -84,12 +84,12 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
 
     tiny = "--knob num_envs=4 --knob steps_per_update=32 --knob evaluation_episodes=2 --seeds 1 --steps 128"
     command(f"train own_problem:own_problem/TankAttack-v0 {tiny}")
-    mine, every = "zoo:runs/tank-attacker-ppo/seed-0", "league own_problem:TANK --attackers all --episodes 20"
-    assert "Value of the game" in command(f"{every} --attackers {mine}")
-    assert "Played before: 9 meetings" in command("benchmark own_problem:TANK")
-    judged = command(f"evaluate own_problem:TANK attacker --policy {mine} --baseline own_problem:Bias --episodes 20")
+    mine, every = "zoo:runs/tank-attacker-ppo/seed-0", "league own_problem:TANK --attacker all --episodes 20"
+    assert "Value of the game" in command(f"{every} --attacker {mine}")
+    assert "Played before: 9 meetings" in command("reproduce benchmark own_problem:TANK")
+    judged = command(f"evaluate own_problem:TANK attacker --attacker {mine} --baseline own_problem:Bias --episodes 20")
     assert "Played before: 2 meetings" in judged
-    response = command(f"best-response own_problem:TANK defender --against {mine} {tiny} --episodes 20")
+    response = command(f"best-response own_problem:TANK defender --attacker {mine} {tiny} --episodes 20")
     assert "Over the best policy known before" in response
     assert json.loads((tmp_path / "league" / "tank.json").read_text())["problem"] == "tank"
 
@@ -104,7 +104,7 @@ def test_the_documents_describe_it(tank: Problem) -> None:
 
 
 def test_a_bias_that_reads_low_floods_a_low_tank(tank: Problem) -> None:
-    env: Any = gymnasium.make("own_problem:own_problem/TankAttack-v0", height_m=1.2, opponent="none")
+    env: Any = gymnasium.make("own_problem:own_problem/TankAttack-v0", preset="paper", height_m=1.2, opponent="none")
     env.reset(seed=0)
     for _ in range(120):
         _, _, terminated, _, info = env.step(np.array([-1.0], np.float32))

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_baselines.fdi.grid import GRID_MPS, GridCell, solve_cell
 from cps_baselines.fdi.lifted import columns_of, end_rows, joint_ratio, legal_rows, lift, violation
 from cps_envs.core.errors import MissingExtraError
 from cps_envs.fdi.config import A, B, FdiConfig
 from cps_envs.fdi.sensors import parse_sensors
 from cps_envs.fdi.task import Task, parse_task
+from cps_paper.fdi.grid import GRID_MPS, GridCell, solve_cell
 from tests.fdi.reference import play, tasks
 
 SHORT = [

@@ -127,5 +127,5 @@ def test_a_sensor_that_nobody_attacks_needs_no_injection() -> None:
 
 def test_unknown_constants_have_no_feasible_tasks() -> None:
     config = configure(PRESETS["easy"], {"proportional_gain": 1.234})
-    with pytest.raises(ConfigurationError, match="cps-envs oracle"):
+    with pytest.raises(ConfigurationError, match="cps-envs certify"):
         FdiGame(config, 1)

@@ -46,7 +46,7 @@ def test_the_file_holds_its_preset(name: str) -> None:
     assert values == {field: vars(SHIPPED[name])[field] for field in CONSTANTS}
     assert dict(known(SHIPPED[name])) == records
     header = json.loads(text)
-    assert all(command.startswith("cps-envs oracle") for command in header["commands"])
+    assert all(command.startswith("cps-envs certify") for command in header["commands"])
     assert "highspy" in header["versions"]
     rows = text[text.index("[") :].splitlines()
     assert len(rows) >= len(records)
@@ -116,7 +116,7 @@ def test_text_and_back() -> None:
     first, second = parse_task("xv1,2>3", 4), parse_task("v2>1", 4)
     plan = np.arange(80).reshape(20, 4) - 40  # levels that the constants allow
     records = [Record(first, 3.0, 1.25, 2.5, TIME_LIMIT, 1.0, plan), Record(second, None, None, 0.0, INFEASIBLE, 0.0)]
-    text = to_text({"commands": ["cps-envs oracle"]}, A, records)
+    text = to_text({"commands": ["cps-envs certify"]}, A, records)
     values, found = from_text(text)
     assert values["horizon"] == 20
     assert list(found.values()) == records[::-1]  # sorted: fewer sensors first
@@ -142,7 +142,7 @@ def test_what_is_written_again_stays_the_same() -> None:
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"constants": {"num_vehicles": 4}, "rows": [{}]}'])
 def test_other_files(text: str) -> None:
-    with pytest.raises(ValueError, match="cps-envs oracle"):
+    with pytest.raises(ValueError, match="cps-envs certify"):
         from_text(text)
 
 

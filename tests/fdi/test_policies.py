@@ -69,7 +69,7 @@ def test_replay_waits_as_told_and_starts_at_random() -> None:
 
 def test_replay_finds_small_optima_itself_and_names_the_remedy_for_large_ones() -> None:
     assert play("oracle", horizon=15)["collided_target"][0] == 1
-    with pytest.raises(ConfigurationError, match="cps-envs oracle"):
+    with pytest.raises(ConfigurationError, match="cps-envs certify"):
         Replay(spec_of("attacker", preset="fig32"))
     with pytest.raises(ConfigurationError, match="another task"):
         Replay(spec_of("attacker", **task_settings("x1>4")))

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from cps_agents.console import to_json
-from cps_baselines.fdi.grid import GridCell
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, TIME_LIMIT, Record
 from cps_envs.fdi.task import make_task
@@ -37,6 +36,7 @@ from cps_paper.fdi.experiments import (
     Settings,
     four_vehicle_cells,
 )
+from cps_paper.fdi.grid import GridCell
 from cps_paper.printed.tables import CollisionCell, collision_cells
 from cps_paper.verdicts import MATCH, MISS, NEAR, NOT, PARTLY
 

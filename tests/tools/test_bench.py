@@ -219,7 +219,7 @@ def test_an_interrupted_command_prints_and_says_so(measured: Findings) -> None:
 
 
 def test_users_measure_environments_and_interfaces(measured: Findings, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(measuring, "measure", lambda items, seconds, report: measured)
+    monkeypatch.setattr("cps_agents.commands.bench.measure", lambda items, seconds, report: measured)
     shown = command_line.invoke("bench", "--problem", "disbanding", columns=80)
     assert shown.exit_code == 0, shown.output
     assert "DisbandingDefense vector 1024" in shown.stdout

@@ -12,9 +12,8 @@ from xml.etree import ElementTree
 
 import gymnasium
 import pytest
-from typer.main import get_command
 
-from cps_agents.cli import app
+from cps_agents.cli import whole
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.testbed.problem import TESTBED
@@ -47,7 +46,10 @@ def exists(place: Place) -> bool:
     if place.kind == "file":
         return (ROOT / place.name).is_file()
     if place.kind == "command":
-        return place.name in get_command(app).commands  # type: ignore[attr-defined]
+        command = whole()
+        for word in place.name.split():
+            command = getattr(command, "commands", {}).get(word)
+        return command is not None
     if place.kind == "env":
         return f"cps_envs/{place.name}" in gymnasium.registry
     if place.kind == "policy":

@@ -11,7 +11,6 @@ import pytest
 from cps_agents.arena.statistics import Estimate
 from tests.agents.command_line import invoke
 from tools.command import program
-from tools.coverage import cases as declared
 from tools.coverage.__main__ import coverage
 from tools.coverage.cases import Case, Outcome, all_cases
 from tools.coverage.simulation import Effort, simulate
@@ -60,7 +59,7 @@ def test_every_case_has_its_own_name_and_is_published() -> None:
 
 def test_the_command_writes_and_refuses(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     few = [Case("a group", "a title", known, "a note")]
-    monkeypatch.setattr(declared, "all_cases", lambda: few)
+    monkeypatch.setattr("tools.coverage.__main__.all_cases", lambda: few)
     monkeypatch.chdir(tmp_path)
     command, tool = ["--jobs", "1", "--out", "out"], program(coverage)
     result = invoke(*command, "--quick", program=tool)

@@ -112,7 +112,7 @@ def _traced(problem: Problem, overrides: Mapping[str, Any], envs: int) -> int:
     tracemalloc.start()
     try:
         made: Any = gymnasium.make_vec(
-            problem.env_id("attacker"), envs, "vector_entry_point", opponent="none", **overrides
+            problem.env_id("attacker"), envs, "vector_entry_point", preset="paper", opponent="none", **overrides
         )
         made.reset(seed=0)
         return tracemalloc.get_traced_memory()[0]

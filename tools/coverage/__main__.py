@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -14,11 +14,11 @@ from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.machine import available_cores, commit, describe
 from cps_agents.progress import Progress
+from cps_agents.zoo.merging import without_places
+from cps_envs.core.errors import require
 from tools.command import run
-
-if TYPE_CHECKING:
-    from tools.coverage.cases import Coverage
-    from tools.coverage.simulation import Effort
+from tools.coverage.cases import Coverage, all_cases
+from tools.coverage.simulation import CHUNK, Effort, document, markdown, simulate, tables
 
 QUICK = (100, 200)  # repetitions, resamples
 
@@ -38,8 +38,6 @@ def coverage(
     table uses: means, interquartile means, several settings, paired
     differences, and values of games.
     """
-    from tools.coverage.simulation import Effort, document, markdown, tables
-
     if publish and quick:
         raise CommandError("--quick is a look, no result: leave out --publish")
     page = Path("docs") / "coverage.md"
@@ -64,11 +62,6 @@ def coverage(
 
 def _simulate(effort: Effort, workers: int) -> tuple[list[Coverage], dict[str, Any]]:
     """The figures, and by what, when and at what cost they were made."""
-    from cps_agents.zoo.merging import without_places
-    from cps_envs.core.errors import require
-    from tools.coverage.cases import all_cases
-    from tools.coverage.simulation import CHUNK, simulate
-
     require("scipy", extra="baselines", purpose="coverage")
     cases, made = all_cases(), {**describe(), "commit": commit(), "date": f"{datetime.date.today()}"}
     made["command"] = without_places(made["command"])

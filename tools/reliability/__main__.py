@@ -4,16 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from cps_agents.console import err, out, print_json
+from cps_agents.errors import CommandError
+from cps_agents.files import alone_in
+from cps_agents.progress import Progress
 from cps_agents.table import Table
+from cps_envs.core.errors import near
 from tools.command import run
-
-if TYPE_CHECKING:
-    from tools.reliability.suite import Findings
+from tools.reliability.chunk import PARTS, ROOT, find_part
+from tools.reliability.document import document
+from tools.reliability.document import publish as put
+from tools.reliability.store import Store
+from tools.reliability.suite import Findings, run_parts
 
 BROKEN = 1
 NAMES = "fuzz, faults, load, determinism, mutation or bounds; all if left out."
@@ -34,14 +40,6 @@ def reliability(
     change of the code makes outdated is done again. The exit code is 1 if anything
     happened that must not happen, or if a piece could not be done. It needs the repository, not only the package.
     """
-    from cps_agents.files import alone_in
-    from cps_agents.progress import Progress
-    from tools.reliability.chunk import find_part
-    from tools.reliability.document import document
-    from tools.reliability.document import publish as put
-    from tools.reliability.store import Store
-    from tools.reliability.suite import run_parts
-
     chosen = [find_part(name) for name in _names(parts or [])]
     total = sum(len(part.chunks()) for part in chosen)
     with alone_in(folder), Progress("reliability", total) as progress:
@@ -74,10 +72,6 @@ def reliability(
 
 
 def _names(chosen: Sequence[str]) -> list[str]:
-    from cps_agents.errors import CommandError
-    from cps_envs.core.errors import near
-    from tools.reliability.chunk import PARTS, ROOT
-
     for name in chosen:
         if name not in PARTS:
             raise CommandError(f"there is no part {name!r}. {near(name, PARTS)}")

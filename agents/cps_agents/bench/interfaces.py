@@ -62,7 +62,7 @@ def _moves(space: Any, neutral: Any) -> Iterator[Any]:
 
 def single(env_id: str) -> Call:
     """A step of `gymnasium.make(id)`, with a reset where an episode has ended."""
-    ours: dict[str, Any] = {} if env_id == CARTPOLE else {"opponent": "none"}
+    ours: dict[str, Any] = {} if env_id == CARTPOLE else {"preset": "paper", "opponent": "none"}
     env: Any = gymnasium.make(env_id, **ours)
     _, info = env.reset(seed=0)
     actions = _moves(env.action_space, _neutral(env.unwrapped) if "action_mask" in info else None)
@@ -78,7 +78,7 @@ def single(env_id: str) -> Call:
 def vector(env_id: str, num_envs: int, *, neutral: bool = False, **options: Any) -> Call:
     """A step of the native vector form; every action is the `neutral` one where that is asked for."""
     if env_id != CARTPOLE:
-        options = {"opponent": "none", **options}
+        options = {"preset": "paper", "opponent": "none", **options}
     envs: Any = gymnasium.make_vec(env_id, num_envs, "vector_entry_point", **options)
     _, info = envs.reset(seed=0)
     calm = neutral or "action_mask" in info
@@ -88,7 +88,7 @@ def vector(env_id: str, num_envs: int, *, neutral: bool = False, **options: Any)
 
 def parallel(problem: Problem) -> Call:
     """A step of the PettingZoo form."""
-    env = RolesParallelEnv(problem)
+    env = RolesParallelEnv(problem, preset="paper")
     _, infos = env.reset(seed=0)
     draws = {}
     for role, agent in AGENTS.items():
@@ -112,8 +112,8 @@ def _added(env_id: str, seconds: float, yardsticks: Yardsticks) -> Values:
 
     The game alone and the interfaces play the same decisions in turns; the least of many rounds counts for each.
     """
-    env: Any = gymnasium.make(env_id, opponent="none").unwrapped
-    envs: Any = gymnasium.make_vec(env_id, 1, "vector_entry_point", opponent="none")
+    env: Any = gymnasium.make(env_id, preset="paper", opponent="none").unwrapped
+    envs: Any = gymnasium.make_vec(env_id, 1, "vector_entry_point", preset="paper", opponent="none")
     game, role, neutral = env.game, env.role, _neutral(env)
     batch, everyone, interval = neutral[np.newaxis], np.ones(1, np.bool_), game.decision_interval[role]
     count = min(CHUNK, game.horizon // interval)

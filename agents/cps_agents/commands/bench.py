@@ -7,10 +7,14 @@ from typing import Annotated
 
 import typer
 
+from cps_agents.bench.interfaces import added_items, items
+from cps_agents.bench.measuring import measure
+from cps_agents.bench.tables import tables, yardsticks
 from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
 from cps_agents.machine import describe
 from cps_agents.progress import Progress
+from cps_envs import PROBLEMS, find_problem
 
 QUICK_S, USUAL_S = 0.06, 1.0
 Only = Annotated[list[str] | None, typer.Option("--problem", help="Measure this one; may be repeated.")]
@@ -23,11 +27,6 @@ def bench(only: Only = None, seconds: Seconds = USUAL_S, quick: Quick = False, a
 
     Every time is CPU time of this process. Press Ctrl-C at any time: what was measured until then is printed.
     """
-    from cps_agents.bench.interfaces import added_items, items
-    from cps_agents.bench.measuring import measure
-    from cps_agents.bench.tables import tables, yardsticks
-    from cps_envs import PROBLEMS, find_problem
-
     problems = [find_problem(name) for name in only or PROBLEMS]
     todo = [*items(problems), *added_items(problems)]
     with Progress("bench", len(todo)) as progress:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from cps_agents.arena.statistics import Estimate
+from cps_agents.arena.store import Store
 from cps_agents.commands.options import (
     MEETINGS,
     AsJson,
@@ -20,22 +22,24 @@ from cps_agents.commands.options import (
     Meetings,
     Oracles,
     Steps,
+    role_named,
 )
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, write_json
+from cps_agents.league.exploitability import Judgement, gain_over, judge, league_value, line_up_known
+from cps_agents.league.oracles import KINDS, Oracle, choose_oracles, in_venue, usual_recipe
+from cps_agents.league.report import stacked
+from cps_agents.league.response import Budget, Question, Responses, respond
+from cps_agents.league.strategy import Strategy, mix
+from cps_agents.league.venues import venue_against
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.table import Table
+from cps_envs import find_problem
+from cps_envs.core.types import Role, other
 
-if TYPE_CHECKING:
-    from cps_agents.arena.statistics import Estimate
-    from cps_agents.league.exploitability import Judgement
-    from cps_agents.league.oracles import Oracle
-    from cps_agents.league.response import Question, Responses
-    from cps_agents.league.strategy import Strategy
-
-AGAINST = "Fixed opponent: a policy's name or zoo:NAME. May be repeated: several are mixed."
+AGAINST = "Respond to this {}: its name or zoo:NAME. May be repeated: several are mixed."
 KNOWN = "Compare with this policy, or `all`: computed and shipped ones. Default: all."
 PRESET = "Preset of the environment; default: the one the opponent learned in, or else the recipe's."
 LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configuration."
@@ -44,7 +48,8 @@ LEAGUE = "Compare with the value in this JSON of `cps-envs league`, same configu
 def best_response(
     problem: Annotated[str, typer.Argument(help="Problem, such as hvac.")],
     role: Annotated[str, typer.Argument(help="Role that responds: attacker or defender.")],
-    against: Annotated[list[str], typer.Option(help=AGAINST)],
+    attacker: Annotated[list[str] | None, typer.Option(help=AGAINST.format("attacker"))] = None,
+    defender: Annotated[list[str] | None, typer.Option(help=AGAINST.format("defender"))] = None,
     weights: Annotated[
         str | None, typer.Option(help="Weights of several opponents, such as 1,3; default: equal.")
     ] = None,
@@ -76,13 +81,8 @@ def best_response(
     that they find and all policies known before; the best of both play fresh episodes. The result is a lower bound: a
     better response may exist that nobody found.
     """
-    from cps_agents.arena.store import Store
-    from cps_agents.league.exploitability import gain_over, judge, league_value, line_up_known
-    from cps_agents.league.oracles import in_venue
-    from cps_agents.league.response import Budget, respond
-    from cps_agents.league.strategy import mix
-
-    question, oracles = _question(problem, role, mix(against, _weights(weights)), oracle, preset, overrides, episodes)
+    mine, against = role_named(role), _against(role_named(role), attacker, defender)
+    question, oracles = _question(problem, mine, mix(against, _weights(weights)), oracle, preset, overrides, episodes)
     oracles = in_venue(oracles, question.venue, assignments(knobs or [], "--knob", "learning_rate=0.001"))
     spent = Budget(
         seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, resume=resume, device=device
@@ -112,7 +112,7 @@ def _note(line: str) -> None:
 
 def _question(
     problem: str,
-    role: str,
+    mine: Role,
     strategy: Strategy,
     names: list[str] | None,
     preset: str | None,
@@ -120,18 +120,19 @@ def _question(
     episodes: int,
 ) -> tuple[Question, list[Oracle]]:
     """What is asked, and who is to respond."""
-    from cps_agents.league.oracles import KINDS, choose_oracles, usual_recipe
-    from cps_agents.league.response import Question
-    from cps_agents.league.venues import venue_against
-    from cps_envs.core.types import ROLES
-
-    mine = next((each for each in ROLES if each == role), None)
-    if mine is None:
-        raise CommandError(f"{role!r} is not a role: write attacker or defender")
     oracles = choose_oracles(problem, mine, names or KINDS)
     recipe = next((each.recipe for each in oracles if each.recipe is not None), usual_recipe(problem, mine))
     venue = venue_against(strategy, recipe, preset, assignments(overrides or []))
     return Question(mine, strategy, venue, episodes), oracles
+
+
+def _against(role: Role, attacker: list[str] | None, defender: list[str] | None) -> list[str]:
+    """Whom to respond to: policies of the other role."""
+    rival = other(role)
+    own, against = (defender, attacker) if rival == "attacker" else (attacker, defender)
+    if own or not against:
+        raise CommandError(f"the {role} responds: name whom to, with --{rival} NAME, and no --{role}")
+    return against
 
 
 def _weights(text: str | None) -> list[float] | None:
@@ -169,9 +170,6 @@ def _document(
 
 
 def _show(question: Question, responses: Responses, judgement: Judgement, over_value: Estimate | None) -> None:
-    from cps_agents.league.report import stacked
-    from cps_envs import find_problem
-
     console = out()
     fresh = {judgement.response: judgement.response_pay, judgement.known: judgement.known_pay}
     spent = {f"{each.oracle}, seed {each.seed}": f"{each.cpu_s:.0f}" for each in responses.found}

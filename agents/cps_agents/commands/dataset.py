@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from cps_agents.commands.options import AsJson, Changes
+from cps_agents.commands.options import AsJson, Attacker, Changes, Defender, Preset
 from cps_agents.console import assignments, err, print_json
-
-if TYPE_CHECKING:
-    from cps_envs.core.types import Role
+from cps_agents.datasets import name_of, write_dataset
+from cps_envs import find_problem
+from cps_envs.core.types import Role
 
 
 class Side(str, Enum):
@@ -24,9 +24,9 @@ class Side(str, Enum):
 def dataset(
     problem: Annotated[str, typer.Argument(help="Problem, such as fdi.")],
     role: Annotated[Side, typer.Option(help="Keep this role's observations, actions and rewards.")],
-    attacker: Annotated[str | None, typer.Option(help="Policy; default: the preset's.")] = None,
-    defender: Annotated[str | None, typer.Option(help="Policy; default: the preset's.")] = None,
-    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "learning",
+    attacker: Attacker = None,
+    defender: Defender = None,
+    preset: Preset = None,
     overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, help="Record so many episodes.")] = 100,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first episode; the others count up.")] = 10_000_000,
@@ -41,11 +41,9 @@ def dataset(
     Minari keeps it in ~/.minari/datasets, or where the variable MINARI_DATASETS_PATH says. Read it with
     minari.load_dataset(ID). Evaluations never use the seeds of these episodes.
     """
-    from cps_agents.datasets import name_of, write_dataset
-    from cps_envs import find_problem
-
     found = find_problem(problem)
     changes = dict(assignments(overrides or []))
+    preset = preset or found.usual_preset
     usual = found.opponents.get(preset, {})
     found.config(preset, changes)
     players: dict[Role, str] = {

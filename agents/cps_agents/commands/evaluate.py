@@ -2,30 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Jobs, Meetings, conclude
-from cps_agents.commands.play import POLICY
+from cps_agents.arena.challenge import ALL, Challenge, able, usual
+from cps_agents.arena.statistics import Estimate
+from cps_agents.arena.store import Store
+from cps_agents.commands.options import (
+    MEETINGS,
+    AsJson,
+    Attackers,
+    Changes,
+    Defenders,
+    Fresh,
+    Jobs,
+    Meetings,
+    Preset,
+    conclude,
+    role_named,
+)
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError, built_by_user
+from cps_agents.evaluation import Comparison, Standing, certified_metrics, compare, is_better
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.table import Cell, Table, styled
+from cps_baselines.arena import Venue
+from cps_envs import find_problem
+from cps_envs.core.errors import near
+from cps_envs.core.types import Role, other
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cps_agents.arena.statistics import Estimate
-    from cps_agents.arena.store import Store
-    from cps_agents.evaluation import Comparison, Standing
-    from cps_baselines.arena import Venue
-    from cps_envs.core.types import Role
-
-EVALUATED = "Policy to judge: a name from `cps-envs list`, or zoo:NAME (all its training seeds). May be repeated."
 BASELINE = "Compare with this policy, or with `all` that can play; may be repeated."
 METRIC = "Measure this metric; `return` is what the attacker is paid."
 MARK = "*"  # of a baseline that the intervals say less about
@@ -35,10 +45,10 @@ MOST = 1_000_000  # evaluation seeds
 def evaluate(
     problem: Annotated[str, typer.Argument(help="Problem, such as hvac.")],
     role: Annotated[str, typer.Argument(help="Role to evaluate: attacker or defender.")],
-    policy: Annotated[list[str], typer.Option(help=EVALUATED)],
-    opponent: Annotated[list[str] | None, typer.Option(help=f"{POLICY} May be repeated.")] = None,
+    attacker: Attackers = None,
+    defender: Defenders = None,
     baseline: Annotated[list[str] | None, typer.Option(help=BASELINE)] = None,
-    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "learning",
+    preset: Preset = None,
     overrides: Changes = None,
     episodes: Annotated[int, typer.Option(min=1, max=MOST, help="Play so many episodes with each training seed.")] = 50,
     first_seed: Annotated[
@@ -48,7 +58,7 @@ def evaluate(
     per: Annotated[str, typer.Option(help="Divide by another metric of the episode, such as oracle_value_mps.")] = "",
     certified: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Show shares of the certified optimum in FILE, from `oracle --episodes`."),
+        typer.Option(metavar="FILE", help="Show shares of the certified optimum in FILE, from `certify --episodes`."),
     ] = None,
     meetings: Meetings = MEETINGS,
     jobs: Jobs = None,
@@ -57,24 +67,19 @@ def evaluate(
 ) -> None:
     """Evaluate policies on seeds that training never used.
 
-    Prints mean, interquartile mean and 95 % bootstrap intervals over training seeds and episodes. Differences to the
-    baselines are paired, episode by episode, and count the training seeds of both. Trained policies see and act in the
-    form they were trained in.
+    ROLE says who is judged: its policies are compared, against each of the other role's. Prints mean, interquartile
+    mean and 95 % bootstrap intervals over training seeds and episodes. Differences to the baselines are paired, episode
+    by episode, and count the training seeds of both. Trained policies see and act in the form they were trained in.
     """
-    from cps_agents.arena.challenge import Challenge
-    from cps_agents.arena.store import Store
-    from cps_agents.evaluation import Comparison
-    from cps_baselines.arena import Venue
-    from cps_envs import find_problem
-    from cps_envs.core.types import ROLES, other
-
-    known: Role | None = next((name for name in ROLES if name == role), None)
-    if known is None:
-        raise CommandError(f"{role!r} is not a role: write attacker or defender")
-    found = find_problem(problem)
+    known, found = role_named(role), find_problem(problem)
+    preset = preset or found.usual_preset
+    named: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
+    policy = named[known]
+    if not policy:
+        raise CommandError(f"name the {known}s to judge: --{known} NAME")
     values = assignments(overrides or [])
     found.config(preset, values)
-    opponents = opponent or [found.opponents[preset][other(known)]]
+    opponents = named[other(known)] or [found.opponents[preset][other(known)]]
     venue = Venue(problem, preset, values)
     if first_seed + episodes > MOST:
         raise CommandError(f"seeds up to {first_seed + episodes - 1} are asked for: evaluations end at {MOST - 1:,}")
@@ -95,20 +100,16 @@ def evaluate(
 
 def _baselines(venue: Venue, role: Role, names: Sequence[str]) -> list[str]:
     """The names, with `all` in full."""
-    from cps_agents.arena.challenge import ALL, able, usual
-
     every = [each.reference for each in able(venue, role, usual(venue, role))] if ALL in names else []
     return list(dict.fromkeys(each for name in names for each in (every if name == ALL else [name])))
 
 
 def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
-    """The comparison with what a file of `cps-envs oracle --episodes` knows of its episodes.
+    """The comparison with what a file of `cps-envs certify --episodes` knows of its episodes.
 
     Raises:
         CommandError: there is a defender, whom the certificates do not know, or the file does not fit.
     """
-    from cps_agents.evaluation import certified_metrics
-
     first = comparison.challenges[0]
     opponents = (each.opponent for each in comparison.challenges)
     if (first.venue.problem, first.role, *opponents) != ("fdi", "attacker", "none"):
@@ -120,8 +121,6 @@ def _with_certificates(comparison: Comparison, path: Path) -> Comparison:
 
 
 def _compare(comparison: Comparison, store: Store, workers: int) -> list[Standing]:
-    from cps_agents.evaluation import compare
-
     with built_by_user():
         _check(comparison)
         with Progress("policies against opponents", 1) as progress:
@@ -132,9 +131,6 @@ def _compare(comparison: Comparison, store: Store, workers: int) -> list[Standin
 
 def _check(comparison: Comparison) -> None:
     """Refuse a metric that does not exist before anything is played."""
-    from cps_envs import find_problem
-    from cps_envs.core.errors import near
-
     first = comparison.challenges[0]
     metrics = ["return", *find_problem(first.venue.problem).game(first.config, 1).metrics()]
     for name in (comparison.metric, *([comparison.per] if comparison.per else [])):
@@ -177,8 +173,6 @@ def _interval(found: Estimate) -> str:
 
 
 def _difference(standing: Standing, baseline: str, role: Role) -> Cell:
-    from cps_agents.evaluation import is_better
-
     if baseline not in standing.differences:
         return ""
     found = standing.differences[baseline]

@@ -4,32 +4,48 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.options import MEETINGS, AsJson, Changes, Fresh, Html, Jobs, Meetings, conclude
+from cps_agents.arena.store import Store
+from cps_agents.commands.options import (
+    MEETINGS,
+    AsJson,
+    Attackers,
+    Changes,
+    Defenders,
+    Fresh,
+    Html,
+    Jobs,
+    Meetings,
+    Preset,
+    conclude,
+)
 from cps_agents.console import assignments, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json, write_text
+from cps_agents.league.league import League, Plan, play_league
+from cps_agents.league.report import document, draw, rows_as_csv, tables, verdict
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
+from cps_agents.report.board import board_of
+from cps_agents.report.report import Report, write_report
+from cps_baselines.arena import Venue
+from cps_envs import find_problem
+from cps_envs.core.errors import require
+from cps_envs.core.types import ROLES
 
-if TYPE_CHECKING:
-    from cps_agents.arena.store import Store
-    from cps_agents.league.league import League, Plan
-
-NAMES = "A policy's name, zoo:NAME, or `all`: computed and shipped ones. Default: all; may be repeated."
 MOST = 1_000_000  # evaluation seeds
 
 
 def league(
     problem: Annotated[str, typer.Argument(help="Problem, such as hvac.")],
-    attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
-    defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
+    attacker: Attackers = None,
+    defender: Defenders = None,
     oracles: Annotated[
         bool, typer.Option("--oracles", help="`all` includes policies that know more than they observe.")
     ] = False,
-    preset: Annotated[str, typer.Option(help="Start from this preset.")] = "learning",
+    preset: Preset = None,
     overrides: Changes = None,
     episodes: Annotated[
         int, typer.Option(min=1, max=MOST, help="Play so many episodes of each pair, on seeds 0, 1, ...")
@@ -50,18 +66,11 @@ def league(
     Press Ctrl-C at any time: finished pairs are kept, and the same command continues. Pairs are played again when the
     code, a version, a trained network or the configuration has changed.
     """
-    from cps_agents.arena.store import Store
-    from cps_agents.league.league import Plan
-    from cps_agents.league.report import document
-    from cps_baselines.arena import Venue
-    from cps_envs import find_problem
-    from cps_envs.core.errors import require
-
     require("scipy", extra="baselines", purpose="a league")
     require("matplotlib", extra="baselines", purpose="a league's heat map")
-    find_problem(problem)
+    preset = preset or find_problem(problem).usual_preset
     venue = Venue(problem, preset, assignments(overrides or []))
-    plan = Plan(venue, {"attacker": attackers or [], "defender": defenders or []}, episodes, metric, oracles)
+    plan = Plan(venue, {"attacker": attacker or [], "defender": defender or []}, episodes, metric, oracles)
     started = time.monotonic()
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
@@ -77,16 +86,11 @@ def league(
 
 
 def _play(plan: Plan, store: Store, jobs: int) -> League:
-    from cps_agents.league.league import play_league
-
     with Progress(f"{plan.venue.problem} pairs", 1) as progress:
         return play_league(plan, store, jobs, progress.report)
 
 
 def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
-    from cps_agents.league.report import draw, rows_as_csv
-    from cps_envs import find_problem
-
     files = [folder / f"{find_problem(found.plan.venue.problem).name}.{suffix}" for suffix in ("json", "csv", "png")]
     write_json(files[0], content)
     write_text(files[1], rows_as_csv(found))
@@ -95,17 +99,11 @@ def _write(found: League, content: dict[str, Any], folder: Path) -> list[Path]:
 
 
 def _page(found: League, store: Store, cores: int, folder: Path) -> Path:
-    from cps_agents.report.board import board_of
-    from cps_agents.report.report import Report, write_report
-
     with Progress("episodes to watch", 1) as progress:
         return write_report(Report([board_of(found, store)]), folder, cores, progress.report)
 
 
 def _show(found: League) -> None:
-    from cps_agents.league.report import tables, verdict
-    from cps_envs.core.types import ROLES
-
     console = out()
     for table in tables(found):
         console.print(table)

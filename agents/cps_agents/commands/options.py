@@ -9,12 +9,21 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.console import err, print_json
+from cps_agents.errors import CommandError
 from cps_agents.files import write_json
+from cps_envs.core.types import ROLES, Role
 
 MEETINGS = Path("results/meetings")
 KEPT = "Keep finished games in this folder, which all commands share."
+POLICY = "A name from `cps-envs list`, or name?option=value. Default: the preset's own."
+SEVERAL = "A policy's name, zoo:NAME, or `all`: computed and shipped ones. May be repeated."
 FRESH = "Play everything again, also what is kept."
 Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
+Preset = Annotated[str | None, typer.Option(help="Start from this preset. Default: learning.")]
+Attacker = Annotated[str | None, typer.Option(help=POLICY)]
+Defender = Annotated[str | None, typer.Option(help=POLICY)]
+Attackers = Annotated[list[str] | None, typer.Option("--attacker", metavar="NAME", help=SEVERAL)]
+Defenders = Annotated[list[str] | None, typer.Option("--defender", metavar="NAME", help=SEVERAL)]
 Fresh = Annotated[bool, typer.Option("--fresh", help=FRESH)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Html = Annotated[Path | None, typer.Option(metavar="DIR", help="Also write a page for the browser to this folder.")]
@@ -31,6 +40,18 @@ Oracles = Annotated[list[str] | None, typer.Option("--oracle", metavar="NAME", h
 Steps = Annotated[int | None, typer.Option(min=1, help=STEPS)]
 BudgetS = Annotated[float | None, typer.Option("--budget", metavar="SECONDS", min=0.1, help=BUDGET)]
 Meetings = Annotated[Path, typer.Option("--meetings", metavar="DIR", envvar="CPS_ENVS_MEETINGS", help=KEPT)]
+
+
+def role_named(text: str) -> Role:
+    """The role of this name.
+
+    Raises:
+        CommandError: it is no role.
+    """
+    found: Role | None = next((role for role in ROLES if role == text), None)
+    if found is None:
+        raise CommandError(f"{text!r} is not a role: write attacker or defender")
+    return found
 
 
 def deliver(result: Any, to: Path | None, said: str) -> None:

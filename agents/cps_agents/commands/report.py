@@ -3,31 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from cps_agents.commands.league import MOST, NAMES
-from cps_agents.commands.options import MEETINGS, Changes, Fresh, Jobs, Meetings
+from cps_agents.arena.store import Store
+from cps_agents.commands.league import MOST
+from cps_agents.commands.options import MEETINGS, Attackers, Changes, Defenders, Fresh, Jobs, Meetings, Preset
 from cps_agents.console import assignments, err
 from cps_agents.files import alone_in
+from cps_agents.league.league import Plan
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
-
-if TYPE_CHECKING:
-    from cps_agents.arena.store import Store
-    from cps_agents.league.league import Plan
-    from cps_agents.report.board import Board
-    from cps_envs.core.types import Role
+from cps_agents.report.board import Board, kept_board, play_board
+from cps_agents.report.report import Report, write_report
+from cps_agents.report.report import serve as serve_folder
+from cps_agents.report.sources import read_curves, read_sheets
+from cps_baselines.arena import Venue
+from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.errors import require
+from cps_envs.core.types import Role
 
 EPISODES, QUICK_EPISODES, QUICK_PLAYERS = 10, 2, 3
 
 
 def report(
     problems: Annotated[list[str] | None, typer.Argument(help="Problems, such as hvac; all if left out.")] = None,
-    attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
-    defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
-    preset: Annotated[str, typer.Option(help="The configuration to start from.")] = "learning",
+    attacker: Attackers = None,
+    defender: Defenders = None,
+    preset: Preset = None,
     overrides: Changes = None,
     episodes: Annotated[
         int | None, typer.Option(min=1, max=MOST, help="Of each pair; default: 10, with --quick 2.")
@@ -54,24 +58,17 @@ def report(
     The page needs neither a server nor the network: open index.html in the
     folder. Click a pair of the matrix to watch its episodes.
     """
-    from cps_agents.arena.store import Store
-    from cps_agents.league.league import Plan
-    from cps_agents.report.report import Report, write_report
-    from cps_agents.report.report import serve as serve_folder
-    from cps_agents.report.sources import read_curves, read_sheets
-    from cps_baselines.arena import Venue
-    from cps_envs import PROBLEMS, find_problem
-    from cps_envs.core.errors import require
-
     require("scipy", extra="baselines", purpose="a report")
     curves, sheets = read_curves(runs or []), read_sheets(paper or [])
-    asked: dict[Role, list[str]] = {"attacker": attackers or [], "defender": defenders or []}
+    asked: dict[Role, list[str]] = {"attacker": attacker or [], "defender": defender or []}
     names, count = problems or list(PROBLEMS), episodes or (QUICK_EPISODES if quick else EPISODES)
     values = assignments(overrides or [])
     plans = []
     for name in names:
-        find_problem(name).config(preset, values)
-        plans.append(Plan(Venue(name, preset, values), asked, count))
+        found = find_problem(name)
+        chosen = preset or found.usual_preset
+        found.config(chosen, values)
+        plans.append(Plan(Venue(name, chosen, values), asked, count))
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
         boards = [_board(plan, store, cores, kept, QUICK_PLAYERS if quick else None) for plan in plans]
@@ -85,8 +82,6 @@ def report(
 
 
 def _board(plan: Plan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
-    from cps_agents.report.board import kept_board, play_board
-
     if kept:
         return kept_board(plan, store)
     with Progress(f"{plan.venue.problem} pairs", 1) as progress:

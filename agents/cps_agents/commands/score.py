@@ -12,6 +12,15 @@ from cps_agents.commands.options import AsJson, deliver
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.progress import Progress
+from cps_agents.scoring.board import board as ranked
+from cps_agents.scoring.board import rank_line, table
+from cps_agents.scoring.freezing import freeze as frozen
+from cps_agents.scoring.kind import Kind
+from cps_agents.scoring.score import score
+from cps_agents.scoring.verify import read_score
+from cps_agents.scoring.verify import verify as check
+from cps_agents.zoo.references import by_training_seed
+from cps_baselines.tracks import find_track, tracks
 
 
 class Scores(TyperGroup):
@@ -41,12 +50,6 @@ def score_policy(
     as_json: AsJson = False,
 ) -> None:
     """Play a policy against the panel of a track and print one line to cite, and its rank."""
-    from cps_agents.scoring.board import rank_line
-    from cps_agents.scoring.kind import Kind
-    from cps_agents.scoring.score import score
-    from cps_agents.zoo.references import by_training_seed
-    from cps_baselines.tracks import find_track
-
     found = find_track(track)
     total = found.episodes * len(found.panel) * len(by_training_seed(policy)) // (8 if dev else 1)
     with Progress("episodes", total) as progress:
@@ -70,10 +73,6 @@ def board(
     track: Annotated[list[str] | None, typer.Argument(help="Tracks such as rogue-attack; default: all eight.")] = None,
 ) -> None:
     """Show who leads in each track."""
-    from cps_agents.scoring.board import board as ranked
-    from cps_agents.scoring.board import table
-    from cps_baselines.tracks import find_track, tracks
-
     for found in map(find_track, track or tracks()):
         out().print(table(found, ranked(found)))
 
@@ -84,8 +83,6 @@ def compare(
     second: Annotated[Path, typer.Argument(help="Another one of the same track.")],
 ) -> None:
     """Say how far two scores are apart, in pairs on the same episodes, without playing."""
-    from cps_agents.scoring.verify import read_score
-
     one, two = read_score(first), read_score(second)
     found = one.minus(two)
     assert found.low is not None
@@ -101,8 +98,6 @@ def verify(
     draw: Annotated[int | None, typer.Option(min=0, max=99_999, help="Which fresh seeds; default: any.")] = None,
 ) -> None:
     """Check that files hold scores that their policies reach."""
-    from cps_agents.scoring.verify import verify as check
-
     for path in file:
         found = check(path, audit=audit, draw=draw, say=lambda line: err().print(f"  {line}", soft_wrap=True))
         out().print(f"{path}: {found.line}", soft_wrap=True)
@@ -117,9 +112,6 @@ def freeze(
     ] = None,
 ) -> None:
     """Find what the scores 0 and 100 are paid; for the makers of a challenge."""
-    from cps_agents.scoring.freezing import freeze as frozen
-    from cps_baselines.tracks import find_track, tracks
-
     for found in map(find_track, track or tracks()):
         if episodes * 8 < found.episodes:
             raise CommandError(f"--episodes {episodes} is less than an eighth of the {found.episodes} of {found.name}")

@@ -4,34 +4,51 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
-from cps_agents.commands.league import NAMES
-from cps_agents.commands.options import MEETINGS, AsJson, BudgetS, Changes, Fresh, Jobs, Meetings, Oracles, Steps
+from cps_agents.arena.store import Store
+from cps_agents.commands.options import (
+    MEETINGS,
+    AsJson,
+    Attackers,
+    BudgetS,
+    Changes,
+    Defenders,
+    Fresh,
+    Jobs,
+    Meetings,
+    Oracles,
+    Preset,
+    Steps,
+)
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
+from cps_agents.league.bounds import Outcome, judge
+from cps_agents.league.league import Plan, check_anybody, line_up
+from cps_agents.league.oracles import Oracle, choose_oracles, in_venue, usual_recipe
+from cps_agents.league.response import Budget
+from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate
+from cps_agents.league.self_play_report import document, draw, strategy_line, table, tell_round
+from cps_agents.league.venues import merged
+from cps_agents.learning.recipe import SHARED
 from cps_agents.machine import available_cores, describe
+from cps_agents.zoo.card import MIXTURE
+from cps_agents.zoo.references import card_of, form_of
+from cps_baselines.arena import Venue
 from cps_baselines.workers import Workers
-
-if TYPE_CHECKING:
-    from cps_agents.arena.store import Store
-    from cps_agents.league.bounds import Outcome
-    from cps_agents.league.oracles import Oracle
-    from cps_agents.league.response import Budget
-    from cps_agents.league.self_play import Game, Iteration, Pool
-    from cps_baselines.arena import Venue
-    from cps_envs.core.types import Role
+from cps_envs.core.errors import require
+from cps_envs.core.types import ROLES, Role
 
 
 def self_play(
     problem: Annotated[str, typer.Argument(help="Problem, such as rogue.")],
     iterations: Annotated[int, typer.Option(min=1, help="Rounds in all; ask for more with --resume.")] = 3,
-    attackers: Annotated[list[str] | None, typer.Option("--attackers", metavar="NAME", help=NAMES)] = None,
-    defenders: Annotated[list[str] | None, typer.Option("--defenders", metavar="NAME", help=NAMES)] = None,
+    attacker: Attackers = None,
+    defender: Defenders = None,
     oracle: Oracles = None,
-    preset: Annotated[str | None, typer.Option(help="Preset of the environment; default: learning.")] = None,
+    preset: Preset = None,
     overrides: Changes = None,
     knobs: Annotated[
         list[str] | None,
@@ -54,16 +71,11 @@ def self_play(
     It starts from the computed policies and the shipped trained ones. Our own PPO goes on from the best network that
     fits. Press Ctrl-C at any time: every finished pair, run and round is kept, and --resume continues.
     """
-    from cps_agents.arena.store import Store
-    from cps_agents.league.response import Budget
-    from cps_agents.league.self_play import claim
-    from cps_envs.core.errors import require
-
     require("matplotlib", extra="baselines", purpose="the figure of self-play")
     given = assignments(knobs or [], "--knob", "learning_rate=0.001")
     venue, responding = _settings(problem, oracle or [], preset, assignments(overrides or []), given)
     spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, device=device)
-    chosen: dict[Role, list[str]] = {"attacker": attackers or ["all"], "defender": defenders or ["all"]}
+    chosen: dict[Role, list[str]] = {"attacker": attacker or ["all"], "defender": defender or ["all"]}
     store = Store(meetings, fresh=fresh)
     with alone_in(folder):
         game = _game(venue, chosen, responding, episodes, spent, store)
@@ -81,12 +93,6 @@ def _settings(
     problem: str, names: list[str], preset: str | None, values: Mapping[str, Any], knobs: Mapping[str, Any]
 ) -> tuple[Venue, dict[Role, list[Oracle]]]:
     """One configuration for all oracles: as asked, or what the recipes need together."""
-    from cps_agents.league.oracles import choose_oracles, in_venue, usual_recipe
-    from cps_agents.league.venues import merged
-    from cps_agents.learning.recipe import SHARED
-    from cps_baselines.arena import Venue
-    from cps_envs.core.types import ROLES
-
     oracles = {role: choose_oracles(problem, role, names or (SHARED,)) for role in ROLES}
     recipes = [
         next((each.recipe for each in oracles[role] if each.recipe is not None), usual_recipe(problem, role))
@@ -109,10 +115,6 @@ def _game(
     store: Store,
 ) -> Game:
     """With those of the policies asked for that can play, and see and act as the venue has it: they are mixed."""
-    from cps_agents.league.league import Plan, check_anybody, line_up
-    from cps_agents.league.self_play import Game
-    from cps_envs.core.types import ROLES
-
     with Workers(budget.workers) as pool:
         players, left_out = line_up(Plan(venue, references, episodes), store, pool)
     for missing in left_out:
@@ -130,9 +132,6 @@ def _game(
 
 def _unmixable(reference: str, venue: Venue) -> str:
     """Why a mixed strategy cannot hold a policy; empty if it can."""
-    from cps_agents.zoo.card import MIXTURE
-    from cps_agents.zoo.references import card_of, form_of
-
     card = card_of(reference)
     if card is not None and card.head == MIXTURE:
         return "it is a mixture itself, so name its policies"
@@ -146,10 +145,6 @@ def _note(line: str) -> None:
 
 def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budget) -> Outcome:
     """Iterate; after each iteration the results are judged, told and written."""
-    from cps_agents.league.bounds import judge
-    from cps_agents.league.self_play import iterate
-    from cps_agents.league.self_play_report import draw, tell_round
-
     outcomes: list[Outcome] = []
 
     def report(pool: Pool, done: list[Iteration]) -> None:
@@ -163,15 +158,10 @@ def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budge
 
 
 def _document(outcome: Outcome) -> dict[str, Any]:
-    from cps_agents.league.self_play_report import document
-
     return document(outcome, describe())
 
 
 def _show(outcome: Outcome) -> None:
-    from cps_agents.league.self_play_report import strategy_line, table
-    from cps_envs.core.types import ROLES
-
     console = out()
     console.print(table(outcome))
     for role in ROLES:

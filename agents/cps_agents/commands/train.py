@@ -9,20 +9,24 @@ import shlex
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from cps_agents.commands.options import AsJson, Changes, Jobs, Knobs
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.learning.learner import train_all
+from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
+from cps_agents.learning.run import Job, read_earlier
+from cps_agents.learning.study import Study, Tried, usual_ranges
+from cps_agents.learning.tracking import check_tracker
 from cps_agents.machine import available_cores, describe
+from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.table import Table
-
-if TYPE_CHECKING:
-    from cps_agents.learning.recipe import Recipe
-    from cps_agents.learning.run import Job
-    from cps_agents.learning.study import Tried
+from cps_agents.zoo.card import SHIPPED, read_card
+from cps_envs.core.errors import require
+from cps_envs.core.types import Role, other
 
 NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
 SHIP = "Combine the seeds' best networks into one policy in this folder."
@@ -33,14 +37,15 @@ EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those o
 Validation is what the attacker is paid, for a defender with a minus: the mean
 over the shipped seeds, on the episodes that chose among their networks, so it is
 no result. `--json` shows opponents and every knob."""
-OPPONENT = "Opponent: a policy's name, mixture?policies=[...] or zoo:NAME. Default: the recipe's."
+OPPONENT = "Train against this {}: a name, mixture?policies=[...] or zoo:NAME. Default: the recipe's."
 
 
 def train(
     name: Annotated[str | None, typer.Argument(metavar="ID", help=NAME)] = None,
     config: Annotated[Path | None, typer.Option(metavar="RUN.json", help=CONFIG)] = None,
     algorithm: Annotated[str | None, typer.Option("--algo", help=ALGORITHM)] = None,
-    opponent: Annotated[str | None, typer.Option(help=OPPONENT)] = None,
+    attacker: Annotated[str | None, typer.Option(help=OPPONENT.format("attacker"))] = None,
+    defender: Annotated[str | None, typer.Option(help=OPPONENT.format("defender"))] = None,
     preset: Annotated[str | None, typer.Option(help="Preset of the environment; default: the recipe's.")] = None,
     overrides: Changes = None,
     knobs: Knobs = None,
@@ -72,11 +77,6 @@ def train(
     Press Ctrl-C at any time: the policy so far is usable, and --resume continues. cma-es searches the numbers of a
     family of policies; there a step is an episode.
     """
-    from cps_agents.learning.recipe import changed
-    from cps_agents.learning.run import read_earlier
-    from cps_agents.learning.tracking import check_tracker
-    from cps_agents.recipes.finding import RECIPES, find_recipe
-
     earlier = None if config is None else read_earlier(config)
     if show or (name is None and earlier is None):
         _list(list(RECIPES.values()), as_json)
@@ -84,7 +84,7 @@ def train(
     if name is not None and earlier is not None:
         raise CommandError(f"--config says what is trained, so leave out {name!r}")
     check_tracker(tracker)
-    given = {"algorithm": algorithm, "opponent": opponent, "preset": preset, "name": policy, "total_steps": steps}
+    given = {"algorithm": algorithm, "preset": preset, "name": policy, "total_steps": steps}
     values: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     values |= assignments(knobs or [], "--knob", "learning_rate=0.001")
     if overrides:
@@ -100,7 +100,10 @@ def train(
     )
     found = []
     for recipe in chosen:
-        runs = _jobs(changed(recipe, values), wanted, folder, resume=resume, device=device, tracker=tracker)
+        against = _opponent(recipe, {"attacker": attacker, "defender": defender})
+        runs = _jobs(
+            changed(recipe, {**values, **against}), wanted, folder, resume=resume, device=device, tracker=tracker
+        )
         found.append(_train(runs, jobs or available_cores(), ship))
         if not as_json:
             _print(runs, found[-1])
@@ -108,11 +111,15 @@ def train(
         print_json(found[0] if len(found) == 1 else found)
 
 
-def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
-    from cps_agents.learning.recipe import SEARCH, SHARED
-    from cps_agents.learning.run import Job
-    from cps_envs.core.errors import require
+def _opponent(recipe: Recipe, named: Mapping[Role, str | None]) -> dict[str, str]:
+    """Whom a recipe trains against, where that was said."""
+    if named[recipe.role] is not None:
+        raise CommandError(f"{recipe.name} trains the {recipe.role}: name its opponent with --{other(recipe.role)}")
+    rival = named[other(recipe.role)]
+    return {} if rival is None else {"opponent": rival}
 
+
+def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
     if recipe.algorithm == SHARED:
         require("torch", extra="train", purpose="training")
     elif recipe.algorithm != SEARCH:
@@ -125,8 +132,7 @@ def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
 
 def _train(runs: list[Job], workers: int, ship: Path | None) -> dict[str, Any]:
     """What came out; the policies are shipped if asked for."""
-    from cps_agents.learning.learner import train_all
-    from cps_agents.zoo.merging import merge
+    from cps_agents.zoo.merging import merge  # loads compiled kernels, which --list need not wait for
 
     name = runs[0].recipe.name
     results = train_all(runs, workers, name)
@@ -159,9 +165,6 @@ def _list(recipes: list[Recipe], as_json: bool) -> None:
 
 def _row(recipe: Recipe) -> tuple[str, ...]:
     """What a recipe costs and reaches, by the policy that comes with the package."""
-    from cps_agents.learning.recipe import SEARCH
-    from cps_agents.zoo.card import SHIPPED, read_card
-
     path = SHIPPED / f"{recipe.name}.json"
     start = (recipe.name, recipe.algorithm)
     if not path.is_file():
@@ -200,11 +203,6 @@ def tune(
     The result is a choice and not a figure to publish. Train the winner on five seeds and judge it with `cps-envs
     evaluate`.
     """
-    from cps_agents.learning.recipe import changed
-    from cps_agents.learning.study import Study, usual_ranges
-    from cps_agents.recipes.finding import find_recipe
-    from cps_envs.core.errors import require
-
     require("optuna", extra="tune", purpose="tuning")
     require("stable_baselines3", extra="train", purpose="tuning")
     given = dict(assignments(knobs or [], "--knob", "learning_rate=0.001"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -13,11 +13,12 @@ from cps_agents.console import err, out, print_json
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 from cps_agents.table import Table
+from cps_agents.warm import Visit, Warmed, visits
+from cps_agents.warm import warm as warm_up
 from cps_baselines.workers import Workers
-
-if TYPE_CHECKING:
-    from cps_agents.warm import Visit, Warmed
-    from cps_envs.core.problem import Problem
+from cps_envs import PROBLEMS, find_problem
+from cps_envs.core.problem import Problem
+from cps_envs.registration import BESIDE
 
 FAILED = 1
 
@@ -52,18 +53,11 @@ def warm(
 
 def _problems(names: list[str]) -> list[Problem]:
     """Those that are named, by default all of them, the test bed too."""
-    from cps_envs import PROBLEMS, find_problem
-    from cps_envs.testbed.problem import TESTBED
-
-    if not names:
-        return [*PROBLEMS.values(), TESTBED]
-    return [TESTBED if name == TESTBED.name else find_problem(name) for name in names]
+    return [find_problem(name) for name in names or (*PROBLEMS, *BESIDE)]
 
 
 def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
     """Each problem's, in processes of their own if there are several of both."""
-    from cps_agents.warm import visits
-
     todo = [(problem.name, list(visits(problem))) for problem in problems]
     done, total = 0, sum(len(uses) for _, uses in todo)
     found = {}
@@ -84,6 +78,4 @@ def _warm(problems: list[Problem], jobs: int) -> list[Warmed]:
 
 
 def _one(item: tuple[str, list[Visit]], report: Callable[[Visit], None] = lambda visit: None) -> Warmed:
-    from cps_agents.warm import warm
-
-    return warm(*item, report)
+    return warm_up(*item, report)

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from cps_agents.commands.options import Jobs
 from cps_agents.console import err, out, print_json
+from cps_agents.files import write_text
+from cps_agents.league.self_play_report import ship_mixtures
 from cps_agents.table import Table
-
-if TYPE_CHECKING:
-    from cps_agents.zoo.card import Card
+from cps_agents.zoo.card import SHIPPED, Card, read_card
+from cps_agents.zoo.files import find, load, read_pair, shipped_names
+from cps_agents.zoo.markdown import to_markdown
+from cps_agents.zoo.merging import cards_below, merge
+from cps_agents.zoo.remaking import compare, steps
+from cps_agents.zoo.remaking import remake as do
 
 app = typer.Typer(no_args_is_help=True, help="Look up trained policies, shipped and your own, or add one.")
 JSON = Annotated[bool, typer.Option("--json", help="Print JSON.")]
@@ -24,8 +30,6 @@ def list_policies(
     as_json: JSON = False,
 ) -> None:
     """List the policies in a folder; default: those of the package."""
-    from cps_agents.zoo.card import SHIPPED
-
     cards = _cards(folder or SHIPPED)
     if as_json:
         print_json([card.to_json() for card in cards])
@@ -41,9 +45,6 @@ def show(
     as_json: JSON = False,
 ) -> None:
     """Show how a policy was trained, what it reached on validation seeds, and its named numbers."""
-    from cps_agents.zoo.card import read_card
-    from cps_agents.zoo.files import find
-
     card = read_card(find(name))
     if as_json:
         print_json(card.to_json())
@@ -61,11 +62,6 @@ def print_card(
     ] = None,
 ) -> None:
     """Print a policy's card as Markdown, with the header that model hubs read."""
-    from cps_agents.files import write_text
-    from cps_agents.zoo.card import read_card
-    from cps_agents.zoo.files import find
-    from cps_agents.zoo.markdown import to_markdown
-
     text = to_markdown(read_card(find(name)))
     if to is None:
         typer.echo(text, nl=False)
@@ -84,9 +80,6 @@ def add(
     as_json: JSON = False,
 ) -> None:
     """Combine the best networks of several training seeds into one policy, zoo:FOLDER/NAME.json."""
-    from cps_agents.zoo.card import read_card
-    from cps_agents.zoo.merging import cards_below, merge
-
     cards = [card for run in runs for card in cards_below(run)]
     target = folder / f"{name or read_card(cards[0]).name}.json"
     merged = merge(cards, target)
@@ -107,8 +100,6 @@ def mix(
 
     They are called PROBLEM-attack-mixture and PROBLEM-defense-mixture. Trained policies that they draw come along.
     """
-    from cps_agents.league.self_play_report import ship_mixtures
-
     cards = ship_mixtures(result, folder)
     if as_json:
         print_json([card.to_json() for card in cards])
@@ -137,12 +128,6 @@ def remake(
     Training comes first, then self-play, whose final mixed strategies are policies too. All of it takes hours. Press
     Ctrl-C at any time: the same command continues. At the end of each, a line says whether the shipped policy came out.
     """
-    from dataclasses import asdict
-
-    from cps_agents.zoo.card import SHIPPED
-    from cps_agents.zoo.files import read_pair
-    from cps_agents.zoo.remaking import compare, remake, steps
-
     planned = steps(names or ())
     if as_json:
         print_json([asdict(step) for step in planned])
@@ -155,16 +140,13 @@ def remake(
     for step in () if dry_run else planned:
         err().print(f"$ {step.command}", markup=False, soft_wrap=True)
         shipped = [read_pair(SHIPPED / f"{name}.json") for name in step.policies]
-        remake(step, runs, folder, jobs)
+        do(step, runs, folder, jobs)
         for each in shipped:
             err().print(compare(each, folder), soft_wrap=True)
 
 
 def _cards(folder: Path) -> list[Card]:
     """The cards of a folder, by name."""
-    from cps_agents.zoo.card import read_card
-    from cps_agents.zoo.files import shipped_names
-
     return [read_card(folder / f"{name}.json") for name in shipped_names(folder)]
 
 
@@ -190,8 +172,6 @@ def _print(card: Card) -> None:
 
 def _print_numbers(card: Card, path: Path) -> None:
     """The numbers of a policy that is one of a family, by training seed, or a mixture's probabilities."""
-    from cps_agents.zoo.files import load
-
     columns = [load(path, int(seed))[1].tensors()["numbers"] for seed in card.seeds]
     rows = [(name, *(f"{column[k]:.4g}" for column in columns)) for k, name in enumerate(card.numbers)]
     title = f"Numbers of the family {card.family}, by training seed" if card.family else "Probabilities of policies"

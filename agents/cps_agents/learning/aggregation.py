@@ -16,9 +16,8 @@ from stable_baselines3.common.logger import Logger
 from cps_agents.learning.callback import TrackerWriter, TrainingCallback
 from cps_agents.learning.export import make_card, network_of_model, policy_of
 from cps_agents.learning.imitation import Sequences, collect, imitate_sequences, joined, read_sequences, write_sequences
-from cps_agents.learning.learner import Report
 from cps_agents.learning.model import make_model, scaling_of
-from cps_agents.learning.run import Run
+from cps_agents.learning.run import Report, Run
 from cps_agents.learning.tracking import Tracker
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_envs.core.seeds import training_seed

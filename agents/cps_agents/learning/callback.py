@@ -15,8 +15,7 @@ from stable_baselines3.common.logger import KVWriter
 from cps_agents.files import replacing
 from cps_agents.learning.demonstrations import validate
 from cps_agents.learning.export import make_card, network_of_model, policy_of
-from cps_agents.learning.learner import Report
-from cps_agents.learning.run import Run
+from cps_agents.learning.run import Report, Run
 from cps_agents.learning.tracking import Tracker
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_agents.zoo.files import save

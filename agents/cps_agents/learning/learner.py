@@ -6,18 +6,16 @@ Several training runs go one after the other or side by side, with one bar for a
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from cps_agents.files import alone_in
 from cps_agents.learning.recipe import SEARCH, SHARED
-from cps_agents.learning.run import FINISHED, Job, check_resumable
+from cps_agents.learning.run import FINISHED, Job, Report, check_resumable
 from cps_agents.progress import Progress
 from cps_baselines.interruption import ending
 from cps_baselines.workers import Workers
-
-Report = Callable[[int, str], None]  # steps done, a note
 
 
 def learn(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]:

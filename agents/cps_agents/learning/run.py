@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +27,7 @@ RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
 REMEDY = "Delete the folder and train again."
 MOST_STEPS = 10**15
 DEVICES = ("auto", "cpu", "cuda", "mps")
+Report = Callable[[int, str], None]  # steps done, a note
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,8 @@ from gymnasium import spaces
 
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
-from cps_agents.learning.learner import Report
 from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
-from cps_agents.learning.run import Job, Run, recording
+from cps_agents.learning.run import Job, Report, Run, recording
 from cps_agents.learning.tracking import Tracker
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card

@@ -20,10 +20,9 @@ from cps_agents.files import write_text
 from cps_agents.learning.checkpoint import damaged, read_arrays, restore, write_checkpoint
 from cps_agents.learning.demonstrations import validate
 from cps_agents.learning.episode_noise import EpisodeNoise
-from cps_agents.learning.learner import Report
 from cps_agents.learning.ppo import Learner, Progress, Settings
 from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.run import Job, Run, recording
+from cps_agents.learning.run import Job, Report, Run, recording
 from cps_agents.learning.tracking import Tracker
 from cps_agents.learning.twins import Twins
 from cps_agents.learning.warm_start import read_start

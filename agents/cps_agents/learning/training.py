@@ -27,11 +27,10 @@ from cps_agents.learning.callback import TrackerWriter, TrainingCallback, ValueW
 from cps_agents.learning.demonstrations import Demonstrations, demonstrate, join
 from cps_agents.learning.export import make_card, network_of_model, policy_of
 from cps_agents.learning.imitation import imitate
-from cps_agents.learning.learner import Report
 from cps_agents.learning.model import check_fit, make_model, scaling_of, wander
 from cps_agents.learning.plan_search import search_plans
 from cps_agents.learning.recipe import IMITATION, RECURRENT
-from cps_agents.learning.run import MOST_STEPS, Job, Run, recording, resumption_of
+from cps_agents.learning.run import MOST_STEPS, Job, Report, Run, recording, resumption_of
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_envs.core.documents import Source, entry_of
 from cps_envs.core.seeds import training_seed

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cps_agents.learning.learnability import native_constants
+from cps_agents.arena.constants import native_constants
 from cps_agents.scoring.frozen import DEV, PLACES, texts, write_frozen
 from cps_agents.scoring.playing import answers, pays, seeds_of
 from cps_baselines.tracks import Track, constants

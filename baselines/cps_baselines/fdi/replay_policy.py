@@ -168,7 +168,7 @@ def _solved(config: FdiConfig, task: Task, time_limit_s: float) -> Record:
         raise ConfigurationError(
             f"no optimum of {task} with these constants and {config.horizon} steps is shipped, and one with {integers} "
             f"integers is not found in passing (at most {MOST_INTEGERS}). Use the shipped constants or a shorter "
-            "horizon, find optima with `cps-envs oracle`, or choose another attacker, such as bnb."
+            "horizon, find optima with `cps-envs certify`, or choose another attacker, such as bnb."
         )
     require("highspy", extra="baselines", purpose=f"finding the optimum of {task}, which is not shipped,")
     from cps_baselines.fdi.cross import cross  # needs scipy; shipped optima do not

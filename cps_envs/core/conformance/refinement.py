@@ -36,7 +36,7 @@ def refine(
     refined: Mapping[str, Any],
     *,
     metric: str = "return",
-    preset: str = "paper",
+    preset: str | None = None,
     seeds: Sequence[int] = (0,),
     floor: float = 1.0,
     **overrides: Any,

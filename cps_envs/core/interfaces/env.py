@@ -39,7 +39,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
     def __init__(
         self,
         *,
-        preset: str = "paper",
+        preset: str | None = None,
         opponent: PolicyReference | None = None,
         render_mode: str | None = None,
         frame_skip: int = 1,
@@ -50,7 +50,7 @@ class RoleEnv(gymnasium.Env[Observation, Any]):
         self.render_mode = render_mode
         self.config = self.problem.config(preset, overrides)
         rival = other(self.role)
-        self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
+        self.opponent = self.problem.opponent(preset, rival) if opponent is None else opponent
         self._match = self.problem.match(self.config, 1, {rival: self.opponent})
         self.game = self._match.game
         self._interval = self.game.decision_interval[self.role]

@@ -24,7 +24,7 @@ class RolesParallelEnv(AgentsEnv):
         self,
         problem: Problem,
         *,
-        preset: str = "paper",
+        preset: str | None = None,
         adapters: Mapping[Role, str] | None = None,
         render_mode: str | None = None,
         max_cycles: int | None = None,

@@ -21,7 +21,7 @@ class SwarmEnv(AgentsEnv):
         problem: Problem,
         role: Role,
         *,
-        preset: str = "paper",
+        preset: str | None = None,
         opponent: PolicyReference | None = None,
         adapter: str | None = None,
         render_mode: str | None = None,
@@ -38,7 +38,7 @@ class SwarmEnv(AgentsEnv):
             raise TypeError(f"the {role} of {problem.name!r} has no decentralised form")
         config, rival = problem.config(preset, overrides), other(role)
         self.role = role
-        self.opponent = problem.opponents[preset][rival] if opponent is None else opponent
+        self.opponent = problem.opponent(preset, rival) if opponent is None else opponent
         options: dict[str, Any] = {"render_mode": render_mode, "max_cycles": max_cycles, "frame_skip": frame_skip}
         chosen: dict[Role, str] = {role: adapter or problem.swarm[role]}
         super().__init__(problem, f"{problem.name}_swarm", chosen, {rival: self.opponent}, config, **options)

@@ -42,7 +42,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         self,
         num_envs: int = 1,
         *,
-        preset: str = "paper",
+        preset: str | None = None,
         opponent: PolicyReference | None = None,
         render_mode: str | None = None,
         max_episode_steps: int | None = None,
@@ -62,7 +62,7 @@ class RoleVectorEnv(VectorEnv[Observation, Any, Array]):
         }
         self.config = self.problem.config(preset, overrides)
         rival = other(self.role)
-        self.opponent = self.problem.opponents[preset][rival] if opponent is None else opponent
+        self.opponent = self.problem.opponent(preset, rival) if opponent is None else opponent
         self._match = self.problem.match(self.config, num_envs, {rival: self.opponent})
         self.game = self._match.game
         self.game.use_threads(check_count("num_threads", num_threads))

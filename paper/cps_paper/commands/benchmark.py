@@ -1,24 +1,25 @@
-"""`cps-envs benchmark`: the declared meetings of problems, beside the paper's numbers."""
+"""`cps-envs reproduce benchmark`: the declared meetings of problems, beside the paper's numbers."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from cps_agents.arena.store import Store
 from cps_agents.commands.options import MEETINGS, AsJson, Fresh, Html, Jobs, Meetings, conclude
 from cps_agents.console import err, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
+from cps_agents.report.report import PAPER, Report, sheets_of_printed, write_report
 from cps_agents.table import Table
-
-if TYPE_CHECKING:
-    from cps_agents.arena.store import Store
-    from cps_paper.benchmark.suite import Choice, Outcome
+from cps_envs import PROBLEMS, find_problem
+from cps_paper.benchmark.report import agreement, document, heat_maps, markdown, rows_as_csv, tables
+from cps_paper.benchmark.suite import Choice, Outcome, compile_kernels, find_benchmark, run_benchmark, select
 
 Names = list[str] | None
 
@@ -45,10 +46,6 @@ def benchmark(
     Press Ctrl-C at any time: finished games are kept, and the same command
     continues. They are played again when code, version or network changes.
     """
-    from cps_agents.arena.store import Store
-    from cps_envs import PROBLEMS, find_problem
-    from cps_paper.benchmark.suite import Choice, find_benchmark, select
-
     names = list(problem or PROBLEMS)
     for name in names:
         find_problem(name)
@@ -65,8 +62,6 @@ def benchmark(
 
 
 def _list_settings(names: Sequence[str]) -> None:
-    from cps_paper.benchmark.suite import find_benchmark
-
     rows = [
         (name, setting.name, setting.title, "--full" if setting.only_full else "")
         for name in names
@@ -85,10 +80,6 @@ def _play(
     as_json: bool,
 ) -> None:
     """Show each problem's tables as soon as they are there."""
-    from cps_agents.report.report import PAPER
-    from cps_paper.benchmark.report import document, tables
-    from cps_paper.benchmark.suite import find_benchmark
-
     started = time.monotonic()
     outcomes = []
     for outcome in _outcomes(benchmarks, choice, store, workers):
@@ -110,8 +101,6 @@ def _play(
 
 
 def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: int) -> Iterator[Outcome]:
-    from cps_paper.benchmark.suite import compile_kernels, run_benchmark
-
     compile_kernels(benchmarks, store, workers)
     for each in benchmarks:
         with Progress(each.problem, 1) as progress:
@@ -119,8 +108,6 @@ def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: 
 
 
 def _write(outcomes: Sequence[Outcome], found: dict[str, Any], folder: Path) -> list[Path]:
-    from cps_paper.benchmark.report import heat_maps, markdown, rows_as_csv
-
     files = [folder / f"benchmark.{suffix}" for suffix in ("json", "csv", "md")]
     write_json(files[0], found)
     write_text(files[1], rows_as_csv(outcomes))
@@ -133,8 +120,6 @@ def _write(outcomes: Sequence[Outcome], found: dict[str, Any], folder: Path) -> 
 
 
 def _show(outcome: Outcome) -> None:
-    from cps_paper.benchmark.report import agreement, tables
-
     console = out()
     for table in tables(outcome):
         console.print(table)
@@ -143,6 +128,4 @@ def _show(outcome: Outcome) -> None:
 
 
 def _page(tables: Sequence[Table], about: tuple[str, str], folder: Path) -> Path:
-    from cps_agents.report.report import Report, sheets_of_printed, write_report
-
     return write_report(Report(sheets=sheets_of_printed(tables), about_sheets=about), folder)

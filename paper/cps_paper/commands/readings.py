@@ -11,23 +11,22 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
+
+from rich.console import Console
 
 from cps_agents.arena.meeting import Result
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_figure, write_text
+from cps_agents.table import Table as Shown
+from cps_agents.table import styled
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import near
+from cps_paper.chapter import Reproduction
 from cps_paper.commands.chapters import COMMANDS, Command
 from cps_paper.evidence import Report
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from cps_agents.table import Table as Shown
-    from cps_paper.chapter import Reproduction
-    from cps_paper.exhibit import Table
+from cps_paper.exhibit import Table
 
 COLORS = {
     "match": "green",
@@ -72,9 +71,6 @@ def write_sheets(found: Reproduction[Any], folder: Path) -> list[Path]:
 
 
 def _table(table: Table) -> Shown:
-    from cps_agents.table import Table as Shown
-    from cps_agents.table import styled
-
     rows = [[styled(text, COLORS[text]) if text in COLORS else text for text in row] for row in table.rows]
     return Shown(table.title, table.headings, rows, left=table.left, breaks=table.breaks)
 

@@ -8,29 +8,32 @@ from __future__ import annotations
 
 import inspect
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from cps_agents.arena.store import Store
 from cps_agents.commands.options import Html
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, write_json, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
+from cps_agents.report.report import Report, write_report
 from cps_agents.table import Table
+from cps_paper.chapter import Reproduction
+from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from cps_agents.arena.store import Store
-    from cps_paper.chapter import Reproduction
-    from cps_paper.commands.readings import Reading
-    from cps_paper.evidence import Report
+from cps_paper.commands.readings import Reading, chosen, draw, readings, render, write_sheets
+from cps_paper.commands.string_stability import string_stability
+from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed
+from cps_paper.commands.summary import publish as put
+from cps_paper.evidence import Report as Told
+from cps_paper.exhibit import sheets_of
+from cps_paper.figures import require_matplotlib
 
 Jobs = Annotated[int | None, typer.Option(min=1, help="Use so many processes; default: all cores.")]
 Folder = Annotated[Path | None, typer.Option(metavar="DIR", help="Write the figures to this folder, as PNG files.")]
@@ -45,7 +48,7 @@ PERCENT = 100
 
 def show(
     title: str,
-    compute: Callable[[int, Report], Reproduction[Any]],
+    compute: Callable[[int, Told], Reproduction[Any]],
     *,
     jobs: int | None,
     plot: Path | None,
@@ -59,11 +62,6 @@ def show(
         MissingExtraError: figures are wanted and matplotlib is not installed; nothing has been computed yet.
         typer.Exit: with REGRESSION, after all that, where our numbers have left the reference.
     """
-    from cps_agents.report.report import Report, write_report
-    from cps_paper.commands.readings import draw, render, write_sheets
-    from cps_paper.exhibit import sheets_of
-    from cps_paper.figures import require_matplotlib
-
     if plot is not None:
         require_matplotlib()
     started = time.monotonic()
@@ -111,11 +109,6 @@ def everything(
     continues. The exit code is 1 when our own numbers left their reference
     values: then a simulation has changed.
     """
-    from cps_agents.arena.store import Store
-    from cps_paper.commands.readings import chosen, readings
-    from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed
-    from cps_paper.commands.summary import publish as put
-
     if publish and quick:
         raise CommandError("nothing that was computed with --quick is published")
     every = readings(quick=quick, recheck=recheck)
@@ -218,3 +211,5 @@ KEYWORD = inspect.Parameter.KEYWORD_ONLY
 for each in COMMANDS:
     app.command(each.name)(command_of(each))
 app.command("all")(everything)
+app.command("benchmark")(benchmark)
+app.command("string-stability")(string_stability)

@@ -1,9 +1,9 @@
-"""`cps-envs string-stability`: does a disturbance grow from platoon to platoon?"""
+"""`cps-envs reproduce string-stability`: does a disturbance grow from platoon to platoon?"""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -11,10 +11,9 @@ from cps_agents.commands.options import AsJson
 from cps_agents.console import err, out, print_json
 from cps_agents.files import write_figure
 from cps_agents.table import Table
-
-if TYPE_CHECKING:
-    from cps_paper.disbanding.string_stability import Peak
-    from cps_paper.disbanding.strings import Stability
+from cps_paper.disbanding.string_stability import Peak
+from cps_paper.disbanding.strings import LAGS_S, SIZES, STABLE_GAIN, Stability, analyse, draw
+from cps_paper.figures import require_matplotlib
 
 
 def string_stability(
@@ -22,9 +21,6 @@ def string_stability(
     as_json: AsJson = False,
 ) -> None:
     """Check whether a disturbance grows from platoon to platoon under the published controllers."""
-    from cps_paper.disbanding.strings import LAGS_S, SIZES, analyse, draw
-    from cps_paper.figures import require_matplotlib
-
     if plot is not None:
         require_matplotlib()
     stability = analyse()
@@ -42,8 +38,6 @@ def string_stability(
 
 
 def _cell(peak: Peak) -> str:
-    from cps_paper.disbanding.strings import STABLE_GAIN
-
     if peak.gain <= STABLE_GAIN:
         return f"{peak.gain:.3f}{'':15}"
     return f"{peak.gain:.3f}  {peak.frequency_rad_s:.3f} {peak.period_s:5.0f} s"

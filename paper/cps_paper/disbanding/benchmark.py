@@ -1,4 +1,4 @@
-"""What `cps-envs benchmark` plays of the disbanding problem: every analytic attacker against every defender."""
+"""The benchmark of the disbanding problem: every analytic attacker against every defender."""
 
 from __future__ import annotations
 

@@ -228,8 +228,9 @@ STRING_COLUMNS = (
     Column("paper", "paper_min", "{:g} min"),
 )
 STRING_NOTE = (
-    f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one (`cps-envs string-stability`): "
-    "disturbances grow from platoon to platoon, so that a long string need not settle."
+    f"{RECOVERY_RULE} The linear gain from rear vehicle to rear vehicle exceeds one "
+    "(`cps-envs reproduce string-stability`): disturbances grow from platoon to platoon, so that a long string need "
+    "not settle."
 )
 OTHER_COLUMNS = (
     Column("tau", "tau_s", "{:g} s"),

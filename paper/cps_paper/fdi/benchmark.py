@@ -1,4 +1,4 @@
-"""What `cps-envs benchmark` plays of false data injection: attackers on tasks, and attackers against defenders."""
+"""The benchmark of false data injection: attackers on tasks, and attackers against defenders."""
 
 from __future__ import annotations
 

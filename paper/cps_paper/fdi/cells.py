@@ -7,12 +7,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from cps_baselines.fdi.grid import GridCell
 from cps_baselines.fdi.highs import TIME_LIMIT
 from cps_paper.evidence import NotRunError
 from cps_paper.exhibit import Column, Table
 from cps_paper.fdi.course import pair_name
 from cps_paper.fdi.experiments import TABLES, Evidence, GridRun, Settings
+from cps_paper.fdi.grid import GridCell
 from cps_paper.printed.tables import CollisionCell, collision_cells
 from cps_paper.verdicts import MATCH, MISS, NEAR, Tolerance
 

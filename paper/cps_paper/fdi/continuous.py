@@ -85,7 +85,7 @@ COLUMNS = (
 NOTE = (
     "Tasks that continuous injections reach; of these: reached by a known plan that obeys the resolution, proved out "
     "of its reach, open. Of those with a proved optimum: how many continuous injections hit more than "
-    f"{100 * SAME_SHARE:g} % faster, and their highest impact speed over the optimum. Optima of `cps-envs oracle`, "
+    f"{100 * SAME_SHARE:g} % faster, and their highest impact speed over the optimum. Optima of `cps-envs certify`, "
     "with one horizon for all tasks."
 )
 

@@ -1,4 +1,4 @@
-"""What `cps-envs benchmark` plays of the HVAC problem: every analytic attacker against every defender."""
+"""The benchmark of the HVAC problem: every analytic attacker against every defender."""
 
 from __future__ import annotations
 

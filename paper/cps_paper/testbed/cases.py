@@ -18,25 +18,11 @@ from cps_envs.core.play import play_episodes
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.game import RobotGame
-from cps_envs.testbed.problem import ATTACK, TESTBED
+from cps_envs.testbed.problem import ATTACK, TESTBED, mitigation
 from cps_paper.evidence import Evidence, Experiment
 from cps_paper.verdicts import SAME_SHARE, deviation, recovery_s
 
-DECREMENT_MPS2 = 0.02  # in the robots' metres; chosen
-
 PERIODS_S = (0.5, 1.0)  # t_s of Figs. 2.5b and c
-
-
-def mitigation(period_s: float, config: RobotConfig) -> str:
-    """The name of the heuristic with t_s = `period_s`, samples of a control period, and bodies that have a length."""
-    options = {
-        "horizon_s": period_s,
-        "sample_s": config.control_period_s,
-        "decrement_mps2": config.scale * DECREMENT_MPS2,
-        "clearance_m": config.scale * config.body_length_m,
-        "avoidance": str(config.avoidance == "always").lower(),
-    }
-    return "heuristic?" + "&".join(f"{name}={value}" for name, value in options.items())
 
 
 DAMPING: Mapping[

@@ -39,8 +39,7 @@ class Job:
 JOBS = (
     Job(
         "league",
-        "league rogue --attackers none --attackers square --defenders none --defenders pd --episodes 2 --jobs 1 "
-        f"{SHORT}",
+        f"league rogue --attacker none --attacker square --defender none --defender pd --episodes 2 --jobs 1 {SHORT}",
     ),
     Job(
         "benchmark",
@@ -49,7 +48,7 @@ JOBS = (
     Job("train", f"train rogue-attack-ppo --seeds 1 --steps 512 {TINY}", learns=True),
     Job(
         "self-play",
-        f"self-play rogue --iterations 1 --attackers square --defenders pd --steps 256 --episodes 2 {TINY}",
+        f"self-play rogue --iterations 1 --attacker square --defender pd --steps 256 --episodes 2 {TINY}",
         learns=True,
     ),
 )

@@ -12,7 +12,6 @@ from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-import typer
 
 import cps_agents.cli
 import cps_agents.errors
@@ -80,7 +79,7 @@ def invoke(words: Sequence[str]) -> str | None:
 @cache
 def the_command() -> Any:
     """`cps-envs` itself, which takes a tenth of a second to put together."""
-    return typer.main.get_command(cps_agents.cli.app)
+    return cps_agents.cli.whole()
 
 
 def leaves(

@@ -15,12 +15,11 @@ from tools.reliability.fuzz.values import Generator
 ARGUMENTS = {"problem": "hvac", "role": "attacker", "result": "here.json", "runs": "runs", "parts": "fuzz"}
 NAMES = {"list": "hvac", "report": "hvac", "contest": "hvac", "train": "hvac-attack-ppo", "tune": "hvac-attack-ppo"}
 NAME = "hvac-attack-ppo"  # every other argument
-REQUIRED = {"best-response": ("--against", "mtd2")}
+REQUIRED = {"best-response": ("--defender", "mtd2")}
 WRITTEN = ("--out", "--to", "--html", "--csv", "--plot", "--meetings", "--markdown", "--id")  # any word will do
 VALUES = {
     "--algo": "ppo",
     "--attacker": "constant",
-    "--attackers": "constant",
     "--back-end": "loky",
     "--backend": "loky",
     "--baseline": "constant",
@@ -28,7 +27,6 @@ VALUES = {
     "--config": "here.json",
     "--controller": "clip",
     "--defender": "mtd2",
-    "--defenders": "mtd2",
     "--device": "cpu",
     "--folder": "runs",
     "--form": "local",
@@ -36,12 +34,10 @@ VALUES = {
     "--knob": "learning_rate=0.001",
     "--league": "here.json",
     "--metric": "return",
-    "--opponent": "mtd2",
     "--oracle": "ppo",
     "--paper": "runs",
     "--part": "robots",
     "--per": "return",
-    "--policy": "constant",
     "--preset": "learning",
     "--preset-set": "paper",
     "--problem": "hvac",

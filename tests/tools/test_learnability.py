@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cps_agents.commands.learnability import NAMES
 from cps_agents.errors import CommandError
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import resolve_policy
@@ -17,12 +16,14 @@ from cps_envs.core.registration import class_name
 from cps_envs.core.trust import vouched
 from cps_envs.core.types import ROLES, other
 from tests.agents.command_line import invoke
+from tools.command import program
+from tools.learnability.__main__ import NAMES, learnability
 
 pytest.importorskip("torch")
 pytest.importorskip("stable_baselines3")
 
 from cps_agents.arena.store import Store
-from cps_agents.learning.learnability import (
+from tools.learnability.judging import (
     COLUMNS,
     HELD_OUT,
     Learned,
@@ -32,7 +33,7 @@ from cps_agents.learning.learnability import (
     table,
     to_json,
 )
-from cps_agents.learning.ordinary import Lesson, teach
+from tools.learnability.lessons import Lesson, teach
 
 BUDGET_S = 120.0
 SURELY = {"none", "random", "best constant"}
@@ -109,16 +110,17 @@ def test_one_training_seed_is_judged_too(taught: Path, tmp_path: Path) -> None:
 
 def test_the_command_refuses_what_does_not_exist(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("CPS_ENVS_TRUST", raising=False)
-    wrong = invoke("learnability", "RougeAttack", "--out", str(tmp_path))
+    tool = program(learnability)
+    wrong = invoke("RougeAttack", "--out", str(tmp_path), program=tool)
     assert wrong.exit_code != 0
     assert "there is no role 'RougeAttack'. Did you mean 'RogueAttack'" in wrong.output
-    untrusted = invoke("learnability", "FdiAttack", "--out", str(tmp_path))
+    untrusted = invoke("FdiAttack", "--out", str(tmp_path), program=tool)
     assert untrusted.exit_code != 0
     assert "--trust" in untrusted.output
 
 
 def test_shipped_networks_are_judged_without_training(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("cps_agents.learning.learnability.SIDES", {"attacker": "attack", "defender": "nobody"})
+    monkeypatch.setattr("tools.learnability.judging.SIDES", {"attacker": "attack", "defender": "nobody"})
     with pytest.raises(CommandError, match=r"no networks of FdiDefense are shipped: .* train FdiDefense-v0"):
         Learned.shipped("FdiDefense")
 

@@ -1,23 +1,26 @@
-"""`cps-envs learnability`: what learned policies reach in each role, beside everything else that plays it."""
+"""`python -m tools.learnability`: what learned policies reach in each role, beside everything else that plays it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from cps_agents.arena.store import Store
 from cps_agents.commands.options import MEETINGS, AsJson, Jobs, Meetings, conclude
 from cps_agents.console import out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_text
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from cps_agents.learning.learnability import Learned, Reached
+from cps_baselines.workers import Workers
+from cps_envs.core.errors import near
+from cps_envs.core.trust import require_trust
+from tools.command import run
+from tools.learnability.judging import HELD_OUT, Learned, Reached, judge, table, to_json
+from tools.learnability.lessons import Lesson, teach
 
 NAMES = (
     *("RogueAttack", "RogueDefense", "FdiAttack", "FdiDefense"),
@@ -46,12 +49,8 @@ def learnability(
 
     Prints what the models reach beside doing nothing, random play, their own start, the best constant action, every
     registered policy and one that is told more. Ctrl-C loses no finished model, and the same command continues. The
-    models are read with pickle, so write `cps-envs --trust learnability`. With --shipped nothing is trained.
+    models are read with pickle, which needs your consent: CPS_ENVS_TRUST=1. With --shipped nothing is trained.
     """
-    from cps_agents.arena.store import Store
-    from cps_agents.learning.learnability import HELD_OUT, Learned, judge, table, to_json
-    from cps_envs.core.errors import near
-
     names = list(dict.fromkeys(role or NAMES))
     for name in names:
         if name not in NAMES:
@@ -83,11 +82,6 @@ def learnability(
 
 def _trained(names: Sequence[str], seeds: int, budget: float, to: Path, workers: int) -> list[Learned]:
     """Train what is not trained yet."""
-    from cps_agents.learning.learnability import Learned
-    from cps_agents.learning.ordinary import Lesson, teach
-    from cps_baselines.workers import Workers
-    from cps_envs.core.trust import require_trust
-
     require_trust(f"sb3:{to}")
     lessons = [Lesson(name, seed, budget, to / name / f"seed-{seed}") for seed in range(seeds) for name in names]
     left = [lesson for lesson in lessons if not lesson.done]
@@ -99,3 +93,7 @@ def _trained(names: Sequence[str], seeds: int, budget: float, to: Path, workers:
             progress.update(done, f"{lesson.name}, seed {lesson.seed}: training return {run['training_return']}")
     spent = {name: [teach(lesson)["cpu_s"] for lesson in lessons if lesson.name == name] for name in names}
     return [Learned.in_folder(name, to / name, sum(spent[name]) / len(spent[name])) for name in names]
+
+
+if __name__ == "__main__":
+    run(learnability, "python -m tools.learnability")

@@ -1,4 +1,4 @@
-"""`cps-envs oracle`: certified impact speeds of false data injection, of tasks or of single episodes.
+"""`cps-envs certify`: certified impact speeds of false data injection, of tasks or of single episodes.
 
 The starts and gains of those episodes (`--episodes`) are drawn.
 """
@@ -17,17 +17,20 @@ import typer
 from cps_agents.commands.options import AsJson, Changes
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
+from cps_agents.evaluation import plain_values, stored_episodes
 from cps_agents.files import alone_at, write_text
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
 from cps_agents.table import Table
+from cps_baselines.fdi.cross import Extra
+from cps_baselines.fdi.sweep import Certificate, certify_all, open_tasks, paper_tasks, sweep
+from cps_envs.core.documents import read_entry
+from cps_envs.fdi.config import FdiConfig
+from cps_envs.fdi.optima import KIND, REMEDY, Record, constants, from_entry, to_text
+from cps_envs.fdi.problem import FDI
+from cps_envs.fdi.task import Task, parse_task
 
 if TYPE_CHECKING:
-    from cps_baselines.fdi.sweep import Certificate
-    from cps_envs.fdi.config import FdiConfig
-    from cps_envs.fdi.optima import Record
-    from cps_envs.fdi.task import Task
-
     Records = dict[Task, Record]
 
 
@@ -40,8 +43,8 @@ class Backend(str, Enum):
     RAY = "ray"
 
 
-def oracle(
-    preset: Annotated[str, typer.Option(help="Use this preset of the problem fdi.")] = "paper",
+def certify(
+    preset: Annotated[str, typer.Option(help="Use this preset of the problem fdi, such as paper or drawn.")],
     settings: Changes = None,
     task: Annotated[
         list[str] | None,
@@ -68,7 +71,7 @@ def oracle(
     improve: Annotated[bool, typer.Option("--improve", help="Continue with tasks that are not proved.")] = False,
     to: Annotated[
         Path | None,
-        typer.Option("--out", help="Write this file and continue from it; default: results/oracle/<preset>.json."),
+        typer.Option("--out", help="Write this file and continue from it; default: results/certificates/PRESET.json."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -78,20 +81,15 @@ def oracle(
     the best attack found, and a bound that no attack exceeds. Press Ctrl-C at any time: finished tasks are kept, and
     the same command continues.
     """
-    from cps_baselines.fdi.cross import Extra
-    from cps_baselines.fdi.sweep import paper_tasks
-    from cps_envs.fdi.problem import FDI
-    from cps_envs.fdi.task import parse_task
-
     config = FDI.config(preset, assignments(settings or []))
     limits: dict[str, Any] = {"time_limit_s": time_limit, "jobs": jobs or available_cores(), "backend": backend.value}
     if episodes is not None:
-        path = to or Path("results") / "oracle" / f"{preset}-episodes.json"
+        path = to or Path("results") / "certificates" / f"{preset}-episodes.json"
         certify_episodes(config, episodes, path, **limits, as_json=as_json)
         return
     named = (parse_task(text, config.num_vehicles) for texts in task or [] for text in texts.split())
     tasks = list(dict.fromkeys(named)) or paper_tasks(config.num_vehicles)
-    path = to or Path("results") / "oracle" / f"{preset}.json"
+    path = to or Path("results") / "certificates" / f"{preset}.json"
     limits |= {"gap": gap, "extra": Extra(anneal, exhaust)}
     certify_tasks(config, tasks, path, **limits, improve=improve, as_json=as_json)
 
@@ -100,9 +98,6 @@ def certify_tasks(
     config: FdiConfig, tasks: Sequence[Task], path: Path, *, improve: bool, as_json: bool, **limits: Any
 ) -> None:
     """Certify tasks within the limits of `sweep`, keep each at once, and show them; what the file has stays."""
-    from cps_baselines.fdi.sweep import open_tasks, sweep
-    from cps_envs.fdi.optima import to_text
-
     with alone_at(path):
         known, commands = _earlier(path, config)
         left = open_tasks(tasks, known, improve=improve)
@@ -137,9 +132,6 @@ def _earlier(path: Path, config: FdiConfig) -> tuple[Records, list[str]]:
         DamagedFileError: it holds something else.
         CommandError: it holds optima of another configuration.
     """
-    from cps_envs.core.documents import read_entry
-    from cps_envs.fdi.optima import KIND, REMEDY, constants, from_entry
-
     if not path.exists():
         return {}, []
     document = read_entry(path, KIND, REMEDY)
@@ -162,8 +154,6 @@ def _header(earlier: list[str]) -> dict[str, Any]:
 
 
 def _document(header: Mapping[str, Any], config: FdiConfig, records: Iterable[Record]) -> Any:
-    from cps_envs.fdi.optima import to_text
-
     return json.loads(to_text(header, config, records))
 
 
@@ -194,9 +184,6 @@ def certify_episodes(
     config: FdiConfig, episodes: int, path: Path, *, time_limit_s: float, jobs: int, backend: str, as_json: bool
 ) -> None:
     """Certify the first evaluation episodes, keep each at once, and show them; what the file has is not done again."""
-    from cps_agents.evaluation import plain_values, stored_episodes
-    from cps_baselines.fdi.sweep import certify_all
-
     with alone_at(path), Progress("episodes", episodes) as progress:
         rows = stored_episodes(path, config)
         left = [seed for seed in range(episodes) if str(seed) not in rows]

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from gymnasium import spaces
 
 from cps_agents.arena.challenge import Challenge, able, usual
+from cps_agents.arena.constants import constants_of, native_constants
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
 from cps_agents.evaluation import Comparison, Standing, compare, is_better
@@ -22,17 +21,13 @@ from cps_agents.zoo.references import PREFIX, SB3, is_missing
 from cps_baselines.arena import Venue
 from cps_baselines.contest import declared_contest
 from cps_envs import PROBLEMS
-from cps_envs.core.policy import RoleSpec
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
-from cps_envs.core.training import NATIVE
 from cps_envs.core.types import ROLES, Role, other
-from cps_envs.core.untrained import choices_of
 
 PRESET = "learning"
 SIDES: Mapping[Role, str] = {"attacker": "attack", "defender": "defense"}
 LONGEST = 20  # characters of a constant action in a table
-MOST_CONSTANTS = 81  # of an adapter; above that they are too many to play
 EPISODES: Mapping[str, int] = {"rogue": 200, "fdi": 400, "hvac": 400, "disbanding": 200}  # chosen: seconds each
 UNTRAINED, CONSTANTS, ANALYTIC, TRAINED, TOLD = "start", "best constant", "best controller", "best trained", "best told"
 HELD_OUT: Mapping[str, tuple[str, ...]] = {  # opponents that training does not meet
@@ -112,23 +107,6 @@ class Reached:
 def role_of(name: str) -> tuple[Problem, Role]:
     """The problem and role of a name such as RogueAttack."""
     return next((each, role) for each in PROBLEMS.values() for role in ROLES if class_name(each, role) == name)
-
-
-def constants_of(spec: RoleSpec, adapter: str) -> list[str]:
-    """A reference to each constant action of an adapter, if they are few; of a continuous one to the neutral action."""
-    bound = spec.adapter(adapter)
-    choices = choices_of(bound.action_space)
-    if not choices:
-        return [f"always?adapter={adapter}&action={bound.neutral_action.tolist()}".replace(" ", "")]
-    if np.prod(choices) > MOST_CONSTANTS:
-        return []
-    actions = [list(each) if bound.action_space.shape else each[0] for each in product(*map(range, choices))]
-    return [f"always?adapter={adapter}&action={action}".replace(" ", "") for action in actions]
-
-
-def native_constants(spec: RoleSpec) -> list[str]:
-    """A reference to each of the role's own constant actions, if these are single numbers and few."""
-    return constants_of(spec, NATIVE) if isinstance(spec.action_space, spaces.Discrete) else []
 
 
 def judge(

@@ -17,10 +17,10 @@ from cps_envs.fdi.optima import CONSTANTS, from_text
 from cps_envs.fdi.task import parse_task
 from tests.agents import command_line
 
-SHORT = ("--set", "horizon=12", "--jobs", "1")
+SHORT = ("--preset", "paper", "--set", "horizon=12", "--jobs", "1")
 
 
-invoke = partial(command_line.invoke, "oracle", columns=120)
+invoke = partial(command_line.invoke, "certify", columns=120)
 
 
 def test_table_file_and_going_on(tmp_path: Path) -> None:
@@ -64,7 +64,7 @@ def test_files_of_something_else(tmp_path: Path, content: str | None) -> None:
         invoke(*SHORT, "--task", "x4>1", "--out", str(path))
     else:
         path.write_text(content)
-    result = invoke("--set", "horizon=13", "--task", "x4>1", "--out", str(path))
+    result = invoke("--preset", "paper", "--set", "horizon=13", "--task", "x4>1", "--out", str(path))
     assert result.exit_code == 2
     assert "--out" in result.stderr
 
@@ -77,7 +77,9 @@ def test_an_interrupted_run_keeps_what_is_done(tmp_path: Path, jobs: str) -> Non
         sys.executable,
         "-c",
         "from cps_agents.cli import main; main()",
-        "oracle",
+        "certify",
+        "--preset",
+        "paper",
         "--jobs",
         jobs,
         "--out",
@@ -122,7 +124,7 @@ def test_policies_are_measured_by_the_optimum_of_each_episode(tmp_path: Path) ->
     rows = json.loads(path.read_text())["episodes"]
     rows["2"].update(value_mps=None, bound_mps=0.0, status="infeasible")  # nothing to have a share of
     path.write_text(json.dumps({**json.loads(path.read_text()), "episodes": rows}))
-    policies = ("--policy", "bang_bang", "--baseline", "none", "--json")
+    policies = ("--attacker", "bang_bang", "--baseline", "none", "--json")
     paid, share, of_value = (
         json.loads(evaluate(*short, *policies, *more).stdout)["standings"][0]["values"][0]
         for more in ((), ("--certified", str(path)), ("--certified", str(path), "--per", "oracle_value_mps"))
@@ -132,20 +134,20 @@ def test_policies_are_measured_by_the_optimum_of_each_episode(tmp_path: Path) ->
     assert share == pytest.approx([paid[seed] / rows[str(seed)]["bound_mps"] for seed in kept])
     assert of_value == pytest.approx([paid[seed] / rows[str(seed)]["value_mps"] for seed in kept])
     assert max(share) <= 1 + 1e-5
-    result = evaluate(*short, "--policy", "bang_bang", "--certified", str(path))
+    result = evaluate(*short, "--attacker", "bang_bang", "--certified", str(path))
     proved = sum(row["status"] == "proved" for row in rows.values())
     assert f"4 episodes, 3 with a known attack, of which {proved} are proved" in " ".join(result.stderr.split())
 
 
 def test_certificates_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "episodes.json"
-    short = ("--preset", "drawn", "--set", "horizon=20", "--set", "tasks=v4>4", "--policy", "bang_bang")
+    short = ("--preset", "drawn", "--set", "horizon=20", "--set", "tasks=v4>4", "--attacker", "bang_bang")
     certified = ("--certified", str(path))
     invoke(*short[:6], "--episodes", "1", "--time-limit", "1", "--jobs", "1", "--out", str(path))
     for arguments, remedy in (
         ((*short, "--episodes", "3"), "lacks 2 of 3 episodes"),
         ((*short, "--episodes", "1", "--set", "gap_spread_m=0.1"), "another configuration"),
-        ((*short, "--episodes", "1", "--opponent", "model"), "without a defender"),
+        ((*short, "--episodes", "1", "--defender", "model"), "without a defender"),
     ):
         result = evaluate(*arguments, *certified)
         assert result.exit_code == 2

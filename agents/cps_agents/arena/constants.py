@@ -1,0 +1,31 @@
+"""The policies of a role that take one action: what a learner should beat."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_envs.core.policy import RoleSpec
+from cps_envs.core.training import NATIVE
+from cps_envs.core.untrained import choices_of
+
+MOST_CONSTANTS = 81  # of an adapter; above that they are too many to play
+
+
+def constants_of(spec: RoleSpec, adapter: str) -> list[str]:
+    """A reference to each constant action of an adapter, if they are few; of a continuous one to the neutral action."""
+    bound = spec.adapter(adapter)
+    choices = choices_of(bound.action_space)
+    if not choices:
+        return [f"always?adapter={adapter}&action={bound.neutral_action.tolist()}".replace(" ", "")]
+    if np.prod(choices) > MOST_CONSTANTS:
+        return []
+    actions = [list(each) if bound.action_space.shape else each[0] for each in product(*map(range, choices))]
+    return [f"always?adapter={adapter}&action={action}".replace(" ", "") for action in actions]
+
+
+def native_constants(spec: RoleSpec) -> list[str]:
+    """A reference to each of the role's own constant actions, if these are single numbers and few."""
+    return constants_of(spec, NATIVE) if isinstance(spec.action_space, spaces.Discrete) else []

@@ -1,0 +1,66 @@
+"""`cps-envs list`: what there is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import typer
+
+from cps_agents.catalogue import describe_everything, describe_problem
+from cps_agents.commands.options import AsJson
+from cps_agents.console import out, print_json
+from cps_agents.table import Cell, Table, styled
+from cps_envs import find_problem
+from cps_envs.core.errors import extra_of
+
+
+def show(
+    names: Annotated[
+        list[str] | None, typer.Argument(metavar="[PROBLEM]...", help="Show the policies of these, such as hvac.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Show the problems and their policies.
+
+    Without a name: the problems, on one screen. With a problem's name: its environments, presets and policies.
+    """
+    problems = [describe_problem(find_problem(name)) for name in names] if names else describe_everything()
+    if as_json:
+        print_json(problems)
+    elif names:
+        for problem in problems:
+            _show_problem(problem)
+        out().print("Told: knows more than it observes. With --trust a policy can also be named as module:attribute.")
+    else:
+        rows = [
+            (problem["name"], problem["summary"], *map(str, map(len, problem["policies"].values())))
+            for problem in problems
+        ]
+        out().print(Table("Problems", ("Name", "What happens", "Attackers", "Defenders"), rows, left=2))
+        out().print("`cps-envs list hvac` shows a problem's environments, presets and policies.")
+
+
+def _show_problem(problem: Mapping[str, Any]) -> None:
+    console = out()
+    console.print(f"[bold]{problem['name']}[/]: {problem['summary']}\n")
+    console.print(Table("Environments", ("Interface", "Id"), _environments(problem), left=2))
+    for role, policies in problem["policies"].items():
+        rows = [(policy["name"], _remark(policy)) for policy in policies]
+        console.print(Table(f"Policies: {role}", ("Name", "What it does"), rows, left=2))
+
+
+def _environments(problem: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
+    rows = [(f"gymnasium, {role}", name) for role, name in problem["gymnasium"].items()]
+    rows += [(f"gymnasium, {role}, Discrete", name) for role, name in problem["discrete"].items()]
+    rows += [(f"pettingzoo, {form}", name) for form, name in problem["pettingzoo"].items()]
+    return [*rows, ("presets", ", ".join(problem["presets"]))]
+
+
+def _remark(policy: Mapping[str, Any]) -> Cell:
+    if policy["missing"]:
+        extra = extra_of(policy["missing"])
+        return styled(f'needs {policy["missing"]}: pip install "cps-envs[{extra}]"', "yellow")
+    if policy["privileged"]:
+        return styled(f"(told: {', '.join(policy['privileged'])})", "magenta", f"{policy['summary']} ")
+    return str(policy["summary"])
