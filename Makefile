@@ -39,6 +39,8 @@ benchmark: $(LIGHT) ## the main tables beside the paper's numbers, into results/
 	$(BIN)/python -m tools.benchmark --out results $(ARGS)
 
 test: $(ALL) ## run the tests
+	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute,"
+	@echo "and longer where kernels have to be compiled first. 'make setup' compiles them ahead."
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
 
 test-slow: $(ALL) ## run only the tests marked slow

@@ -10,7 +10,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeAlias
 
-IMPORT = re.compile(r"^(?:from|import)\s+([\w.]+)", re.MULTILINE)  # at the top level
+IMPORT = re.compile(r"^(?:from|import)\s+([\w.]+)", re.MULTILINE)  # at the top level, as all of these
+NAMES = re.compile(r"^from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)", re.MULTILINE)
+DEFINITION = re.compile(r"^(?:class|def)\s+(\w+)", re.MULTILINE)
+STATEMENT = re.compile(r"^[A-Za-z_@]", re.MULTILINE)
 Definition: TypeAlias = ast.ClassDef | ast.FunctionDef
 
 
@@ -28,11 +31,29 @@ class Declaration:
 
 @dataclass(frozen=True)
 class Source:
-    """A module's names: what it defines, and what it takes from elsewhere."""
+    """A module's names: what it defines, and what it takes from elsewhere. Only what is asked for is parsed."""
 
-    summary: str
-    definitions: dict[str, Definition]
+    text: str
+    places: dict[str, int]  # name -> where its definition begins
     imports: dict[str, tuple[str, str]]  # name -> the module and the name there
+
+    @property
+    def summary(self) -> str:
+        """First line of the module's docstring."""
+        first = STATEMENT.search(self.text)
+        return _summary(ast.parse(self.text[: first.start() if first else len(self.text)]))
+
+    def definition(self, name: str) -> Definition:
+        """A class or function, which ends where the next statement begins."""
+        start = self.places[name]
+        after = STATEMENT.search(self.text, start + 1)
+        try:
+            found = ast.parse(self.text[start : after.start() if after else len(self.text)]).body[0]
+        except SyntaxError:  # a line of a string looks like a statement
+            named = (node for node in ast.parse(self.text).body if getattr(node, "name", "") == name)
+            found = next(named)
+        assert isinstance(found, Definition)
+        return found
 
 
 def declaration(module: str, attribute: str) -> Declaration:
@@ -57,9 +78,9 @@ def missing_package(module: str) -> str:
     waiting, seen = [module], {module}
     own = {module.partition(".")[0], "cps_envs"}
     while waiting:
-        for name in IMPORT.findall(_text(waiting.pop())):
+        for name in _imports(waiting.pop()):
             package: str = name.partition(".")[0]
-            if package not in own and find_spec(package) is None:
+            if package not in own and not _is_there(package):
                 return package
             if package in own and name not in seen and _file(name) is not None:
                 seen.add(name)
@@ -70,8 +91,8 @@ def missing_package(module: str) -> str:
 def _definition(module: str, name: str) -> tuple[str, Definition]:
     """A class or function and the module that defines it, which may be another one than it was asked for in."""
     source = _source(module)
-    if name in source.definitions:
-        return module, source.definitions[name]
+    if name in source.places:
+        return module, source.definition(name)
     if name in source.imports:
         return _definition(*source.imports[name])
     raise UnreadableError(f"{module} neither defines nor imports {name!r}")
@@ -114,15 +135,24 @@ def _summary(node: Definition | ast.Module) -> str:
 
 @cache
 def _source(module: str) -> Source:
-    tree = ast.parse(_text(module))
-    definitions: dict[str, Definition] = {}
+    text = _text(module)
+    places = {found[1]: found.start() for found in DEFINITION.finditer(text)}
     imports: dict[str, tuple[str, str]] = {}
-    for node in tree.body:
-        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
-            definitions[node.name] = node
-        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
-            imports.update({alias.asname or alias.name: (node.module, alias.name) for alias in node.names})
-    return Source(_summary(tree), definitions, imports)
+    for where, names in NAMES.findall(text):
+        for name in filter(None, map(str.strip, re.sub(r"#.*", "", names).strip("()").split(","))):
+            there, _, here = name.partition(" as ")
+            imports[here or there] = (where, there)
+    return Source(text, places, imports)
+
+
+@cache
+def _imports(module: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(IMPORT.findall(_text(module))))
+
+
+@cache
+def _is_there(package: str) -> bool:
+    return find_spec(package) is not None
 
 
 @cache

@@ -6,10 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from secrets import token_hex
 from typing import Any
-
-from filelock import FileLock, Timeout
 
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
@@ -48,7 +45,7 @@ def replacing(path: Path) -> Iterator[Path]:
 def _begin(drafts: Path, suffix: str) -> Path:
     """Make an empty file that nobody else has, and its folder, which another process may be about to remove."""
     for attempts_left in reversed(range(ATTEMPTS)):
-        draft = drafts / f"{token_hex(8)}{suffix}"
+        draft = drafts / f"{os.urandom(8).hex()}{suffix}"
         try:
             drafts.mkdir(parents=True, exist_ok=True)
             draft.touch(exist_ok=False)
@@ -106,6 +103,8 @@ def alone_at(path: Path, wait_s: float = 0.0) -> Iterator[None]:
 @contextmanager
 def _held(lock: Path, what: str, wait_s: float = 0.0) -> Iterator[None]:
     lock.parent.mkdir(parents=True, exist_ok=True)
+    from filelock import FileLock, Timeout  # brings sockets along
+
     held = FileLock(lock, timeout=wait_s)
     try:
         held.acquire()

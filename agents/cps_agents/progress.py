@@ -12,8 +12,8 @@ from cps_agents.console import err
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
 
-LINE_EVERY_S = 10.0
-SILENCE_S = 30.0  # after which a line says that the work goes on
+LINE_EVERY_S = 5.0
+SILENCE_S = 8.0  # after which a line says that the work goes on
 
 
 class Progress:
@@ -78,8 +78,10 @@ def _make_bar(console: object) -> Bar:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
+    from rich.table import Column
 
     assert isinstance(console, Console)
+    rest = Column(ratio=1, no_wrap=True, overflow="ellipsis")  # a long note is cut, not the count or the time
     return Bar(
         TextColumn("{task.description}"),
         BarColumn(bar_width=16),
@@ -87,6 +89,7 @@ def _make_bar(console: object) -> Bar:
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[note]}", style="dim", markup=False),
+        TextColumn("{task.fields[note]}", style="dim", markup=False, table_column=rest),
         console=console,
+        expand=True,
     )

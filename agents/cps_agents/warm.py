@@ -16,11 +16,12 @@ from gymnasium.vector import AutoresetMode
 
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
+from cps_envs.core.compiling import NOTICE, compiled, told
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
 from cps_envs.core.generators import seeded
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.interfaces.swarm_env import SwarmEnv
-from cps_envs.core.kernel_cache import NOTICE, UNKEPT, compiled, told
+from cps_envs.core.kernel_cache import UNKEPT
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.problem import Problem
 from cps_envs.core.types import ROLES, Role

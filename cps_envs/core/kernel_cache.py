@@ -2,17 +2,13 @@
 
 Numba by itself looks at the file of a kernel alone. Most of ours are made of functions from several files, so that an
 edit of one of those would go unnoticed. Here a kernel's stamp covers every file of its package that it imports,
-directly or through others.
-
-The first kernel that a process has to compile is announced on stderr, because a first use takes a minute otherwise
-silent. `CPS_ENVS_QUIET=1` hides that line.
+directly or through others. What a process compiles is told by `compiling`.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
-import os
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -22,22 +18,17 @@ from typing import Any, TypeVar
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.sigutils import normalize_signature
 
+from cps_envs.core.compiling import announce, declared, loaded, tell
+
 IMPORT = re.compile(r"^(?:from\s+([\w.]+)\s+import\s+(\([^)]*\)|[^\n]*)|import\s+([\w.]+))", re.MULTILINE)
 OURS = "cps_envs"
 
-QUIET = "CPS_ENVS_QUIET"
-NOTICE = (
-    "cps_envs: compiling kernels, once on this machine: up to a minute for a problem. `cps-envs warm` does it ahead; "
-    f"{QUIET}=1 hides this line."
-)
 UNKEPT = (
     "cps_envs: compiled kernels cannot be kept, because no folder for them can be written, so every process compiles "
     "them anew. Set NUMBA_CACHE_DIR to a folder that can be written."
 )
 
 Dispatcher = TypeVar("Dispatcher", bound=Callable[..., Any])
-compiled: list[str] = []  # the kernels that this process had to compile
-told: set[str] = set()  # what it has said about that
 
 
 class Index(IndexDataCacheFile):
@@ -75,7 +66,8 @@ class SourceCache(FunctionCache):
         """
         found = super().load_overload(sig, target_context)  # type: ignore[no-untyped-call]
         if found is None or tuple(found.signature.args) != tuple(normalize_signature(sig)[0]):  # type: ignore[no-untyped-call]
-            return announce(self._py_func)
+            return announce(name_of(self._py_func))
+        loaded.append(name_of(self._py_func))
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -95,12 +87,13 @@ class Unkept(NullCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Nothing: numba compiles."""
         tell(UNKEPT)
-        return announce(self._py_func)
+        return announce(name_of(self._py_func))
 
 
 def cache_by_sources(dispatcher: Dispatcher) -> Dispatcher:
     """Give a jitted function a `SourceCache`; one without a file, from a prompt say, is compiled anew each time."""
     function = dispatcher.py_func  # type: ignore[attr-defined]
+    declared.append(name_of(function))
     if Path(function.__code__.co_filename).is_file():
         try:
             dispatcher._cache = SourceCache(function)  # type: ignore[attr-defined]
@@ -109,17 +102,9 @@ def cache_by_sources(dispatcher: Dispatcher) -> Dispatcher:
     return dispatcher
 
 
-def announce(function: Callable[..., Any]) -> None:
-    """Count a kernel that is about to be compiled, and say so at the first one."""
-    tell(NOTICE)
-    compiled.append(f"{function.__module__}.{function.__qualname__}")
-
-
-def tell(line: str) -> None:
-    """Write a line to stderr, once in this process."""
-    if line not in told and os.environ.get(QUIET, "0") in ("", "0"):
-        print(line, file=sys.stderr, flush=True)
-    told.add(line)
+def name_of(function: Callable[..., Any]) -> str:
+    """How a kernel is called in what is told of it."""
+    return f"{function.__module__}.{function.__qualname__}"
 
 
 def sources_stamp(module: str) -> str:

@@ -209,3 +209,16 @@ def test_work_that_reports_nothing_is_not_silent(written: io.StringIO, monkeypat
     lines = written.getvalue().splitlines()
     assert len(lines) >= 3
     assert all(line.startswith("search: 1/4 after") and line.endswith("tracker") for line in lines)
+
+
+def test_a_long_note_gives_way_to_count_and_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = io.StringIO()
+    monkeypatch.setattr(progress, "err", lambda: Console(file=text, width=80, force_terminal=True))
+    with Progress("disbanding", 1234) as shown:
+        shown.update(1000, "spread against zoo:disbanding-defense-mixture, seeds 1,000,000 to 1,000,400 and more")
+    last = re.sub(r"\x1b\[[^a-zA-Z]*[a-zA-Z]", "", text.getvalue()).strip().splitlines()[-1]
+    assert len(last) <= 80
+    assert "disbanding" in last
+    assert "1000/1234" in last
+    assert "0:00:0" in last
+    assert "spread" in last

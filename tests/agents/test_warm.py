@@ -9,7 +9,8 @@ import pytest
 import cps_agents.warm
 from cps_agents.warm import Visit, visits, warm
 from cps_envs import PROBLEMS
-from cps_envs.core.kernel_cache import UNKEPT, compiled, told
+from cps_envs.core.compiling import compiled, told
+from cps_envs.core.kernel_cache import UNKEPT
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
 from cps_envs.testbed.problem import TESTBED

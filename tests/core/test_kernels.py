@@ -5,6 +5,7 @@ import pickle
 import subprocess
 import sys
 import textwrap
+import time
 from copy import deepcopy as copy_of
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from cps_envs.core import kernel_cache
+from cps_envs.core import compiling, kernel_cache
+from cps_envs.core.compiling import NOTICE, Watch, line_of
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.holding import hold
-from cps_envs.core.kernel_cache import NOTICE, UNKEPT, reach, sources_stamp
+from cps_envs.core.kernel_cache import UNKEPT, reach, sources_stamp
 from cps_envs.core.kernels import (
     borrowed,
     clip,
@@ -260,6 +262,29 @@ def test_compiling_is_announced_once_in_a_process(tmp_path: Path, package: Path)
     assert finished(tmp_path, code, quiet="0").stderr == ""
 
 
+def test_while_a_kernel_is_compiled_lines_say_which_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("CPS_ENVS_QUIET", "0")
+    monkeypatch.setattr(compiling, "EVERY_S", 0.06)
+    monkeypatch.setattr(compiling, "compiled", ["cps_envs.some.kernel"])
+    watch = Watch()
+    watch.begin()
+    watch.on_start(None)
+    watch.on_start(None)
+    watch.on_end(None)
+    time.sleep(0.3)
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) >= 2
+    assert all("kernel 1 of at most" in line and line.endswith("cps_envs.some.kernel") for line in said)
+    watch.on_end(None)
+    time.sleep(0.1)
+    capsys.readouterr()
+    time.sleep(0.2)
+    assert capsys.readouterr().err == ""
+    assert len(line_of("cps_envs." + "x" * 200, 5.0)) == 79
+
+
 def test_the_file_of_another_signature_is_not_used(tmp_path: Path, package: Path) -> None:
     """Two processes that compile at once can leave the index of one with the machine code of the other."""
     code = f"from {package.name}.physics import run, misses; print(run(3.0), run(3), misses())"
@@ -281,7 +306,7 @@ def test_kernels_work_where_no_folder_can_be_written(
         raise RuntimeError("cannot cache function: no locator available")
 
     monkeypatch.setenv("CPS_ENVS_QUIET", "0")
-    monkeypatch.setattr(kernel_cache, "told", set())
+    monkeypatch.setattr(compiling, "told", set())
     monkeypatch.setattr(kernel_cache, "SourceCache", nowhere)
     assert kernel(doubled)(1.5) == 3.0
     assert capsys.readouterr().err == f"{UNKEPT}\n{NOTICE}\n"
@@ -294,7 +319,7 @@ def test_a_full_disk_costs_nothing_but_time(
         raise OSError("no space left on device")
 
     monkeypatch.setenv("CPS_ENVS_QUIET", "0")
-    monkeypatch.setattr(kernel_cache, "told", {NOTICE})
+    monkeypatch.setattr(compiling, "told", {NOTICE})
     twice = kernel(doubled)
     monkeypatch.setattr(twice._cache._cache_file, "save", full)  # type: ignore[attr-defined]
     monkeypatch.setattr(twice._cache._cache_file, "load", lambda key: None)  # type: ignore[attr-defined]

@@ -166,14 +166,15 @@ def run_benchmark(
         return Outcome(benchmark, play(dict(pairings(benchmark)), store, pool, quick=quick, report=report))
 
 
-def compile_kernels(benchmarks: Sequence[Benchmark], store: Store, workers: int) -> None:
+def compile_kernels(benchmarks: Sequence[Benchmark], store: Store, workers: int, report: Report = silent) -> None:
     """Play a short meeting of each problem that is new to `store`, side by side: what they compile, others find."""
     shortest = [min(dict(pairings(each)).values(), key=_cost) for each in benchmarks if each.settings]
     jobs = [job for pairing in shortest for job in pairing.meetings({}) if store.get(job) is None]
     if workers > 1 and len(jobs) > 1:
         with Workers(min(workers, len(jobs))) as pool:
-            for _ in pool.run(attempt, jobs):
-                pass
+            report(0, len(jobs), "compiling kernels")
+            for done, (job, _) in enumerate(pool.run(attempt, jobs), start=1):
+                report(done, len(jobs), job.venue.problem)
 
 
 def _cost(pairing: Pairing) -> tuple[bool, int]:

@@ -101,7 +101,8 @@ def _play(
 
 
 def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: int) -> Iterator[Outcome]:
-    compile_kernels(benchmarks, store, workers)
+    with Progress("kernels", 1) as progress:
+        compile_kernels(benchmarks, store, workers, progress.report)
     for each in benchmarks:
         with Progress(each.problem, 1) as progress:
             yield run_benchmark(each, store, workers=workers, quick=choice.quick, report=progress.report)
