@@ -80,7 +80,7 @@ def figures() -> Iterator[Figure]:
     yield most("judging, classes", 86, 45, len([name for file in judging for name in classes_of(file)]))
     declared = sorted({name for file in shipped() for name in classes_of(file)} & set(DECLARING))
     yield most(f"ways to declare a table ({', '.join(declared)})", 5, 2, len(declared))
-    yield most("files that run CMA-ES", 11, 1, len(naming(r"CMAEvolutionStrategy\(|\bask\(\)|make_strategy\(")))
+    yield most("files that run CMA-ES", 11, 1, len(naming(r"\bcma\.\w|import cma\b|\.ask\(\)")))
     yield most(f"files that name the searched policy {SEARCHED}", 11, 5, len(naming(rf"\b{SEARCHED}\b|box-in")))
     yield most("commands", 37, 16, len(COMMANDS))
     yield most("parameters of commands", 326, 326, sum(parameters(each) for each in whole().commands.values()))

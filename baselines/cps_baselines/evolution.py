@@ -1,14 +1,82 @@
-"""The evolution strategy with covariance adaptation, with draws of its own."""
+"""CMA-ES, the one search of this house: every search of numbers is generations of it, judged by a function."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-import cma
 import numpy as np
 
+from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray
+
+Judge = Callable[[FloatArray], FloatArray | None]  # what candidates (P, k) reach, (P,); None: the search has to end
+
+
+class Generation(NamedTuple):
+    """Candidates with what they reached."""
+
+    points: FloatArray  # (P, k)
+    values: FloatArray  # (P,) to be maximised
+
+    @property
+    def best(self) -> tuple[float, FloatArray]:
+        """The highest value, and the candidate (k,) that reached it."""
+        place = int(self.values.argmax())
+        return float(self.values[place]), self.points[place]
+
+
+class Evolution:
+    """One run, whose draws depend on `seed` alone; NumPy's global generator stays untouched.
+
+    Raises:
+        MissingExtraError: cma is not installed.
+    """
+
+    def __init__(
+        self,
+        origin: FloatArray,
+        spread: float,
+        *,
+        seed: int | Sequence[int],
+        population: int | None = None,
+        bounds: tuple[float, float] | None = None,
+    ) -> None:
+        cma: Any = require("cma", extra="baselines", purpose="searching numbers")
+        generator = np.random.default_rng(seed)
+        options: dict[str, Any] = {
+            "seed": np.nan,
+            "randn": lambda *shape: generator.standard_normal(shape),
+            "verbose": -9,
+        }
+        options |= {} if population is None else {"popsize": population}
+        options |= {} if bounds is None else {"bounds": list(bounds)}
+        self._strategy = cma.CMAEvolutionStrategy(origin, spread, options)
+
+    @property
+    def mean(self) -> FloatArray:
+        """The middle of the search distribution (k,), which chance moves less than it does the best candidate."""
+        found: FloatArray = self._strategy.mean
+        return found
+
+    @property
+    def deviation(self) -> float:
+        """The width of the search distribution, in units of the search."""
+        return float(self._strategy.sigma)
+
+    @property
+    def has_converged(self) -> bool:
+        """Whether further generations would find nothing new."""
+        return bool(self._strategy.stop())
+
+    def step(self, judge: Judge) -> Generation | None:
+        """One generation; None where the judge has ended the search, which leaves everything as it was before."""
+        points = self._strategy.ask()
+        values = judge(np.array(points))
+        if values is None:
+            return None
+        self._strategy.tell(points, (-values).tolist())
+        return Generation(np.array(points), values)
 
 
 def evolve(
@@ -18,27 +86,14 @@ def evolve(
     *,
     population: int,
     generations: int,
-    seed: Sequence[int],
+    seed: int | Sequence[int],
 ) -> Iterator[tuple[float, FloatArray]]:
     """The best candidate (k,) of each generation with its value, which is maximised.
 
     `evaluate` gives the values (P,) of candidates (P, k) in the generation that it is told.
     """
-    strategy = make_strategy(origin, spread, population=population, seed=seed)
-    for generation in range(generations):
-        candidates = np.array(strategy.ask())
-        values = evaluate(candidates, generation)
-        strategy.tell(list(candidates), (-values).tolist())
-        yield float(values.max()), candidates[int(values.argmax())]
-
-
-def make_strategy(origin: FloatArray, spread: float, *, population: int, seed: int | Sequence[int]) -> Any:
-    """A strategy of `cma`, silent, whose draws depend on `seed` alone; NumPy's global generator stays untouched."""
-    generator = np.random.default_rng(seed)
-    options = {
-        "popsize": population,
-        "seed": np.nan,
-        "randn": lambda *shape: generator.standard_normal(shape),
-        "verbose": -9,
-    }
-    return cma.CMAEvolutionStrategy(origin, spread, options)
+    run = Evolution(origin, spread, population=population, seed=seed)
+    for number in range(generations):
+        found = run.step(lambda points, number=number: evaluate(points, number))  # type: ignore[misc]
+        assert found is not None
+        yield found.best

@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.evolution import make_strategy
+from cps_baselines.evolution import evolve
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.dynamics import advance
@@ -128,13 +128,12 @@ def record_courses(config: Any, seeds: Sequence[int], attacker: str) -> list[Cou
 def least_sum(config: Any, course: Course, gap_m: float, search: TwoAttackSearch) -> float:
     """The least E_v over all vehicles in percent, over what the search looked at."""
     size = config.vehicles_per_platoon
-    strategy = make_strategy(np.zeros(3 * size), search.spread, population=search.population, seed=search.seed)
-    least = np.inf
-    for _ in range(search.generations):
-        points = strategy.ask()
-        sums = candidate_sums(config, course, gap_m, np.array(points))
-        strategy.tell(points, sums.tolist())
-        least = min(least, float(sums.min()))
+
+    def judge(points: FloatArray, generation: int) -> FloatArray:
+        return -candidate_sums(config, course, gap_m, points)
+
+    sizes = {"population": search.population, "generations": search.generations}
+    least = -max(value for value, _ in evolve(judge, np.zeros(3 * size), search.spread, **sizes, seed=search.seed))
     return float(100.0 * least / (config.duration_s * config.desired_speed_mps * len(course.start)))
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from cps_agents.zoo.references import form_of
 from cps_baselines.arena import Venue
 from cps_baselines.contest import Search
+from cps_baselines.evolution import Evolution
 from cps_envs.core.config import configure
 from cps_envs.core.errors import require
 from cps_envs.core.types import SIGN, FloatArray, Role, other
@@ -87,7 +87,7 @@ def run_search(
     The middle of the ranges is tried first, so even the smallest budget has a result. A search that has converged
     begins again elsewhere.
     """
-    cma = require("cma", extra="baselines", purpose="searching policies")  # importing it is not charged
+    require("cma", extra="baselines", purpose="searching policies")  # importing it is not charged
     start_s = time.process_time()
     most = (1 - FINAL_SHARE) * most_episodes if most_episodes else np.inf
     account = _Account(judge, start_s + (1 - FINAL_SHARE) * budget_s, first_seed, most)
@@ -103,32 +103,32 @@ def run_search(
     best = {first: account.play(first, account.draw(episodes))}
     generator = np.random.default_rng(first_seed)
     while names and not account.is_spent():
-        best |= _evolve(cma, account, shares, reference, episodes)
+        best |= _evolve(account, shares, reference, episodes)
         shares = generator.random(len(names))
     return _final(account, search.name, [first], best, episodes)
 
 
 def _evolve(
-    cma: Any, account: _Account, shares: FloatArray, reference: Callable[[FloatArray], str], episodes: int
+    account: _Account, shares: FloatArray, reference: Callable[[FloatArray], str], episodes: int
 ) -> dict[str, float]:
     """The best policy of each generation, and the mean of the population, with their scores."""
     place = np.resize(shares, max(len(shares), 2))  # CMA-ES needs two numbers; a second one has no effect
-    options = {"bounds": [0.0, 1.0], "seed": account.seed % 2**31, "verbose": -9, "verb_disp": 0, "verb_log": 0}
-    strategy = cma.CMAEvolutionStrategy(np.clip(place, 0.02, 0.98), STEP, options)
+    run = Evolution(np.clip(place, 0.02, 0.98), STEP, seed=account.seed, bounds=(0.0, 1.0))
     best: dict[str, float] = {}
-    while not account.is_spent() and not strategy.stop():
-        seeds = account.draw(episodes)
-        places = strategy.ask()
-        policies = [reference(np.asarray(each)) for each in places]
-        scores: list[float] = []
-        for policy in policies:
-            scores.append(account.play(policy, seeds))
+
+    def judge(points: FloatArray) -> FloatArray | None:
+        seeds, scores = account.draw(episodes), dict[str, float]()
+        for policy in map(reference, points):
+            scores[policy] = account.play(policy, seeds)
             if account.is_spent():
                 break
-        else:
-            strategy.tell(places, [-score for score in scores])
-            best[reference(np.clip(strategy.mean, 0.0, 1.0))] = float(np.mean(scores))
-        best[policies[int(np.argmax(scores))]] = max(scores)
+        found = max(scores, key=lambda policy: scores[policy])
+        best[found] = scores[found]
+        return None if account.is_spent() else np.array([scores[policy] for policy in map(reference, points)])
+
+    while not account.is_spent() and not run.has_converged:
+        if (generation := run.step(judge)) is not None:
+            best[reference(np.clip(run.mean, 0.0, 1.0))] = float(generation.values.mean())
     return best
 
 

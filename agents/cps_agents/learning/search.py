@@ -22,9 +22,9 @@ from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
 from cps_agents.zoo.numbers import Numbers
 from cps_agents.zoo.policy import count_actions
+from cps_baselines.evolution import Evolution
 from cps_baselines.family import Family, find_family, play_family
 from cps_envs.core.documents import read_entry
-from cps_envs.core.errors import require
 from cps_envs.core.seeds import SEEDS_PER_RUN, VALIDATION, training_seed
 from cps_envs.core.types import FloatArray, other
 from cps_envs.registration import find_problem
@@ -58,7 +58,6 @@ def search(job: Job, report: Report) -> None:
         CommandError: a damaged checkpoint to go on from, or a recipe without a family that fits it.
         MissingExtraError: cma is not installed.
     """
-    require("cma", extra="baselines", purpose="policy search")
     family = family_of(job.recipe)
     with recording(job) as tracker:
         Search(job, family, tracker).go_on(report)
@@ -86,14 +85,12 @@ class Search:
     """A run of the strategy, brought to where its checkpoint ends."""
 
     def __init__(self, job: Job, family: Family, tracker: Tracker) -> None:
-        from cps_baselines.evolution import make_strategy
-
         self.run, self.recipe, self.family, self._tracker = job.run, job.recipe, family, tracker
         self.episodes = count_episodes(self.recipe.scenes)
         self.generations = max(self.recipe.total_steps // (self.recipe.population * self.episodes), 1)
         origin = np.zeros(len(family.numbers))
         deviation, population = self.recipe.search_deviation, self.recipe.population
-        self._strategy = make_strategy(origin, deviation, population=population, seed=[job.seed])
+        self._evolution = Evolution(origin, deviation, population=population, seed=[job.seed])
         self._cpu_before_s, self._started_s = float(job.run.read().get("cpu_s", 0.0)), time.process_time()
         self._reached = self._replay()
 
@@ -120,19 +117,24 @@ class Search:
 
     def values(self) -> FloatArray:
         """The numbers (1, k) in the middle of the search distribution."""
-        return self.family.values(self._strategy.mean[np.newaxis])
+        return self.family.values(self._evolution.mean[np.newaxis])
 
     def _step(self) -> None:
         """One generation, and the checkpoint that holds it."""
-        points = self._strategy.ask()
         first = training_seed(self.run.seed) + len(self._reached) * self.episodes % SEEDS_PER_RUN
-        reached = play_scenes(self.recipe, self.family, self.family.values(np.array(points)), first).mean(axis=1)
-        self._strategy.tell(points, (-reached).tolist())
+
+        def judge(points: FloatArray) -> FloatArray:
+            found: FloatArray = play_scenes(self.recipe, self.family, self.family.values(points), first).mean(axis=1)
+            return found
+
+        generation = self._evolution.step(judge)
+        assert generation is not None
+        reached = generation.values
         self._reached.append(reached.tolist())
-        write_json(self.run.folder / CHECKPOINT, {"reached": self._reached, "mean": self._strategy.mean.tolist()})
+        write_json(self.run.folder / CHECKPOINT, {"reached": self._reached, "mean": self._evolution.mean.tolist()})
         self.run.write(steps=self.steps, cpu_s=self.cpu_s)
         curves = {"generation/mean": float(reached.mean()), "generation/best": float(reached.max())}
-        self._tracker.log({**curves, "generation/deviation": float(self._strategy.sigma)}, self.steps)
+        self._tracker.log({**curves, "generation/deviation": self._evolution.deviation}, self.steps)
 
     def _replay(self) -> list[list[float]]:
         """Tell the strategy what the checkpoint's generations reached: it draws the same candidates again.
@@ -146,10 +148,10 @@ class Search:
             return []
         kept = read_entry(path, "checkpoint of policy search", "Delete the folder and train again.")
         reached = np.array([row.numbers(self.recipe.population) for row in kept["reached"].rows()])
-        mean = np.array(kept["mean"].numbers(len(self._strategy.mean)))
+        mean = np.array(kept["mean"].numbers(len(self._evolution.mean)))
         for row in reached:
-            self._strategy.tell(self._strategy.ask(), (-row).tolist())
-        if not np.array_equal(self._strategy.mean, mean):
+            self._evolution.step(lambda points, row=row: row)  # type: ignore[misc]
+        if not np.array_equal(self._evolution.mean, mean):
             raise CommandError(
                 f"{path} cannot be continued: another version of cma made it. Install that version, or delete the "
                 "folder and train again."
@@ -174,7 +176,7 @@ class Search:
 
     def _note(self) -> str:
         scores = [float(row["validation"]) for row in self.run.evaluations()]
-        return f"validation {scores[-1]:.4g}, best {max(scores):.4g}, deviation {self._strategy.sigma:.2g}"
+        return f"validation {scores[-1]:.4g}, best {max(scores):.4g}, deviation {self._evolution.deviation:.2g}"
 
 
 def make_card(run: Run, family: Family, facts: dict[str, Any]) -> Card:
