@@ -64,7 +64,7 @@ class DisbandingConfig:
         ConfigurationError: a value of wrong type, out of bounds, or that does not fit the others.
     """
 
-    num_platoons: IntRange = quantity(10, low=2, high=1000, source=f"{TABLE}: 2..10", ranged=True)
+    num_platoons: IntRange = quantity(10, low=2, high=10_000, source=f"{TABLE}: 2..10", ranged=True)
     vehicles_per_platoon: int = quantity(10, low=2, high=50, source=TABLE)
     duration_s: float = quantity(180.0, unit="s", low=1, high=86_400, source=f"{TABLE}: T_s")
     tau_s: Range = quantity(0.1, unit="s", low=0.01, high=2, source=f"{TABLE}: 0.1, 0.3, 0.5", ranged=True)
