@@ -23,7 +23,7 @@ from tools.bench.suite import judge, plan
 from tools.command import program
 
 PROBLEM = find_problem("rogue")
-YARDSTICKS = Yardsticks(cartpole_us=10.0, updates_per_s=1e9)
+YARDSTICKS = Yardsticks(cartpole_us=10.0, updates_per_s=1e9, divisions_per_s=1e9)
 
 
 def quiet(done: int, total: int, note: str) -> None:
@@ -38,9 +38,8 @@ def names(part: str) -> set[str]:
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(interfaces, "NUM_ENVS", (1, 2))
     monkeypatch.setattr(threads, "NUM_ENVS", (2,))
-    monkeypatch.setattr(
-        sizes, "SIZES", (Size("rogue", "5 vehicles", share=1e-9), Size("rogue", "hit", attack="square"))
-    )
+    known = (Size("rogue", "5 vehicles", reached=1e-9, operations=1.0), Size("rogue", "hit", attack="square"))
+    monkeypatch.setattr(sizes, "SIZES", known)
     monkeypatch.setattr(opponents, "policy_names", lambda problem, role: ["none", "square", "pd"])
     monkeypatch.setattr(opponents, "shipped_names", lambda: [])
 
@@ -135,19 +134,20 @@ def row(part: str, name: str, note: str = "", **values: float) -> Row:
 
 def test_a_kernel_whose_cost_does_not_fall_with_the_size_misses_its_target() -> None:
     slow = [
-        row("sizes", "disbanding 100 vehicles", work_per_s=3e8, machine_share=0.05, step_us=200.0),
-        row("sizes", "disbanding 4 vehicles", work_per_s=1e7, machine_share=0.002, step_us=150.0),
+        row("sizes", "disbanding 100 vehicles", work_per_s=3e8, reached=0.5, step_us=200.0),
+        row("sizes", "disbanding 4 vehicles", work_per_s=1e7, reached=0.02, step_us=150.0),
     ]
     met = {target.what: target.met for target in judge(slow)}
     assert met["disbanding 4 vehicles: cost over 100 vehicles"] is False
-    assert met["disbanding 100 vehicles: share"] is met["disbanding 100 vehicles: substeps/s"] is True
+    assert met["disbanding 100 vehicles: of its limit"] is met["disbanding 100 vehicles: substeps/s"] is True
 
 
 def test_targets_are_the_costliest_opponent_that_is_no_solver() -> None:
     measured = [
-        row("opponents", "fdi.attacker.cheap", times_none_64=1.5),
-        row("opponents", "fdi.attacker.dear", times_none_64=2.5),
-        row("opponents", "fdi.attacker.exact", note="solver", times_none_64=99.0),
+        row("opponents", "fdi.attacker.usual in cheap", times_none_64=1.5),
+        row("opponents", "fdi.attacker.usual in dear", times_none_64=4.5),
+        row("opponents", "fdi.attacker.random", times_none_64=9.0),
+        row("opponents", "fdi.attacker.usual in exact", note="solver", times_none_64=99.0),
         row("opponents", "fdi.attacker.absent", note="needs options"),
         row("added", "FdiAttack", single_us=3.0, vector_us=30.0),
         row("interfaces", "FdiAttack single", cartpoles=1.0, steps_per_s=1e5),
@@ -157,7 +157,7 @@ def test_targets_are_the_costliest_opponent_that_is_no_solver() -> None:
         "FdiAttack single: CartPoles": True,
         "FdiAttack: us that single adds": True,
         "FdiAttack: us that vector adds": False,
-        "fdi attacker, costliest: dear, x none": False,
+        "fdi attacker, costliest: usual in dear, x none": False,
     }
 
 
@@ -177,9 +177,7 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Findings:
     """What the command finds, without measuring."""
     found = Findings(
         [
-            row(
-                "sizes", "disbanding 1,000 vehicles", work_per_s=2e8, substep_ns=5.0, machine_share=0.03, step_us=500.0
-            ),
+            row("sizes", "disbanding 1,000 vehicles", work_per_s=2e8, substep_ns=5.0, reached=0.3, step_us=500.0),
             row("interfaces", "DisbandingDefense vector 1024", steps_per_s=1e9, step_us=0.001, cartpoles=0.0001),
             row("added", "DisbandingDefense", game_us=20.0, single_us=4.0, vector_us=20.0),
             row("opponents", "disbanding.defender.zoo:disbanding-defense-ppo", us_1=1e4, times_none_1=999.0),

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from cps_agents.bench.measuring import Findings, measure
+from cps_agents.bench.row import Row
 from cps_agents.bench.tables import OWN, Columns, number, tables, yardsticks
 from cps_agents.commands.bench import QUICK_S, USUAL_S, Only, Quick, Seconds
 from cps_agents.commands.options import AsJson
@@ -19,10 +20,11 @@ from cps_agents.progress import Progress
 from cps_agents.table import Table, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near, require
-from tools.bench.suite import PARTS, TRAINING, judge, plan
+from tools.bench.before import BEFORE
+from tools.bench.suite import LEARNING, PARTS, TRAINING, judge, plan
 from tools.command import run
 
-PART = "Measure this part: sizes, threads, interfaces, added, opponents or training."
+PART = "Measure this part: sizes, resets, threads, interfaces, added, opponents, training or learning."
 
 
 def bench(
@@ -61,9 +63,9 @@ def _parts(chosen: Sequence[str], training: bool) -> list[str]:
     for part in chosen:
         if part not in PARTS:
             raise CommandError(f"--part {part!r}: there is no such part. {near(part, PARTS)}")
-    found = list(chosen) or [part for part in PARTS if part != TRAINING]
-    if training and TRAINING not in found:
-        found.append(TRAINING)
+    found = list(chosen) or [part for part in PARTS if part not in (TRAINING, LEARNING)]
+    if training:
+        found += [part for part in (TRAINING, LEARNING) if part not in found]
     if TRAINING in found:
         require("stable_baselines3", extra="train", purpose="measuring training")
     return found
@@ -79,13 +81,28 @@ def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) 
     }
 
 
+def _before(key: str, form: str) -> Any:
+    """The value of a row before this version, see `before.BEFORE`."""
+
+    def cell(row: Row) -> str:
+        values = BEFORE.get((row.part, row.name), {})
+        return format(values[key], form) if key in values else "-"
+
+    return cell
+
+
+def _limit(row: Row) -> str:
+    """Of the speed that counted operations allow."""
+    return f"{row.values['reached']:.0%}" if row.values.get("reached") else "-"
+
+
 COLUMNS: Columns = {
     "sizes": (
         "Sizes: substeps in a vector of 64; memory of an episode",
         (
             ("M/s", number("work_per_s", factor=1e-6)),
             ("ns each", number("substep_ns", ".3g")),
-            ("share", number("machine_share", ".3%")),
+            ("of its limit", _limit),
             ("us/step", number("step_us")),
             ("kB", number("episode_kb")),
         ),
@@ -97,6 +114,15 @@ COLUMNS: Columns = {
             ("one", number("alone_per_s", ",.0f")),
             ("all", number("together_per_s", ",.0f")),
             ("gain", number("speed_up", ".2f")),
+            ("before", _before("speed_up", ".2f")),
+        ),
+    ),
+    "resets": (
+        "Resets of 1,024 environments against none: microseconds for each",
+        (
+            ("seeded", number("reset_us", ".2f")),
+            ("before", _before("reset_us", ".1f")),
+            ("not seeded", number("again_us", ".2f")),
         ),
     ),
     **OWN,
@@ -107,6 +133,7 @@ COLUMNS: Columns = {
             ("x none", number("times_none_1", ".2f")),
             ("us, 64", number("us_64")),
             ("x none", number("times_none_64", ".2f")),
+            ("before", _before("times_none_64", ".2f")),
         ),
     ),
     "training": (
@@ -115,6 +142,17 @@ COLUMNS: Columns = {
             ("recipe", number("steps_per_s", ",.0f")),
             ("defaults", number("default_steps_per_s", ",.0f")),
             ("ratio", number("ratio", ".1f")),
+        ),
+    ),
+    "learning": (
+        "Our own PPO: native decisions per CPU second, and shares of the time in percent",
+        (
+            ("steps/s", number("steps_per_s", ",.0f")),
+            ("environment", number("environment", ".0f", 100)),
+            ("opponent", number("opponent", ".0f", 100)),
+            ("forward", number("forward", ".0f", 100)),
+            ("gradient", number("gradient", ".0f", 100)),
+            ("book-keeping", number("book_keeping", ".0f", 100)),
         ),
     ),
 }

@@ -20,6 +20,7 @@ from cps_envs.core.types import ROLES, Role, other
 PART = "opponents"
 NUM_ENVS = (1, 64)
 SOLVER = "solver"
+USUAL = "usual in"
 LEFT_OUT = ("none", *NEED_OPTIONS)  # what others are compared with; and a mixture costs what its policies cost
 SOLVERS: Mapping[str, str] = {  # policies that solve a program at each decision, or one at the start of an episode
     "disbanding.attacker.ga": "ga?generations=1&population=4",  # its search is not counted: keep it short
@@ -89,11 +90,23 @@ class Opponent:
         return lambda: made.step(neutral)
 
 
+def _usual(problem: Problem) -> Iterator[Item]:
+    """Whom each preset plays against unless somebody is named."""
+    for preset, usual in problem.opponents.items():
+        for role, reference in usual.items():
+            solver = f"{problem.name}.{role}.{reference}" in SOLVERS
+            if reference != "none":
+                found = Opponent(problem, role, reference, (preset,), solver=solver)
+                name = f"{problem.name}.{role}.{USUAL} {preset}"
+                yield Item(PART, name, found.measure, SOLVER if solver else "")
+
+
 def items(problems: list[Problem]) -> Iterator[Item]:
     """The policies of both roles that have names, and the trained ones."""
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
     for problem in problems:
         presets = tuple(problem.presets)
+        yield from _usual(problem)
         for role in ROLES:
             for name in policy_names(problem.name, role):
                 if name in LEFT_OUT:

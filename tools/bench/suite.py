@@ -9,7 +9,7 @@ from typing import TypeAlias
 from cps_agents.bench import interfaces
 from cps_agents.bench.row import Item, Row, Values
 from cps_envs.core.problem import Problem
-from tools.bench import opponents, sizes, threads
+from tools.bench import opponents, resets, sizes, threads
 
 CARTPOLES = {  # single decisions that may cost so many steps of a single CartPole at most
     "DisbandingAttack single": 8.0,
@@ -23,7 +23,11 @@ CARTPOLES = {  # single decisions that may cost so many steps of a single CartPo
 }
 DECISIONS_PER_S = {"DisbandingAttack single": 1.2e4}  # on the machine of docs/speed.md
 SINGLE_ADDS_US, VECTOR_ADDS_US = 10.0, 20.0  # what an interface may add to a decision of one environment
-OPPONENT_TIMES = 2.0  # the cost of `none` that an opponent may have at 64 environments, if it is no solver
+OPPONENT_TIMES = 4.0  # the cost of `none` that a usual opponent may have at 64 environments, if it is no solver
+RESET_US = {"fdi paper": 5.0, "rogue paper": 8.0, "disbanding paper": 10.0, "hvac paper": 20.0}
+LEAST_GAIN = 0.95  # of threads, at any size
+GAINS = {"disbanding vector 1024": 1.8, "rogue vector 1024": 1.8}
+STEPS_PER_S = {"fdi-attack": 6e4, "fdi-defense": 6e4, "rogue-attack": 6e4, "rogue-defense": 6e4}  # of our own PPO
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class Target:
 def judge(rows: Sequence[Row]) -> list[Target]:
     """The targets of everything that was measured."""
     found = {(row.part, row.name): row.values for row in rows if row.values}
-    return [*_sizes(found), *_single(found), *_added(rows), *_opponents(rows)]
+    return [*_sizes(found), *_single(found), *_added(rows), *_opponents(rows), *_others(found)]
 
 
 Found: TypeAlias = Mapping[tuple[str, str], Values]
@@ -58,8 +62,8 @@ def _sizes(found: Found) -> Iterator[Target]:
             continue
         if size.per_s:
             yield Target(f"{name}: substeps/s", values["work_per_s"], size.per_s, at_least=True)
-        if size.share:
-            yield Target(f"{name}: share", values["machine_share"], size.share, at_least=True)
+        if size.reached:
+            yield Target(f"{name}: of its limit", values["reached"], size.reached, at_least=True)
         if than is not None:
             cost = values["step_us"] / than["step_us"]
             yield Target(f"{name}: cost over {size.cheaper[0]}", cost, size.cheaper[1])
@@ -82,11 +86,12 @@ def _added(rows: Sequence[Row]) -> Iterator[Target]:
 
 
 def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
-    """The costliest opponent of each role that is no solver."""
+    """The costliest usual opponent of each role that is no solver."""
     key = f"times_none_{opponents.NUM_ENVS[-1]}"
     worst: dict[str, Row] = {}
     for row in rows:
-        if row.part == opponents.PART and key in row.values and row.note != opponents.SOLVER:
+        usual = row.part == opponents.PART and opponents.USUAL in row.name
+        if usual and key in row.values and row.note != opponents.SOLVER:
             role = " ".join(row.name.split(".")[:2])
             if role not in worst or row.values[key] > worst[role].values[key]:
                 worst[role] = row
@@ -95,8 +100,28 @@ def _opponents(rows: Sequence[Row]) -> Iterator[Target]:
         yield Target(f"{role}, costliest: {policy}, x none", row.values[key], OPPONENT_TIMES)
 
 
-TRAINING = "training"
-PARTS = (sizes.PART, threads.PART, interfaces.PART, interfaces.ADDED, opponents.PART, TRAINING)
+def _others(found: Found) -> Iterator[Target]:
+    for (part, name), values in found.items():
+        if part == resets.PART and name in RESET_US:
+            yield Target(f"{name}: us of a seeded reset", values["reset_us"], RESET_US[name])
+        if part == threads.PART:
+            least = GAINS.get(name, LEAST_GAIN)
+            yield Target(f"{name}: gain of threads", values["speed_up"], least, at_least=True)
+        if part == LEARNING and name in STEPS_PER_S:
+            yield Target(f"{name}: native steps/CPU s", values["steps_per_s"], STEPS_PER_S[name], at_least=True)
+
+
+TRAINING, LEARNING = "training", "learning"  # which need PyTorch
+PARTS = (
+    sizes.PART,
+    resets.PART,
+    threads.PART,
+    interfaces.PART,
+    interfaces.ADDED,
+    opponents.PART,
+    TRAINING,
+    LEARNING,
+)
 
 
 def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
@@ -104,6 +129,7 @@ def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
     chosen = list(problems)
     makers = {
         sizes.PART: sizes.items,
+        resets.PART: resets.items,
         threads.PART: threads.items,
         interfaces.PART: interfaces.items,
         interfaces.ADDED: interfaces.added_items,
@@ -114,4 +140,8 @@ def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
         from tools.bench import training
 
         found += training.items(chosen)
+    if LEARNING in parts:
+        from tools.bench import learning
+
+        found += learning.items(chosen)
     return found

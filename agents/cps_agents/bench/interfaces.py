@@ -156,11 +156,22 @@ def drive(position: FloatArray, speed: FloatArray, sweeps: int) -> None:
             position[i] += 0.01 * speed[i]
 
 
+@kernel
+def divide(numbers: FloatArray, divisors: FloatArray, sweeps: int) -> None:
+    """Divide numbers (n,) by others close to 1, again and again."""
+    for i in range(numbers.size):
+        numbers[i], divisors[i] = 1.0, 1.0 + 1e-9 * i
+    for _ in range(sweeps):
+        for i in range(numbers.size):
+            numbers[i] = numbers[i] / divisors[i]
+
+
 def measure_yardsticks(seconds: float) -> Yardsticks:
     """Both, with about `seconds` of CPU for each."""
     position, speed = _arrays()
     updates = VEHICLES * SWEEPS * calls_per_s(lambda: drive(position, speed, SWEEPS), seconds)
-    return Yardsticks(1e6 / calls_per_s(single(CARTPOLE), seconds), updates)
+    divisions = VEHICLES * SWEEPS * calls_per_s(lambda: divide(position, speed, SWEEPS), seconds)
+    return Yardsticks(1e6 / calls_per_s(single(CARTPOLE), seconds), updates, divisions)
 
 
 def _arrays() -> tuple[FloatArray, FloatArray]:
