@@ -34,6 +34,7 @@ FAMILIES: Mapping[str, str] = {  # by name; anything else is looked up as module
     "hvac-tracker": "cps_baselines.hvac.families:TRACKER_COLD",
     "hvac-tracker-warm": "cps_baselines.hvac.families:TRACKER_WARM",
     "rogue-boxing-in": "cps_baselines.rogue.families:BOXING_IN",
+    "rogue-escort": "cps_baselines.rogue.families:ESCORT",
     "rogue-switching": "cps_baselines.rogue.families:SWITCHING",
 }
 

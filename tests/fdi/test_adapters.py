@@ -207,3 +207,13 @@ def test_the_registered_mimic_plays_constant_motion() -> None:
     quiet = play("mimic?acceleration_mps2=0", "cusum", range(60), "learning", attack_share=1.0)
     assert quiet["return"].mean() < 0.1
     assert 0.9 < found["return"].mean() < 1.8
+
+
+def test_a_mimic_may_have_an_acceleration_for_each_task() -> None:
+    tasks = spec_of("attacker", preset="learning").config.listed_tasks
+    same = play(f"mimic?by_task={[0.5] * len(tasks)}".replace(" ", ""), "bank", range(40), "learning")
+    np.testing.assert_array_equal(same["return"], play("mimic", "bank", range(40), "learning")["return"])
+    own = play("mimic?by_task=[1.0,0.7,0.85,2.0,3.0,2.0,0.6,0.3]", "bank", range(200), "learning")
+    assert own["return"].mean() > 1.1 * play("mimic", "bank", range(200), "learning")["return"].mean()
+    with pytest.raises(ConfigurationError, match="by_task has 2 accelerations for 8 tasks"):
+        play("mimic?by_task=[1.0,2.0]", "bank", range(1), "learning")

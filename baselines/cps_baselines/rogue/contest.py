@@ -81,7 +81,7 @@ CONTEST = Contest(
             *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
             *(constant((law,) * 3, 1) for law in range(2, len(CONTROLLERS)) if CONTROLLERS[law] != "human"),
         ),
-        informed=(Contestant("informed"),),
+        informed=(Contestant("informed"), Contestant("escort")),
         searches=(MONITOR,),
     ),
 )

@@ -1,9 +1,10 @@
-"""Families of policies of the rogue-vehicle problem, whose numbers a search chooses, and `box_in` with such numbers."""
+"""Families of policies of the rogue-vehicle problem, whose numbers a search chooses, and policies with such numbers."""
 
 from __future__ import annotations
 
 from cps_baselines.family import Family, Number
 from cps_baselines.rogue.boxing_in import BoxingIn, Manners
+from cps_baselines.rogue.escort import Escort, Ways
 from cps_baselines.rogue.switching import Switching
 from cps_baselines.searched import searched
 from cps_envs.core.policy import RoleSpec
@@ -51,6 +52,27 @@ AHEAD = Manners(
     grip=22.5,
     press=4.95,
 )
+WAYS = Ways(  # by policy search against the panel of rogue-defense, from numbers set by hand
+    gap_gain=0.485,
+    rate_gain=0.477,
+    speed=5.42,
+    place=0.0309,
+    limit_mps=45.8,
+    pair_gap=0.974,
+    pair_closing=5.25,
+    allowed_mps=0.348,
+    stopping=40.2,
+    wanted_m=2.13,
+    pushed=0.059,
+    near_m=8.05,
+    slow_mps=8.05,
+    touch_mps=2.83,
+    approach=1.26,
+    most_mps=0.0747,
+    grip=16.9,
+    mirror=1.7,
+    home=0.42,
+)
 STEP = 0.5  # of the logarithm of each number
 STEPS = {"touch_mps": 0.1, "approach": 0.5}  # of the numbers themselves, which may be negative
 
@@ -68,6 +90,23 @@ BOXING_IN = Family(
     ),
     BoxingIn,
 )
+ESCORT = Family(
+    "rogue",
+    "defender",
+    tuple(Number(name, start, 0.3, by_factors=True) for name, start in WAYS._asdict().items()),
+    Escort,
+)
+
+
+def escort(spec: RoleSpec, **numbers: float) -> Escort:
+    """Is told who attacks and from when on: vehicles ahead of it give way, and the nearest one mirrors it.
+
+    `numbers` are those of `Ways`, such as `near_m`; left out, those that a search found.
+
+    Raises:
+        ConfigurationError: an unknown number, or what `Escort` refuses.
+    """
+    return Escort(spec, ESCORT.row(numbers))
 
 
 def box_in(spec: RoleSpec, **numbers: float) -> BoxingIn:
