@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from gymnasium import spaces
 
@@ -109,6 +110,23 @@ def test_a_file_gives_the_same_score_back(tracker: Score, file: Path) -> None:
     verify.verify(file, audit=True, draw=7, say=said.append)
     assert "100% end as the file says" in said[0]
     assert said[1].startswith("audit 7: 100.0")
+
+
+def test_training_seeds_divide_the_episodes_and_are_the_sample(folder: Path, tracker: Score, tmp_path: Path) -> None:
+    network, part = score("fdi-attack", "zoo:fdi-attack"), EPISODES // 5
+    assert {len(rows[0]) for rows in network.pays.values()} == {part}
+    alone = score(
+        "fdi-attack", "zoo:fdi-attack?seed=1"
+    )  # the second of five: it plays the second part in the first score
+    np.testing.assert_array_equal(network.pays["1"][0], alone.pays[""][0][part : 2 * part])
+    assert (network.estimate.seeds, network.estimate.episodes) == (5, 1)
+    played = [values[0, : 5 * part].mean() for values in tracker.strata]
+    assert network.minus(tracker).mean == pytest.approx(network.estimate.mean - np.mean(played))
+    fewer = replace(network, pays={seed: network.pays[seed] for seed in ("0", "1")})
+    assert fewer.minus(network).high > network.estimate.high - network.estimate.mean  # type: ignore[operator]
+    path = tmp_path / "network.json"
+    path.write_text(json.dumps(network.to_json()))
+    verify.verify(path)
 
 
 def test_a_forged_pay_is_rejected(file: Path) -> None:

@@ -14,13 +14,13 @@ from cps_envs.core.untrained import choices_of
 MOST_CONSTANTS = 81  # of an adapter; above that they are too many to play
 
 
-def constants_of(spec: RoleSpec, adapter: str) -> list[str]:
-    """A reference to each constant action of an adapter, if they are few; of a continuous one to the neutral action."""
+def constants_of(spec: RoleSpec, adapter: str, most: int = MOST_CONSTANTS) -> list[str]:
+    """A reference to each constant action of an adapter, if at `most` so many; of a continuous one to the neutral."""
     bound = spec.adapter(adapter)
     choices = choices_of(bound.action_space)
     if not choices:
         return [f"always?adapter={adapter}&action={bound.neutral_action.tolist()}".replace(" ", "")]
-    if np.prod(choices) > MOST_CONSTANTS:
+    if np.prod(choices) > most:
         return []
     actions = [list(each) if bound.action_space.shape else each[0] for each in product(*map(range, choices))]
     return [f"always?adapter={adapter}&action={action}".replace(" ", "") for action in actions]

@@ -19,7 +19,6 @@ from cps_agents.scoring.kind import Kind
 from cps_agents.scoring.score import score
 from cps_agents.scoring.verify import read_score
 from cps_agents.scoring.verify import verify as check
-from cps_agents.zoo.references import by_training_seed
 from cps_baselines.tracks import find_track, tracks
 
 
@@ -51,7 +50,7 @@ def score_policy(
 ) -> None:
     """Play a policy against the panel of a track and print one line to cite, and its rank."""
     found = find_track(track)
-    total = found.episodes * len(found.panel) * len(by_training_seed(policy)) // (8 if dev else 1)
+    total = found.episodes * len(found.panel) // (8 if dev else 1)
     with Progress("episodes", total) as progress:
         made = Kind(kind or "searched", numbers) if kind or numbers else None
         scored = score(track, policy, split="dev" if dev else "test", kind=made, report=progress.update)

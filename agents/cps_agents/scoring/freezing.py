@@ -7,15 +7,17 @@ from pathlib import Path
 
 import numpy as np
 
-from cps_agents.arena.constants import native_constants
+from cps_agents.arena.constants import constants_of, native_constants
 from cps_agents.scoring.frozen import DEV, PLACES, texts, write_frozen
 from cps_agents.scoring.playing import answers, pays, seeds_of
 from cps_baselines.tracks import Track, constants
 from cps_envs.core.types import FloatArray
+from cps_envs.core.untrained import choices_of
 from cps_envs.registration import find_problem
 
-ROUNDS = ((64, 6), (8, 2), (1, 1))  # constants play such a part of the episodes, and so many of them stay
+ROUNDS = ((64, 8), (8, 2), (1, 1))  # constants play such a part of the episodes, and so many of them stay
 FEWEST = 4  # episodes against each opponent, in every round
+MOST_CONSTANTS = 600  # of an adapter
 Said = Callable[[str], None]
 
 
@@ -51,9 +53,16 @@ def freeze(track: Track, episodes: int, candidates: Sequence[str] = (), say: Sai
 
 
 def every_constant(track: Track) -> list[str]:
-    """Policies of a role that never look."""
-    spec = find_problem(track.problem).game(track.venue.config, 1).spec(track.role)
-    return list(dict.fromkeys(["none", "random", *constants(track), *native_constants(spec)]))
+    """Policies of a role that never look, those of the adapter that learners play it through included.
+
+    A continuous action of an adapter sets the numbers of a controller, which looks: it is none of them.
+    """
+    problem = find_problem(track.problem)
+    spec = problem.game(track.venue.config, 1).spec(track.role)
+    adapter = problem.training[track.role].adapter
+    choices = choices_of(spec.adapter(adapter).action_space)
+    own = constants_of(spec, adapter, MOST_CONSTANTS) if choices else []
+    return list(dict.fromkeys(["none", "random", *constants(track), *native_constants(spec), *own]))
 
 
 def mean_pay(track: Track, rows: Sequence[FloatArray]) -> float:

@@ -45,8 +45,12 @@ class Frozen:
         return self.told - self.zero
 
     def values(self, split: str, place: int, paid: FloatArray) -> FloatArray:
-        """Scores of single episodes, (..., E), against the opponent at a place of the panel; 100 as its best answer."""
-        found: FloatArray = 100.0 + 100.0 * (paid - self.pays[split][place][: paid.shape[-1]]) / self.span
+        """Scores of single episodes, (S, E), against the opponent at a place of the panel; 100 as its best answer.
+
+        Row s of the pays is of the s-th of S parts of the episodes.
+        """
+        best = self.pays[split][place][: paid.size].reshape(paid.shape)
+        found: FloatArray = 100.0 + 100.0 * (paid - best) / self.span
         return found
 
     def check_game(self) -> None:

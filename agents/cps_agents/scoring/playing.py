@@ -29,6 +29,15 @@ def seeds_of(track: Track, split: str, episodes: int, draw: int = 0) -> list[ran
     return [score_seeds(split, place, episodes, draw) for place in range(len(track.panel))]
 
 
+def parted(seeds: Seeds, parts: int) -> list[list[Sequence[int]]]:
+    """The seeds of each of so many parts, equally many against each opponent: what each training seed plays."""
+    counts = [len(own) // parts for own in seeds]
+    return [
+        [own[place * count : (place + 1) * count] for own, count in zip(seeds, counts, strict=True)]
+        for place in range(parts)
+    ]
+
+
 def pays(track: Track, policy: PolicyReference, seeds: Seeds, report: Report = silent) -> list[FloatArray]:
     """What the attacker is paid against each opponent, one value for each of its seeds.
 

@@ -11,12 +11,12 @@ from typing import Any, Literal
 import numpy as np
 
 from cps_agents.arena.sources import sources_of
-from cps_agents.arena.statistics import Estimate, difference, estimate
+from cps_agents.arena.statistics import Estimate, estimate
 from cps_agents.errors import CommandError
 from cps_agents.machine import versions
 from cps_agents.scoring.frozen import DEV, Frozen, read_frozen, rounded, texts
 from cps_agents.scoring.kind import Kind, kind_of
-from cps_agents.scoring.playing import Report, pays, seeds_of, silent
+from cps_agents.scoring.playing import Report, parted, pays, seeds_of, silent
 from cps_agents.zoo.lookup import playable
 from cps_agents.zoo.references import by_training_seed
 from cps_baselines.tracks import CHALLENGE, find_track
@@ -37,7 +37,9 @@ class Score:
     split: str
     policy: str  # reference; of an object that Python handed over its class
     kind: Kind
-    pays: Mapping[str, Sequence[FloatArray]]  # training seed -> for each opponent and episode; "" where there is none
+    pays: Mapping[
+        str, Sequence[FloatArray]
+    ]  # training seed -> for each opponent, its part of the episodes; "": no seed
     sources: Mapping[str, str] = field(default_factory=dict)  # hashes of trained networks and of code of one's own
     playable: bool = True  # again, from its reference
     cpu_s: float = 0.0
@@ -45,7 +47,7 @@ class Score:
 
     @cached_property
     def strata(self) -> list[FloatArray]:
-        """For each opponent an array (training seeds, episodes); the mean of their means is the score."""
+        """For each opponent an array (training seeds, their episodes); the mean of their means is the score."""
         track, found = self.frozen.track, []
         for place, share in enumerate(track.shares):
             paid = np.array([rows[place] for rows in self.pays.values()])
@@ -54,8 +56,8 @@ class Score:
 
     @cached_property
     def estimate(self) -> Estimate:
-        """The score with its 95 % interval over episodes and training seeds."""
-        return estimate(self.strata, resamples=RESAMPLES)
+        """The score with its 95 % interval, over training seeds where there are several, else over episodes."""
+        return _estimate(self.strata)
 
     @property
     def half_width(self) -> float:
@@ -94,13 +96,20 @@ class Score:
     def minus(self, other: Score) -> Estimate:
         """How much higher this score is, in pairs on the same episodes.
 
+        Two that have several training seeds, but not as many, divide the episodes otherwise and are not paired.
+
         Raises:
             CommandError: the other one is of another track or split.
         """
         mine, theirs = ((each.frozen.track.name, each.split) for each in (self, other))
         if mine != theirs:
             raise CommandError(f"scores of {' '.join(mine)} and {' '.join(theirs)} cannot be compared")
-        return difference(self.strata, other.strata, resamples=RESAMPLES)
+        parts = max(len(self.pays), len(other.pays))
+        if {len(self.pays), len(other.pays)} <= {1, parts}:
+            sides = (_in_parts(each.strata, parts) for each in (self, other))
+            return _estimate([one - two for one, two in zip(*sides, strict=True)])
+        found, around = self.estimate.mean - other.estimate.mean, float(np.hypot(self.half_width, other.half_width))
+        return Estimate(found, found - around, found + around, len(self.pays), self.episodes)
 
     def to_json(self) -> dict[str, Any]:
         """What `score verify` reads."""
@@ -124,6 +133,19 @@ class Score:
         }
 
 
+def _in_parts(strata: Sequence[FloatArray], parts: int) -> list[FloatArray]:
+    """Arrays (1, E) or (parts, E / parts) as arrays (parts, E / parts) of the same episodes."""
+    counts = [values.size // parts for values in strata]
+    return [values.ravel()[: parts * count].reshape(parts, count) for values, count in zip(strata, counts, strict=True)]
+
+
+def _estimate(strata: Sequence[FloatArray]) -> Estimate:
+    """The mean with its interval. Several training seeds play each their own episodes, so they are the sample."""
+    if len(strata[0]) > 1:
+        strata = [np.mean([values.mean(axis=1) for values in strata], axis=0)[:, np.newaxis]]
+    return estimate(strata, resamples=RESAMPLES)
+
+
 def score(
     track: str,
     policy: PolicyReference,
@@ -135,8 +157,9 @@ def score(
 ) -> Score:
     """Score a policy: a reference, or any object with `predict`, such as a model of stable-baselines3.
 
-    All training seeds of `zoo:NAME` and of `sb3:FOLDER` play. `sampled` is for a model of `cps_agents.sb3.make` that
-    draws its actions. `kind` says what made the policy, where that cannot be told from its reference.
+    All training seeds of `zoo:NAME` and of `sb3:FOLDER` play, each its own part of the episodes. `sampled` is for a
+    model of `cps_agents.sb3.make` that draws its actions. `kind` says what made the policy, where that cannot be told
+    from its reference.
 
     Raises:
         UnknownNameError: there is no such track or policy.
@@ -154,9 +177,9 @@ def score(
         spec = find_problem(found.problem).game(found.venue.config, 1).spec(found.role)
         players = {None: playable(policy, spec, sampled=sampled)}
     paid: dict[str, Sequence[FloatArray]] = {}
-    for place, (seed, player) in enumerate(players.items()):
-        before = place * sum(map(len, seeds))
-        rows = pays(found, player, seeds, lambda done, before=before: report(before + done))  # type: ignore[misc]
+    for place, ((seed, player), own) in enumerate(zip(players.items(), parted(seeds, len(players)), strict=True)):
+        before = place * sum(map(len, own))
+        rows = pays(found, player, own, lambda done, before=before: report(before + done))  # type: ignore[misc]
         paid["" if seed is None else str(seed)] = [rounded(row) for row in rows]
     return Score(
         frozen=frozen,

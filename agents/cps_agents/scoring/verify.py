@@ -14,7 +14,7 @@ from cps_agents.arena.sources import sources_of
 from cps_agents.errors import CommandError
 from cps_agents.scoring.frozen import TOLERANCE, read_frozen, read_pays
 from cps_agents.scoring.kind import KINDS, Kind
-from cps_agents.scoring.playing import answers, pays, seeds_of
+from cps_agents.scoring.playing import answers, parted, pays, seeds_of
 from cps_agents.scoring.score import Score
 from cps_agents.zoo.references import by_training_seed
 from cps_baselines.tracks import CHALLENGE, find_track
@@ -50,13 +50,14 @@ def read_score(path: Path) -> Score:
             f"{path} was made with another version of {CHALLENGE} {frozen.track.name}, digest "
             f"{document['digest'].text()} instead of {frozen.digest}: score the policy again"
         )
-    count = len(frozen.pays[split][0])
+    kept = document["pays"].entries()
+    count = len(frozen.pays[split][0]) // max(len(kept), 1)  # training seeds divide the episodes
     found = Score(
         frozen=frozen,
         split=split,
         policy=document["policy"].text(),
         kind=Kind(document["kind"].text(list(KINDS)), document["numbers"].whole(0, MOST_NUMBERS)),
-        pays={seed: read_pays(frozen.track, rows, count) for seed, rows in document["pays"].entries().items()},
+        pays={seed: read_pays(frozen.track, rows, count) for seed, rows in kept.items()},
         sources={name: value.text() for name, value in document["sources"].entries().items()},
         playable=document["playable"].value is True,
         cpu_s=document["cpu_s"].number(0),
@@ -101,10 +102,11 @@ def verify(path: Path, *, audit: bool = False, draw: int | None = None, say: Sai
 
 def _replayed(found: Score, players: dict[int | None, PolicyReference], generator: np.random.Generator) -> str:
     """Play drawn episodes of one training seed again."""
-    seed = list(players)[int(generator.integers(len(players)))]
+    place = int(generator.integers(len(players)))
+    seed = list(players)[place]
     track, kept = found.frozen.track, found.pays["" if seed is None else str(seed)]
-    rows = [np.sort(generator.choice(found.episodes, min(DRAWN, found.episodes), replace=False)) for _ in track.panel]
-    every = seeds_of(track, found.split, found.episodes)
+    every = parted(seeds_of(track, found.split, found.episodes), len(players))[place]
+    rows = [np.sort(generator.choice(len(own), min(DRAWN, len(own)), replace=False)) for own in every]
     seeds = [[own[row] for row in chosen] for own, chosen in zip(every, rows, strict=True)]
     again = np.concatenate(pays(track, players[seed], seeds))
     stated = np.concatenate([values[chosen] for values, chosen in zip(kept, rows, strict=True)])
@@ -121,9 +123,13 @@ def _replayed(found: Score, players: dict[int | None, PolicyReference], generato
 def _audited(found: Score, players: dict[int | None, PolicyReference], draw: int) -> str:
     """Play fresh seeds, beside the best answers on the same."""
     track = found.frozen.track
-    seeds = seeds_of(track, "audit", max(found.episodes // AUDITED, 2), draw)
+    seeds = seeds_of(track, "audit", max(found.episodes // AUDITED, 2 * len(players)), draw)
     known = answers(track, seeds)
-    paid = {"" if seed is None else str(seed): pays(track, player, seeds) for seed, player in players.items()}
+    parts = parted(seeds, len(players))
+    paid = {
+        "" if seed is None else str(seed): pays(track, player, own)
+        for (seed, player), own in zip(players.items(), parts, strict=True)
+    }
     fresh = _elsewhere(found, known, paid)
     off = fresh.estimate.mean - found.estimate.mean
     most = 2 * float(np.hypot(fresh.half_width, found.half_width))

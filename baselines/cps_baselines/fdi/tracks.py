@@ -12,7 +12,8 @@ HYPOTHESES = written("hypotheses", **searched("fdi", "hypotheses"))
 SEARCHED_TRACKER = written("task_tracker", **searched("fdi", "task_tracker"))
 TRACKER = written("tracker", margin=0.95, late=1.3, swing=1.1, swing_s=0.1, range_part=1.2, sight=True)
 SLOW_MIMIC = written("mimic", acceleration_mps2=0.3)
-MIMIC = written("mimic", acceleration_mps2=0.5)
+BY_TASK_AGAINST_BANK = "mimic?by_task=[1.0,0.7,0.85,2.0,3.0,2.0,0.6,0.3]"
+BY_TASK_AGAINST_HYPOTHESES = "mimic?by_task=[3.0,0.5,3.0,0.7,3.0,0.4,0.4,0.35]"
 FAST_MIMIC = written("mimic", acceleration_mps2=0.7)
 SWING = written("swing", swing_s=2.0, open=1.0, close=1.0, range_part=1.0)
 
@@ -20,12 +21,12 @@ TRACKS = (
     Track(
         "fdi",
         "attacker",
-        2048,
+        4096,
         (
             Rival("cusum", CUSUM, SEARCHED_TRACKER, 2.0),
             Rival("chi2", CHI2, SEARCHED_TRACKER),
-            Rival("bank", BANK, SEARCHED_TRACKER, 2.0),
-            Rival("hypotheses", HYPOTHESES, MIMIC, 6.0),
+            Rival("bank", BANK, BY_TASK_AGAINST_BANK, 2.0),
+            Rival("hypotheses", HYPOTHESES, BY_TASK_AGAINST_HYPOTHESES, 2.0),
         ),
     ),
     Track(

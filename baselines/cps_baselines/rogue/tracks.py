@@ -35,7 +35,6 @@ SEARCHED_MONITOR = written(
 )
 FOLLOWING = written("assigned", laws="ssl")
 TOLD = written("informed", **LAWS, evade="ssssl", near_m=20.0, horizon_s=1.0, delay_s=0.0)
-MIXED = f'mixture?policies=["sliding_detection","{SEARCHED_MONITOR}"]'.replace("&", "%26")
 
 
 def switching(*weights: float) -> str:
@@ -60,9 +59,9 @@ TRACKS = (
         (
             Rival("monitor", MONITOR, AGAINST_MONITOR),
             Rival("searched monitor", SEARCHED_MONITOR, AGAINST_MONITOR),
-            Rival("ssl", FOLLOWING, AGAINST_SLIDING_TOO),
-            Rival("told", TOLD, AGAINST_SLIDING_TOO),
-            Rival("detection", "sliding_detection", "always?action=-1.0"),
+            Rival("ssl", FOLLOWING, "contested?against=monitor"),
+            Rival("told", TOLD, "contested?against=monitor"),
+            Rival("detection", "sliding_detection", "contested?against=monitor"),
         ),
     ),
     Track(
@@ -70,11 +69,11 @@ TRACKS = (
         "defender",
         1024,
         (
-            Rival("against sliding", AGAINST_SLIDING, "informed"),
-            Rival("against monitor", AGAINST_MONITOR, "sliding_detection"),
-            Rival("against searched", AGAINST_SEARCHED, FOLLOWING),
-            Rival("against ssl", AGAINST_SLIDING_TOO, MIXED),
-            Rival("against mixtures", AGAINST_MIXTURES, MIXED),
+            Rival("against sliding", AGAINST_SLIDING, "escort"),
+            Rival("against monitor", AGAINST_MONITOR, "escort"),
+            Rival("against searched", AGAINST_SEARCHED, "escort"),
+            Rival("against ssl", AGAINST_SLIDING_TOO, "escort"),
+            Rival("against mixtures", AGAINST_MIXTURES, "escort"),
             Rival("square", SQUARE, "informed", 0.5),
         ),
     ),
