@@ -9,7 +9,9 @@ league.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Any
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -18,6 +20,25 @@ from cps_envs.core.fields import Fields
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, Observation
+
+Maker = TypeVar("Maker", bound=Callable[..., Any])
+ADVICE = "adapter"  # the attribute of a registered policy that says where its adapter is
+
+
+def advises(path: str) -> Callable[[Maker], Maker]:
+    """Say of a registered policy that learners can begin as it plays: by the adapter `"module:class"` of its name."""
+
+    def mark(policy: Maker) -> Maker:
+        setattr(policy, ADVICE, path)
+        return policy
+
+    return mark
+
+
+def advised_by(policy: Any) -> Callable[[RoleSpec], Adapter] | None:
+    """The adapter that belongs to a policy's class or function; None if it has none."""
+    module, _, name = getattr(policy, ADVICE, "").partition(":")
+    return getattr(import_module(module), name) if module else None
 
 
 class Adapter(ABC):

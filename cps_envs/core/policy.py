@@ -41,18 +41,23 @@ class RoleSpec:
     def adapter(self, name: str) -> Adapter:
         """What a learner plays the role through, by name; every role has `native`.
 
+        A policy of the role may have one of its own name, with which learning begins as it plays, see `advises`.
+
         Raises:
             UnknownNameError: the role has no adapter of this name; the message names those it has.
             ConfigurationError: the adapter does not fit the configuration.
         """
-        from cps_envs.core.adapter import Native
+        from cps_envs.core.adapter import Native, advised_by
+        from cps_envs.core.lookup import policy_entry
 
         known = {NATIVE: Native, **self.adapters}
-        if name not in known:
+        entry = None if name in known else policy_entry(self.problem, self.role, name)
+        found = known.get(name) if entry is None else advised_by(entry.load())
+        if found is None:
             raise UnknownNameError(
                 f"the {self.role} of {self.problem} has no adapter {shown(name)}. {near(name, known)}"
             )
-        return known[name](self)
+        return found(self)
 
 
 @runtime_checkable

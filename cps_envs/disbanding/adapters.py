@@ -9,9 +9,9 @@ from cps_envs.core.adapter import Adapter
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, BoolArray, Observation
+from cps_envs.core.types import Array, BoolArray, FloatArray, Observation
 from cps_envs.disbanding.fields import vehicle_fields
-from cps_envs.disbanding.follower import NUMBERS, Layout, follow_all, set_points
+from cps_envs.disbanding.follower import NUMBERS, PLAIN, Layout, follow_all, set_points
 from cps_envs.disbanding.platoons import PlatoonRows
 
 STEPS = 2.0  # units of the set-points within reach of an action, chosen: the best constants known lie within one
@@ -81,8 +81,13 @@ class Follow(Adapter):
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The corrections (B, M) of the follower."""
         corrections = np.zeros((len(seen), self.spec.config.max_vehicles))
-        follow_all(seen.observation, self._layout, set_points(actions, STEPS), *self._road, corrections)
+        points = set_points(actions, STEPS, self.neutral_points(seen))
+        follow_all(seen.observation, self._layout, points, *self._road, corrections)
         return corrections, state
+
+    def neutral_points(self, seen: Seen) -> FloatArray:
+        """The set-points of action 0, (2, 11) or (B, 1, 2, 11)."""
+        return PLAIN
 
 
 class FollowRoad(Follow):

@@ -41,7 +41,7 @@ class SetPoints(NamedTuple):
 LEADERS = SetPoints(0.1, 10.0, 0.2, 1.2, 0.8, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0)
 OTHERS = LEADERS._replace(headway_s=0.0)
 UNIT = SetPoints(0.06, 4.0, 0.2, 0.6, 0.3, 0.4, 0.3, 0.3, 0.4, 0.4, 0.2)  # what an agent moves easily
-LOWEST = SetPoints(0.0, 2.0, -0.2, 0.0, -1.0, 0.0, -1.0, -1.0, 0.1, -1.0, 0.0)
+LOWEST = SetPoints(0.0, -5.0, -0.2, 0.0, -1.0, 0.0, -1.0, -1.0, 0.1, -1.0, 0.0)
 PLAIN: FloatArray = np.array([LEADERS, OTHERS])  # (2, 11)
 NUMBERS = PLAIN.size
 
@@ -53,9 +53,12 @@ class Layout(NamedTuple):
     scale: FloatArray  # (2, size) see `Fields.scale`
 
 
-def set_points(actions: Array, steps: float) -> Array:
-    """Records (2 n,), leaders' and others' by turns, for n actions (..., 22) in [-1, 1]; 1 means so many `UNIT`s."""
-    values = PLAIN + steps * np.reshape(actions, (-1, *PLAIN.shape)) * np.array(UNIT)
+def set_points(actions: Array, steps: float, neutral: FloatArray = PLAIN) -> Array:
+    """Records (2 n,), leaders' and others' by turns, for n actions (..., 22) in [-1, 1].
+
+    0 is `neutral`, (2, 11) or (..., 2, 11), and 1 means so many `UNIT`s more.
+    """
+    values = neutral + steps * np.reshape(actions, (*actions.shape[:-1], *PLAIN.shape)) * np.array(UNIT)
     table: Array = np.maximum(values, np.array(LOWEST)).reshape(-1, len(UNIT)).view(record_type(SetPoints))[:, 0]
     return table
 

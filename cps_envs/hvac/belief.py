@@ -87,7 +87,7 @@ class Belief(Adapter):
         config: HvacConfig = spec.config
         self._everybody = Neighbours(config).everybody
         self.agents = sensor_names(config)
-        self.fields = belief_fields(config)
+        self.fields = self._rows = belief_fields(config)
         self.action_space = spaces.Discrete(2)
         self.neutral_action = np.array(BELIEVE)
         self._member = membership(config)  # (sets, S)
@@ -110,9 +110,7 @@ class Belief(Adapter):
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """See `belief_fields`, (B, S, size)."""
-        rows = np.empty((len(seen), len(self.agents), self.fields.size), np.float32)
-        theirs = self.spec.fields
-        fill_rows(
-            self._tables, seen.observation, theirs.scale, theirs.offsets, rows, self.fields.scale, self.fields.offsets
-        )
+        rows = np.empty((len(seen), len(self.agents), self._rows.size), np.float32)
+        theirs, own = self.spec.fields, self._rows
+        fill_rows(self._tables, seen.observation, theirs.scale, theirs.offsets, rows, own.scale, own.offsets)
         return rows

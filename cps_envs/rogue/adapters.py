@@ -39,7 +39,7 @@ class Effort(Adapter):
         self.agents = (spec.role,)
         self.action_space, self.neutral_action = spaces.Discrete(len(EFFORTS)), np.array(CRUISE)
         far = FAR * config.separation_m  # as far as its sensors see: run-ups are as long
-        self.fields = Fields(
+        self.fields = self._shown = Fields(
             Field("front_gap_error", "m", -far, far, (), "distance to the vehicle ahead minus sigma"),
             Field("front_gap_rate", "m/s", -25, 25, (), "speed of the vehicle ahead minus own"),
             Field("rear_gap_error", "m", -15, 15, (), "distance to the vehicle behind minus sigma"),
@@ -56,7 +56,7 @@ class Effort(Adapter):
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """The seized vehicle's row (B, 1, m)."""
-        return encoded(self.fields, {}, seen)[:, np.newaxis]
+        return encoded(self._shown, {}, seen)[:, np.newaxis]
 
     def active(self, seen: Seen, state: State) -> BoolArray:
         """Whether the attack has begun, (B, 1)."""
@@ -118,7 +118,7 @@ class Vehicle(VehicleFull):
         self.action_space = spaces.Discrete(choices_of(config))
         self.neutral_action = np.array(CONTROLLERS.index(config.neutral_controller))
         spread = DETECTOR_SPAN * config.alarm_threshold
-        self.fields = Fields(
+        self.fields = self._shown = Fields(
             Field("leads", "-", 0, 1, (), "the vehicle is the leader, whose front neighbour is the reference"),
             Field("trails", "-", 0, 1, (), "nobody is behind"),
             *(compressed_field(name) for name in SIDES),
@@ -138,7 +138,7 @@ class Vehicle(VehicleFull):
         rows = Seen(self._rows, team_of(seen).reshape(-1, self._rows.size))
         columns = {name: compressed(rows[name]) for name in SIDES}
         columns["place_error"] = compressed(self._behind(seen).reshape(-1))
-        shown = encoded(self.fields, columns, rows)
+        shown = encoded(self._shown, columns, rows)
         return shown.reshape(len(seen), len(self.agents), -1)
 
     def _behind(self, seen: Seen) -> FloatArray:

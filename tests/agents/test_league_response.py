@@ -266,7 +266,7 @@ def test_mistakes_are_told_before_training(tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_a_budget_bounds_search_and_learning_together() -> None:
-    recipe = replace(find_recipe("fdi-attack-ppo"), search_steps=3_000, total_steps=1_000)
+    recipe = replace(find_recipe("fdi-attack-plan"), search_steps=3_000, total_steps=1_000)
     found = limited(recipe, 200)
     assert (found.search_steps, found.total_steps) == (150, 50)
     assert limited(recipe, None) == recipe

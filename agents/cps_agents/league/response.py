@@ -18,7 +18,7 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of, venue_of
-from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, Scene, changed
+from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Scene, changed
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
@@ -31,7 +31,6 @@ SEARCH_START = TRAINING_START + 90_000_000  # seeds that no training run plays
 SEARCH_SEEDS = 1_000_000  # of each training seed
 SEARCH_EPISODES = 16  # of a candidate
 USUAL_S = 60.0  # CPU time of our own PPO and of all searches together, where nothing bounds them
-UNBOUNDED = 10**9  # steps, of learning that CPU time ends
 WARM_UP = 4  # updates of the value alone, where learning begins with a trained network
 Tell = Callable[[str], None]
 

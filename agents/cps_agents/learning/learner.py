@@ -47,7 +47,7 @@ POLL_EVERY_S = 1.0
 
 def train_all(jobs: Sequence[Job], workers: int, title: str) -> list[dict[str, Any]]:
     """What each job's `run.json` holds at the end; at most one process per job."""
-    total = sum(job.recipe.total_steps for job in jobs)
+    total = sum(job.recipe.budget for job in jobs)
     with Progress(title, total) as progress, Workers(min(workers, len(jobs))) as pool:
         if workers == 1 or len(jobs) == 1:
             return [learn(job, _counting(progress, job, jobs[:place])) for place, job in enumerate(jobs)]
@@ -57,11 +57,11 @@ def train_all(jobs: Sequence[Job], workers: int, title: str) -> list[dict[str, A
 
 
 def _counting(progress: Progress, job: Job, before: Sequence[Job]) -> Report:
-    """Adds the steps of the jobs before; `before` are finished."""
-    first = sum(done.recipe.total_steps for done in before)
+    """Adds what the jobs before have done; `before` are finished."""
+    first = sum(done.recipe.budget for done in before)
 
-    def report(steps: int, note: str) -> None:
-        progress.update(first + min(steps, job.recipe.total_steps), f"seed {job.seed}: {note}")
+    def report(done: int, note: str) -> None:
+        progress.update(first + min(done, job.recipe.budget), f"seed {job.seed}: {note}")
 
     return report
 
@@ -73,8 +73,8 @@ def _watching(jobs: Sequence[Job], progress: Progress) -> Iterator[None]:
 
     def poll() -> None:
         while not over.wait(POLL_EVERY_S):
-            steps, notes = _state(jobs)
-            progress.update(steps, "; ".join(notes))
+            done, notes = _state(jobs)
+            progress.update(done, "; ".join(notes))
 
     thread = threading.Thread(target=poll, daemon=True)
     thread.start()
@@ -86,12 +86,12 @@ def _watching(jobs: Sequence[Job], progress: Progress) -> Iterator[None]:
 
 
 def _state(jobs: Sequence[Job]) -> tuple[int, list[str]]:
-    steps, notes = 0, []
+    done, notes = 0, []
     for job in jobs:
-        found = job.run.read()
-        steps += min(int(found.get("steps", 0)), job.recipe.total_steps)
+        found, budget = job.run.read(), job.recipe.budget
+        done += min(int(found.get("done", found.get("steps", 0))), budget)
         if found.get("best_score") is not None:
             notes.append(f"seed {job.seed}: best {found['best_score']:.3g}")
         elif found.get("phase"):
             notes.append(f"seed {job.seed}: {found['phase']}")
-    return steps, notes
+    return done, notes

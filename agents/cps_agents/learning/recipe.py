@@ -6,6 +6,7 @@ A file may have been written before a knob was added.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
@@ -42,6 +43,7 @@ SHARED = "shared-ppo"  # our own, see `learning.ppo`: a network for all agents o
 ALGORITHMS = (SHARED, "ppo", "maskable-ppo", *RECURRENT, "sac", "dqn", SEARCH)
 ACTIVATIONS = ("tanh", "relu")
 LOSSES = ("squared", "logistic")
+UNBOUNDED = 10**9  # steps, of learning that only CPU time ends
 
 
 @dataclass(frozen=True)
@@ -161,6 +163,11 @@ class Recipe:
             raise CommandError(f"{SHARED} has two hidden layers of one size, not {list(self.hidden)}")
         if self.swarm and self.role != "defender":
             raise CommandError("only defenders have a swarm form")
+
+    @property
+    def budget(self) -> int:
+        """What its progress counts up to: steps, or the CPU seconds of learning that only these end."""
+        return self.total_steps if self.total_steps < UNBOUNDED else math.ceil(self.most_cpu_s)
 
     @property
     def taught(self) -> bool:

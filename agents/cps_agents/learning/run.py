@@ -27,7 +27,7 @@ RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
 REMEDY = "Delete the folder and train again."
 MOST_STEPS = 10**15
 DEVICES = ("auto", "cpu", "cuda", "mps")
-Report = Callable[[int, str], None]  # steps done, a note
+Report = Callable[[int, str], None]  # how much of `Recipe.budget` is done, a note
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def _check(found: Entry) -> None:
     found["recipe"].entries()
     found["seed"].whole(0, MOST_STEPS)
     found["status"].text((RUNNING, INTERRUPTED, FINISHED))
-    for name in ("steps", "resumptions"):
+    for name in ("steps", "done", "resumptions"):
         if (count := found.get(name)) is not None:
             count.whole(0, MOST_STEPS)
     for name in ("cpu_s", "best_score"):

@@ -38,6 +38,7 @@ from cps_envs.core.wiring import Scaling
 from cps_envs.registration import find_problem
 
 CHECKPOINT_EVERY_S = 5.0  # at most
+SAID_EVERY_S = 5.0  # in `run.json`, which other processes read to show how far it is
 
 
 def train(job: Job, report: Report) -> None:
@@ -143,7 +144,7 @@ class Keeper:
         self._game = learner.envs.game
         self._spec = self._game.spec(run.recipe.role)
         self._best = run.read().get("best_score")
-        self._saved_s = -np.inf
+        self._saved_s = self._said_s = -np.inf
         self._untrained = True  # whether no evaluation has seen a network that has learned
         self._idle = 0.0  # what the neutral policy gets
         self._validation = ""
@@ -173,6 +174,7 @@ class Keeper:
 
     def end(self) -> None:
         """The last word."""
+        self._run.write(done=self._run.recipe.budget)
         self._note()
 
     def save_unfinished(self) -> None:
@@ -186,7 +188,11 @@ class Keeper:
         paid = "" if np.isnan(progress.training_return) else f"return {progress.training_return:.3g}, "
         speed = f"{progress.steps_per_s:,.0f} steps/CPU s, {progress.left_s:.0f} CPU s left" if progress.steps else ""
         note = f"{paid}{self._validation}, {speed}".rstrip(", ")
-        self._report(int(progress.share * self._run.recipe.total_steps), note)
+        done = int(progress.share * self._run.recipe.budget)
+        self._report(done, note)
+        if time.monotonic() - self._said_s > SAID_EVERY_S:
+            self._run.write(done=done)
+            self._said_s = time.monotonic()
         if paid:
             self._tracker.log({"train/return": progress.training_return}, progress.steps)
 

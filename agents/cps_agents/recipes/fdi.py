@@ -27,7 +27,7 @@ class FdiAttack(Recipe):
     hardly comes upon. A search for plans does, and the network begins with what it has found.
     """
 
-    name: str = "fdi-attack-ppo"
+    name: str = "fdi-attack-plan"
     problem: str = "fdi"
     algorithm: str = "maskable-ppo"
     preset: str = "easy"

@@ -23,7 +23,6 @@ from cps_agents.recipes.fdi import (
 )
 from cps_agents.recipes.hvac import (
     HvacAttack,
-    HvacAttackMtd1,
     HvacBayes,
     HvacDefense,
     HvacWarmTracker,
@@ -56,7 +55,6 @@ RECIPES: dict[str, Recipe] = {
         FdiDefense(),
         FdiHypotheses(),
         HvacAttack(),
-        HvacAttackMtd1(),
         HvacWarmTracker(),
         HvacDefense(),
         HvacBayes(),

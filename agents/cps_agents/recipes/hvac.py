@@ -14,8 +14,6 @@ from cps_envs.core.types import Array, BoolArray, FloatArray, Role
 if TYPE_CHECKING:
     from cps_envs.core.game import Game
 
-EXPECTED_C2 = np.array([7.0, 700.0, 5500.0])  # the teacher's A_impact against MTD1, by compromised sensors
-
 
 @dataclass(frozen=True)
 class HvacAttack(Recipe):
@@ -64,34 +62,6 @@ class HvacAttack(Recipe):
         states = game.config.num_steps - game.metrics()["onset_step"]
         level: FloatArray = np.log1p(rewards * states)
         return level
-
-
-@dataclass(frozen=True)
-class HvacAttackMtd1(HvacAttack):
-    """The same against MTD1, which has no edge: it compares the newest residuals only."""
-
-    name: str = "hvac-attack-mtd1-ppo"
-    opponent: str = "mtd1"
-    hold: int = 8
-    reward_scale: float = 5.0  # a day is worth about 5
-    total_steps: int = 250_000
-    num_envs: int = 192  # with one sensor a day's impact is a matter of chance
-    steps_per_update: int = 45
-    batch_size: int = 2160
-    epochs: int = 6
-    learning_rate: float = 3e-4
-    target_kl: float = 0.0
-    discount: float = 0.999
-    gae_lambda: float = 0.97
-    initial_deviation: float = 0.02  # 0.3 C: at 0.1 the noise alone keeps a single sensor out of the better half
-    teacher: str = "constant?reading_c=10"  # the lowest reading; biases end at 15 C however warm it gets
-    teacher_epochs: int = 60
-    evaluations: int = 10
-
-    def learned(self, game: Game, rewards: FloatArray, ended: BoolArray) -> FloatArray:
-        """Relative to what the number of compromised sensors lets expect, which leaves the best policy the best."""
-        relative: FloatArray = rewards / EXPECTED_C2[game.metrics()["num_compromised"].astype(int) - 1]
-        return relative
 
 
 @dataclass(frozen=True)

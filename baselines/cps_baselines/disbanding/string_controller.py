@@ -30,6 +30,7 @@ from cps_baselines.disbanding.corrections import (
     mark_reasons,
     sight_for,
 )
+from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.core.fields import encode_row
 from cps_envs.core.kernels import borrowed, clip, fill, inlined, kernel, lend, record_type, unpack, view
@@ -83,6 +84,7 @@ def shipped_gains(form: str) -> tuple[FloatArray, float]:
     return np.array([Gains(*row) for row in found["gains"]], dtype=np.float64), float(found["detection_mps"])
 
 
+@advises("cps_baselines.disbanding.advised:Strung")
 class StringController(Corrections):
     """Lets each vehicle choose its own gap, by searched gains: one set for leaders, one for all others.
 

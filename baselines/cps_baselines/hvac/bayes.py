@@ -50,6 +50,7 @@ class Bayes(AnalyticPolicy):
         self._rows = np.array([place[each] for each in beliefs])
         self._tables = Hypotheses(*(np.array(part) for part in zip(*tables.values(), strict=True)))  # each (P, ...)
         self._memory, self._unready = memory(self.config), len(sensor_sets(self.config)) + 1
+        self.lies = self._tables.lies[0]  # (H, S) whom each hypothesis takes for a liar, 0 or 1
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The estimates (B, H, 2n + 2S), the logarithms (B, H) of the weights, and which beliefs (B,)."""
@@ -60,12 +61,26 @@ class Bayes(AnalyticPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Choices (B,)."""
+        renewed = self.weighed(seen, state)
+        return self.chosen(seen, renewed, renewed[1], np.ones(len(seen))), renewed
+
+    def weighed(self, seen: Seen, state: State) -> tuple[FloatArray, FloatArray, IntArray]:
+        """The state with what is read now."""
         estimates, weights, rows = (part.copy() for part in state)
-        k, ready, choice = elapsed_steps(seen, self.config), seen["ready"] > 0.5, np.full(len(seen), self._unready)
+        k = elapsed_steps(seen, self.config)
         weigh(self._model, self._tables, self._memory, rows, k, seen["heating"], seen["reading"], estimates, weights)
+        return estimates, weights, rows
+
+    def chosen(self, seen: Seen, state: State, weights: FloatArray, caution: FloatArray) -> Array:
+        """Choices (B,) by the estimates of a state, and the logarithms (B, H) of weights, of which the largest is 0.
+
+        An estimate that is too cold is `caution` (B,) times as bad as the beliefs say.
+        """
+        estimates, _, rows = state
+        ready, choice = seen["ready"] > 0.5, np.full(len(seen), self._unready)
         if ready.any():
-            choose(seen["estimate"][:, 1:], estimates, weights, self._tables.too_cold[rows], choice)
-        return np.where(ready, 1 + choice, self._unready), (estimates, weights, rows)
+            choose(seen["estimate"][:, 1:], estimates, weights, caution * self._tables.too_cold[rows], choice)
+        return np.where(ready, 1 + choice, self._unready)
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """The probability of each hypothesis; the first one is that nobody lies."""

@@ -14,6 +14,7 @@ from cps_baselines.hvac.bayes import Bayes
 from cps_baselines.hvac.hypotheses import START, Beliefs
 from cps_baselines.hvac.tracker import Tracker
 from cps_baselines.searched import searched
+from cps_envs.core.adapter import advises
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 
@@ -66,6 +67,7 @@ TRACKER_COLD = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=Fals
 TRACKER_WARM = Family("hvac", "attacker", TRACKED, partial(_tracker, warmer=True))
 
 
+@advises("cps_baselines.hvac.advised:Suspecting")
 def bayes(spec: RoleSpec, **numbers: float) -> Bayes:
     """Weighs every set of liars by Bayes' rule, and expects liars to drift together.
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cps_baselines.rogue.switching import Switching, switch
+from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError, near, shown
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -94,6 +95,7 @@ def nearest_traces(traces: FloatArray, centres: FloatArray) -> Array:
     return nearest
 
 
+@advises("cps_baselines.rogue.advised:Contesting")
 def contested(spec: RoleSpec, against: str = "monitor") -> Switching:
     """Plays `switching` with weights searched against one defender in preset `learning`.
 

@@ -12,6 +12,7 @@ import numpy as np
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.controllers import require_modes
 from cps_baselines.rogue.reading import read, vehicles
+from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, records, unpack
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
@@ -95,6 +96,7 @@ class Knobs(NamedTuple):
     horizon_s: float
 
 
+@advises("cps_baselines.rogue.advised:Monitored")
 class Monitor(AnalyticPolicy):
     """Uses the law `before`. While a vehicle is suspected the others use `apart`, and in danger `evade`.
 

@@ -9,7 +9,7 @@ TASKS = ("x1>1", "x2>2", "x4>4", "x3>4", "v1>1", "v4>4", "x1,2>1", "v1,2>1", "xv
 EPISODES = 200  # of attackers that draw
 TABLE = Table("tasks", "Set A, 20 steps, undefended: attacked sensors > target", "task")
 
-LEARNED = Contestant("learned", policy="zoo:fdi-attack-ppo")
+LEARNED = Contestant("learned", policy="zoo:fdi-attack-plan")
 ATTACKERS = (
     Contestant("none"),
     Contestant("random"),

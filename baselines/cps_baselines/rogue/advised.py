@@ -1,0 +1,102 @@
+"""What learners play the two roles through if they start from a controller: each action may be left to it.
+
+Such a policy looks more often than it decides: the controller looks at every decision of the role, the learner keeps
+its choice for some of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_baselines.rogue.identify import known
+from cps_baselines.rogue.monitor import NOBODY, Monitor
+from cps_baselines.rogue.switching import switch
+from cps_envs.core.fields import Field, Fields
+from cps_envs.core.policy import RoleSpec, State
+from cps_envs.core.seen import Seen
+from cps_envs.core.types import Array, Observation
+from cps_envs.rogue.adapters import EFFORTS, Effort, Vehicle
+
+ADVICE = 0  # the action that leaves it to the controller
+ADVISOR = "monitor"  # against which `contested` was searched, where it advises
+SUM_MPS, STRENGTH_MPS2 = 10.0, 1.5  # bounds, chosen
+
+
+class Contesting(Effort):
+    """The seized vehicle does what `contested` does (0), brakes in full (1), keeps its speed (2) or drives in full (3).
+
+    `contested` are weights that were searched against `monitor`.
+    """
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self._weights = known().weights[[known().against.index(ADVISOR)]]  # (1, 7)
+        self.action_space, self.neutral_action = spaces.Discrete(1 + len(EFFORTS)), np.array(ADVICE)
+        self.fields = Fields(*self.fields, Field("advice", "-", -1, 1, (), "effort of the controller, last"))
+
+    def begin(self, num_envs: int) -> State:
+        """The controller's last efforts (B,)."""
+        return (np.ones(num_envs),)
+
+    def observe(self, seen: Seen, state: State) -> Observation:
+        """The seized vehicle's row and the advice (B, 1, m)."""
+        rows = super().observe(seen, state)
+        advice = np.asarray(state[0], np.float32)[:, np.newaxis, np.newaxis]
+        return np.concatenate([rows, advice], axis=2)
+
+    def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
+        """The efforts (B, 1)."""
+        advice = switch(seen, self.spec.config.separation_m, self._weights, state[0])
+        efforts = np.where(actions == ADVICE, advice[:, np.newaxis], EFFORTS[np.maximum(actions - 1, 0)])
+        return efforts.astype(np.float32), (advice,)
+
+
+class Monitored(Vehicle):
+    """Each vehicle does what `monitor` says (0), or drives by one of its controllers (1, ...), never modified.
+
+    Beside its own row it sees what the monitor holds: how much it and the most disobedient other have disobeyed, where
+    the suspect is, how strong, and which controller it is told to use.
+    """
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self._monitor = Monitor(spec)
+        self._choices = int(self.action_space.n)  # type: ignore[attr-defined]
+        self.action_space, self.neutral_action = spaces.Discrete(1 + self._choices), np.array(ADVICE)
+        self.fields = Fields(
+            *self.fields,
+            Field("disobeyed", "m/s", 0, SUM_MPS, (), "the monitor's sum for this vehicle"),
+            Field("others_disobeyed", "m/s", 0, SUM_MPS, (), "the largest sum of another one"),
+            Field("strength", "m/s2", 0, STRENGTH_MPS2, (), "of the suspect, 0 if nobody is suspected"),
+            Field("suspect", "-", 0, 1, (5,), "far behind, just behind, this one, just ahead, far ahead, one-hot"),
+            Field("advice", "-", 0, 1, (self._choices,), "controller that the monitor wants, one-hot"),
+        )
+
+    def begin(self, num_envs: int) -> State:
+        """What the monitor remembers, and the controllers that it wants (B, A)."""
+        held = self._monitor.begin([np.random.default_rng()] * num_envs, [])
+        assert held is not None
+        return (*held, np.zeros((num_envs, len(self.agents)), np.int64))
+
+    def observe(self, seen: Seen, state: State) -> Observation:
+        """The vehicles' rows (B, A, m)."""
+        sums, suspects, strengths, advice = state
+        agents, away = np.arange(len(self.agents)), suspects[:, np.newaxis] - np.arange(len(self.agents))
+        alone = np.where(np.eye(len(agents), dtype=np.bool_), -1.0, sums[:, np.newaxis])  # (B, A, A)
+        place = np.clip(away, -2, 2)[..., np.newaxis] == np.arange(-2, 3)
+        told = (
+            2 * np.minimum(np.stack([sums, alone.max(axis=2)], axis=2) / SUM_MPS, 1) - 1,
+            np.broadcast_to(2 * np.minimum(strengths / STRENGTH_MPS2, 1) - 1, (len(agents), len(seen))).T[..., None],
+            2.0 * (place & (suspects != NOBODY)[:, np.newaxis, np.newaxis]) - 1,
+            2.0 * (advice[..., np.newaxis] == np.arange(self._choices)) - 1,
+        )
+        return np.concatenate([super().observe(seen, state), *told], axis=2).astype(np.float32)
+
+    def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
+        """The orders (B, 2 A)."""
+        advice, held = self._monitor.act(seen, state[:3])
+        assert held is not None
+        own, _ = super().act(seen, state, np.maximum(actions - 1, 0))
+        follows = np.repeat(actions == ADVICE, 2, axis=1)
+        return np.where(follows, advice, own), (*held, advice[:, ::2])

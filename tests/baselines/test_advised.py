@@ -1,0 +1,76 @@
+"""Adapters that belong to a controller: learning begins as it plays."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cps_envs.core.errors import UnknownNameError
+from cps_envs.core.play import play_episodes
+from cps_envs.core.types import Array, Role
+from cps_envs.registration import find_problem, learning_env
+from tests import episodes
+
+SEEDS = range(4)
+EXACT: tuple[tuple[str, Role, str, object], ...] = (  # problem, role, controller, action that leaves it alone
+    ("rogue", "attacker", "contested", 0),
+    ("rogue", "defender", "monitor", 0),
+    ("hvac", "defender", "bayes", 0.0),
+)
+
+
+def paid(problem: str, role: Role, policy: str) -> Array:
+    """What the attacker is paid in a few episodes against the usual opponent, (B,)."""
+    found = find_problem(problem)
+    side: Role = "defender" if role == "attacker" else "attacker"
+    players = {role: policy, side: found.opponents["learning"][side]}
+    return play_episodes(found, found.config("learning", {}), players, SEEDS)["return"]
+
+
+@pytest.mark.parametrize(("problem", "role", "controller", "action"), EXACT)
+def test_the_neutral_action_is_the_controller(problem: str, role: Role, controller: str, action: object) -> None:
+    left_alone = paid(problem, role, f"always?adapter={controller}&action={action}")
+    np.testing.assert_array_equal(left_alone, paid(problem, role, controller))
+
+
+@pytest.mark.parametrize(("problem", "role", "controller", "action"), EXACT)
+def test_other_actions_are_other_decisions(problem: str, role: Role, controller: str, action: object) -> None:
+    other = paid(problem, role, f"always?adapter={controller}&action=1")
+    assert not np.array_equal(other, paid(problem, role, controller))
+
+
+def test_a_follower_around_string_is_paid_nearly_as_string_is() -> None:
+    """It is about 0.2 points worse than the controller, of 14, where the plain follower is 2 worse."""
+    near, plain = (paid("disbanding", "defender", f"always?adapter={name}&action=0") for name in ("string", "follow"))
+    string = paid("disbanding", "defender", "string?detection_mps=0")
+    assert abs(near.mean() - string.mean()) < 0.5 * abs(plain.mean() - string.mean())
+
+
+@pytest.mark.parametrize(
+    ("role", "adapter"),
+    [
+        ("RogueAttack", "contested"),
+        ("RogueDefense", "monitor"),
+        ("HvacDefense", "bayes"),
+        ("DisbandingDefense", "string"),
+    ],
+)
+def test_learners_see_rows_within_bounds_that_the_policy_s_state_is_a_part_of(role: str, adapter: str) -> None:
+    envs = learning_env(role, num_envs=2, adapter=adapter, frame_skip=5)
+    envs.reset()
+    neutral = np.repeat(np.asarray(envs.adapter.neutral_action)[np.newaxis], envs.num_envs, axis=0)
+    for _ in range(3):
+        rows = envs.step(neutral)[0]
+        assert np.isfinite(rows).all()
+    seen = envs.outside.seen()
+    state = envs.adapter.begin(envs.episodes)
+    shown = envs.adapter.observe(seen, state)
+    assert shown.shape == (envs.episodes, envs.agents, envs.adapter.fields.size)
+    assert shown.dtype == np.float32
+    assert (np.abs(shown) <= 1.0).all()
+
+
+def test_a_policy_without_an_adapter_of_its_own_is_none() -> None:
+    spec = episodes.spec_of(find_problem("rogue"), "defender", preset="learning")
+    with pytest.raises(UnknownNameError, match="no adapter 'sliding'"):
+        spec.adapter("sliding")
