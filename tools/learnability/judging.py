@@ -50,6 +50,7 @@ class Learned:
     models: str
     start: str
     cpu_s: float  # of training, the mean over seeds
+    adapter: str = ""  # that they play through; empty: the role's usual one
 
     @classmethod
     def in_folder(cls, name: str, folder: Path, cpu_s: float = 0.0) -> Learned:
@@ -70,9 +71,10 @@ class Learned:
         reference = f"{PREFIX}{problem.name}-{SIDES[role]}"
         if is_missing(reference):
             raise CommandError(f"no networks of {name} are shipped: train them with `cps-envs train {name}-v0`")
-        seeds = read_card(find(reference.removeprefix(PREFIX))).seeds.values()
-        spent = [float(facts.get("cpu_s", 0.0)) for facts in seeds]
-        return cls(name, reference, f"{reference}?untrained=true", float(np.mean(spent)))
+        card = read_card(find(reference.removeprefix(PREFIX)))
+        spent = [float(facts.get("cpu_s", 0.0)) for facts in card.seeds.values()]
+        start, adapter = f"{reference}?untrained=true", str(card.wiring.get("adapter", ""))
+        return cls(name, reference, start, float(np.mean(spent)), adapter)
 
 
 @dataclass(frozen=True)
@@ -126,9 +128,11 @@ def judge(
     problem, role = role_of(learned.name)
     venue, rival = Venue(problem.name, PRESET), opponent or problem.opponents[PRESET][other(role)]
     spec = problem.game(venue.config, 1).spec(role)
+    usual = problem.training[role].adapter
+    adapters = dict.fromkeys((usual, learned.adapter or usual))
     names = [name for name in rivals_of(venue, role) if name != learned.models] if rivals else []
     groups = {
-        CONSTANTS: [*constants_of(spec, problem.training[role].adapter), *native_constants(spec)],
+        CONSTANTS: [*(each for name in adapters for each in constants_of(spec, name)), *native_constants(spec)],
         ANALYTIC: [each for each in names if not each.startswith(PREFIX)],
         TRAINED: [each for each in names if each.startswith(PREFIX)],
         TOLD: told(problem, role) if rivals else [],
