@@ -74,3 +74,21 @@ def test_a_policy_without_an_adapter_of_its_own_is_none() -> None:
     spec = episodes.spec_of(find_problem("rogue"), "defender", preset="learning")
     with pytest.raises(UnknownNameError, match="no adapter 'sliding'"):
         spec.adapter("sliding")
+
+
+def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
+    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("monitor")
+    envs = learning_env("RogueDefense", num_envs=2, adapter="monitor")
+    envs.reset()
+    count, seen = len(adapter.agents), envs.outside.seen()
+    nobody = adapter.begin(2)
+    assert not adapter.active(seen, nobody).any()
+    suspected = (nobody[0], np.array([2, -1]), *nobody[2:])
+    active = adapter.active(seen, suspected)
+    assert active[0, [0, 1, 3]].all()
+    assert not active[0, 2]
+    assert not active[1].any()
+    chosen = np.full((2, count), 1)
+    orders, _ = adapter.act(seen, nobody, chosen)
+    advised, _ = adapter.act(seen, nobody, np.zeros_like(chosen))
+    np.testing.assert_array_equal(orders, advised)

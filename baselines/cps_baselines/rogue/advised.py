@@ -12,15 +12,21 @@ from gymnasium import spaces
 from cps_baselines.rogue.identify import known
 from cps_baselines.rogue.monitor import NOBODY, Monitor
 from cps_baselines.rogue.switching import switch
+from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Field, Fields
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import Array, Observation
+from cps_envs.core.types import Array, BoolArray, IntArray, Observation
+from cps_envs.rogue.actions import LEVELS
 from cps_envs.rogue.adapters import EFFORTS, Effort, Vehicle
+from cps_envs.rogue.controllers import CONTROLLERS, FRONT, LINEAR, SLIDING
 
 ADVICE = 0  # the action that leaves it to the controller
 ADVISOR = "monitor"  # against which `contested` was searched, where it advises
 SUM_MPS, STRENGTH_MPS2 = 10.0, 1.5  # bounds, chosen
+NEAR = 2  # places from the suspect up to which vehicles may depart from the monitor's advice, chosen
+# What they may do instead, chosen: three laws, and the hardest braking and driving that can be ordered.
+OPTIONS = np.array([LINEAR, SLIDING, FRONT, len(CONTROLLERS), len(CONTROLLERS) + len(LEVELS) - 1])
 
 
 class Contesting(Effort):
@@ -53,24 +59,31 @@ class Contesting(Effort):
 
 
 class Monitored(Vehicle):
-    """Each vehicle does what `monitor` says (0), or drives by one of its controllers (1, ...), never modified.
+    """Vehicles near a suspect do what `monitor` says (0), or drive by one of `OPTIONS` (1, ...), never modified.
 
-    Beside its own row it sees what the monitor holds: how much it and the most disobedient other have disobeyed, where
-    the suspect is, how strong, and which controller it is told to use.
+    Only those up to `NEAR` places from the suspect are active, while there is one. All others do what `monitor` says.
+    Beside its own row a vehicle sees what the monitor holds: how much it and the most disobedient other have disobeyed,
+    where the suspect is, how strong, and which controller it is told to use.
+
+    Raises:
+        ConfigurationError: the environment offers no accelerations beside controllers, see `vehicle`.
     """
+
+    pauses = True
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
+        if spec.config.defense_action != "either":
+            raise ConfigurationError('the adapter "monitor" needs defense_action="either", as in preset learning')
         self._monitor = Monitor(spec)
-        self._choices = int(self.action_space.n)  # type: ignore[attr-defined]
-        self.action_space, self.neutral_action = spaces.Discrete(1 + self._choices), np.array(ADVICE)
+        self.action_space, self.neutral_action = spaces.Discrete(1 + len(OPTIONS)), np.array(ADVICE)
         self.fields = Fields(
             *self.fields,
             Field("disobeyed", "m/s", 0, SUM_MPS, (), "the monitor's sum for this vehicle"),
             Field("others_disobeyed", "m/s", 0, SUM_MPS, (), "the largest sum of another one"),
             Field("strength", "m/s2", 0, STRENGTH_MPS2, (), "of the suspect, 0 if nobody is suspected"),
-            Field("suspect", "-", 0, 1, (5,), "far behind, just behind, this one, just ahead, far ahead, one-hot"),
-            Field("advice", "-", 0, 1, (self._choices,), "controller that the monitor wants, one-hot"),
+            Field("suspect", "-", 0, 1, (2 * NEAR + 1,), "how many places ahead the suspect is, one-hot from the rear"),
+            Field("advice", "-", 0, 1, (len(CONTROLLERS),), "controller that the monitor wants, one-hot"),
         )
 
     def begin(self, num_envs: int) -> State:
@@ -79,17 +92,28 @@ class Monitored(Vehicle):
         assert held is not None
         return (*held, np.zeros((num_envs, len(self.agents)), np.int64))
 
+    def active(self, seen: Seen, state: State) -> BoolArray:
+        """The vehicles (B, A) near the suspect, whether or not it is one of the seized vehicle's neighbours."""
+        return super().active(seen, state) & self._near(state[1])
+
+    def _near(self, suspects: IntArray) -> BoolArray:
+        """The vehicles (B, A) up to `NEAR` places from suspects (B,), without these."""
+        away = np.abs(suspects[:, np.newaxis] - np.arange(len(self.agents)))
+        near: BoolArray = (away > 0) & (away <= NEAR) & (suspects != NOBODY)[:, np.newaxis]
+        return near
+
     def observe(self, seen: Seen, state: State) -> Observation:
         """The vehicles' rows (B, A, m)."""
         sums, suspects, strengths, advice = state
-        agents, away = np.arange(len(self.agents)), suspects[:, np.newaxis] - np.arange(len(self.agents))
-        alone = np.where(np.eye(len(agents), dtype=np.bool_), -1.0, sums[:, np.newaxis])  # (B, A, A)
-        place = np.clip(away, -2, 2)[..., np.newaxis] == np.arange(-2, 3)
+        count = len(self.agents)
+        away = suspects[:, np.newaxis] - np.arange(count)
+        alone = np.where(np.eye(count, dtype=np.bool_), -1.0, sums[:, np.newaxis])  # (B, A, A)
+        place = np.clip(away, -NEAR, NEAR)[..., np.newaxis] == np.arange(-NEAR, NEAR + 1)
         told = (
             2 * np.minimum(np.stack([sums, alone.max(axis=2)], axis=2) / SUM_MPS, 1) - 1,
-            np.broadcast_to(2 * np.minimum(strengths / STRENGTH_MPS2, 1) - 1, (len(agents), len(seen))).T[..., None],
+            np.broadcast_to(2 * np.minimum(strengths / STRENGTH_MPS2, 1) - 1, (count, len(seen))).T[..., np.newaxis],
             2.0 * (place & (suspects != NOBODY)[:, np.newaxis, np.newaxis]) - 1,
-            2.0 * (advice[..., np.newaxis] == np.arange(self._choices)) - 1,
+            2.0 * (advice[..., np.newaxis] == np.arange(len(CONTROLLERS))) - 1,
         )
         return np.concatenate([super().observe(seen, state), *told], axis=2).astype(np.float32)
 
@@ -97,6 +121,6 @@ class Monitored(Vehicle):
         """The orders (B, 2 A)."""
         advice, held = self._monitor.act(seen, state[:3])
         assert held is not None
-        own, _ = super().act(seen, state, np.maximum(actions - 1, 0))
-        follows = np.repeat(actions == ADVICE, 2, axis=1)
-        return np.where(follows, advice, own), (*held, advice[:, ::2])
+        own, _ = super().act(seen, state, OPTIONS[np.maximum(actions - 1, 0)])
+        departs = np.repeat((actions != ADVICE) & self._near(held[1]), 2, axis=1)
+        return np.where(departs, own, advice), (*held, advice[:, ::2])
