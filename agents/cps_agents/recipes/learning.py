@@ -27,7 +27,7 @@ STEPS: Mapping[tuple[str, Role], int] = {  # chosen: about two CPU minutes on th
     ("fdi", "attacker"): 1_000_000,
     ("fdi", "defender"): 1_000_000,
     ("hvac", "attacker"): 5_000_000,
-    ("hvac", "defender"): 300_000,
+    ("hvac", "defender"): 4_000_000,
     ("rogue", "attacker"): 2_000_000,
     ("rogue", "defender"): 2_200_000,
 }
@@ -111,16 +111,7 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
         "evaluations": 6,
         "evaluation_episodes": 512,
     },
-    ("hvac", "defender"): {  # begins as `bayes`, whose choices are seldom wrong, and learns from what differs
-        "adapter": "bayes",
-        "initial_deviation": 0.25,
-        "relative": True,
-        "learning_rate": 3e-3,
-        "final_learning_rate": 6e-4,
-        "num_envs": 128,
-        "evaluations": 1,
-        "evaluation_episodes": 128,
-    },
+    ("hvac", "defender"): {"num_envs": 256, "evaluations": 4, "evaluation_episodes": 128},
 }
 
 
