@@ -40,7 +40,9 @@ def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
         return [{"num_steps": 230, "num_sensors": sensors, **filters} for sensors in (4, 8)]
     if name == "box_in":
         return [{"preset": "easy", "duration_s": 2.0, "onset_s": 0.0, "defense_action": "command"}]
-    presets = ("learning",) if name == "monitor" else ("easy", "learning")  # it gives orders to all vehicles
+    presets = (
+        ("learning",) if name in ("escort", "monitor") else ("easy", "learning")
+    )  # it gives orders to all vehicles
     return [{"preset": preset, "duration_s": 2.0, "onset_s": 0.0} for preset in presets]
 
 

@@ -52,11 +52,11 @@ def test_two_writers_of_one_file_never_mix(tmp_path: Path) -> None:
 
 
 def test_a_draft_is_never_written_into(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    names = iter(["one", "one", "two"])
-    monkeypatch.setattr("cps_agents.files.token_hex", lambda size: next(names))
+    names = iter([b"one", b"one", b"two"])
+    monkeypatch.setattr("cps_agents.files.os.urandom", lambda size: next(names))
     with replacing(tmp_path / "a.json") as first, replacing(tmp_path / "b.json") as second:
-        assert first.name == "one.json"
-        assert second.name == "two.json"
+        assert first.stem == b"one".hex()
+        assert second.stem == b"two".hex()
 
 
 def league() -> dict[str, Any]:

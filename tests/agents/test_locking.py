@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 
-from cps_agents import files
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_at, alone_in
 from cps_baselines.interruption import Ended, ending, exit_code
@@ -144,7 +143,7 @@ def test_every_command_tells_how_to_go_on(
         "list": ("list",),
     }
     commands: dict[str, tuple[str, ...]] = {**COMMANDS, **others}
-    monkeypatch.setattr(files.FileLock, "acquire", interrupted)
+    monkeypatch.setattr("filelock.FileLock.acquire", interrupted)
     monkeypatch.setattr("cps_agents.commands.list.describe_everything", interrupted)
     out = () if name == "list" else ("--out", str(tmp_path / "out.json"))
     result = invoke(*commands[name], *out)

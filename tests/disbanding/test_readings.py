@@ -70,15 +70,14 @@ def test_the_error_of_the_integration_is_of_first_order() -> None:
 @pytest.mark.parametrize("defender", ["copy", "feedback"])
 def test_a_smooth_defence_does_not_depend_on_the_step(defender: str) -> None:
     players = {**LEAD_ONLY, "defender": defender}
-    found = check_refinement(
-        DISBANDING, players, {"dt_s": 0.005}, metric="velocity_error_intact", tolerance=0.005, tau_s=0.3
-    )
+    arguments: Any = {"metric": "velocity_error_intact", "preset": "paper", "tau_s": 0.3}
+    found = check_refinement(DISBANDING, players, {"dt_s": 0.005}, tolerance=0.005, **arguments)
     assert found.fine > 17.0
 
 
 def test_collisions_depend_on_the_step() -> None:
     """What the documentation warns of: after collisions a single episode moves by more than its third digit."""
-    arguments: Any = {"metric": "velocity_error_intact", "tau_s": 0.5}
+    arguments: Any = {"metric": "velocity_error_intact", "preset": "paper", "tau_s": 0.5}
     found = refine(DISBANDING, {**LEAD_ONLY, "defender": "none"}, {"dt_s": 0.005}, **arguments)
     assert 0.002 < found.change < 0.05
     with pytest.raises(AssertionError, match="dt_s"):

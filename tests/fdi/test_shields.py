@@ -26,7 +26,7 @@ def shielded(kind: str, policy: str = STICKY) -> str:
 
 
 def environment(kind: str | None = None, **overrides: Any) -> ShieldedInjection:
-    env = gymnasium.make("cps_envs:cps_envs/FdiAttack-v0", **overrides)
+    env = gymnasium.make("cps_envs:cps_envs/FdiAttack-v0", **{"preset": "paper", **overrides})
     return env if kind is None else ShieldedInjection(env, kind)
 
 

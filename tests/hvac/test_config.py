@@ -60,6 +60,7 @@ def test_too_many_sets_have_to_be_named() -> None:
 def test_a_building_of_one_s_own_can_be_made_and_played() -> None:
     env = gymnasium.make(
         "cps_envs:cps_envs/HvacDefense-v0",
+        preset="paper",
         heat_capacity_j_per_k=[0.5e6, 0.8e6, 0.6e6],
         wall_resistance_k_per_w=[0.2, 0.1, 0.15],
         link_zones=[1, 2, 2, 3],
@@ -183,7 +184,7 @@ def test_sixty_four_rooms_have_a_picture_in_which_neighbours_touch() -> None:
 
 
 def test_a_house_is_made_by_its_id() -> None:
-    env = gymnasium.make("cps_envs:cps_envs/HvacDefense-v0", **{**house(9), **SHORT})
+    env = gymnasium.make("cps_envs:cps_envs/HvacDefense-v0", **{"preset": "paper", **house(9), **SHORT})
     assert env.action_space.n == 9 + 2  # type: ignore[attr-defined]
     observation, _ = env.reset(seed=0)
     assert observation.shape == env.observation_space.shape

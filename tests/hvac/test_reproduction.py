@@ -84,7 +84,7 @@ def whole() -> Reproduction[Evidence]:
 def test_a_day_is_that_of_the_environment_with_the_same_seed() -> None:
     days = Scenario("random", "none", 3, SHORT).run().a_impact
     for seed, expected in enumerate(days.tolist()):
-        env: Any = gymnasium.make("cps_envs:cps_envs/HvacDefense-v0", opponent="random", **dict(SHORT))
+        env: Any = gymnasium.make("cps_envs:cps_envs/HvacDefense-v0", preset="paper", opponent="random", **dict(SHORT))
         env.reset(seed=seed)
         total, done = 0.0, False
         while not done:

@@ -177,6 +177,13 @@ def test_half_the_step_changes_little(law: str) -> None:
     players = {"attacker": "square", "defender": law}
     for contact in ("pass", "solid"):
         found = check_refinement(
-            ROGUE, players, {"dt_s": 0.0005}, metric="damage", tolerance=0.0005, power_ratio=1.2, contact=contact
+            ROGUE,
+            players,
+            {"dt_s": 0.0005},
+            metric="damage",
+            preset="paper",
+            tolerance=0.0005,
+            power_ratio=1.2,
+            contact=contact,
         )
         assert found.fine > 1.0

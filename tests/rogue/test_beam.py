@@ -17,7 +17,7 @@ from cps_envs.core.match import Match
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
-from tools.rogue.switching import world_config
+from cps_paper.rogue.worlds import world_config
 
 ALL = np.ones
 

@@ -20,8 +20,9 @@ from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import Array
 from cps_envs.rogue.game import RogueGame
 from cps_envs.rogue.problem import ROGUE
+from cps_paper.rogue.worlds import world_config
 from tests import episodes
-from tools.rogue.switching import DEFENDERS, world_config
+from tools.rogue.switching import DEFENDERS
 
 WORLDS = {"drive_mps2": [4.985, 5.015], "drag_per_s": [0.0997, 0.1003]}
 NEW = ("beam", "contested", "gains", "identify", "strike", "tuned")  # beyond the maps of the paper: tested elsewhere
@@ -185,7 +186,7 @@ def test_a_member_of_a_mixture_plays_as_it_plays_alone() -> None:
 
 
 REFINED = {"dt_s": 0.0005}
-SOLID = {"contact": "solid", "duration_s": 60.0}
+SOLID = {"preset": "paper", "contact": "solid", "duration_s": 60.0}
 
 
 @pytest.mark.parametrize("defender", ["sliding_detection", "disband_2"])
@@ -206,7 +207,10 @@ def test_no_attacker_lives_on_chatter(attacker: str, defender: str) -> None:
     """
     players = {"attacker": attacker, "defender": defender}
     fine = "disband" in defender
-    for contact, worlds, dt_s in (({"contact": "pass"}, 24, 0.0005 if fine else 0.001), (SOLID, 8, 0.001)):
+    for contact, worlds, dt_s in (
+        ({"preset": "paper", "contact": "pass"}, 24, 0.0005 if fine else 0.001),
+        (SOLID, 8, 0.001),
+    ):
         for ratio in (1.0, 1.3):
             varied = {**contact, **WORLDS, "power_ratio": ratio, "dt_s": dt_s}
             refined = {"dt_s": dt_s / 2}

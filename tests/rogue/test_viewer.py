@@ -118,7 +118,20 @@ def test_axes_hold_what_they_show() -> None:
 def test_a_picture_of_a_late_moment_shows_what_led_to_it(tmp_path: Path) -> None:
     imageio = pytest.importorskip("imageio.v3")
     target = tmp_path / "late.png"
-    arguments = ("play", "rogue", "--attacker", "none", "--defender", "pd", "--set", "duration_s=3", "--at", "2")
+    arguments = (
+        "play",
+        "rogue",
+        "--preset",
+        "paper",
+        "--attacker",
+        "none",
+        "--defender",
+        "pd",
+        "--set",
+        "duration_s=3",
+        "--at",
+        "2",
+    )
     assert invoke(*arguments, "--render", str(target)).exit_code == 0
     config = replace(CONFIG, duration_s=3.0)
     game, viewer = opened(config), Viewer(config)
