@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, TypeAlias
@@ -130,13 +131,29 @@ class Game(ABC):
         """The measures of one environment as Python numbers, in a fresh dictionary."""
         return {name: values.item(b) for name, values in self.metrics().items()}
 
+    def parts(self) -> tuple[Array, ...]:
+        """All that environments consist of, each with an axis B first; nothing where a problem hands out no copies."""
+        return ()
+
+    def refresh(self) -> None:  # noqa: B027 - nothing follows in most games
+        """Compute again what follows from the `parts`, after they have been copied."""
+
+    def unplayed(self, num_envs: int) -> Game:
+        """A game of this kind and configuration that has not begun, for copies."""
+        make: Callable[[Any, int], Game] = type(self)
+        return make(self.config, num_envs)
+
     def model(self, b: int, num_envs: int) -> Game:
         """Privileged: `num_envs` copies of one environment in its present state, to plan on.
 
         Raises:
             TypeError: the problem offers no such copy.
         """
-        raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
+        copy = self.unplayed(num_envs)
+        for mine, theirs in zip(self._copied(), copy._copied(), strict=True):
+            theirs[:] = mine[b]
+        copy.refresh()
+        return copy
 
     def branch(self, parents: IntArray) -> None:
         """Make each environment b a copy of the environment parents[b] (B,), for planners on the copies of `model`.
@@ -144,7 +161,19 @@ class Game(ABC):
         Raises:
             TypeError: the problem offers no such copy.
         """
-        raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
+        for array in self._copied():
+            array[:] = array.take(parents, 0)
+        self.refresh()
+
+    def fingerprint(self) -> bytes:
+        """A digest of the `parts`; equal for games that will go on alike under equal actions."""
+        return hashlib.sha256(b"".join(array.tobytes() for array in self.parts())).digest()
+
+    def _copied(self) -> tuple[Array, ...]:
+        parts = self.parts()
+        if not parts:
+            raise TypeError(f"the problem {self.name!r} hands no copies of its state to planners")
+        return (*parts, self.elapsed, self.terminated)
 
     def truth(self, b: int) -> Mapping[str, Any]:
         """Privileged: what roles have to infer of one environment, by name, for policies that are told it.

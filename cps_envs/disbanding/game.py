@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
@@ -165,22 +164,13 @@ class DisbandingGame(Game):
         """`metrics` of one episode as Python numbers."""
         return dict(zip(self._measures, self._metrics.item(b)))  # noqa: B905, strict costs a microsecond; it may be longer
 
-    def model(self, b: int, num_envs: int) -> DisbandingGame:
-        """Privileged: copies of one episode in its present state."""
-        copy = DisbandingGame(self.config, num_envs)
-        for mine, theirs in zip(self.state, copy.state, strict=True):
-            theirs[:] = mine[b]
-        copy.constants[:], copy.budget[:] = self.constants[b], self.budget[b]
-        copy.elapsed[:], copy.terminated[:] = self.elapsed[b], self.terminated[b]
-        copy._settle(np.ones(num_envs, np.bool_))
-        return copy
+    def parts(self) -> tuple[Array, ...]:
+        """See the base class."""
+        return (*self.state, self.constants, self.budget)
 
-    def fingerprint(self) -> bytes:
-        """A digest of constants and state; equal for games that will go on alike under equal actions."""
-        digest = hashlib.sha256(repr((self.constants.tolist(), self.budget.tolist())).encode())
-        for array in self.state:
-            digest.update(array.tobytes())
-        return digest.digest()
+    def refresh(self) -> None:
+        """Settle everybody's account again."""
+        self._settle(np.ones(self.num_envs, np.bool_))
 
     def num_present_platoons(self, b: int) -> int:
         """N of an episode, where it is drawn."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -175,13 +174,6 @@ class FdiGame(Game):
         """The state of one episode; its arrays are views."""
         return view(self.state, b)
 
-    def model(self, b: int, num_envs: int) -> FdiGame:
-        """Privileged: copies of one episode in its present state."""
-        copy = FdiGame(self.config, num_envs)
-        for ours, theirs in zip(self._parts(), copy._parts(), strict=True):
-            theirs[:] = ours[b]
-        return copy
-
     def gains(self, b: int) -> tuple[float, float]:
         """k_p (1/s2) and k_d (1/s) of an episode."""
         row = self._constants[min(b, len(self._constants) - 1)]
@@ -204,14 +196,10 @@ class FdiGame(Game):
         targets = self._tasks[:, -1]
         return SensorTeam(self.config, self.state, self._metrics, self.terminated, self._flags, targets)
 
-    def _parts(self) -> tuple[Array, ...]:
-        """All that an environment consists of, each with an axis B first."""
+    def parts(self) -> tuple[Array, ...]:
+        """See the base class."""
         own = (self._constants,) if has_own_constants(self.config) else ()
-        return (*self.state, *own, self._metrics, self.elapsed, self.terminated)
-
-    def fingerprint(self) -> bytes:
-        """A digest of the state; equal for games that will go on alike under equal actions."""
-        return hashlib.sha256(b"".join(array.tobytes() for array in self._parts()[:-2])).digest()
+        return (*self.state, *own, self._metrics)
 
     def scene(self, b: int) -> Scene:
         """What the viewer draws of an episode."""

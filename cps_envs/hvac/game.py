@@ -146,13 +146,9 @@ class HvacGame(Game):
         """`metrics` of one episode as Python numbers."""
         return dict(zip(Metrics._fields, self.state.metrics.item(b)))  # noqa: B905, strict costs a microsecond
 
-    def model(self, b: int, num_envs: int) -> HvacGame:
-        """Privileged: copies of one episode in its present state, noise and disturbances to come included."""
-        copy = HvacGame(self.config, num_envs)
-        for mine, theirs in zip(self.state, copy.state, strict=True):
-            theirs[:] = mine[b]
-        copy.elapsed[:] = self.elapsed[b]
-        return copy
+    def parts(self) -> tuple[Array, ...]:
+        """See the base class; noise and disturbances to come are among them."""
+        return tuple(self.state)
 
     def truth(self, b: int) -> Mapping[str, Array]:
         """Privileged: which sensors are compromised (S,), and the true temperatures (n,), C."""

@@ -114,20 +114,9 @@ class RogueGame(Game):
         """`metrics` of one episode as Python numbers."""
         return dict(zip(self._measured, self._scores.item(b)))  # noqa: B905, strict costs a microsecond
 
-    def model(self, b: int, num_envs: int) -> RogueGame:
-        """Privileged: copies of one episode in its present state."""
-        copy = RogueGame(self.config, num_envs)
-        for mine, theirs in zip(
-            (*self.state, self.drawn, self._scores), (*copy.state, copy.drawn, copy._scores), strict=True
-        ):
-            theirs[:] = mine[b]
-        copy.elapsed[:] = self.elapsed[b]
-        return copy
-
-    def branch(self, parents: IntArray) -> None:
-        """Make each environment b a copy of the environment parents[b] (B,)."""
-        for array in (*self.state, self.drawn, self._scores, self.elapsed):
-            array[:] = array.take(parents, 0)
+    def parts(self) -> tuple[Array, ...]:
+        """See the base class."""
+        return (*self.state, self.drawn, self._scores)
 
     def truth(self, b: int) -> dict[str, Any]:
         """Privileged: `seat` (0 = rear), `onset_s` (inf without an attack) and `power_ratio` of an episode."""

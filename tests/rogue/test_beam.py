@@ -17,6 +17,7 @@ from cps_envs.core.match import Match
 from cps_envs.core.play import play_episodes
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.problem import ROGUE
+from cps_envs.testbed.problem import TESTBED
 from cps_paper.rogue.worlds import world_config
 
 ALL = np.ones
@@ -58,10 +59,11 @@ def test_a_branch_goes_on_exactly_as_its_parent(parents: Any, defender: str, see
 
 
 def test_a_game_without_copies_refuses_to_branch() -> None:
-    from cps_envs.core.game import Game
-
+    game = TESTBED.game(TESTBED.config("paper", {}), 1)
     with pytest.raises(TypeError, match="no copies"):
-        Game.branch(ROGUE.game(ROGUE.config("paper", {}), 1), np.zeros(1, np.int64))
+        game.branch(np.zeros(1, np.int64))
+    with pytest.raises(TypeError, match="no copies"):
+        game.model(0, 2)
 
 
 def planned(defender: str, config: RogueConfig, beam: Beam, seed: int = 0) -> Plan:

@@ -194,6 +194,10 @@ class StringLoop(DisbandingGame):
         self._alarms = np.zeros((num_envs, config.max_vehicles))
         self._policy = policy
 
+    def unplayed(self, num_envs: int) -> DisbandingGame:
+        """Planners bring a defender of their own."""
+        return DisbandingGame(self.config, num_envs)
+
     def _reset(self, envs: BoolArray, generators: Generators) -> None:
         super()._reset(envs, generators)
         self._alarms[envs] = 0.0
