@@ -1,7 +1,8 @@
 """What a defence can reach, and the strongest defenders beside it: `python -m tools.disbanding.yardsticks`.
 
 `bounds`: the least E_v of any defence for one and two attacks, by the smallest gap. `cells`: defenders in the cells of
-Tables 2.2 and 2.3. `learning`: defenders in preset `learning`, paired with `informed`. The tables are Markdown.
+Tables 2.2 and 2.3. `learning`: defenders in preset `learning`, paired with `informed`. `residuals`: how far `joint` is
+from the solutions of its programs in the same cells. The tables are Markdown.
 """
 
 from __future__ import annotations
@@ -13,12 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from cps_baselines.disbanding.joint import BEST
+from cps_envs.core.lookup import resolve_policy
+from cps_envs.core.match import Match
 from cps_envs.core.play import play_episodes
-from cps_envs.core.types import Array
+from cps_envs.core.types import Array, FloatArray
 from cps_envs.disbanding.problem import DISBANDING
 from tools.disbanding.bounds import least_error_of_two, least_errors
 
-TAUS_S, GAPS_M, DESIRED_GAPS_M = (0.1, 0.3, 0.5), (1.0, 3.0, 5.0), (5.0, 4.0)
+TAUS_S, GAPS_M, DESIRED_GAPS_M = (0.1, 0.3, 0.5), (0.0, 1.0, 3.0, 5.0), (5.0, 4.0)
 TWO_ATTACKS = {
     "platoons 10 and 9 at 2 s and 100 s": "table_2_3",
     "platoons 10 and 9 at 1 s and 40 s": "plan?events=[[10,1],[9,40]]",
@@ -36,7 +40,7 @@ def bounds() -> Iterable[str]:
         values = [least_errors(config, gap_m)["velocity_error_intact"][0] for config in configs]
         yield row("platoon 10 at 1 s, intact", f"{gap_m:g}", *(f"{value:.2f}" for value in values))
     for title, attacker in TWO_ATTACKS.items():
-        for gap_m in GAPS_M:
+        for gap_m in GAPS_M[1:]:  # no defender touched under two attacks
             values = [least_error_of_two(config, gap_m, attacker=attacker)[0] for config in configs]
             yield row(f"{title}, all", f"{gap_m:g}", *(f"{value:.2f}" for value in values))
 
@@ -82,6 +86,30 @@ def learning(defenders: Sequence[str], episodes: int) -> Iterable[str]:
         yield row(f"`{defender}`", *texts, f"{cpu_s:.2f}")
 
 
+def residuals() -> Iterable[str]:
+    """For each cell the largest residual of `joint` in the episode, and the decisions below its tolerance."""
+    yield from header("attack", "gap (m)", "tau (s)", "largest residual", f"decisions below {BEST.tolerance:g}")
+    for attacker in ("lead", "table_2_3"):
+        for gap_m in DESIRED_GAPS_M:
+            for tau_s in TAUS_S:
+                left = residuals_of(DISBANDING.config("paper", {"tau_s": tau_s, "desired_gap_m": gap_m}), attacker)
+                share = float(np.mean(left < BEST.tolerance))
+                yield row(f"`{attacker}`", f"{gap_m:g}", f"{tau_s}", f"{left.max():.4f}", f"{share:.1%}")
+
+
+def residuals_of(config: Any, attacker: str) -> FloatArray:
+    """The residual of each decision of `joint` in an episode, see `joint_program.solve_joint`."""
+    game = DISBANDING.game(config, 1)
+    players = {"attacker": attacker, "defender": "joint"}
+    match = Match(game, {role: resolve_policy(name, game.spec(role)) for role, name in players.items()})  # type: ignore[arg-type, misc]
+    match.reset(np.ones(1, np.bool_), [np.random.default_rng(0)])
+    found = []
+    while game.elapsed[0] < game.horizon and not game.terminated[0]:
+        match.step({}, np.ones(1, np.bool_), game.decision_interval["defender"])
+        found.append(float(match.beliefs("defender")["residual"][0]))
+    return np.array(found)
+
+
 def timed_play(config: Any, attacker: str, defender: str, seeds: Sequence[int]) -> tuple[dict[str, Array], float]:
     """The outcome of episodes, and the CPU seconds that they took."""
     started = time.process_time()
@@ -103,7 +131,7 @@ def row(*texts: str) -> str:
 def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("table", choices=("bounds", "cells", "learning"))
+    parser.add_argument("table", choices=("bounds", "cells", "learning", "residuals"))
     parser.add_argument("--defender", action="append", help="only this one; may be repeated")
     parser.add_argument("--episodes", type=int, default=20, help="of each meeting in `learning`")
     given = parser.parse_args()
@@ -112,6 +140,7 @@ def main() -> None:
         "bounds": bounds(),
         "cells": cells(defenders),
         "learning": learning(defenders, given.episodes),
+        "residuals": residuals(),
     }
     for line in tables[given.table]:
         print(line, flush=True)

@@ -80,26 +80,30 @@ class Joint(AnalyticPolicy):
         self._prediction = Prediction(*np.zeros((2, config.max_vehicles, self.settings.horizon + 1)))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """What is true of each episode, (B,), its plan (B, M, H) in m/s2 and its multipliers (B, 3, M, H)."""
-        truths = np.array([None] * len(knowledge), object)
+        """What is true of each episode, (B,), its plan (B, M, H) in m/s2, multipliers (B, 3, M, H), residual (B,)."""
+        envs, truths = len(knowledge), np.array([None] * len(knowledge), object)
         truths[:] = [known["truth"] for known in knowledge]
-        return truths, np.zeros((len(knowledge), *self._shape)), np.zeros((len(knowledge), 3, *self._shape))
+        return truths, np.zeros((envs, *self._shape)), np.zeros((envs, 3, *self._shape)), np.zeros(envs)
+
+    def beliefs(self, state: State) -> dict[str, Array]:
+        """The largest residual (B,) of the last decision's programs, see `solve_joint`."""
+        return {"residual": state[3]}
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, M): corrections as shares of u_max - u_min."""
-        truths, plans, multipliers = state
+        truths, plans, multipliers, residual = state
         actions = np.zeros((len(seen), self.spec.config.max_vehicles))
         disbanded = np.isfinite(np.stack([truth["disbanding_s"] for truth in truths]))
         if not disbanded.any():
             return actions, state
-        plans, multipliers = plans.copy(), multipliers.copy()
+        plans, multipliers, residual = plans.copy(), multipliers.copy(), residual.copy()
         size = self.spec.config.vehicles_per_platoon
         position, speed, acceleration = (np.stack([truth[name] for truth in truths]) for name in MOVES)
         motions = Motions(position, speed, acceleration, seen["law_command"], np.repeat(disbanded, size, axis=1))
         absent = np.sum(seen["present"] < HALF, axis=1) if "present" in seen else np.zeros(len(seen), np.int64)
         taus_s = np.round(seen["tau_s"], 5).tolist()  # the rounding of float32 observations is not a new lag
         for b in np.flatnonzero(disbanded.any(axis=1)).tolist():
-            plan_episode(
+            residual[b] = plan_episode(
                 view(motions, b),
                 int((disbanded.shape[1] - absent[b]) * size),
                 design_joint(self.settings, taus_s[b], self.spec.config.max_vehicles),
@@ -113,4 +117,4 @@ class Joint(AnalyticPolicy):
                 self._scratch,
                 actions[b],
             )
-        return np.clip(actions / self.limit_mps2, -1.0, 1.0), (truths, plans, multipliers)
+        return np.clip(actions / self.limit_mps2, -1.0, 1.0), (truths, plans, multipliers, residual)

@@ -62,14 +62,15 @@ def plan_episode(
     multipliers: FloatArray,
     scratch: JointScratch,
     corrections: FloatArray,
-) -> None:
+) -> float:
     """Fill `corrections` (M,) in m/s2 of one episode, and renew its `plan` (M, H) and `multipliers` (3, M, H).
 
-    `braces`: leaders keep the reserve of `JointSettings.braces`.
+    Returns the largest residual of its programs, see `solve_joint`. `braces`: leaders keep the reserve of
+    `JointSettings.braces`.
     """
     c, k = unpack(Constants, constants, 0), unpack(Knobs, knobs, 0)
     now, ahead, factors, room = lend(motions), lend(prediction), lend(design), lend(scratch)
-    q = 0
+    q, residual = 0, 0.0
     while q < num_vehicles and not now.disbanded[q]:
         coast(now, factors, k.period_s, ahead, q)
         q += 1
@@ -82,10 +83,12 @@ def plan_episode(
             while q + count < num_vehicles and not now.disbanded[q + count]:
                 count += 1
             commands, prices = borrowed(plan)[q : q + count], borrowed(multipliers)[:, q : q + count]
-            plan_string(now, factors, c, k, desired_gap_m, braces, ahead, q, count, commands, prices, room)
+            left = plan_string(now, factors, c, k, desired_gap_m, braces, ahead, q, count, commands, prices, room)
+            residual = max(residual, left)
             for i in range(q, q + count):
                 corrections[i] = correction_for(plan[i, 0], now.law_command[i], c)
             q += count
+    return residual
 
 
 @inlined
@@ -152,8 +155,11 @@ def plan_string(
     commands: FloatArray,
     multipliers: FloatArray,
     s: JointScratch,
-) -> None:
-    """Plan the vehicles from `first` on, behind one whose motion is predicted, and predict their own."""
+) -> float:
+    """Plan the vehicles from `first` on, behind one whose motion is predicted, and predict their own.
+
+    Returns the residual of the program.
+    """
     horizon = commands.shape[1]
     top = c.max_speed_mps if k.may_hurry else c.desired_speed_mps
     for i in range(count):
@@ -182,7 +188,7 @@ def plan_string(
             for m in range(horizon):
                 s.linear[i - 1, m] -= s.linear[i, m]
         add_product(design.speed, s.more, s.linear[i])
-    solve_joint(design, count, commands, multipliers, k.iterations, k.tolerance, s)
+    residual = solve_joint(design, count, commands, multipliers, k.iterations, k.tolerance, s)
     for i in range(count):
         for m in range(horizon):
             commands[i, m] = clip(commands[i, m], c.min_acceleration_mps2, c.max_acceleration_mps2)
@@ -195,3 +201,4 @@ def plan_string(
         for m in range(horizon):
             ahead.speed[q, m + 1] += s.room[m]
             ahead.position[q, m + 1] += s.more[m]
+    return residual

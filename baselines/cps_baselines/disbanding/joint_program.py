@@ -25,7 +25,7 @@ from cps_envs.core.types import FloatArray
 Vector = FloatArray
 RELAXATION = 1.6  # of the splitting, as OSQP has it
 SAME = 1e-13  # blocks of the factor that differ by less count as equal
-PENALTIES = (0.3, 1.0, 0.3)  # of the splitting, for the rows of command, speed and gap
+PENALTIES = (0.3, 1.0, 30.0)  # of the splitting, for the rows of command, speed and gap; chosen by how fast it ends
 # Largest multipliers of these rows. The last one prices a metre below the least gap. It has to outweigh what all the
 # vehicles behind want, which adds up along the string: with 30, eighty of them push a leader into the vehicle ahead.
 CAPS = (1e3, 1e3, 300.0)
@@ -47,8 +47,8 @@ class JointSettings:
     braces: (
         bool  # while attacks may come: leaders keep what they need, beyond that, when the platoon ahead brakes fully
     )
-    iterations: int = 25  # of the splitting, at most
-    tolerance: float = 1e-3  # m/s2, it ends when no command changes by more
+    iterations: int = 1000  # of the splitting, at most
+    tolerance: float = 1e-3  # of the residual at which it ends, see `solve_joint`
 
 
 class JointDesign(NamedTuple):
@@ -149,8 +149,11 @@ def solve_joint(
     iterations: int,
     tolerance: float,
     s: JointScratch,
-) -> int:
-    """Improve the plan of the first `count` vehicles in place; returns the iterations used.
+) -> float:
+    """Improve the plan of the first `count` vehicles in place; returns the residual that is left.
+
+    It is the largest of what an iteration changes of a command, m/s2, and of what a row is from its split one: m/s2,
+    m/s or m. Below `tolerance` it ends.
 
     `s.linear`, `s.low`, `s.high` describe the program. `commands` (M, H) and `multipliers` (3, M, H) are the start,
     the latter divided by their penalties.
@@ -161,7 +164,8 @@ def solve_joint(
         for i in range(count):
             for m in range(horizon):
                 s.split[row, i, m] = clip(s.rows[row, i, m], s.low[row, i, m], s.high[row, i, m])
-    for iteration in range(iterations):
+    residual = np.inf
+    for _ in range(iterations):
         pose_right(design, count, multipliers, s)
         solve_blocks(design, count, s.right, commands)
         change = 0.0
@@ -169,9 +173,10 @@ def solve_joint(
             for m in range(horizon):
                 change = max(change, abs(commands[i, m] - s.rows[0, i, m]))
         respond(design, count, commands, s)
-        if max(change, project(count, multipliers, s)) < tolerance:
-            return iteration + 1
-    return iterations
+        residual = max(change, project(count, multipliers, s))
+        if residual < tolerance:
+            break
+    return residual
 
 
 @inlined
