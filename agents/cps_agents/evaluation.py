@@ -104,6 +104,13 @@ class Standing:
     differences: Mapping[str, Estimate]  # to each baseline, policy minus baseline
     cautions: Mapping[str, str]  # what the interval of a difference leaves out, by baseline
     values: FloatArray  # (training seeds, episodes)
+    worst_seed: float | None  # the mean of the worst of several training seeds
+
+    @property
+    def hides_its_worst(self) -> bool:
+        """Whether the worst training seed lies outside the interval of the mean."""
+        low, high = self.mean.low, self.mean.high
+        return None not in (self.worst_seed, low, high) and not low <= self.worst_seed <= high  # type: ignore[operator]
 
     def to_json(self) -> dict[str, Any]:
         """As plain data."""
@@ -121,6 +128,8 @@ class Standing:
                 }
                 for name, found in self.differences.items()
             },
+            "worst_seed": self.worst_seed,
+            "hides_its_worst": self.hides_its_worst,
             "values": self.values.tolist(),
         }
 
@@ -187,7 +196,14 @@ def _standing(comparison: Comparison, place: int, name: str, values: Mapping[Pla
         differences={other: difference([mine], [values[place, other]]) for other in others},
         cautions={other: text for other in others if (text := caution(other, values[place, other]))},
         values=mine,
+        worst_seed=worst_of(mine, comparison.challenges[place].role),
     )
+
+
+def worst_of(values: FloatArray, role: Role) -> float | None:
+    """The mean of the worst training seed for a role, of what the attacker is paid (seeds, episodes); None of one."""
+    means = values.mean(axis=1)
+    return None if len(means) < 2 else float(means.min() if role == "attacker" else means.max())
 
 
 def caution(reference: str, values: FloatArray) -> str:

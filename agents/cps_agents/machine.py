@@ -25,10 +25,10 @@ PACKAGES = (
 )
 
 
-def describe() -> dict[str, Any]:
-    """Command, processor, system and versions."""
+def describe(program: str = "cps-envs") -> dict[str, Any]:
+    """Command, processor, system and versions. `program`: what is typed before the arguments."""
     return {
-        "command": shlex.join(["cps-envs", *sys.argv[1:]]),
+        "command": f"{program} {shlex.join(sys.argv[1:])}".strip(),
         "cpu": cpu_name(),
         "cores": available_cores(),
         "system": platform.platform(),

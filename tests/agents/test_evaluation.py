@@ -11,7 +11,7 @@ import pytest
 
 from cps_agents.arena.challenge import Challenge, scores
 from cps_agents.arena.statistics import Estimate
-from cps_agents.evaluation import is_better
+from cps_agents.evaluation import Standing, is_better, worst_of
 from cps_agents.zoo.references import by_training_seed, form_of, is_trained, missing_names, weights_of
 from cps_baselines.arena import Contestant, Venue
 from cps_envs.core.errors import UnknownNameError
@@ -129,6 +129,28 @@ def test_evaluate_prints_tables(tiny: str) -> None:
     assert result.exit_code == 0, result.output
     for text in ("attacker against pd: return", "95 % interval", "IQM", "3 x 50", "square", "minus none"):
         assert text in result.stdout
+
+
+def test_the_worst_training_seed_stands_in_the_table(tiny: str) -> None:
+    arguments = [*ROGUE, "--attacker", tiny, "--baseline", "square", "--episodes", "4"]
+    first, square = json.loads(invoke(*arguments, "--json").stdout)["standings"][:2]
+    assert first["worst_seed"] == pytest.approx(np.mean(first["values"], axis=1).min())
+    assert (square["worst_seed"], square["hides_its_worst"]) == (None, False)
+    assert {"worst", "seed"} <= set(invoke(*arguments).stdout.split())
+
+
+def test_a_worst_seed_outside_its_interval_is_marked() -> None:
+    values = np.array([[1.0, 2.0], [3.0, 4.0], [-9.0, -8.0]])
+    assert worst_of(values, "attacker") == -8.5
+    assert worst_of(values, "defender") == 3.5  # what the attacker is paid is the defender's loss
+    assert worst_of(values[:1], "attacker") is None
+    found = [standing(worst) for worst in (None, 0.4, 0.5, 1.5, 1.6)]
+    assert [each.hides_its_worst for each in found] == [False, True, False, False, True]
+
+
+def standing(worst: float | None) -> Standing:
+    spread = Estimate(1.0, 0.5, 1.5, 3, 10)
+    return Standing("pd", "mine", False, spread, spread, {}, {}, np.ones((3, 10)), worst)
 
 
 def test_all_stands_for_every_baseline_of_the_role() -> None:

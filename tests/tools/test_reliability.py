@@ -255,6 +255,7 @@ def test_the_page_names_what_has_to_stay_zero(tmp_path: Path) -> None:
     (found,) = run_parts([part], Store(tmp_path), 1.0, work=lambda chunk, stop: part.run(chunk, Journal()))
     (tmp_path / "docs").mkdir()
     written = document([found])
+    assert written["command"].startswith("python -m tools.reliability")
     assert "1,234" in markdown(written)
     assert "have to stay zero: bad" in markdown(written)
     written["parts"] = {"fuzz": written["parts"]["toy"]}

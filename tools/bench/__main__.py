@@ -24,6 +24,7 @@ from tools.bench.before import BEFORE
 from tools.bench.suite import LEARNING, PARTS, TRAINING, judge, plan
 from tools.command import run
 
+PROGRAM = "python -m tools.bench"
 PART = "Measure this part: sizes, resets, threads, interfaces, added, opponents, training or learning."
 
 
@@ -44,7 +45,7 @@ def bench(
     with Progress("bench", len(items)) as progress:
         progress.say(f"{len(items)} rows; kernels that are not compiled yet make them longer")
         found = measure(items, QUICK_S if quick else seconds, lambda done, _, note: progress.update(done, note))
-    machine, targets = describe(), judge(found.rows)
+    machine, targets = describe(PROGRAM), judge(found.rows)
     if as_json:
         print_json(_document(machine, found, targets))
     else:
@@ -172,4 +173,4 @@ def _targets(targets: Sequence[Any]) -> object:
 
 
 if __name__ == "__main__":
-    run(bench, "python -m tools.bench")
+    run(bench, PROGRAM)

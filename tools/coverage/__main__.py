@@ -20,6 +20,7 @@ from tools.command import run
 from tools.coverage.cases import Coverage, all_cases
 from tools.coverage.simulation import CHUNK, Effort, document, markdown, simulate, tables
 
+PROGRAM = "python -m tools.coverage"
 QUICK = (100, 200)  # repetitions, resamples
 
 
@@ -63,7 +64,7 @@ def coverage(
 def _simulate(effort: Effort, workers: int) -> tuple[list[Coverage], dict[str, Any]]:
     """The figures, and by what, when and at what cost they were made."""
     require("scipy", extra="baselines", purpose="coverage")
-    cases, made = all_cases(), {**describe(), "commit": commit(), "date": f"{datetime.date.today()}"}
+    cases, made = all_cases(), {**describe(PROGRAM), "commit": commit(), "date": f"{datetime.date.today()}"}
     made["command"] = without_places(made["command"])
     with Progress("coverage", len(cases) * -(-effort.repetitions // CHUNK)) as progress:
         found = simulate(cases, effort, workers, progress.update)
@@ -72,4 +73,4 @@ def _simulate(effort: Effort, workers: int) -> tuple[list[Coverage], dict[str, A
 
 
 if __name__ == "__main__":
-    run(coverage, "python -m tools.coverage")
+    run(coverage, PROGRAM)

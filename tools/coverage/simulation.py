@@ -99,6 +99,9 @@ estimates minus the truth, *length* the mean length of the intervals, both in un
 
 Intervals are a little too short with two or three training seeds, and with few episodes of skewed data. They fail where
 few episodes may not contain what matters, such as a crash in one of twenty: play 50 episodes or more.
+
+They also fail where few training seeds may not contain what matters: a seed that fails. No method mends that with five
+seeds. So tables of evaluations print the worst training seed, and mark it where it lies outside the interval.
 """
 
 

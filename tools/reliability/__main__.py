@@ -16,7 +16,7 @@ from cps_agents.table import Table
 from cps_envs.core.errors import near
 from tools.command import run
 from tools.reliability.chunk import PARTS, ROOT, find_part
-from tools.reliability.document import document
+from tools.reliability.document import PROGRAM, document
 from tools.reliability.document import publish as put
 from tools.reliability.store import Store
 from tools.reliability.suite import Findings, run_parts
@@ -92,4 +92,4 @@ def _sums(found: Findings) -> tuple[str, ...]:
 
 
 if __name__ == "__main__":
-    run(reliability, "python -m tools.reliability")
+    run(reliability, PROGRAM)

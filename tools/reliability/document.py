@@ -14,6 +14,7 @@ from tools.reliability.chunk import PARTS
 from tools.reliability.suite import Findings
 
 Document = dict[str, Any]
+PROGRAM = "python -m tools.reliability"
 MACHINE = ("cpu", "cores", "python")
 HEAD = """# Reliability
 
@@ -36,7 +37,7 @@ Each section says what all its pieces try. The line at its end says how many of 
 
 def document(found: Sequence[Findings]) -> Document:
     """What is known, as plain data."""
-    machine = describe()
+    machine = describe(PROGRAM)
     described = {name: machine[name] for name in MACHINE}
     return {
         "command": machine["command"],
@@ -83,7 +84,7 @@ def publish(new: Document, root: Path) -> list[Path]:
 
 def markdown(whole: Document) -> str:
     """The page."""
-    command = "python -m tools.reliability --minutes 120 --publish"
+    command = f"{PROGRAM} --minutes 120 --publish"
     return "\n".join([HEAD.format(command=command), *map(_section, whole["parts"].values())])
 
 

@@ -39,6 +39,7 @@ from cps_envs.core.types import Role, other
 BASELINE = "Compare with this policy, or with `all` that can play; may be repeated."
 METRIC = "Measure this metric; `return` is what the attacker is paid."
 MARK = "*"  # of a baseline that the intervals say less about
+HIDDEN = "!"  # of a policy whose worst training seed lies outside its interval
 MOST = 1_000_000  # evaluation seeds
 
 
@@ -146,6 +147,7 @@ def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> Non
             f"{each.mean.seeds} x {each.mean.episodes}",
             f"{each.mean.mean:.4g}",
             _interval(each.mean),
+            _worst(each),
             f"{each.iqm.mean:.4g}",
             *(_difference(each, name, role) for name in comparison.baselines),
         ]
@@ -158,14 +160,23 @@ def _print(comparison: Comparison, role: Role, standings: list[Standing]) -> Non
         "seeds x episodes",
         "mean",
         "95 % interval",
+        "worst seed",
         "IQM",
         *(f"minus {name}{MARK if name in cautions else ''}" for name in comparison.baselines),
     )
     out().print(Table(f"{role} against {opponent}: {measured}", columns, rows))
     for name, text in cautions.items():
         out().print(f"{MARK} {name}: {text}.", markup=False, soft_wrap=True)
+    if any(each.hides_its_worst for each in standings):
+        out().print(f"{HIDDEN} the worst training seed lies outside the interval of the mean.")
     if comparison.baselines:
         err().print("Differences: mean and interval; green or red where it excludes zero, for or against the policy.")
+
+
+def _worst(standing: Standing) -> str:
+    if standing.worst_seed is None:
+        return ""
+    return f"{standing.worst_seed:.4g}{f' {HIDDEN}' if standing.hides_its_worst else ''}"
 
 
 def _interval(found: Estimate) -> str:
