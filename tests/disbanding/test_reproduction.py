@@ -17,10 +17,11 @@ from cps_paper.disbanding import plots
 from cps_paper.disbanding.cells import mean_distance, references, table_cells
 from cps_paper.disbanding.chapter import CHAPTER
 from cps_paper.disbanding.experiments import Evidence, Experiments, evaluator
-from cps_paper.disbanding.played import READINGS
+from cps_paper.disbanding.played import READINGS, Played
 from cps_paper.disbanding.rules import CLAIMS
-from cps_paper.disbanding.scenario import CONTROLLERS, Recorded, Scenario
+from cps_paper.disbanding.scenario import CONTROLLERS, Outcome, Recorded, Scenario
 from cps_paper.disbanding.summary import cells_of
+from cps_paper.disbanding.tried import disbanded, tried, tried_data, tried_tables
 from cps_paper.evidence import compute
 from cps_paper.printed.tables import POINTS, read_table, velocity_errors
 from cps_paper.verdicts import (
@@ -50,6 +51,31 @@ VERDICTS = {
 }
 VERDICTS_IN_FULL = {"P14": REPRODUCED, "P15": PARTLY, "P16": NOT, "P23": REPRODUCED, "P24": REPRODUCED}
 SHORT = Scenario(((3, 1.0),), num_platoons=3, duration_s=20.0)
+
+
+def test_readings_that_were_tried_are_judged_as_their_claims_are() -> None:
+    """With made-up outcomes: collisions at the largest lag only, and 66 of 120 intact vehicles in them."""
+    none, seen = np.zeros(200, np.int64), Evidence()
+    intact = np.repeat([True] * 12 + [False] * 8, 10)
+    found: dict[Any, Any] = {}
+    for experiment in tried(seen):
+        if isinstance(experiment, Played):
+            found[experiment] = {"collided": 2.0 if experiment.tau_s == 0.5 else 0.0}
+        else:
+            collided = np.arange(200) < (66 if len(experiment.attack) == 8 else 0)
+            found[experiment] = Outcome(0.0, 0.0, intact, none, collided, collided)
+    seen = Evidence(found)
+    periods, counts = tried_tables(seen)
+    assert {row[-1] for row in periods.rows} == {"reproduced"}
+    assert [row[-1] == "reproduced" for row in counts.rows] == [row[0] == "8" for row in counts.rows]
+    assert "6 of 30 combinations fit" in counts.notes[0]
+    assert len(tried_data(seen)["every_other"]) == 30
+
+
+@pytest.mark.parametrize(("count", "share"), [(8, 55.0), (10, 54.0)])
+def test_disbanded_platoons_from_the_19th_on(count: int, share: float) -> None:
+    outcome = disbanded(Evidence(), count, 19, 0.2).run()
+    assert outcome.collided_share() == pytest.approx(share, abs=0.05)
 
 
 @pytest.fixture(scope="module")

@@ -30,6 +30,7 @@ from cps_paper.disbanding.rules import CLAIMS, CONDITIONS, RULES
 from cps_paper.disbanding.scenario import Outcome
 from cps_paper.disbanding.strings import courses_tables
 from cps_paper.disbanding.summary import cells_of, closing
+from cps_paper.disbanding.tried import tried, tried_data, tried_tables
 from cps_paper.evidence import Experiment
 from cps_paper.exhibit import Column, Exhibit, Table
 from cps_paper.verdicts import Check
@@ -132,6 +133,14 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
         sweep_tables,
         sweep_data,
         figures={"figure_2_3": plots.draw_2_3},
+    ),
+    Exhibit(
+        "tried",
+        "readings tried for claims that fail",
+        tried,
+        tried_tables,
+        tried_data,
+        quick=False,
     ),
     Exhibit(
         "platoons",

@@ -1,0 +1,127 @@
+"""Readings of the text that were tried because a claim fails: how many, and what each gives for that claim.
+
+The more are tried, the likelier one fits by chance. So they stand beside the claim and change no verdict of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import product
+from typing import Any
+
+from cps_paper.disbanding.experiments import ATTACK_S, CELLS, STRINGS, Evidence
+from cps_paper.disbanding.played import Played
+from cps_paper.disbanding.rules import CLAIMS
+from cps_paper.disbanding.scenario import Attack, Scenario
+from cps_paper.evidence import Experiment
+from cps_paper.exhibit import Column, Table
+from cps_paper.verdicts import REPRODUCED, of_cases, of_number
+
+PERIODS_S = (0.01, 0.02, 0.05, 0.1)  # after which the heuristic is repeated; the first is an integration step
+COUNTS, FIRSTS, TAUS_S = (6, 7, 8, 9, 10), (20, 19), (0.1, 0.2, 0.3)  # disbanded platoons, the first of them
+APART_S, DURATION_S = 30.0, 600.0  # of every other platoon, Fig. 2.1e
+
+
+def repeated(evidence: Evidence, period_s: float) -> list[Played]:
+    """The cells of Table 2.2 with the heuristic repeated so often, its correction held in between."""
+    chosen = ("interpretation", evidence.experiments.interpretation)
+    return [
+        Played("heuristic", tau_s, (("desired_gap_m", gap_m), ("control_period_s", period_s), chosen))
+        for gap_m, tau_s in CELLS
+    ]
+
+
+def disbanded(evidence: Evidence, count: int, first: int, tau_s: float) -> Scenario:
+    """So many of 20 platoons are disbanded, every other one from `first` on."""
+    attack: Attack = tuple((first - 2 * i, ATTACK_S + APART_S * i) for i in range(count))
+    chosen = evidence.experiments.interpretation
+    return Scenario(attack, tau_s, interpretation=chosen, num_platoons=STRINGS[0], duration_s=DURATION_S)
+
+
+def combinations() -> list[tuple[int, int, float]]:
+    """Counts, first platoons and lags."""
+    return list(product(COUNTS, FIRSTS, TAUS_S))
+
+
+def tried(evidence: Evidence) -> list[Experiment[Any]]:
+    """All of it."""
+    first = [each for period_s in PERIODS_S for each in repeated(evidence, period_s)]
+    return [*first, *(disbanded(evidence, *each) for each in combinations())]
+
+
+def collided(evidence: Evidence, period_s: float) -> list[int]:
+    """How many vehicles collide in each cell of Table 2.2."""
+    return [round(evidence[each]["collided"]) for each in repeated(evidence, period_s)]
+
+
+def verdict_of_period(evidence: Evidence, period_s: float) -> str:
+    """That of P31: collisions exactly at the largest lag."""
+    largest, counts = CLAIMS.number("P31"), collided(evidence, period_s)
+    return of_cases([(count > 0) == (tau_s == largest) for count, (_, tau_s) in zip(counts, CELLS, strict=True)])
+
+
+def verdict_of_count(evidence: Evidence, each: tuple[int, int, float]) -> str:
+    """That of P20: the share of the intact vehicles in collisions."""
+    return of_number(evidence[disbanded(evidence, *each)].collided_share(), CLAIMS.number("P20"))
+
+
+def tried_tables(evidence: Evidence) -> list[Table]:
+    """Both as tables of text."""
+    periods = (
+        Column("repeated every", lambda period_s: period_s, "{:g} s"),
+        *(Column(f"{gap_m:g} m, {tau_s:g} s", _collided(evidence, k)) for k, (gap_m, tau_s) in enumerate(CELLS)),
+        Column("P31", lambda period_s: verdict_of_period(evidence, period_s)),
+    )
+    counts = (
+        Column("disbanded", lambda each: each[0]),
+        Column("first", lambda each: each[1]),
+        Column("tau", lambda each: each[2], "{:g} s"),
+        Column("in collisions", lambda each: evidence[disbanded(evidence, *each)].collided_share(), "{:.1f} %"),
+        *(Column(name, _stops(evidence, n), "{:.1f} %") for n, name in enumerate(STOPS, 1)),
+        Column("P20", lambda each: verdict_of_count(evidence, each)),
+    )
+    return [
+        Table(f"P31, {len(PERIODS_S)} periods tried: vehicles that collide under the heuristic", periods, PERIODS_S),
+        Table(f"P20, {len(combinations())} combinations tried", counts, combinations(), (_note(evidence),)),
+    ]
+
+
+STOPS = ("stop once", "twice", "three times")
+
+
+def _collided(evidence: Evidence, cell: int) -> Callable[[float], int]:
+    return lambda period_s: collided(evidence, period_s)[cell]
+
+
+def _stops(evidence: Evidence, times: int) -> Callable[[tuple[int, int, float]], float]:
+    return lambda each: evidence[disbanded(evidence, *each)].stopped_share(times)
+
+
+def _note(evidence: Evidence) -> str:
+    fits: Sequence[Any] = [each for each in combinations() if verdict_of_count(evidence, each) == REPRODUCED]
+    named = "; ".join(f"{count} from platoon {first} on, tau {tau_s:g} s" for count, first, tau_s in fits) or "none"
+    return (
+        f"Paper: {CLAIMS.number('P20'):g} %. {len(fits)} of {len(combinations())} combinations fit: {named}. With ten "
+        "disbanded platoons 100 vehicles are intact, and 37.5 % of them (P19) is no whole number; with eight it is 45 "
+        "of 120."
+    )
+
+
+def tried_data(evidence: Evidence) -> dict[str, Any]:
+    """The same for JSON."""
+    return {
+        "heuristic_periods": [
+            {"period_s": each, "collided": collided(evidence, each), "P31": verdict_of_period(evidence, each)}
+            for each in PERIODS_S
+        ],
+        "every_other": [
+            {
+                "disbanded": each[0],
+                "first": each[1],
+                "tau_s": each[2],
+                "collided_percent": evidence[disbanded(evidence, *each)].collided_share(),
+                "P20": verdict_of_count(evidence, each),
+            }
+            for each in combinations()
+        ],
+    }
