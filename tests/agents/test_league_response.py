@@ -190,7 +190,9 @@ def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
     path.write_text(json.dumps(document(found, {}, 0.0)))
     value = league_value(path, VENUE)
     assert value.mean == pytest.approx(returns("square", "pd", range(3)).mean())
-    assert value.low is not None
+    written = json.loads(path.read_text())["equilibrium"]
+    assert (value.low, value.high) == (written["low"], written["high"])
+    assert written["low"] < written["value"] < written["high"]
     with pytest.raises(CommandError, match="other duration_s"):
         league_value(path, Venue("rogue", "easy", {"duration_s": 4.0}))
     with pytest.raises(CommandError, match="play the league first"):

@@ -225,3 +225,29 @@ def test_the_scene_shows_what_the_filter_believes_and_names_rear_sensors() -> No
 
     assert "rear range-rate of 2" in task_of(scene)
     assert [name_of(sensor, 4)[0] for sensor in (0, 4, 8, 11)] == ["x1", "v1", "rx2", "rv2"]
+
+
+def test_every_step_pays_what_its_charges_and_impacts_add() -> None:
+    """The sum of the steps so far is what the metrics say, at every step: nothing is paid twice."""
+    game, generator, total = started(tasks=EVERY, attack_share=1.0, onset_s=0.0, seed=3), np.random.default_rng(2), 0.0
+    paid = []
+    for _ in range(30):
+        actions = {
+            "attacker": (generator.integers(-1, 2, 14) + game.neutral_action["attacker"])[np.newaxis],
+            "defender": np.concatenate([generator.integers(0, 2, 14), generator.integers(3, 6, 4)])[np.newaxis],
+        }
+        paid.append(float(game.advance(actions, np.ones(1, np.bool_), 1)[0]))
+        total += paid[-1]
+        found = {name: float(values[0]) for name, values in game.metrics().items()}
+        expected = sum(found[name] for name in ("impact_speed_mps", "alarm_cost_mps", "correction_cost_mps"))
+        assert total == pytest.approx(expected, abs=1e-12)
+        if game.terminated[0]:
+            break
+    assert len(paid) > 10
+    assert max(paid[:-1]) < 0.5 * total  # a running sum would pay nearly all of it in the last step
+
+
+def test_an_episode_that_is_attacked_says_so() -> None:
+    for share in (0.0, 1.0):
+        game = started(attack_share=share, onset_s=0.0)
+        assert game.metrics()["attacked"].tolist() == [share]

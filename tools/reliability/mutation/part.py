@@ -101,7 +101,9 @@ PART = Part(
     title="Mutation tests",
     about=(
         "A mutant is a module with one small mistake: an operator, a comparison, a condition or a number is changed. "
-        "The tests nearest to the module have to fail. Mutants are drawn by a fixed seed. Kernels run as plain Python. "
+        "The tests nearest to the module have to fail. Mutants are drawn by a fixed seed, so many of a module as its "
+        "row says, and not all that there are. Observations, sensors, filters, starts of episodes, scoring, "
+        "exploitability and the chapters' rules are not mutated. Kernels run as plain Python. "
         "An equivalent mutant changes nothing that anybody could observe; "
         "`tools/reliability/mutation/equivalent.json` gives the reason for each."
     ),
