@@ -9,12 +9,15 @@ from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import Array, Role
 from cps_envs.registration import find_problem, learning_env
+from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 from tests import episodes
 
 SEEDS = range(4)
 EXACT: tuple[tuple[str, Role, str, object], ...] = (  # problem, role, controller, action that leaves it alone
     ("rogue", "attacker", "contested", 0),
     ("rogue", "defender", "monitor", 0),
+    ("rogue", "defender", "guard", 0),
+    ("fdi", "attacker", "task_tracker", 0.0),
     ("hvac", "defender", "bayes", 0.0),
 )
 
@@ -51,6 +54,8 @@ def test_a_follower_around_string_is_paid_nearly_as_string_is() -> None:
     [
         ("RogueAttack", "contested"),
         ("RogueDefense", "monitor"),
+        ("RogueDefense", "guard"),
+        ("FdiAttack", "task_tracker"),
         ("HvacDefense", "bayes"),
         ("DisbandingDefense", "string"),
     ],
@@ -92,3 +97,15 @@ def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
     orders, _ = adapter.act(seen, nobody, chosen)
     advised, _ = adapter.act(seen, nobody, np.zeros_like(chosen))
     np.testing.assert_array_equal(orders, advised)
+
+
+def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
+    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("guard")
+    first = len(CONTROLLERS)
+    advice = np.array([[FRONT, first, first + 2, first + 4, first + 1]])
+    brake, drive, follow, slide = (
+        adapter.departures(advice, np.full_like(advice, action))[0].tolist() for action in (1, 2, 3, 4)
+    )
+    assert brake == [first + 1, first, first + 1, first + 3, first]
+    assert drive == [first + 3, first + 1, first + 3, first + 4, first + 2]
+    assert (follow, slide) == ([FRONT] * 5, [SLIDING] * 5)

@@ -13,6 +13,7 @@ from cps_baselines.fdi.planner import Planner
 from cps_baselines.fdi.planning import Habits
 from cps_baselines.fdi.task_tracker import KINDS, Manner, TaskTracker
 from cps_baselines.searched import searched
+from cps_envs.core.adapter import advises
 from cps_envs.core.policy import RoleSpec
 from cps_envs.core.types import FloatArray
 
@@ -92,6 +93,7 @@ def hypotheses(spec: RoleSpec, **numbers: float) -> Hypotheses:
     return _hypotheses(spec, HYPOTHESES.row({**searched("fdi", "hypotheses"), **numbers}))
 
 
+@advises("cps_baselines.fdi.advised:Margins")
 def task_tracker(spec: RoleSpec, **numbers: float) -> TaskTracker:
     """Plays `tracker` with numbers for each kind of task, after a probe that shows whether anybody defends.
 

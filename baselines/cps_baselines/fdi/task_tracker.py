@@ -55,9 +55,9 @@ class TaskTracker(Tracker):
         assert found is not None
         return (*found, np.zeros(len(generators), np.bool_))
 
-    def act(self, seen: Seen, state: State) -> tuple[Array, State]:
-        """Actions (B, S), see the class."""
-        actions, quiet = super().act(seen, state[:3])
+    def track(self, seen: Seen, state: State, more: FloatArray) -> tuple[Array, State]:
+        """Actions (B, S) with `more` (B, 2) added to the margins of ranges and of range-rates."""
+        actions, quiet = super().track(seen, state[:3], more)
         assert quiet is not None
         views, first = view_of(self.form, seen), quiet[2]
         since = np.where(first >= 0, views.step - first, -1)

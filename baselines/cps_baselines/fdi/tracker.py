@@ -51,7 +51,8 @@ class Tracker(InjectionPolicy):
         self.swing_steps = swing_s / self.config.dt_s
         law = platoon_filter(self.config)
         (gains, deviations), slots = trusting(self.config), self.form.sensors
-        part = np.where(slots < self.config.num_readings // 2, range_part, 1.0)
+        self._kind: IntArray = np.where(slots < self.config.num_readings // 2, 0, 1)  # (S,) 0 of a range
+        part = np.where(self._kind == 0, range_part, 1.0)
         self._deviation: FloatArray = deviations[:, slots] * part
         self._view: FloatArray = law.view[slots]
         self._stay: FloatArray = law.coast @ (np.eye(len(law.coast)) - gains @ law.view)  # (k, 2n, 2n)
@@ -64,6 +65,10 @@ class Tracker(InjectionPolicy):
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """Actions (B, S), see the class."""
+        return self.track(seen, state, np.zeros((len(seen), 2)))
+
+    def track(self, seen: Seen, state: State, more: FloatArray) -> tuple[Array, State]:
+        """Actions (B, S) with `more` (B, 2) added to the margins of ranges and of range-rates."""
         off, left, first = state[0], state[1].copy(), state[2].copy()
         views, shown, told, works = self._seen(seen, first)
         off = self._look(views, shown, off)
@@ -71,7 +76,8 @@ class Tracker(InjectionPolicy):
         ahead = np.einsum("bij,bj->bi", self._stay[step], off) - np.einsum("bij,bj->bi", self._lie[step], told)
         actions, expected = np.empty(views.attacked.shape, np.int64), ahead @ self._view.T
         known = (self.form.held, self.form.resolution, self._deviation, self.form.masks(seen.masks, len(seen)))
-        _aim(*known, views, works, self._margins(seen, views, first), expected, left, actions)
+        margins = self._margins(seen, views, first) + more[:, self._kind]
+        _aim(*known, views, works, margins, expected, left, actions)
         return actions, (ahead, left, first)
 
     def _seen(self, seen: Seen, first: FloatArray) -> tuple[View, FloatArray, FloatArray, BoolArray]:
@@ -153,7 +159,7 @@ def _aim(
     left: FloatArray,
     actions: IntArray,
 ) -> None:
-    """Fill the actions (B, S) that bring expected innovations (B, S) to the margins (B, 1) or (B, S).
+    """Fill the actions (B, S) that bring expected innovations (B, S) to the margins (B, S).
 
     `left` (B, S) is what rounding left over in the last step, and then in this one.
     """
@@ -162,7 +168,7 @@ def _aim(
     for b in range(left.shape[0]):
         step = min(views.step[b], c.horizon - 1)
         for slot in range(slots):
-            margin, half, level = margins[b, min(slot, margins.shape[1] - 1)], resolution[slot] / 2.0, 0.0
+            margin, half, level = margins[b, slot], resolution[slot] / 2.0, 0.0
             wanted = margin * deviation[step + 1, slot] - expected[b, slot] + left[b, slot]
             left[b, slot] = 0.0
             if views.attacked[b, slot] and works[b]:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from gymnasium import spaces
 
+from cps_baselines.rogue.families import guard
+from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.identify import known
 from cps_baselines.rogue.monitor import NOBODY, Monitor
 from cps_baselines.rogue.switching import switch
@@ -17,7 +19,7 @@ from cps_envs.core.fields import Field, Fields
 from cps_envs.core.policy import RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, BoolArray, IntArray, Observation
-from cps_envs.rogue.actions import LEVELS
+from cps_envs.rogue.actions import LEVELS, choices_of
 from cps_envs.rogue.adapters import EFFORTS, Effort, Vehicle
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, LINEAR, SLIDING
 
@@ -26,6 +28,7 @@ ADVISOR = "monitor"  # against which `contested` was searched, where it advises
 SUM_MPS, STRENGTH_MPS2 = 10.0, 1.5  # bounds, chosen
 NEAR = 2  # places from the suspect up to which vehicles may depart from the monitor's advice, chosen
 # What they may do instead, chosen: three laws, and the hardest braking and driving that can be ordered.
+MORE, LAWS = np.array([-1, 1]), np.array([FRONT, SLIDING])  # the same, near a suspect of `guard`: levels, and laws
 OPTIONS = np.array([LINEAR, SLIDING, FRONT, len(CONTROLLERS), len(CONTROLLERS) + len(LEVELS) - 1])
 
 
@@ -63,7 +66,7 @@ class Monitored(Vehicle):
 
     Only those up to `NEAR` places from the suspect are active, while there is one. All others do what `monitor` says.
     Beside its own row a vehicle sees what the monitor holds: how much it and the most disobedient other have disobeyed,
-    where the suspect is, how strong, and which controller it is told to use.
+    where the suspect is, how strong, and what it is told to do.
 
     Raises:
         ConfigurationError: the environment offers no accelerations beside controllers, see `vehicle`.
@@ -74,8 +77,10 @@ class Monitored(Vehicle):
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
         if spec.config.defense_action != "either":
-            raise ConfigurationError('the adapter "monitor" needs defense_action="either", as in preset learning')
-        self._monitor = Monitor(spec)
+            raise ConfigurationError(
+                'the adapters "monitor" and "guard" need defense_action="either", as in preset learning'
+            )
+        self._advisor, self._choices = self.advisor(), choices_of(spec.config)
         self.action_space, self.neutral_action = spaces.Discrete(1 + len(OPTIONS)), np.array(ADVICE)
         self.fields = Fields(
             *self.fields,
@@ -83,12 +88,16 @@ class Monitored(Vehicle):
             Field("others_disobeyed", "m/s", 0, SUM_MPS, (), "the largest sum of another one"),
             Field("strength", "m/s2", 0, STRENGTH_MPS2, (), "of the suspect, 0 if nobody is suspected"),
             Field("suspect", "-", 0, 1, (2 * NEAR + 1,), "how many places ahead the suspect is, one-hot from the rear"),
-            Field("advice", "-", 0, 1, (len(CONTROLLERS),), "controller that the monitor wants, one-hot"),
+            Field("advice", "-", 0, 1, (self._choices,), "controller or acceleration that it is told, one-hot"),
         )
 
+    def advisor(self) -> Monitor | Guard:
+        """The controller to which vehicles may leave it; what it remembers begins with sums, suspects and strengths."""
+        return Monitor(self.spec)
+
     def begin(self, num_envs: int) -> State:
-        """What the monitor remembers, and the controllers that it wants (B, A)."""
-        held = self._monitor.begin([np.random.default_rng()] * num_envs, [])
+        """What the controller remembers, and what it advises (B, A)."""
+        held = self._advisor.begin([np.random.default_rng()] * num_envs, [])
         assert held is not None
         return (*held, np.zeros((num_envs, len(self.agents)), np.int64))
 
@@ -104,7 +113,7 @@ class Monitored(Vehicle):
 
     def observe(self, seen: Seen, state: State) -> Observation:
         """The vehicles' rows (B, A, m)."""
-        sums, suspects, strengths, advice = state
+        sums, suspects, strengths, advice = *state[:3], state[-1]
         count = len(self.agents)
         away = suspects[:, np.newaxis] - np.arange(count)
         alone = np.where(np.eye(count, dtype=np.bool_), -1.0, sums[:, np.newaxis])  # (B, A, A)
@@ -113,14 +122,43 @@ class Monitored(Vehicle):
             2 * np.minimum(np.stack([sums, alone.max(axis=2)], axis=2) / SUM_MPS, 1) - 1,
             np.broadcast_to(2 * np.minimum(strengths / STRENGTH_MPS2, 1) - 1, (count, len(seen))).T[..., np.newaxis],
             2.0 * (place & (suspects != NOBODY)[:, np.newaxis, np.newaxis]) - 1,
-            2.0 * (advice[..., np.newaxis] == np.arange(len(CONTROLLERS))) - 1,
+            2.0 * (advice[..., np.newaxis] == np.arange(self._choices)) - 1,
         )
         return np.concatenate([super().observe(seen, state), *told], axis=2).astype(np.float32)
 
     def act(self, seen: Seen, state: State, actions: Array) -> tuple[Array, State]:
         """The orders (B, 2 A)."""
-        advice, held = self._monitor.act(seen, state[:3])
+        advice, held = self._advisor.act(seen, state[:-1])
         assert held is not None
-        own, _ = super().act(seen, state, OPTIONS[np.maximum(actions - 1, 0)])
+        own, _ = super().act(seen, state, self.departures(advice[:, ::2], actions))
         departs = np.repeat((actions != ADVICE) & self._near(held[1]), 2, axis=1)
         return np.where(departs, own, advice), (*held, advice[:, ::2])
+
+    def departures(self, advice: IntArray, actions: IntArray) -> IntArray:
+        """What vehicles are ordered that depart from the advice (B, A) by actions (B, A)."""
+        chosen: IntArray = OPTIONS[np.maximum(actions - 1, 0)]
+        return chosen
+
+
+class Guarded(Monitored):
+    """Vehicles near a suspect do what `guard` says (0), brake more (1), drive more (2), follow (3) or slide (4).
+
+    More is one of the five accelerations further than `guard` says, or than none where that names a controller.
+    Otherwise as `Monitored`.
+    """
+
+    def __init__(self, spec: RoleSpec) -> None:
+        super().__init__(spec)
+        self.action_space = spaces.Discrete(1 + len(MORE) + len(LAWS))
+
+    def advisor(self) -> Guard:
+        """See `Monitored`."""
+        return guard(self.spec)
+
+    def departures(self, advice: IntArray, actions: IntArray) -> IntArray:
+        """See `Monitored`."""
+        first, chosen = len(CONTROLLERS), np.maximum(actions - 1, 0)
+        level = np.where(advice < first, len(LEVELS) // 2, advice - first)
+        more = np.clip(level + MORE[np.minimum(chosen, len(MORE) - 1)], 0, len(LEVELS) - 1)
+        orders: IntArray = np.where(chosen < len(MORE), first + more, LAWS[np.maximum(chosen - len(MORE), 0)])
+        return orders

@@ -33,6 +33,7 @@ DEFENDERS = (
     Contestant("ssl", "assigned?laws=ssl"),
     Contestant("front", "assigned?laws=f"),
     Contestant("monitor"),
+    Contestant("guard"),
 )
 
 

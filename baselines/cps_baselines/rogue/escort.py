@@ -15,6 +15,7 @@ from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.actions import LEVELS, command_limits
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 
+NOBODY = -1  # the seat while nobody attacks
 LEAST_GAP_M = 0.5  # that the acceleration which avoids an impact is reckoned with
 FASTEST_MPS = 3.5  # a vehicle ahead mirrors an attacker that comes no faster; it gives way to others
 
@@ -74,19 +75,30 @@ class Escort(AnalyticPolicy):
         """The seats (B,), the onsets (B,) in s, and the gaps and rates (B, n - 1) as they are filtered."""
         truths = [known["truth"] for known in knowledge]
         seats, onsets_s = (np.array([truth[name] for truth in truths]) for name in ("seat", "onset_s"))
-        unknown = np.full((len(truths), self.spec.config.num_orders - 1), np.nan)
-        return seats, onsets_s, unknown, unknown
+        return seats, onsets_s, self.unfiltered(len(truths)), self.unfiltered(len(truths))
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The orders (B, 2 n) of all vehicles."""
         seats, onsets_s, gaps, rates = state
-        config, interval_s = self.spec.config, self.spec.decision_interval_s
-        attacked = config.duration_s - seen["time_left_s"] > onsets_s - interval_s / 2
+        since_s = self.spec.config.duration_s - seen["time_left_s"]
+        attacked = since_s > onsets_s - self.spec.decision_interval_s / 2
+        orders, gaps, rates = self.give_way(seen, np.where(attacked, seats, NOBODY), gaps, rates)
+        return orders, (seats, onsets_s, gaps, rates)
+
+    def give_way(
+        self, seen: Seen, seats: IntArray, gaps: FloatArray, rates: FloatArray
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """The orders (B, 2 n) where the vehicles `seats` (B,) attack, and the gaps and rates (B, n - 1) filtered."""
+        config = self.spec.config
         gaps, rates, orders = gaps.copy(), rates.copy(), np.zeros((len(seen), 2 * config.num_orders), np.int64)
         shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        sizes = (config.separation_m, config.vehicle_length_m, interval_s)
-        _escort_all(*shown, self._ways, self._levels_mps2, sizes, np.where(attacked, seats, -1), gaps, rates, orders)
-        return orders, (seats, onsets_s, gaps, rates)
+        sizes = (config.separation_m, config.vehicle_length_m, self.spec.decision_interval_s)
+        _escort_all(*shown, self._ways, self._levels_mps2, sizes, seats, gaps, rates, orders)
+        return orders, gaps, rates
+
+    def unfiltered(self, count: int) -> FloatArray:
+        """The gaps, or the rates, (count, n - 1) of episodes that begin."""
+        return np.full((count, self.spec.config.num_orders - 1), np.nan)
 
 
 @kernel
@@ -102,7 +114,7 @@ def _escort_all(
     rates: FloatArray,
     orders: IntArray,
 ) -> None:
-    """Filter gaps and rates (B, n - 1) and fill the orders (B, 2 n); `seats` are -1 where nobody attacks yet."""
+    """Filter gaps and rates (B, n - 1) and fill the orders (B, 2 n); `seats` are `NOBODY` where nobody attacks yet."""
     at, values, (separation_m, length_m, interval_s) = offsets[0], np.empty(observation.shape[1]), sizes
     bumpers_m = separation_m - length_m
     for b in range(seats.size):

@@ -5,8 +5,10 @@ from __future__ import annotations
 from cps_baselines.family import Family, Number
 from cps_baselines.rogue.boxing_in import BoxingIn, Manners
 from cps_baselines.rogue.escort import Escort, Ways
+from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.switching import Switching
 from cps_baselines.searched import searched
+from cps_envs.core.adapter import advises
 from cps_envs.core.policy import RoleSpec
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
@@ -107,6 +109,18 @@ def escort(spec: RoleSpec, **numbers: float) -> Escort:
         ConfigurationError: an unknown number, or what `Escort` refuses.
     """
     return Escort(spec, ESCORT.row(numbers))
+
+
+@advises("cps_baselines.rogue.advised:Guarded")
+def guard(spec: RoleSpec, threshold_mps: float = 4.0, **numbers: float) -> Guard:
+    """Watches as `monitor` does. From the first suspicion on it gives way to the suspect as `escort` does.
+
+    `threshold_mps` is that of `monitor`, `numbers` are those of `escort`.
+
+    Raises:
+        ConfigurationError: an unknown number, or what `Guard` refuses.
+    """
+    return Guard(spec, ESCORT.row(numbers), threshold_mps)
 
 
 def box_in(spec: RoleSpec, **numbers: float) -> BoxingIn:

@@ -104,6 +104,12 @@ class Lying(Adapter):
         """The slots (B, S) of sensors under attack, also while that does not work."""
         return seen["attacked"] > 0.5 if "attacked" in seen else np.ones((len(seen), len(self.sensors)), np.bool_)
 
+    def injected(self, seen: Seen) -> FloatArray:
+        """The mean injections (B, 2) of the last step, into attacked ranges and into attacked range-rates."""
+        injected, attacked = seen["injection"] * self.bounds * self.resolution, self.attacked(seen)
+        kinds = (self.ranges, ~self.ranges)
+        return np.stack([injected[:, k].sum(1) / np.maximum(attacked[:, k].sum(1), 1) for k in kinds], axis=1)
+
     def say(self, levels: FloatArray) -> IntArray:
         """The role's actions (B, S) that inject whole levels (B, S), as far as their bounds allow."""
         actions: IntArray = np.clip(levels, -self.bounds, self.bounds).astype(np.int64) + self.bounds
