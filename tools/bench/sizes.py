@@ -41,30 +41,20 @@ class Size:
     late: bool = False  # measured in the same part of an episode, whatever the batch
 
 
-# Counted in the kernels. A vehicle of disbanding: look 2, command 7, avoidance 11, Euler 15, contact 3, errors 6,
-# stops 6. False data: A and zero-order hold, dense. HVAC: the drift, the sets' gains and the window, mostly products.
-# Rogue's controllers branch by vehicle, so that no count holds for all.
-CALM, DENSE_4, DENSE_20, DENSE_100 = (50.0, 2.0), (32.0, 0.0), (160.0, 0.0), (800.0, 0.0)
+# Counted in the kernel, for a vehicle: look 2, command 7, avoidance 11, Euler 15, contact 3, errors 6, stops 6. Other
+# kernels have no such number: false data leaves out what is zero, and rogue's controllers differ by vehicle.
+CALM = (50.0, 2.0)
 COLLIDING = {"tau_s": 0.5, "desired_gap_m": 4.0, "takeover_delay_s": 2.0}  # 75 of 100 vehicles in the end
 SIZES = (
     Size("disbanding", "4 vehicles", {"num_platoons": 2, "vehicles_per_platoon": 2}, cheaper=("100 vehicles", 0.1)),
     Size("disbanding", "100 vehicles", {}, "", *CALM, reached=0.4, per_s=2.0e8),
     Size("disbanding", "1,000 vehicles", {"num_platoons": 100}, "", *CALM, 0.4, cheaper=("100 vehicles", 10.0)),
     Size("disbanding", "10,000 vehicles", {"num_platoons": 1000}, "", *CALM, 0.4, cheaper=("1,000 vehicles", 10.0)),
-    Size(
-        "disbanding",
-        "100,000 vehicles",
-        {"num_platoons": 10_000},
-        "",
-        *CALM,
-        0.4,
-        cheaper=("10,000 vehicles", 11.0),
-        envs=1,
-    ),
+    Size("disbanding", "100,000 vehicles", {"num_platoons": 10_000}, "", *CALM, 0.4, 0.0, ("10,000 vehicles", 11.0), 1),
     Size("disbanding", "100, collisions", COLLIDING, attack="plan?events=[[10,1],[9,2]]", per_s=1.3e8),
-    Size("fdi", "4 vehicles", {}, "", *DENSE_4),
-    Size("fdi", "20 vehicles", {"num_vehicles": 20}, "", *DENSE_20, cheaper=("4 vehicles", 5.0)),
-    Size("fdi", "100 vehicles", {"num_vehicles": 100}, "", *DENSE_100, cheaper=("20 vehicles", 5.0)),
+    Size("fdi", "4 vehicles"),
+    Size("fdi", "20 vehicles", {"num_vehicles": 20}, cheaper=("4 vehicles", 5.0)),
+    Size("fdi", "100 vehicles", {"num_vehicles": 100}, cheaper=("20 vehicles", 5.0)),
     Size("hvac", "4 sensors"),
     Size("hvac", "1,000 at once", envs=1000, late=True),
     Size("hvac", "10,000 at once", envs=10_000, late=True, cheaper=("1,000 at once", 1.2)),
