@@ -27,7 +27,7 @@ BROWSER := $(VENV)/.installed-browser
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup benchmark test test-slow test-browser screenshots demo train lint style types bench peers reliability pages verify docs clean clean-cache
+.PHONY: help setup benchmark test test-quick test-slow test-browser screenshots demo train lint style types bench peers census reliability pages verify docs clean clean-cache
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -42,6 +42,9 @@ test: $(ALL) ## run the tests
 	@echo "make test: pytest starts one process for each core and collects the tests; the first dot takes up to a minute,"
 	@echo "and longer where kernels have to be compiled first. 'make setup' compiles them ahead."
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ARGS)
+
+test-quick: $(ALL) ## run what a change in core or in texts breaks first: a minute of one core
+	$(BIN)/python -m pytest -q tests/core tests/test_configurations.py tests/test_words.py $(ARGS)
 
 test-slow: $(ALL) ## run only the tests marked slow
 	$(BIN)/python -m pytest -m slow $(ARGS)
@@ -73,6 +76,9 @@ bench: $(LIGHT) ## measure the speed of environments and opponents
 
 peers: $(ALL) ## try the packages of others on our wheel, into docs/peers.md (needs much disk)
 	$(BIN)/python -m tools.peers $(ARGS)
+
+census: $(LIGHT) ## how large the house is, beside how large it was to be; ARGS=--tests measures the quick tests
+	$(BIN)/python -m tools.census $(ARGS)
 
 reliability: $(ALL) ## try to break the package, into docs/reliability.md (goes on where it stopped)
 	$(BIN)/python -m tools.reliability --publish $(ARGS)

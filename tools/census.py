@@ -1,31 +1,38 @@
 """What the house was to become, beside what it is: `python -m tools.census` prints a line for each figure.
 
-The figures are signs of concepts that are gone, not goals. Lines are those of Python files; words are those of pages
-without code and tables' rules.
+The figures are signs of concepts that are gone, not goals. All are counted from the tree when the command runs, but the
+CPU time of `make test-quick`, which `--tests` measures. A place that has moved is an error, not a smaller number.
 """
 
 from __future__ import annotations
 
-import ast
-import re
+import argparse
+import resource
+import subprocess
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
 
 from cps_agents.cli import COMMANDS, whole
 from cps_agents.console import out
 from cps_agents.table import Cell, Table, styled
+from tools.counting import (
+    PACKAGES,
+    ROOT,
+    calls_of,
+    circles,
+    classes_of,
+    files_at,
+    inner_imports,
+    lines_of,
+    listed_below,
+    naming,
+    shipped,
+    toctrees,
+    words_of,
+)
 from tools.freeze import said
 
-ROOT = Path(__file__).parents[1]
-PACKAGES = {
-    "cps_envs": ROOT / "cps_envs",
-    "cps_baselines": ROOT / "baselines" / "cps_baselines",
-    "cps_agents": ROOT / "agents" / "cps_agents",
-    "cps_paper": ROOT / "paper" / "cps_paper",
-}
 JUDGING = (  # what lets policies meet and says what came out
     "agents/cps_agents/arena",
     "agents/cps_agents/evaluation.py",
@@ -38,112 +45,72 @@ JUDGING = (  # what lets policies meet and says what came out
     "baselines/cps_baselines/arena.py",
     "baselines/cps_baselines/contest.py",
     "baselines/cps_baselines/tracks.py",
-    *(f"baselines/cps_baselines/{name}/contest.py" for name in ("disbanding", "fdi", "hvac", "rogue")),
-    *(f"baselines/cps_baselines/{name}/tracks.py" for name in ("disbanding", "fdi", "hvac", "rogue")),
+    "baselines/cps_baselines/*/contest.py",
+    "baselines/cps_baselines/*/tracks.py",
     "paper/cps_paper/benchmark",
     "paper/cps_paper/commands/benchmark.py",
-    *(f"paper/cps_paper/{name}/benchmark.py" for name in ("disbanding", "fdi", "hvac", "rogue")),
+    "paper/cps_paper/*/benchmark.py",
 )
-DECLARING = (
-    "Block",
-    "Contest",
-    "Comparison",
-    "Exhibit",
-    "Plan",
-    "Setting",
-    "Suite",
-    "Track",
-)  # classes: a table as data
-SEARCHED = "box_in"  # a policy with searched numbers, whose files are counted
-FILTERS = re.compile(r"kalman|filter", re.IGNORECASE)
+DECLARING = ("Block", "Comparison", "Contest", "Exhibit", "Plan", "Setting", "Suite", "Track")  # a table as data
+SEARCHED = r"\bbox_in\b|BOXING_IN|boxing_in"  # a policy whose numbers were searched
+SHIPPING = ("pyproject.toml", "baselines", "agents", "paper", "tests", "tools/bench", "docs/rogue.md", "CHANGELOG.md")
+BELOW = ("Evidence", "Developers")  # parts of the site that are no pages for users
+GAMES = ("Disbanding", "Fdi", "Hvac", "Rogue")
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure: what was wanted and what is."""
+    """One figure: what it was, what was wanted and what is."""
 
     what: str
-    before: str
-    wanted: str
-    reached: str
-    met: bool | None = None  # None: nothing to compare
+    before: int | None  # None: not counted then
+    wanted: int | None  # None: nothing was
+    reached: int | None  # None: not measured now
+
+    @property
+    def verdict(self) -> Cell:
+        """Whether it is no larger than it was to be."""
+        if self.wanted is None or self.reached is None:
+            return ""
+        return styled("met", "green") if self.reached <= self.wanted else styled("missed", "red")
 
 
-def figures() -> Iterator[Figure]:
-    """All of them."""
-    sizes = {name: lines_of(python_files(folder)) for name, folder in PACKAGES.items()}
-    paper = sizes.pop("cps_paper")
-    yield most("wheel without cps_paper, lines", 68_700, 44_000, sum(sizes.values()))
-    yield most("wheel and cps_paper, lines", 68_700, 50_000, sum(sizes.values()) + paper)
-    judging = [file for place in JUDGING for file in python_files(ROOT / place)]
-    yield most("judging, lines", 10_300, 6_500, lines_of(judging))
-    yield most("judging, classes", 86, 45, len([name for file in judging for name in classes_of(file)]))
-    declared = sorted({name for file in shipped() for name in classes_of(file)} & set(DECLARING))
-    yield most(f"ways to declare a table ({', '.join(declared)})", 5, 2, len(declared))
-    yield most("files that run CMA-ES", 11, 1, len(naming(r"\bcma\.\w|import cma\b|\.ask\(\)")))
-    yield most(f"files that name the searched policy {SEARCHED}", 11, 5, len(naming(rf"\b{SEARCHED}\b|box-in")))
-    yield most("commands", 37, 16, len(COMMANDS))
-    yield most("parameters of commands", 326, 326, sum(parameters(each) for each in whole().commands.values()))
-    yield most("lines of `cps-envs list`", 130, 24, said("list").count("\n"))
-    commands = [*python_files(PACKAGES["cps_agents"] / "commands"), *python_files(PACKAGES["cps_paper"] / "commands")]
-    yield most("imports inside functions of commands", 265, 0, sum(map(inner_imports, commands)))
-    yield most("circles of imports", 1, 0, len(circles()))
-    names = Counter(name for file in shipped() for name in classes_of(file) if not name.startswith("_"))
-    yield most("class names used twice", 72, 25, sum(count > 1 for count in names.values()))
-    yield most("modules of filters", 6, 1, len([file for file in shipped() if FILTERS.search(file.stem)]))
-    viewers = [file for file in python_files(ROOT / "cps_envs") if "picture" in file.parts and "core" not in file.parts]
-    yield most("viewers of problems, lines", 3_354, 2_200, lines_of(viewers))
-    pages = {page.stem: words_of(page) for page in sorted((ROOT / "docs").rglob("*.md"))}
-    user = {name: count for name, count in pages.items() if name in user_pages()}
-    yield most(f"words of {len(user)} pages for users", 122_000, 35_000, sum(user.values()))
-    games = {name: user.get(name, pages[name]) for name in ("disbanding", "fdi", "hvac", "rogue")}
-    longest = max(games, key=lambda name: games[name])
-    yield most(f"words of the longest page of a game ({longest})", 12_000, 2_500, games[longest])
-    yield most("tests, lines", 31_500, 25_000, lines_of(python_files(ROOT / "tests")))
-    yield Figure("tools, lines", "-", "-", f"{lines_of(python_files(ROOT / 'tools')):,}")
+def figures(*, tests: bool = False) -> list[Figure]:
+    """All of them; with `tests` the quick tests are run."""
+    return [*of_sizes(), *of_judging(), *of_commands(), *of_names(), *of_pages(), *of_tests(run=tests)]
 
 
-def most(what: str, before: int, wanted: int, reached: int) -> Figure:
-    """A figure that was to be no larger than this."""
-    return Figure(what, f"{before:,}", f"{wanted:,}", f"{reached:,}", reached <= wanted)
+def of_sizes() -> Iterator[Figure]:
+    """Lines of Python, empty ones included."""
+    sizes = {name: lines_of(files_at(str(folder.relative_to(ROOT)))) for name, folder in PACKAGES.items()}
+    yield Figure("wheel without cps_paper, lines", 68_700, 44_000, sum(sizes.values()) - sizes["cps_paper"])
+    yield Figure("wheel and cps_paper, lines", 68_700, 50_000, sum(sizes.values()))
+    yield Figure("viewers of problems, lines", 3_354, 2_200, lines_of(files_at("cps_envs/[!c]*/picture")))
+    yield Figure("tools, lines", None, None, lines_of(files_at("tools")))
 
 
-def python_files(place: Path) -> list[Path]:
-    """The Python files of a folder, or the file itself; nothing where there is none."""
-    return [place] if place.suffix == ".py" and place.is_file() else sorted(place.rglob("*.py"))
+def of_judging() -> Iterator[Figure]:
+    """What judges, and what a policy that is shipped has to be told to."""
+    judging = [file for place in JUDGING for file in files_at(place)]
+    yield Figure("judging, lines", 10_300, 6_500, lines_of(judging))
+    yield Figure("judging, classes", 86, 45, sum(len(classes_of(file)) for file in judging))
+    known = sorted({name for file in shipped() for name in classes_of(file)} & set(DECLARING))
+    yield Figure(f"ways to declare a table: {', '.join(known)}", 5, 2, len(known))
+    yield Figure("calls of CMA-ES", 11, 1, sum(calls_of(file, "CMAEvolutionStrategy") for file in shipped()))
+    places = [file for place in SHIPPING for file in files_at(place)]
+    yield Figure("files that name the searched policy box_in", 11, 5, len(naming(SEARCHED, places)))
 
 
-def shipped() -> list[Path]:
-    """The files of all packages."""
-    return [file for folder in PACKAGES.values() for file in python_files(folder)]
-
-
-def lines_of(files: Sequence[Path]) -> int:
-    """Lines, empty ones included."""
-    return sum(text_of(file).count("\n") for file in files)
-
-
-@cache
-def text_of(file: Path) -> str:
-    """Its text."""
-    return file.read_text(encoding="utf-8")
-
-
-@cache
-def tree_of(file: Path) -> ast.Module:
-    """Its syntax."""
-    return ast.parse(text_of(file))
-
-
-def classes_of(file: Path) -> list[str]:
-    """The classes that a file defines."""
-    return [node.name for node in ast.walk(tree_of(file)) if isinstance(node, ast.ClassDef)]
-
-
-def naming(pattern: str) -> list[Path]:
-    """Files of the packages and pyproject.toml in which something is named."""
-    known = re.compile(pattern)
-    return [file for file in (*shipped(), ROOT / "pyproject.toml") if known.search(text_of(file))]
+def of_commands() -> Iterator[Figure]:
+    """The command line."""
+    files = [*files_at("agents/cps_agents/commands"), *files_at("paper/cps_paper/commands")]
+    yield Figure("commands", 37, 16, len(COMMANDS))
+    yield Figure("parameters of commands", 326, None, sum(map(parameters, whole().commands.values())))
+    yield Figure("lines of `cps-envs list`", 130, 24, said("list").count("\n"))
+    yield Figure("imports inside functions of commands", 265, 0, sum(map(inner_imports, files)))
+    yield Figure("imports inside functions", 311, None, sum(map(inner_imports, shipped())))
+    yield Figure("circles of imports", 1, 0, len(circles(inside=False)))
+    yield Figure("circles of imports, those inside functions too", 1, None, len(circles(inside=True)))
 
 
 def parameters(command: object) -> int:
@@ -152,87 +119,60 @@ def parameters(command: object) -> int:
     return len(getattr(command, "params", ())) + sum(map(parameters, below))
 
 
-def inner_imports(file: Path) -> int:
-    """Import statements inside functions."""
-    functions = [node for node in ast.walk(tree_of(file)) if isinstance(node, ast.FunctionDef)]
-    imports = {
-        id(node) for each in functions for node in ast.walk(each) if isinstance(node, ast.Import | ast.ImportFrom)
-    }
-    return len(imports)
+def of_names() -> Iterator[Figure]:
+    """Names that stand for more than one class."""
+    names = Counter(name for file in shipped() for name in classes_of(file) if not name.startswith("_"))
+    yield Figure("class names used twice", 72, 25, sum(count > 1 for count in names.values()))
+    filters = [file for file in shipped() if "kalman" in file.stem or "filter" in file.stem]
+    yield Figure("modules of filters", 6, 1, len(filters))
 
 
-def circles() -> list[set[str]]:
-    """Groups of modules that import each other, at the top or inside functions."""
-    modules = {module_of(file): file for file in shipped()}
-    graph = {name: imported(file, modules) - {name} for name, file in modules.items()}
-    reach = {name: reachable(graph, name) for name in graph}
-    groups = {frozenset(other for other in reach[name] if name in reach[other]) for name in graph}
-    return [set(group) for group in groups if len(group) > 1]
+def of_pages() -> Iterator[Figure]:
+    """What users read: pages of the site that are neither evidence nor for developers."""
+    parts = toctrees(ROOT / "docs" / "index.md")
+    shown = [page for caption, pages in parts if caption not in BELOW for page in pages]
+    below = {page for caption, pages in parts if caption in BELOW for each in pages for page in listed_below(each)}
+    user = {page for each in shown for page in listed_below(each)} | {ROOT / "docs" / "index.md"}
+    yield Figure("open entries of the sidebar", None, 12, sum(len(pages) for _, pages in parts))
+    yield Figure(f"words of {len(user)} pages for users", 122_000, 35_000, sum(map(words_of, user)))
+    yield Figure(f"words of {len(below)} other pages", None, None, sum(map(words_of, below)))
+    games = [
+        page
+        for name in GAMES
+        for page in (*files_at(f"docs/environments/{name}*.md"), *files_at(f"docs/{name.lower()}.md"))
+    ]
+    longest = max(games, key=words_of)
+    yield Figure(f"words of a game's longest page: {longest.relative_to(ROOT)}", 12_000, 2_500, words_of(longest))
 
 
-def module_of(file: Path) -> str:
-    """Its name for `import`."""
-    folder = next(folder for folder in PACKAGES.values() if file.is_relative_to(folder))
-    return ".".join(file.relative_to(folder.parent).with_suffix("").parts).removesuffix(".__init__")
+def of_tests(*, run: bool) -> Iterator[Figure]:
+    """Lines of tests, and the CPU time of the quick ones."""
+    yield Figure("tests, lines", 31_500, 25_000, lines_of(files_at("tests")))
+    yield Figure("make test-quick, CPU s (--tests measures it)", None, 60, cpu_of_quick_tests() if run else None)
 
 
-def imported(file: Path, modules: dict[str, Path]) -> set[str]:
-    """Modules of ours that a file imports when it is loaded or runs, but not for types alone."""
-    typed = {
-        id(inside)
-        for node in ast.walk(tree_of(file))
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test)
-        for inside in ast.walk(node)
-    }
-    found = set()
-    for node in ast.walk(tree_of(file)):
-        if id(node) in typed or not isinstance(node, ast.ImportFrom) or node.module is None:
-            continue
-        for each in node.names:
-            whole_name = f"{node.module}.{each.name}"
-            found.add(whole_name if whole_name in modules else node.module)
-    return found & set(modules)
-
-
-def reachable(graph: dict[str, set[str]], start: str) -> set[str]:
-    """Everything that is imported from a module on."""
-    seen: set[str] = set()
-    left = list(graph[start])
-    while left:
-        name = left.pop()
-        if name not in seen:
-            seen.add(name)
-            left += graph[name]
-    return seen
-
-
-def user_pages() -> set[str]:
-    """The names of the pages that the index lists before evidence and developers' pages."""
-    index = text_of(ROOT / "docs" / "index.md")
-    parts = re.findall(r":caption: ([^\n]+)\n(.*?)```", index, re.DOTALL)
-    shown = [listed for caption, listed in parts if caption.strip() not in ("Evidence", "Developers", "Development")]
-    return {line.strip().rpartition("/")[2] for listed in shown for line in listed.splitlines() if line.strip()}
-
-
-def words_of(page: Path) -> int:
-    """Words of a page without its code."""
-    text = re.sub(r"```.*?```", "", text_of(page), flags=re.DOTALL)
-    return len(re.findall(r"\w[\w'.,-]*", text))
+def cpu_of_quick_tests() -> int:
+    """CPU seconds of `make test-quick`, user and system, with the processes that it starts."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(["make", "test-quick"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return round(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
 
 
 def main() -> None:
     """Print the table."""
-    found = list(figures())
+    given = argparse.ArgumentParser(prog="python -m tools.census", description=__doc__)
+    given.add_argument("--tests", action="store_true", help="run the quick tests and tell their CPU time")
     rows = [
-        (each.what, each.before, each.wanted, each.reached, "" if each.met is None else verdict(each.met))
-        for each in found
+        (each.what, *map(shown, (each.before, each.wanted, each.reached)), each.verdict)
+        for each in figures(tests=given.parse_args().tests)
     ]
     out().print(Table("The house: before, wanted, reached", ("", "before", "wanted", "reached", ""), rows))
 
 
-def verdict(met: bool) -> Cell:
-    """A word for the table."""
-    return styled("met", "green") if met else styled("missed", "red")
+def shown(number: int | None) -> str:
+    """With separators of thousands; a dash where there is none."""
+    return "-" if number is None else f"{number:,}"
 
 
 if __name__ == "__main__":
