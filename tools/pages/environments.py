@@ -14,6 +14,7 @@ from gymnasium.envs.registration import load_env_creator
 from cps_agents.catalogue import PolicyEntry, pettingzoo_ids, policies
 from cps_agents.table import Table
 from cps_envs import PROBLEMS
+from cps_envs.core.config import parameter_table
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
 from cps_envs.core.training import Training
@@ -58,7 +59,7 @@ def index() -> str:
 
 
 def page(problem: Problem, role: Role) -> Iterator[str]:
-    """The parts of a role's page: its docstring with pictures, presets and policies."""
+    """The parts of a role's page: its docstring with pictures; what both roles share is on the problem's page."""
     name = class_name(problem, role)
     made: Any = load_env_creator(str(gymnasium.spec(problem.env_id(role)).entry_point))
     text = inspect.getdoc(made) or ""
@@ -69,16 +70,23 @@ def page(problem: Problem, role: Role) -> Iterator[str]:
     yield before
     yield f"![What each side touches](../images/{problem.name}-loop.svg)\n"
     yield "The [glossary](../glossary.md) explains words and symbols.\n"
-    yield f"## Threat Model\n\n{head}"
+    yield f"## Threat Model\n\n{_without_arguments(head, problem)}"
     yield from _adapters(problem, role)
-    yield f"## Presets\n\n{_presets(problem)}\n"
-    yield f"## Baselines\n\n{_policies(policies(problem, role))}\n"
+    page, named = f"{problem.name}.md", f"policies-of-the-{role}"
+    yield f"## Presets and Baselines\n\n[Presets]({page}#presets), [policies of the {role}]({page}#{named}).\n"
     yield f"## Code to Start\n\n```python\n{_snippet(problem, role)}\n```\n"
     yield f"{ENDS}\n\n{closing}"
 
 
+def _without_arguments(text: str, problem: Problem) -> str:
+    table = f":\n\n{parameter_table(problem.presets[problem.usual_preset])}"
+    if table not in text:
+        raise ValueError(f"the docstrings of {problem.name} do not list the fields of its configuration")
+    return text.replace(table, f", see [the list with units, bounds and sources]({problem.name}.md#arguments).")
+
+
 def shared(problem: Problem) -> Iterator[str]:
-    """The parts of a problem's page: PettingZoo's interfaces, presets, policies of both roles."""
+    """The parts of a problem's page: PettingZoo's interfaces, presets, policies of both roles, arguments."""
     links = " and ".join(f"[{class_name(problem, role)}]({class_name(problem, role)}.md)" for role in ROLES)
     yield f"# {problem.name}: both roles, and teams\n\n{MARK}\n{problem.summary} For one role alone see {links}."
     yield "The [glossary](../glossary.md) explains words and symbols.\n"
@@ -89,6 +97,8 @@ def shared(problem: Problem) -> Iterator[str]:
     yield f"## Presets\n\n{_presets(problem)}\n"
     for role in ROLES:
         yield f"## Policies of the {role}\n\n{_policies(policies(problem, role))}\n"
+    usual = problem.usual_preset
+    yield f"## Arguments\n\nThe values are those of preset `{usual}`.\n\n{parameter_table(problem.presets[usual])}\n"
 
 
 def _file(problem: Problem, role: Role) -> str:
