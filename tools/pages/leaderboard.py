@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from cps_agents.scoring.board import board, table
+from collections.abc import Sequence
+
+from cps_agents.scoring.board import Row, agreement, board, table
 from cps_agents.scoring.frozen import Frozen, is_frozen, read_frozen
 from cps_agents.table import Table
 from cps_baselines.tracks import CHALLENGE, tracks
 from cps_envs.registration import find_problem
 
 LONGEST = 120  # characters of a reference
+NETWORK = "network"  # the entry that ships
 INTRODUCTION = f"""# Boards of {CHALLENGE}
 
 Each score is a policy's own number in a track of [the challenge](challenge.md): 0 is the best constant action, 100 the
@@ -29,29 +32,32 @@ def page() -> str:
             continue
         frozen, rows = read_frozen(track), board(track)
         parts.append("\n".join(table(track, rows).markdown()) if rows else "No entry yet.")
-        parts.append(_facts(frozen))
+        parts.append(_facts(frozen, rows))
         parts.append("\n".join(_panel(frozen).markdown()))
     return "\n\n".join(parts) + "\n"
 
 
-def _facts(frozen: Frozen) -> str:
-    """What the ends of the scale are paid."""
+def _facts(frozen: Frozen, rows: Sequence[Row]) -> str:
+    """What the ends of the scale are paid, what a score takes, and how sure the order is."""
     track, problem = frozen.track, find_problem(frozen.track.problem)
     unit = f" {problem.unit}" if problem.unit else ""
-    return "\n".join(
-        (
-            f"* `{frozen.zero_policy}` has score 0: it is paid {frozen.zero:.3g}{unit}.",
-            f"* The best answers have score 100: they are paid {frozen.told:.3g}{unit}.",
-            f"* Both are means over {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
-            f"* Digest `{frozen.digest}`.",
-        )
-    )
+    spent = [row.score.cpu_s for row in rows if row.name == NETWORK]
+    facts = [
+        f"{_short(frozen.zero_policy)} has score 0: it is paid {frozen.zero:.3g}{unit}.",
+        f"The best answers have score 100: they are paid {frozen.told:.3g}{unit}.",
+        f"Both are means over {frozen.episodes} episodes of each opponent; a score takes {track.episodes}.",
+        *(f"The score of `{NETWORK}` took {each:.0f} CPU s." for each in spent),
+        *filter(None, [agreement(rows)]),
+        f"Digest `{frozen.digest}`.",
+    ]
+    return "\n".join(f"* {each}" for each in facts)
 
 
 def _short(reference: str) -> str:
-    """A reference with its numbers, or how many there are."""
+    """A reference with its numbers, or its name and how many there are."""
     name, _, query = reference.partition("?")
-    return f"`{reference}`" if len(reference) <= LONGEST else f"`{name}`, {query.count('=')} numbers"
+    count = query.count("=") + query.count(",")
+    return f"`{reference}`" if len(reference) <= LONGEST else f"`{name}`, {count} numbers"
 
 
 def _panel(frozen: Frozen) -> Table:

@@ -12,8 +12,8 @@ from cps_agents.commands.options import AsJson, deliver
 from cps_agents.console import err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.progress import Progress
+from cps_agents.scoring.board import agreement, rank_line, table
 from cps_agents.scoring.board import board as ranked
-from cps_agents.scoring.board import rank_line, table
 from cps_agents.scoring.freezing import freeze as frozen
 from cps_agents.scoring.kind import Kind
 from cps_agents.scoring.score import score
@@ -65,6 +65,7 @@ def score_policy(
         out().print(f"  {name}: {value:.0f}", soft_wrap=True)
     if line := rank_line(scored):
         out().print(line, soft_wrap=True)
+    out().print(f"Took {scored.cpu_s:.0f} CPU s.")
 
 
 @app.command()
@@ -73,7 +74,10 @@ def board(
 ) -> None:
     """Show who leads in each track."""
     for found in map(find_track, track or tracks()):
-        out().print(table(found, ranked(found)))
+        rows = ranked(found)
+        out().print(table(found, rows))
+        if alike := agreement(rows):
+            out().print(str(alike), soft_wrap=True)
 
 
 @app.command()

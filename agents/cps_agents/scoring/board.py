@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
+
+import numpy as np
 
 from cps_agents.errors import CommandError
 from cps_agents.scoring.score import SEEDS, Score
@@ -16,6 +19,7 @@ FOLDER = Path(__file__).parents[3] / "leaderboard" / "v1"  # of a clone; an inst
 HEAD = ("policy", "rank", "score", "±", "worst opponent", "kind")
 FRONT = ("track", "best rules", "best searched", "best network", "told")
 NONE_YET = "none yet"
+HALVINGS = 200  # of the episodes, at random
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,42 @@ def board(track: Track, folder: Path | None = None) -> list[Row]:
             leader, rank = score, ranked
         rows.append(Row(name, score, rank))
     return rows
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How alike two disjoint halves of the episodes rank the entries above 0: Kendall's tau, mean over `HALVINGS`."""
+
+    entries: int
+    every_pair: float
+    ranked_apart: float  # without the pairs that share a rank
+
+    def __str__(self) -> str:
+        return (
+            f"Two halves of the episodes order the {self.entries} entries above 0 alike: tau {self.every_pair:.2f}, "
+            f"without pairs that share a rank {self.ranked_apart:.2f}."
+        )
+
+
+def agreement(rows: Sequence[Row]) -> Agreement | None:
+    """That of a board; nothing where fewer than two ranks are above 0."""
+    above = [row for row in rows if row.rank and row.score.estimate.mean > 0]
+    pairs = np.array(list(combinations(range(len(above)), 2))).reshape(-1, 2)
+    apart = np.array([above[one].rank != above[two].rank for one, two in pairs], bool)
+    if not apart.any():
+        return None
+    every = [[values.ravel() for values in row.score.strata] for row in above]  # training seeds divide the episodes
+    count = min(len(values) for strata in every for values in strata)
+    paid = np.array([[values[:count] for values in strata] for strata in every])  # (entries, opponents, episodes)
+    generator, alike = np.random.default_rng(0), []
+    for _ in range(HALVINGS):
+        mixed = generator.permuted(np.broadcast_to(np.arange(count), paid.shape[1:]), axis=1)
+        halves = (mixed[np.newaxis, :, : count // 2], mixed[np.newaxis, :, count // 2 :])
+        means = (np.take_along_axis(paid, half, axis=2).mean(axis=(1, 2)) for half in halves)
+        first, second = (np.sign(each[pairs[:, 0]] - each[pairs[:, 1]]) for each in means)
+        alike.append(first * second)
+    taus = np.mean(alike, axis=0)
+    return Agreement(len(above), float(taus.mean()), float(taus[apart].mean()))
 
 
 def rank_line(score: Score, folder: Path | None = None) -> str:

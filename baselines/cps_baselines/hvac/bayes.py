@@ -219,6 +219,8 @@ def choose(
         for a in range(offered.shape[1]):
             error = 0.0
             for j in range(count):
+                if error >= least:  # it only grows
+                    break
                 h, squares = likely[j], 0.0
                 for i in range(n):
                     difference = offered[b, a, i] - estimates[b, h, i]

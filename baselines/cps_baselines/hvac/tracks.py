@@ -23,7 +23,7 @@ TRACKS = (
     Track(
         "hvac",
         "attacker",
-        1024,
+        2048,
         (
             Rival("mtd2", MTD2, BRINK),
             Rival("largest", LARGEST, COLDER),
