@@ -1,4 +1,4 @@
-"""The boards that are shipped: files of today's tracks, halves of the episodes that rank alike, zero for who is blind."""
+"""The boards that are shipped: files of today's tracks, who is blind has zero, halves of the episodes rank alike."""
 
 from __future__ import annotations
 
