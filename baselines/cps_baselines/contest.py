@@ -1,6 +1,7 @@
 """Who plays preset `learning` of a problem, which constants there are, and which numbers a search may change.
 
-Responses are searched among these. A problem declares its own in `<problem>/contest.py`.
+Responses are searched among these. `SIDES` declares them for both roles, in `<problem>/contest.py`, or in the module of
+a problem of one's own.
 """
 
 from __future__ import annotations
@@ -26,30 +27,24 @@ class Search:
 
 @dataclass(frozen=True)
 class Side:
-    """Who plays one role in a contest."""
+    """Who plays one role in preset `learning`."""
 
-    policies: tuple[Contestant, ...]  # that see no more than the role does; `none`, the neutral one, included
-    constants: tuple[str, ...]  # policies that take one action: all there are, or a grid, such as "always?action=1"
+    policies: tuple[Contestant, ...] = ()  # that see no more than the role does; `none`, the neutral one, included
+    constants: tuple[str, ...] = ()  # policies that take one action, all or a grid of them, such as "always?action=1"
     informed: tuple[Contestant, ...] = ()  # told what the role has to infer
     searches: tuple[Search, ...] = ()  # together they share the budget of CPU time
 
 
-@dataclass(frozen=True)
-class Contest:
-    """Both sides of preset `learning` of a problem."""
+def side_of(problem: str, role: Role) -> Side:
+    """What a problem declares for a role; an empty side where it declares nothing.
 
-    attackers: Side
-    defenders: Side
-
-    def side(self, role: Role) -> Side:
-        """The side of a role."""
-        return self.attackers if role == "attacker" else self.defenders
-
-
-def declared_contest(problem: str) -> Contest | None:
-    """The contest that a problem declares; None where there is none, as for a problem of one's own."""
-    module = f"cps_baselines.{problem}.contest"
-    if not problem.isidentifier() or find_spec(f"cps_baselines.{problem}") is None or find_spec(module) is None:
-        return None
-    contest: Contest = import_module(module).CONTEST
-    return contest
+    `problem` is a name, or "module:attribute", whose module is imported.
+    """
+    module, colon, _ = problem.partition(":")
+    if not colon:
+        package = f"cps_baselines.{problem}"
+        module = f"{package}.contest" if find_spec(package) is not None else ""
+    if not module or find_spec(module) is None:
+        return Side()
+    sides: Mapping[Role, Side] = getattr(import_module(module), "SIDES", {})
+    return sides.get(role, Side())

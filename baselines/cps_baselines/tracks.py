@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import Any
 
 from cps_baselines.arena import Venue
+from cps_baselines.contest import side_of
 from cps_envs.core.errors import UnknownNameError, near
 from cps_envs.core.types import Role
 
@@ -86,6 +87,4 @@ def find_track(name: str) -> Track:
 
 def constants(track: Track) -> tuple[str, ...]:
     """References of actions of the role that never change: what a policy reaches that does not look."""
-    contest = import_module(f"cps_baselines.{track.problem}.contest").CONTEST
-    found: tuple[str, ...] = getattr(contest, f"{track.role}s").constants
-    return found
+    return side_of(track.problem, track.role).constants

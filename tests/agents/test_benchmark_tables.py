@@ -20,7 +20,7 @@ FDI, HVAC, ROGUE = (find_benchmark(name) for name in ("fdi", "hvac", "rogue"))
 TASKS = [setting for setting in FDI.settings if setting.table is not None]
 BEYOND = {  # what the maps of the dissertation show
     "attacker": {"beam", "contested", "gains", "identify", "probe", "strike", "tuned"},
-    "defender": {"assigned", "box_in", "escort", "informed", "monitor", "pd_detection", "random"},
+    "defender": {"assigned", "box_in", "escort", "guard", "informed", "monitor", "pd_detection", "random"},
 }
 
 

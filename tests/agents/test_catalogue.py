@@ -12,7 +12,7 @@ import pytest
 
 from cps_agents.catalogue import describe_problem, imported_entry, pettingzoo_ids, policies
 from cps_agents.declarations import UnreadableError, declaration, missing_package
-from cps_baselines.contest import declared_contest
+from cps_baselines.contest import side_of
 from cps_envs import PROBLEMS
 from cps_envs.core.lookup import policy_entry, resolve_policy
 from cps_envs.core.problem import Later, Problem
@@ -125,9 +125,7 @@ def test_presets_and_roles_are_listed() -> None:
 @pytest.mark.parametrize("problem", PROBLEMS)
 @pytest.mark.parametrize("role", ROLES)
 def test_everybody_in_a_contest_can_be_built(problem: str, role: Role) -> None:
-    contest, spec = declared_contest(problem), spec_of(PROBLEMS[problem], role, "learning")
-    assert contest is not None
-    side = contest.side(role)
+    side, spec = side_of(problem, role), spec_of(PROBLEMS[problem], role, "learning")
     assert "none" in {each.name for each in side.policies}
     assert len({each.name for each in side.policies}) == len(side.policies)
     for reference in (*(each.reference for each in (*side.policies, *side.informed)), *side.constants):

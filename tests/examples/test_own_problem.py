@@ -91,6 +91,8 @@ def test_every_command_of_the_arena_takes_it(tmp_path: Path, monkeypatch: pytest
     assert "Played before: 2 meetings" in judged
     response = command(f"best-response own_problem:TANK defender --attacker {mine} {tiny} --episodes 20")
     assert "Over the best policy known before" in response
+    searched = "best-response own_problem:TANK attacker --defender own_problem:Doubt --oracle search --budget 1 --out s"
+    assert "own_problem:Bias?rise_s=" in command(f"{searched} --episodes 20 --seeds 1")
     assert json.loads((tmp_path / "league" / "tank.json").read_text())["problem"] == "tank"
 
 
@@ -98,7 +100,8 @@ def test_the_documents_describe_it(tank: Problem) -> None:
     page = "\n".join(environments.page(tank, "defender"))
     assert "own_problem.parallel_env" in "\n".join(environments.shared(tank))
     assert "| 0 | `level` |" in page
-    assert "`correction_per_s`" in page
+    assert "[the list with units, bounds and sources](tank.md#arguments)" in page
+    assert "`correction_per_s`" in "\n".join(environments.shared(tank))
     assert "own_problem:own_problem/TankDefense-v0" in page
     assert describe_problem(tank)["pettingzoo"]["parallel"] == "own_problem.parallel_env"
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_baselines.hvac.contest import CONTEST
+from cps_baselines.hvac.contest import SIDES
 from cps_baselines.hvac.hypotheses import FilterChoices, spread_after
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
@@ -196,7 +196,7 @@ def test_truth_of_a_game_changes_with_it() -> None:
 
 def test_constants_of_the_defender_are_all_there_are() -> None:
     count = spec_of("defender").action_space.n
-    assert CONTEST.defenders.constants == tuple(f"always?action={choice}" for choice in range(count))
+    assert SIDES["defender"].constants == tuple(f"always?action={choice}" for choice in range(count))
 
 
 @lru_cache
@@ -219,7 +219,7 @@ def test_something_is_left_to_infer_and_something_can_be_done() -> None:
 @pytest.mark.slow
 def test_no_choice_that_never_changes_is_as_good_as_the_best_detector() -> None:
     bar = mean_over("largest")
-    assert bar < min(mean_over(constant) for constant in CONTEST.defenders.constants)
+    assert bar < min(mean_over(constant) for constant in SIDES["defender"].constants)
 
 
 @pytest.mark.slow
@@ -250,7 +250,7 @@ def test_more_liars_cost_more() -> None:
 @pytest.mark.slow
 def test_listening_pays_and_being_told_pays_more() -> None:
     """The attackers' side of the contest: bold lies earn most on the mean, and inferring whom one faces earns more."""
-    defenders = [contestant.reference for contestant in CONTEST.defenders.policies]
+    defenders = [contestant.reference for contestant in SIDES["defender"].policies]
     bold, listening, creeping, tracking = (
         np.array([paid(attacker, defender) for defender in defenders])
         for attacker in ("constant?reading_c=10", "listener", "brink", "tracker")

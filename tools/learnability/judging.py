@@ -19,7 +19,7 @@ from cps_agents.zoo.card import read_card
 from cps_agents.zoo.files import find
 from cps_agents.zoo.references import PREFIX, SB3, is_missing
 from cps_baselines.arena import Venue
-from cps_baselines.contest import declared_contest
+from cps_baselines.contest import side_of
 from cps_envs import PROBLEMS
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
@@ -152,16 +152,14 @@ def judge(
 
 def rivals_of(venue: Venue, role: Role) -> list[str]:
     """Every registered policy of a role that can play and knows no more than it observes, in all declared variants."""
-    contest = declared_contest(venue.problem)
-    declared = [each.reference for each in contest.side(role).policies] if contest else []
+    declared = [each.reference for each in side_of(venue.problem, role).policies]
     found = able(venue, role, [*usual(venue, role), *declared])
     return [each.reference for each in found if not each.overrides]  # without those made for another configuration
 
 
 def told(problem: Problem, role: Role) -> list[str]:
     """The policies of a role that are told what it has to infer."""
-    contest = declared_contest(problem.name)
-    return [each.reference for each in contest.side(role).informed] if contest else []
+    return [each.reference for each in side_of(problem.name, role).informed]
 
 
 def _best(standings: Sequence[Standing], role: Role) -> Standing:

@@ -62,7 +62,7 @@ def page(problem: Problem, role: Role) -> Iterator[str]:
     """The parts of a role's page: its docstring with pictures; what both roles share is on the problem's page."""
     name = class_name(problem, role)
     made: Any = load_env_creator(str(gymnasium.spec(problem.env_id(role)).entry_point))
-    text = inspect.getdoc(made) or ""
+    text = _without_arguments(inspect.getdoc(made) or "", problem)
     before, _, after = text.partition("\n## Threat Model\n")
     head, _, closing = after.partition(f"\n{ENDS}\n")
     yield f"# {name}\n\n{MARK}"
@@ -70,7 +70,7 @@ def page(problem: Problem, role: Role) -> Iterator[str]:
     yield before
     yield f"![What each side touches](../images/{problem.name}-loop.svg)\n"
     yield "The [glossary](../glossary.md) explains words and symbols.\n"
-    yield f"## Threat Model\n\n{_without_arguments(head, problem)}"
+    yield f"## Threat Model\n\n{head}"
     yield from _adapters(problem, role)
     page, named = f"{problem.name}.md", f"policies-of-the-{role}"
     yield f"## Presets and Baselines\n\n[Presets]({page}#presets), [policies of the {role}]({page}#{named}).\n"
@@ -79,10 +79,9 @@ def page(problem: Problem, role: Role) -> Iterator[str]:
 
 
 def _without_arguments(text: str, problem: Problem) -> str:
-    table = f":\n\n{parameter_table(problem.presets[problem.usual_preset])}"
-    if table not in text:
-        raise ValueError(f"the docstrings of {problem.name} do not list the fields of its configuration")
-    return text.replace(table, f", see [the list with units, bounds and sources]({problem.name}.md#arguments).")
+    link = f"[the list with units, bounds and sources]({problem.name}.md#arguments)"
+    table = parameter_table(problem.presets[problem.usual_preset])
+    return text.replace(f":\n\n{table}", f", see {link}.").replace(table, f"See {link}.")
 
 
 def shared(problem: Problem) -> Iterator[str]:

@@ -16,7 +16,7 @@ from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.recipes.learning import learning_recipe
 from cps_baselines.arena import Venue
-from cps_baselines.contest import Search, declared_contest
+from cps_baselines.contest import Search, side_of
 from cps_envs import find_problem
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
@@ -45,7 +45,8 @@ def choose_oracles(problem: str, role: Role, names: Sequence[str] = (SHARED,)) -
     """
     found = [oracle for name in dict.fromkeys(names) if (oracle := _named(name, problem, role)) is not None]
     if not found:
-        raise CommandError(f"the {role} of {problem} has no oracle {', '.join(names)}: {SHARED} is there for all roles")
+        remedy = f"{SHARED} is there for all roles, {SEARCHES} where SIDES declares searches (cps_baselines.contest)"
+        raise CommandError(f"the {role} of {problem} has no oracle {', '.join(names)}: {remedy}")
     for oracle in found:
         _check_installed(oracle)
     return found
@@ -79,7 +80,7 @@ def _named(name: str, problem: str, role: Role) -> Oracle | None:
     if name == SHARED:
         return Oracle(SHARED, usual_recipe(problem, role))
     if name == SEARCHES:
-        searches = _searches(problem, role)
+        searches = side_of(problem, role).searches
         return Oracle(SEARCHES, searches=searches) if searches else None
     if name not in RECIPES and "Attack" not in name and "Defense" not in name:
         raise CommandError(f"there is no oracle and no recipe {name!r}. {near(name, [*KINDS, *RECIPES])}")
@@ -87,11 +88,6 @@ def _named(name: str, problem: str, role: Role) -> Oracle | None:
     if recipe.problem != problem:
         raise CommandError(f"the recipe {name!r} trains the {recipe.role} of {recipe.problem}, not one of {problem}")
     return Oracle(recipe.name, recipe) if recipe.role == role else None
-
-
-def _searches(problem: str, role: Role) -> tuple[Search, ...]:
-    contest = declared_contest(problem)
-    return () if contest is None else contest.side(role).searches
 
 
 def _check_installed(oracle: Oracle) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Contest, Search, Side
+from cps_baselines.contest import Search, Side
+from cps_envs.core.types import Role
 from cps_envs.disbanding.config import LEARNING
 
 ATTACKS = LEARNING.num_attacks
@@ -69,13 +70,13 @@ def constant_corrections() -> Iterator[str]:
             yield f"always?action={json.dumps([level * share for share in shares], separators=(',', ':'))}"
 
 
-CONTEST = Contest(
-    attackers=Side(
+SIDES: Mapping[Role, Side] = {
+    "attacker": Side(
         policies=ATTACKERS,
         constants=tuple(f"always?action={action}" for action in range(ATTACKS)),
         searches=(TIMED, ADAPTIVE),
     ),
-    defenders=Side(
+    "defender": Side(
         policies=(*DEFENDERS, Contestant("cacc"), Contestant("cacc_radio", "cacc?told=radio")),
         constants=tuple(constant_corrections()),
         informed=(Contestant("informed"),),
@@ -84,4 +85,4 @@ CONTEST = Contest(
             Search("feedback", "feedback", DETECTION, {"detection_mps": 2.0, "hold_s": 3.0}),
         ),
     ),
-)
+}

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Contest, Search, Side
+from cps_baselines.contest import Search, Side
+from cps_envs.core.types import Role
 
 VEHICLES, LEVELS, CORRECTIONS = 4, 20, 4  # of preset `learning`: vehicles, levels to either side, of both kinds
 PAIRED = VEHICLES - 1  # gaps with a rear sensor
@@ -51,8 +52,8 @@ TRACKER = {
 SWING = {"swing_s": (0.0, 6.0), "open": (0.0, 1.0), "close": (0.0, 1.0), "range_part": (0.0, 1.0)}
 CUSUM = {"drift": (0.0, 1.0), "threshold": (4.0, 30.0), "rate_threshold": (3.0, 30.0), "release_s": (0.1, 6.0)}
 
-CONTEST = Contest(
-    attackers=Side(
+SIDES: Mapping[Role, Side] = {
+    "attacker": Side(
         policies=(
             *map(Contestant, ("none", "random", "bang_bang", "swing", "blind_tracker", "tracker")),
             Contestant("task_tracker"),
@@ -63,7 +64,7 @@ CONTEST = Contest(
             Search("swing", "swing", SWING, {"swing_s": 2.0, "open": 0.9, "close": 0.9, "range_part": 0.9}),
         ),
     ),
-    defenders=Side(
+    "defender": Side(
         policies=(
             *map(Contestant, ("none", "chi2", "cusum", "redundant_cusum", "bank", "model_only")),
             Contestant("hypotheses"),
@@ -72,4 +73,4 @@ CONTEST = Contest(
         informed=(Contestant("informed"),),
         searches=(Search("cusum", "cusum", CUSUM, {"drift": 0.3, "threshold": 14.0, "release_s": 2.0}),),
     ),
-)
+}

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Contest, Search, Side
+from cps_baselines.contest import Search, Side
+from cps_envs.core.types import Role
 
 NOISY_ROOT = "ramp?rate_c_per_h=0.6&exponent=0.5&keep_noise=true"
 SIGNED = {  # attackers that show colder or, with another option, warmer zones: name -> reference
@@ -91,4 +92,4 @@ DEFENDERS = Side(
     ),
 )
 
-CONTEST = Contest(ATTACKERS, DEFENDERS)
+SIDES: Mapping[Role, Side] = {"attacker": ATTACKERS, "defender": DEFENDERS}

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from itertools import product
 
 from cps_baselines.arena import Contestant
-from cps_baselines.contest import Contest, Search, Side
+from cps_baselines.contest import Search, Side
+from cps_envs.core.types import Role
 from cps_envs.rogue.config import LEARNING
 from cps_envs.rogue.controllers import CONTROLLERS, DRIVEN
 
@@ -70,13 +72,13 @@ MONITOR = Search(
     },
 )
 
-CONTEST = Contest(
-    attackers=Side(
+SIDES: Mapping[Role, Side] = {
+    "attacker": Side(
         policies=(*ATTACKERS, Contestant("gains")),
         constants=tuple(f"always?action={share / 10}" for share in range(-10, 11)),
         searches=(SWITCHING, RAMMING, BRAKING),
     ),
-    defenders=Side(
+    "defender": Side(
         policies=(*DEFENDERS, Contestant("pd_detection")),
         constants=(
             *(constant(laws) for laws in product(range(len(DRIVEN)), repeat=len(FRONT_CLASSES))),
@@ -85,4 +87,4 @@ CONTEST = Contest(
         informed=(Contestant("informed"), Contestant("escort")),
         searches=(MONITOR,),
     ),
-)
+}

@@ -45,11 +45,11 @@ class Outcome:
 
 def find_benchmark(problem: str) -> Benchmark:
     """The benchmark that a problem declares in `cps_paper.<problem>.benchmark`, else a derived one."""
-    declared = f"cps_paper.{problem}.benchmark"
-    if problem in PROBLEMS and find_spec(declared) is not None:
-        found: Benchmark = import_module(declared).BENCHMARK
-        return _shipped(found)
-    return derived(problem)
+    package = f"cps_paper.{problem}"
+    if problem not in PROBLEMS or find_spec(package) is None or find_spec(f"{package}.benchmark") is None:
+        return derived(problem)
+    found: Benchmark = import_module(f"{package}.benchmark").BENCHMARK
+    return _shipped(found)
 
 
 def derived(name: str) -> Benchmark:
