@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
+import shutil
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,6 +18,7 @@ import gymnasium
 import numpy as np
 
 from cps_agents.errors import CommandError
+from cps_agents.files import DRAFTS, replacing
 from cps_envs.core.errors import require
 from cps_envs.core.game import Game
 from cps_envs.core.generators import seeded
@@ -36,6 +40,10 @@ from cps_envs.core.seen import Seen
 from cps_envs.core.types import ROLES, SIGN, Array, BoolArray, Role, other
 
 NUM_ENVS = 64  # episodes that are played at once
+BLOCK_BYTES = 1 << 20
+HEADER_BYTES = 4096  # of an array in a file of HDF5, at most
+ROOT = "MINARI_DATASETS_PATH"  # the variable by which Minari knows where datasets are
+NAMESPACE = "namespace_metadata.json"  # what makes a folder a namespace of Minari
 
 
 def name_of(
@@ -68,6 +76,7 @@ def write_dataset(
 ) -> Any:
     """Play one episode per seed and keep what `role` saw, did and got; returns Minari's dataset.
 
+    A dataset is whole or not there: it takes its place when all of it is written.
     Rewards are the role's. `infos` hold the problem's metrics and, where there are any, the legal actions. The
     environment that Minari recovers has the other player as its opponent.
 
@@ -78,8 +87,9 @@ def write_dataset(
     minari = require("minari", extra="data", purpose="writing datasets")
     if not re.fullmatch(r"[\w./-]+-v\d+", dataset_id):
         raise CommandError(f"{dataset_id!r} is not the name of a dataset: it should be like cps_envs/fdi/oracle-v0")
-    folder = import_module("minari.storage.datasets_root_dir").get_dataset_path(dataset_id)
-    if Path(folder).exists():  # whole, or what an interrupted command has left
+    root = Path(import_module("minari.storage.datasets_root_dir").get_dataset_path())
+    folder = root / dataset_id
+    if folder.exists():
         raise CommandError(f"there is a dataset {dataset_id} already: choose another --id, or delete {folder}")
     options = {**overrides, "preset": preset, "opponent": players[other(role)]}
     env = gymnasium.make(f"{problem.namespace}:{problem.env_id(role)}", **options)
@@ -92,9 +102,10 @@ def write_dataset(
     buffers = [
         _buffer(number, seed, episode) for number, (seed, episode) in enumerate(zip(seeds, episodes, strict=True))
     ]
-    with warnings.catch_warnings():
+    with _drafted(root, dataset_id) as drafts, warnings.catch_warnings():
+        _have_room(drafts, size_of(episodes))
         warnings.simplefilter("ignore", UserWarning)  # about links and addresses that are left out
-        return minari.create_dataset_from_buffers(
+        minari.create_dataset_from_buffers(
             dataset_id=dataset_id,
             buffer=buffers,
             env=env,
@@ -103,6 +114,52 @@ def write_dataset(
             data_format="hdf5",
             requirements=["cps-envs"],
         )
+    return minari.load_dataset(dataset_id)
+
+
+def size_of(episodes: Sequence[Mapping[str, Any]]) -> int:
+    """The bytes that a dataset of these episodes takes, at most."""
+    arrays = [
+        values
+        for episode in episodes
+        for values in (*episode["infos"].values(), *(episode[name] for name in episode if name != "infos"))
+    ]
+    return sum(np.asarray(values).nbytes + HEADER_BYTES for values in arrays)
+
+
+def _have_room(folder: Path, size: int) -> None:
+    """Fail now if a disk is full: HDF5 ends the process when it cannot write.
+
+    Raises:
+        OSError: a file of this size cannot be written in the folder.
+    """
+    with replacing(folder / "room") as draft, draft.open("wb") as file:
+        for start in range(0, size, BLOCK_BYTES):
+            file.write(bytes(min(BLOCK_BYTES, size - start)))
+    (folder / "room").unlink()
+
+
+@contextmanager
+def _drafted(root: Path, dataset_id: str) -> Iterator[Path]:
+    """While Minari writes a dataset into a hidden folder of `root`, which takes its place there when all went well."""
+    drafts, before = root / DRAFTS / os.urandom(8).hex(), os.environ.get(ROOT)
+    drafts.mkdir(parents=True)
+    os.environ[ROOT] = str(drafts)
+    try:
+        yield drafts
+        (root / dataset_id).parent.mkdir(parents=True, exist_ok=True)
+        for namespace in sorted(drafts.rglob(NAMESPACE)):
+            if not (place := root / namespace.relative_to(drafts)).exists():
+                os.replace(namespace, place)
+        os.replace(drafts / dataset_id, root / dataset_id)
+    finally:
+        if before is None:
+            del os.environ[ROOT]
+        else:
+            os.environ[ROOT] = before
+        shutil.rmtree(drafts, ignore_errors=True)
+        with suppress(OSError):
+            drafts.parent.rmdir()  # if nobody else writes there
 
 
 def _buffer(number: int, seed: int, episode: Mapping[str, Any]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import re
 from pathlib import Path
@@ -60,6 +61,43 @@ def test_recovered_environment_repeats_the_episodes(name: str) -> None:
             if key != "return":
                 assert info[key] == episode.infos[key][-1]
         assert terminated or truncated
+
+
+def test_a_dataset_is_whole_or_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    role, players, preset, overrides = CASES["fdi"]
+    usual = (find_problem("fdi"), role, players, preset, overrides, range(2), "cps_envs/fdi/mine-v0")
+
+    def interrupted(**given: Any) -> None:
+        create(**given)
+        raise KeyboardInterrupt
+
+    create = minari.create_dataset_from_buffers
+    monkeypatch.setattr(minari, "create_dataset_from_buffers", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        write_dataset(*usual)
+    assert list(tmp_path.iterdir()) == []
+
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("cps_agents.datasets._have_room", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_dataset(*usual)
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.undo()
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    write_dataset(*usual)
+    assert set(minari.list_local_datasets()) == {"cps_envs/fdi/mine-v0"}
+    assert not (tmp_path / ".drafts").exists()
+
+
+def test_room_is_made_for_all_of_a_dataset(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rooms: list[int] = []
+    monkeypatch.setattr("cps_agents.datasets._have_room", lambda folder, size: rooms.append(size))
+    for name, (role, players, preset, overrides) in CASES.items():
+        write_dataset(find_problem(name), role, players, preset, overrides, range(2), f"{name}-v0")
+        taken = sum(path.stat().st_size for path in (tmp_path / f"{name}-v0").rglob("*") if path.is_file())
+        assert taken < rooms[-1]
 
 
 def test_names_are_checked(tmp_path: Path) -> None:

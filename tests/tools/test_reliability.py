@@ -324,14 +324,16 @@ def test_damaged_and_different_files_are_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="processes are forked and killed")
-def test_a_league_that_is_killed_at_a_write_goes_on(tmp_path: Path) -> None:
-    league = next(job for job in JOBS if job.name == "league")
-    warm_up(league)
-    trials = Trials(league, tmp_path, Journal())
+@pytest.mark.parametrize("name", ["league", "report", "certify", "dataset"])
+def test_a_command_that_is_killed_or_stopped_goes_on(name: str, tmp_path: Path) -> None:
+    job = next(job for job in JOBS if job.name == name)
+    warm_up(job)
+    trials = Trials(job, tmp_path, Journal())
     trials.kill(0, "draft")
-    trials.kill(trials.writes - 1, "before")
+    trials.kill(trials.writes - 1, "after")
+    trials.stop(trials.writes - 1)
     assert not trials.examples
-    assert trials.counts["kills"] == 2
+    assert {name: count for name, count in trials.counts.items() if count} == {"kills": 2, "stops": 1}
 
 
 @pytest.mark.slow

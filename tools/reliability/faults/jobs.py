@@ -29,11 +29,13 @@ TINY = (
 
 @dataclass(frozen=True)
 class Job:
-    """A command; `--out` is added, and below it a folder of finished meetings."""
+    """A command that writes into a folder, and below it into one of finished meetings."""
 
     name: str
     words: str
     learns: bool = False  # then what comes out depends on where it was interrupted, and only its files are compared
+    out: str = "--out {}"  # how the folder is named, which Minari knows from its variable
+    once: bool = False  # it refuses to write again what is there
 
 
 JOBS = (
@@ -51,6 +53,15 @@ JOBS = (
         f"self-play rogue --iterations 1 --attacker square --defender pd --steps 256 --episodes 2 {TINY}",
         learns=True,
     ),
+    Job("report", f"report rogue --attacker square --defender pd --episodes 2 --jobs 1 {SHORT}"),
+    Job("certify", "certify --preset paper --task v1>1 --anneal 0 --exhaust 0 --jobs 1", out="--out {}/optima.json"),
+    Job(
+        "dataset",
+        f"dataset rogue --role attacker --attacker square --defender pd --episodes 2 {SHORT}",
+        out="",
+        once=True,
+    ),
+    Job("score", "score policy rogue-attack square --dev", out="--out {}/score.json"),
 )
 
 
@@ -96,8 +107,8 @@ def start(job: Job, folder: Path, before: Callable[[], None] = lambda: None) -> 
 def _command(job: Job, folder: Path) -> int:
     from cps_agents.cli import main
 
-    os.environ["CPS_ENVS_MEETINGS"] = str(folder / "meetings")
-    sys.argv = ["cps-envs", *job.words.split(), "--out", str(folder)]
+    os.environ |= {"CPS_ENVS_MEETINGS": str(folder / "meetings"), "MINARI_DATASETS_PATH": str(folder)}
+    sys.argv = ["cps-envs", *job.words.split(), *(word.format(folder) for word in job.out.split())]
     try:
         main()
     except SystemExit as ended:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,9 +15,9 @@ def counting(folder: Path, counter: Path) -> Callable[[], None]:
     return lambda: _intercept(folder, _Counter(counter))
 
 
-def killing(folder: Path, number: int, moment: str) -> Callable[[], None]:
-    """For a process that is to die at its write of this number, from 0, below a folder."""
-    return lambda: _intercept(folder, _Killer(number, moment))
+def killing(folder: Path, number: int, moment: str, by: int) -> Callable[[], None]:
+    """For a process that is to get a signal at its write of this number, from 0, below a folder."""
+    return lambda: _intercept(folder, _Killer(number, moment, by))
 
 
 class _Counter:
@@ -32,18 +31,18 @@ class _Counter:
 
 
 class _Killer:
-    def __init__(self, number: int, moment: str) -> None:
-        self._left, self._moment = number, moment
+    def __init__(self, number: int, moment: str, by: int) -> None:
+        self._left, self._moment, self._by = number, moment, by
 
     def __call__(self, replace: Callable[..., None], draft: Any, path: Any) -> None:
-        if self._left == 0 and self._moment == "draft":
+        here, self._left = self._left == 0, self._left - 1
+        if here and self._moment == "draft" and os.path.isfile(draft):
             os.truncate(draft, os.path.getsize(draft) // 2)
-        if self._left == 0 and self._moment != "after":
-            os.kill(os.getpid(), signal.SIGKILL)
+        if here and self._moment != "after":
+            os.kill(os.getpid(), self._by)
         replace(draft, path)
-        if self._left == 0:
-            os.kill(os.getpid(), signal.SIGKILL)
-        self._left -= 1
+        if here:
+            os.kill(os.getpid(), self._by)
 
 
 def _intercept(folder: Path, write: Callable[[Callable[..., None], Any, Any], None]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from tools.reliability.journal import Journal
 MOST_KILLS = {False: 60, True: 18}  # of a command that does not learn, and of one that does
 SMALL_DISKS = (0, 500, 2000)  # bytes that a file may have
 SLICES = 3  # of the trials of a command, each a chunk
-WRONG_INPUT = 2  # the exit code of an error that is explained
+WRONG_INPUT, INTERRUPTED = 2, 130  # exit codes: of an error that is explained, and of Ctrl-C
 
 
 def chunks() -> list[Chunk]:
@@ -52,11 +53,19 @@ class Trials:
         places = [(number, moment) for number in range(self.writes) for moment in MOMENTS]
         step = max(1, -(-len(places) // MOST_KILLS[self._job.learns]))
         kills = [partial(self.kill, number, moment) for number, moment in places[::step]]
-        return [*kills, *(partial(self.small_disk, size) for size in SMALL_DISKS), self.no_folder, self.two_writers]
+        stops = [partial(self.stop, number) for number in sorted({0, self.writes - 1})]
+        full = [partial(self.small_disk, size) for size in SMALL_DISKS]
+        return [*kills, *stops, *full, self.no_folder, self.two_writers]
 
     def kill(self, number: int, moment: str) -> None:
         """`kill -9` at a write."""
-        self._go(f"killed {moment} write {number}", "kills", killing(self._folder, number, moment), self._killed)
+        fault = killing(self._folder, number, moment, signal.SIGKILL)
+        self._go(f"killed {moment} write {number}", "kills", fault, self._killed)
+
+    def stop(self, number: int) -> None:
+        """Ctrl-C at a write."""
+        fault = killing(self._folder, number, "before", signal.SIGINT)
+        self._go(f"Ctrl-C at write {number}", "stops", fault, self._stopped)
 
     def small_disk(self, size: int) -> None:
         """Files that cannot grow beyond so many bytes."""
@@ -95,6 +104,10 @@ class Trials:
         if ended.code != -9:
             self._note("unfinished", what, f"the process was not killed but ended with {ended.code} {ended.words}")
 
+    def _stopped(self, what: str, ended: Ended) -> None:
+        if ended.code not in (0, INTERRUPTED) or "Traceback" in ended.words:
+            self._note("unclear", what, f"exit code {ended.code}: {ended.words}")
+
     def _explained(self, what: str, ended: Ended) -> None:
         if ended.code not in (0, WRONG_INPUT) or "Traceback" in ended.words:
             self._note("unclear", what, f"exit code {ended.code}: {ended.words}")
@@ -105,11 +118,12 @@ class Trials:
             self._note("damaged", what, name)
         before = finished(self._folder)
         ended = run(self._job, self._folder)
-        if ended.code:
+        done = ended.code == 0 or (self._job.once and ended.code == WRONG_INPUT)
+        if not done:
             self._note("unfinished", what, f"exit code {ended.code}: {ended.words}")
         for name in lost(before, self._folder):
             self._note("lost", what, name)
-        if not ended.code:
+        if done:
             for name in differing(self._folder, self._whole, names_only=self._job.learns):
                 self._note("different", what, name)
         shutil.rmtree(self._folder, ignore_errors=True)
@@ -137,6 +151,7 @@ PART = Part(
     about=(
         "A tiny run of each command that writes is killed by `kill -9`: at every write, with half of a file written, "
         "and before and after the file takes its name. Training and self-play are killed at some of their writes. "
+        "Ctrl-C comes at the first and the last write. "
         "Then the same command runs again to its end. Finished work must still be there, and must not be done again. "
         "The outcome must equal that of a run without a fault, times aside; training depends on where it was "
         "interrupted, so there we compare which files are written beside the meetings. The same is tried with files "
@@ -145,6 +160,7 @@ PART = Part(
     ),
     columns={
         "kills": "kills",
+        "stops": "Ctrl-C",
         "full": "full disks",
         "blocked": "no folder",
         "pairs": "two at once",
