@@ -450,3 +450,9 @@ def test_the_weight_of_a_controller_gives_the_printed_impact() -> None:
     qp = controller_named("qp")
     assert weighing.impact_c2(dict(qp.settings)) == pytest.approx(weighing.PRINTED_C2, rel=0.02)
     assert weighing.printed_errors_c() == pytest.approx([0.456, 1.633, 2.798, 3.830], abs=2e-3)
+
+
+def test_a_reading_of_table_4_1_is_judged_beside_the_attack_that_it_moves() -> None:
+    printed, ours = np.array([0.46, 1.63, 2.80, 3.83]), np.array([0.85, 1.76, 2.77, 3.80])
+    assert weighing.judged(ours, printed, 625.0) == ("reproduced 2, near 1, not reproduced 1", "not reproduced")
+    assert weighing.judged(printed, printed, 150.0) == ("reproduced 4", "reproduced")

@@ -3,12 +3,14 @@
 R is what gives the paper's A_impact of its one printed attack (C12: sensor 1 reads 22 C). N is then free: the rows show
 what the errors on raw readings in Table 4.1 would be. It takes a few minutes.
 
-With `deviation` the noise of Table 4.1 is read as a standard deviation, with other R.
+With `deviation` the noise of Table 4.1 is read as a standard deviation, with other R. The last columns judge both: the
+errors of the raw readings, and C12.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -18,6 +20,7 @@ from cps_envs.core.types import FloatArray
 from cps_paper.hvac.experiments import PERCENTS
 from cps_paper.hvac.scenario import Scenario
 from cps_paper.printed.tables import tracking_errors
+from cps_paper.verdicts import NEAR, NOT, REPRODUCED, of_number
 
 PRINTED_C2 = 149.253
 DAYS = 4
@@ -71,15 +74,24 @@ def main() -> None:
     parser.add_argument("noise", nargs="?", choices=("variance", "deviation"), default="variance")
     noise = parser.parse_args().noise
     printed = printed_errors_c()
-    print("| controller | N | R, C2/W2 | A_impact of C12 | mean errors at 20, 40, 60, 80 %, C | mean gap |")
-    print("|---|---|---|---|---|---|")
-    print(f"| paper | - | - | {PRINTED_C2} | {_shown(printed)} | - |")
+    shares = ", ".join(map(str, PERCENTS["4.1"]))
+    print(f"| controller | N | R, C2/W2 | A_impact of C12 | mean errors at {shares} %, C | mean gap | errors | C12 |")
+    print("|---|---|---|---|---|---|---|---|")
+    print(f"| paper | - | - | {PRINTED_C2} | {_shown(printed)} | - | - | - |")
     for controller, steps, given in CLOSEST if noise == "deviation" else _searched():
         settings: dict[str, Any] = {"controller": controller, "prediction_steps": steps}
         settings["move_weight"] = given or weight(settings)
         ours = raw_errors_c(settings, DEVIATION if noise == "deviation" else VARIANCE)
-        cells = f"{settings['move_weight']:.3g} | {impact_c2(settings):.1f} | {_shown(ours)}"
-        print(f"| {controller} | {steps} | {cells} | {np.abs(ours - printed).mean():.2f} |", flush=True)
+        impact = impact_c2(settings)
+        cells = f"{settings['move_weight']:.3g} | {impact:.1f} | {_shown(ours)} | {np.abs(ours - printed).mean():.2f}"
+        print(f"| {controller} | {steps} | {cells} | {' | '.join(judged(ours, printed, impact))} |", flush=True)
+
+
+def judged(ours: FloatArray, printed: FloatArray, impact: float) -> tuple[str, str]:
+    """The verdict on each mean error as "reproduced 1, near 2, ...", and that on C12."""
+    verdicts = Counter(of_number(*pair) for pair in zip(ours.tolist(), printed.tolist(), strict=True))
+    errors = ", ".join(f"{verdict} {verdicts[verdict]}" for verdict in (REPRODUCED, NEAR, NOT) if verdicts[verdict])
+    return errors, of_number(impact, PRINTED_C2)
 
 
 def _searched() -> Iterator[tuple[str, int, None]]:
