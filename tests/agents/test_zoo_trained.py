@@ -6,6 +6,9 @@ from typing import Any
 
 import pytest
 
+from cps_agents.zoo.card import read_card
+from cps_agents.zoo.files import find
+from cps_agents.zoo.markdown import to_markdown
 from cps_envs.core.play import play_episodes
 from cps_envs.core.types import SIGN, Role, other
 from cps_envs.registration import find_problem
@@ -26,3 +29,10 @@ def test_a_shipped_network_is_better_than_no_thought(name: str) -> None:
         return SIGN[role] * float(paid.mean())
 
     assert worth(f"zoo:{name}") > max(worth("none"), worth(constant)) + 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "began"), [("hvac-defense", True), ("fdi-attack", False), ("disbanding-attack", False)]
+)
+def test_a_card_says_whether_learning_began_as_a_controller_plays(name: str, began: bool) -> None:
+    assert ("learning began there" in to_markdown(read_card(find(name)))) == began

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from cps_agents.zoo.card import Card
+from cps_envs.core.adapter import advised_by
+from cps_envs.core.lookup import policy_entry
 
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"
 
@@ -60,7 +62,23 @@ def _training(card: Card) -> str:
         for seed, facts in card.seeds.items()
     ]
     versions = ", ".join(f"{name} {version}" for name, version in card.versions.items())
-    return "\n".join(["## Training", "", f"`{card.command}`", "", *_table(columns, rows), "", f"With {versions}."])
+    began = _began(card)
+    return "\n".join(
+        ["## Training", "", f"`{card.command}`", "", *began, *_table(columns, rows), "", f"With {versions}."]
+    )
+
+
+def _began(card: Card) -> list[str]:
+    """That learning began as a controller plays, if it did."""
+    name = str(card.wiring.get("adapter", ""))
+    entry = policy_entry(card.problem, card.role, name) if name else None
+    if entry is None or advised_by(entry.load()) is None:
+        return []
+    told = (
+        f"It plays through the adapter `{name}`: its neutral action is what the controller `{name}` does, and learning "
+        "began there. It is no proof that reward alone finds such a controller."
+    )
+    return [told, ""]
 
 
 def _results(card: Card) -> str:
