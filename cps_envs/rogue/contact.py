@@ -9,18 +9,6 @@ REARM_M = 0.05  # beyond contact, from where on a further contact counts
 
 
 @inlined
-def settle(episode: State, score: Record, r: Rules) -> None:
-    """Account for all contacts after the motion of a step, from the rear to the leader."""
-    quiet = True
-    for i in range(episode.armed.size):  # almost always nothing touches: one look at all pairs, without a branch
-        gap = episode.position[i + 1] - episode.position[i] - r.vehicle_length_m
-        quiet &= (gap >= 0.0) & episode.armed[i]
-    if not quiet:
-        for i in range(episode.armed.size):
-            touch(episode, i, score, r)
-
-
-@inlined
 def touch(episode: State, i: int, score: Record, r: Rules) -> None:
     """Account for the contact of pair `i`."""
     gap = episode.position[i + 1] - episode.position[i] - r.vehicle_length_m

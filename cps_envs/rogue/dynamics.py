@@ -1,14 +1,18 @@
 """The closed loop of a platoon, integration step by integration step, in the order of section 2 of the specification.
 
-Within a step all vehicles decide from the state at its start, then all move, then contacts are settled.
+Within a step all vehicles decide from the state at its start, then all move, then contacts are settled. Platoons of
+one size move side by side, see `lanes`.
 """
 
 from __future__ import annotations
 
-from cps_envs.core.kernels import Record, clip, inlined
-from cps_envs.core.types import FloatArray, IntArray
-from cps_envs.rogue.contact import settle
+from math import inf
+
+from cps_envs.core.kernels import borrowed, clip, inlined, unpack
+from cps_envs.core.types import Array, FloatArray, IntArray
+from cps_envs.rogue.contact import touch
 from cps_envs.rogue.controllers import (
+    COMMANDED,
     FRONT,
     HUMAN,
     LINEAR,
@@ -22,53 +26,90 @@ from cps_envs.rogue.controllers import (
     scheduled_authority,
     sliding,
 )
-from cps_envs.rogue.detector import NOBODY, capability, listen, raise_alarm
-from cps_envs.rogue.formation import formation_cost, reference_position
-from cps_envs.rogue.state import Drawn, Rules, Scratch, Side, State
+from cps_envs.rogue.detector import leaky, raise_alarm
+from cps_envs.rogue.formation import formation_cost
+from cps_envs.rogue.lanes import Block, Plants, lane
+from cps_envs.rogue.state import Drawn, Rules, State
 
 
 @inlined
-def advance_episode(
-    episode: State,
-    scratch: Scratch,
-    attack: float,
-    orders: IntArray,
-    accelerations: FloatArray,
+def advance_lanes(
+    block: Block,
+    plants: Plants,
+    state: State,
+    drawn: Array,
+    scores: Array,
+    rows: IntArray,
+    attack: FloatArray,
     periods: int,
-    score: Record,
-    c: Drawn,
+    n: int,
+    width: int,
     r: Rules,
 ) -> None:
-    """Advance one episode by game steps under held actions, see `game.step`."""
-    receive(episode, scratch, orders, accelerations, c, r)
+    """Advance the environments `rows`, of n vehicles each, by game steps under held actions, see `game.step`.
+
+    Each has a lane, the first of `width`; further ones repeat the last one.
+    """
+    count = rows.size
     for _ in range(periods):
-        hold(episode, attack, c, r)
+        for k in range(count):
+            hold(block, plants, k, attack[rows[k], 0], r)
         for _ in range(r.steps_per_period):
-            integrate(episode, scratch, score, c, r)
-        score.formation_cost_s += formation_cost(episode, c, r) * r.steps_per_period * r.dt_s
+            sense(block, plants, n, width, r)
+            watch(block, plants, n, width, r)
+            if any_marked(block, width):
+                raise_alarms(block, state, drawn, scores, rows, n, count, r)
+            decide(block, n, width, r)
+            for k in range(count):
+                if block.particular[k]:
+                    decide_apart(block, state, drawn, rows[k], k, n, r)
+            actuate(block, plants, n, width, r)
+            look_for_contacts(block, n, width, r)
+            if any_marked(block, width):
+                settle(block, state, scores, rows, n, count, r)
+            for k in range(width):
+                block.step[k] += 1
+        for k in range(count):
+            c, score = unpack(Drawn, drawn, rows[k]), borrowed(scores)[rows[k]]
+            cost = formation_cost(lane(block, state, rows[k], k, n), c, r)
+            score.formation_cost_s += cost * r.steps_per_period * r.dt_s
 
 
 @inlined
-def receive(episode: State, scratch: Scratch, orders: IntArray, accelerations: FloatArray, c: Drawn, r: Rules) -> None:
-    """Note for each vehicle what the defender orders.
+def receive(
+    block: Block, state: State, orders: IntArray, accelerations: FloatArray, b: int, k: int, n: int, c: Drawn, r: Rules
+) -> None:
+    """Note for each vehicle of lane k what the defender orders, (k, 2) and (k,) m/s2.
 
     Until its onset a seized vehicle that gets no orders drives by the sliding mode, and a hidden one obeys.
     """
-    for i in range(episode.speed.size):
-        k = i - (i > c.attacker and not r.hidden)
-        if i == c.attacker and not r.hidden:
-            scratch.ordered[i], scratch.modified[i], scratch.wanted[i] = SLIDING, 0, 0.0
-        else:
-            scratch.ordered[i], scratch.modified[i], scratch.wanted[i] = orders[k, 0], orders[k, 1], accelerations[k]
-        episode.controller[i] = in_force(scratch.ordered[i], episode.alarm[i])
+    for i in range(n):
+        deaf, j = i == c.attacker and not r.hidden, i - (i > c.attacker and not r.hidden)
+        ordered = SLIDING if deaf else orders[j, 0]
+        block.ordered[i, k] = ordered
+        block.modified[i, k] = 0 if deaf else orders[j, 1]
+        block.wanted[i, k] = 0.0 if deaf else accelerations[j]
+        block.limit[i, k] = inf if deaf or state.alarm[b, i] != 0 else r.alarm_threshold
+        state.controller[b, i] = block.controller[i, k] = in_force(ordered, state.alarm[b, i])
+    look_apart(block, k, n)
 
 
 @inlined
-def hold(episode: State, attack: float, c: Drawn, r: Rules) -> None:
+def look_apart(block: Block, k: int, n: int) -> None:
+    """Note whether a vehicle of lane k drives by a controller that `decide` does not know."""
+    block.particular[k] = False
+    for i in range(n):
+        controller = block.controller[i, k]
+        block.particular[k] |= controller in (FRONT, REAR, HUMAN)
+
+
+@inlined
+def hold(block: Block, plants: Plants, k: int, attack: float, r: Rules) -> None:
     """Set the attacker's effort anew where a decision of the attacker is due."""
-    if episode.step[0] % r.hold_steps == 0:
-        drag = c.drag_per_s * episode.speed[c.attacker]
-        episode.held_effort[0] = effort_of(attack, clip(drag / c.attacker_drive_mps2, r.min_effort, r.max_effort), r)
+    if block.step[k] % r.hold_steps == 0:
+        drag = plants.drag_per_s[k] * block.speed[plants.attacker[k], k]
+        cruise = clip(drag / plants.attacker_drive_mps2[k], r.min_effort, r.max_effort)
+        block.held_effort[k] = effort_of(attack, cruise, r)
 
 
 @inlined
@@ -79,68 +120,106 @@ def effort_of(action: float, cruise: float, r: Rules) -> float:
 
 
 @inlined
-def integrate(episode: State, scratch: Scratch, score: Record, c: Drawn, r: Rules) -> None:
-    """One integration step of all: sense, watch, decide; then move; then touch."""
-    grows = episode.step[0] % r.growth_steps == 0
-    behind, own = NOBODY, capability(episode, 0, c, r)
-    rear = Side(0.0, 0.0, 0.0)
-    for i in range(episode.speed.size):
-        front, ahead = rear, own
-        if i + 1 < episode.speed.size:
-            front, ahead = sense(episode, i, r), capability(episode, i + 1, c, r)
-        else:
-            front = sense_reference(episode, i, c, r)
-        if i != c.attacker or r.hidden:
-            listen(episode, i, front, rear, ahead, behind, r)
-            raise_alarm(episode, i, scratch, score, c, r)
-        scratch.command[i] = decide(episode, i, front, rear, scratch, grows, c, r)
-        rear, behind, own = front, own, ahead
-    for i in range(c.attacker):
-        actuate(episode, i, scratch, c.drive_mps2, c, r)
-    if episode.step[0] < c.onset_step:
-        actuate(episode, c.attacker, scratch, c.drive_mps2 if r.hidden else c.attacker_drive_mps2, c, r)
-    else:
-        episode.effort[c.attacker] = episode.held_effort[0]
-        move(episode, c.attacker, c.attacker_drive_mps2, c, r)
-    for i in range(c.attacker + 1, episode.speed.size):
-        actuate(episode, i, scratch, c.drive_mps2, c, r)
-    settle(episode, score, r)
-    episode.step[0] += 1
+def any_marked(block: Block, width: int) -> bool:
+    """Whether something rare happens in some lane."""
+    found = False
+    for k in range(width):
+        found |= block.marked[k]
+    return found
 
 
 @inlined
-def sense(episode: State, i: int, r: Rules) -> Side:
-    """The errors of vehicle `i` to the one ahead. Those of that one to vehicle `i` are the same with opposite signs."""
-    error = episode.position[i + 1] - episode.position[i] - r.separation_m
-    rate = episode.speed[i + 1] - episode.speed[i]
-    return Side(error, rate, sliding(error, rate, r.max_acceleration_mps2, r))
+def sense(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
+    """The errors of each vehicle to the one ahead, and of the leader to its reference, which keeps no separation.
+
+    Those of a vehicle to the one behind it are the same with opposite signs. Also what intact vehicles could do at
+    their speed; nobody drives in reverse.
+    """
+    for i in range(n):
+        for k in range(width):
+            drag = plants.drag_per_s[k] * block.speed[i, k]
+            braking = plants.drive_mps2[k] * r.min_effort - drag
+            block.least[i, k] = braking if block.speed[i, k] > 0.0 else 0.0
+            block.most[i, k] = plants.drive_mps2[k] * r.max_effort - drag
+    for i in range(n - 1):
+        for k in range(width):
+            error = block.position[i + 1, k] - block.position[i, k] - r.separation_m
+            rate = block.speed[i + 1, k] - block.speed[i, k]
+            block.error[i + 1, k], block.rate[i + 1, k] = error, rate
+            block.closing[i + 1, k] = sliding(error, rate, r.max_acceleration_mps2, r)
+    for k in range(width):
+        reference = plants.reference_start_m[k] + plants.reference_speed_mps[k] * block.step[k] * r.dt_s
+        block.error[n, k] = reference - block.position[n - 1, k]
+        block.rate[n, k] = plants.reference_speed_mps[k] - block.speed[n - 1, k]
 
 
 @inlined
-def sense_reference(episode: State, leader: int, c: Drawn, r: Rules) -> Side:
-    """The errors of the leader to its reference, which keeps no separation."""
-    error = reference_position(episode, c, r) - episode.position[leader]
-    return Side(error, c.reference_speed_mps - episode.speed[leader], 0.0)
+def watch(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
+    """Both detectors of each vehicle after a step, see `detector`; mark lanes where one has passed its limit.
+
+    The residual is what the neighbour did in the last step beyond closing the error between the two by the sliding mode
+    within the limits of an intact vehicle. The two vehicles of a pair see its errors with opposite signs.
+    """
+    for i in range(n - 1):
+        for k in range(width):
+            did, could = block.acceleration[i + 1, k], -block.closing[i + 1, k]
+            z = leaky(block.front_detector[i, k], did - clip(could, block.least[i + 1, k], block.most[i + 1, k]), r)
+            block.front_detector[i, k] = z if r.hidden or plants.attacker[k] != i else block.front_detector[i, k]
+        for k in range(width):
+            did, could = block.acceleration[i, k], block.closing[i + 1, k]
+            z = leaky(block.rear_detector[i + 1, k], did - clip(could, block.least[i, k], block.most[i, k]), r)
+            block.rear_detector[i + 1, k] = (
+                z if r.hidden or plants.attacker[k] != i + 1 else block.rear_detector[i + 1, k]
+            )
+    for k in range(width):
+        block.marked[k] = False
+    for i in range(n):
+        for k in range(width):
+            block.marked[k] |= max(block.front_detector[i, k], block.rear_detector[i, k]) > block.limit[i, k]
 
 
 @inlined
-def decide(episode: State, i: int, front: Side, rear: Side, scratch: Scratch, grows: bool, c: Drawn, r: Rules) -> float:
-    """The desired acceleration (m/s2) of vehicle `i` in this step; `grows`: separations may grow in it."""
-    controller = episode.controller[i]
-    if controller == LINEAR:
-        return linear(front.error - rear.error, front.rate - rear.rate, r)
-    if controller == SLIDING:
-        return sliding(front.error - rear.error, front.rate - rear.rate, r.max_acceleration_mps2, r)
-    modified, leads, trails = scratch.modified[i] == 1, i + 1 == episode.speed.size, i == 0
-    if controller == FRONT:
-        error = front.error if leads else front.error - episode.growth[i]
-        return follow(episode, i, error, front.rate, modified and not leads, grows, r)
-    if controller == REAR:
-        error = 0.0 if trails else -rear.error + episode.growth[i]
-        return follow(episode, i, error, -rear.rate, modified and not trails, grows, r)
-    if controller == HUMAN:
-        return drive_by_hand(episode, i, front.error, front.rate, c, r)
-    return float(scratch.wanted[i])
+def raise_alarms(
+    block: Block, state: State, drawn: Array, scores: Array, rows: IntArray, n: int, count: int, r: Rules
+) -> None:
+    """Latch the alarms of the marked lanes."""
+    for k in range(count):
+        if block.marked[k]:
+            c, episode = unpack(Drawn, drawn, rows[k]), lane(block, state, rows[k], k, n)
+            for i in range(n):
+                if block.limit[i, k] < inf:
+                    raise_alarm(episode, i, block.ordered[i, k], borrowed(scores)[rows[k]], c, r)
+                    block.controller[i, k] = episode.controller[i]
+                    block.limit[i, k] = inf if episode.alarm[i] != 0 else r.alarm_threshold
+            look_apart(block, k, n)
+
+
+@inlined
+def decide(block: Block, n: int, width: int, r: Rules) -> None:
+    """The desired accelerations (m/s2) in this step, but for the controllers of `decide_apart`."""
+    for i in range(n):
+        for k in range(width):
+            e, d = block.error[i + 1, k] - block.error[i, k], block.rate[i + 1, k] - block.rate[i, k]
+            proportional, saturated = linear(e, d, r), sliding(e, d, r.max_acceleration_mps2, r)
+            own = proportional if block.controller[i, k] == LINEAR else saturated
+            block.command[i, k] = block.wanted[i, k] if block.controller[i, k] == COMMANDED else own
+
+
+@inlined
+def decide_apart(block: Block, state: State, drawn: Array, b: int, k: int, n: int, r: Rules) -> None:
+    """The desired accelerations (m/s2) of vehicles of lane k that look at one side only, or are driven by hand."""
+    c, episode, grows = unpack(Drawn, drawn, b), lane(block, state, b, k, n), block.step[k] % r.growth_steps == 0
+    for i in range(n):
+        controller, modified = block.controller[i, k], block.modified[i, k] == 1
+        if controller == FRONT:
+            leads, error = i + 1 == n, block.error[i + 1, k]
+            error = error if leads else error - episode.growth[i]
+            block.command[i, k] = follow(episode, i, error, block.rate[i + 1, k], modified and not leads, grows, r)
+        elif controller == REAR:
+            error = 0.0 if i == 0 else -block.error[i, k] + episode.growth[i]
+            block.command[i, k] = follow(episode, i, error, -block.rate[i, k], modified and i > 0, grows, r)
+        elif controller == HUMAN:
+            block.command[i, k] = drive_by_hand(episode, i, block.error[i + 1, k], block.rate[i + 1, k], c, r)
 
 
 @inlined
@@ -165,18 +244,44 @@ def drive_by_hand(episode: State, i: int, e: float, d: float, c: Drawn, r: Rules
 
 
 @inlined
-def actuate(episode: State, i: int, scratch: Scratch, drive_mps2: float, c: Drawn, r: Rules) -> None:
-    """Move vehicle `i` with the effort that makes its desired acceleration, as far as its limits allow."""
-    effort = (scratch.command[i] + c.drag_per_s * episode.speed[i]) / drive_mps2
-    episode.effort[i] = clip(effort, r.min_effort, r.max_effort)
-    move(episode, i, drive_mps2, c, r)
+def actuate(block: Block, plants: Plants, n: int, width: int, r: Rules) -> None:
+    """Move all vehicles with the efforts that make their desired accelerations, as far as their limits allow.
+
+    From its onset on the seized vehicle moves with the attacker's. The plant is (5.5) to (5.7): no reverse,
+    semi-implicit Euler.
+    """
+    for k in range(width):
+        block.seized[k] = block.step[k] >= plants.onset_step[k]
+    for i in range(n):
+        for k in range(width):
+            rogue, speed = plants.attacker[k] == i, block.speed[i, k]
+            strong, drag = rogue & (block.seized[k] | (not r.hidden)), plants.drag_per_s[k] * speed
+            drive = plants.attacker_drive_mps2[k] if strong else plants.drive_mps2[k]
+            own = clip((block.command[i, k] + drag) / drive, r.min_effort, r.max_effort)
+            effort = block.held_effort[k] if rogue & block.seized[k] else own
+            block.effort[i, k] = effort
+            acceleration = drive * (0.0 if (speed <= 0.0) & (effort < 0.0) else effort) - drag
+            faster = max(0.0, speed + r.dt_s * acceleration)
+            block.acceleration[i, k], block.speed[i, k] = acceleration, faster
+            block.position[i, k] += r.dt_s * faster
 
 
 @inlined
-def move(episode: State, i: int, drive_mps2: float, c: Drawn, r: Rules) -> None:
-    """The plant (5.5) to (5.7) of one vehicle: no reverse, semi-implicit Euler."""
-    standing = (episode.speed[i] <= 0.0) & (episode.effort[i] < 0.0)
-    effort = 0.0 if standing else episode.effort[i]
-    episode.acceleration[i] = drive_mps2 * effort - c.drag_per_s * episode.speed[i]
-    episode.speed[i] = max(0.0, episode.speed[i] + r.dt_s * episode.acceleration[i])
-    episode.position[i] += r.dt_s * episode.speed[i]
+def look_for_contacts(block: Block, n: int, width: int, r: Rules) -> None:
+    """Mark the lanes where a pair touches, or has touched and is not armed yet."""
+    for k in range(width):
+        block.marked[k] = False
+    for i in range(n - 1):
+        for k in range(width):
+            gap = block.position[i + 1, k] - block.position[i, k] - r.vehicle_length_m
+            block.marked[k] |= (not gap >= 0.0) | (not block.armed[i, k])
+
+
+@inlined
+def settle(block: Block, state: State, scores: Array, rows: IntArray, n: int, count: int, r: Rules) -> None:
+    """Account for all contacts of the marked lanes after the motion of a step, from the rear to the leader."""
+    for k in range(count):
+        if block.marked[k]:
+            episode = lane(block, state, rows[k], k, n)
+            for i in range(n - 1):
+                touch(episode, i, borrowed(scores)[rows[k]], r)

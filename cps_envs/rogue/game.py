@@ -18,14 +18,15 @@ from cps_envs.rogue.actions import LEVELS, PLAIN, choices_of, command_limits, or
 from cps_envs.rogue.adapters import Effort, Vehicle, VehicleFull
 from cps_envs.rogue.config import RogueConfig
 from cps_envs.rogue.controllers import COMMANDED, CONTROLLERS
-from cps_envs.rogue.dynamics import advance_episode
+from cps_envs.rogue.dynamics import advance_lanes, receive
 from cps_envs.rogue.fields import attacker_fields, defender_fields
+from cps_envs.rogue.lanes import WIDTH, WORTH, load, make_block, make_plants, store
 from cps_envs.rogue.observation import observe_attacker, observe_defender
 from cps_envs.rogue.payoff import HIDDEN_ONLY, PAYOFF_PARTS, Metrics, measure
 from cps_envs.rogue.picture.scene import Scene, scene_of
 from cps_envs.rogue.privileged import Truth
 from cps_envs.rogue.start import chances_of, ranges_of, start_episodes
-from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, make_scratch, platoon, rules_of
+from cps_envs.rogue.state import NEVER, Drawn, Rules, State, allocate, platoon, rules_of
 from cps_envs.rogue.swarm import VehicleTeam
 
 KERNELS = {"attacker": observe_attacker, "defender": observe_defender}
@@ -157,14 +158,34 @@ def step(
     whether they are modified; and accelerations (B, k) in m/s2, where the controller is `COMMANDED`.
     """
     attack, orders, accelerations = moves
-    r = unpack(Rules, rules, 0)
-    scratch = make_scratch(state.position.shape[1])
+    r, most = unpack(Rules, rules, 0), state.position.shape[1]
+    block, plants, places = make_block(most), make_plants(), np.empty(envs.size, np.int64)
+    for n in range(2, most + 1):
+        total = 0
+        for b in range(envs.size):
+            if envs[b] and borrowed(drawn)[b].num_vehicles == n:
+                places[total], total = b, total + 1
+        first = 0
+        while first < total:
+            wide = total - first >= WORTH
+            width = WIDTH if wide else 1
+            count = min(width, total - first)
+            rows = borrowed(places)[first : first + count]
+            for k in range(width):
+                b = rows[min(k, count - 1)]
+                load(lend(block), lend(plants), state, drawn, b, k, n)
+                c, order, acceleration = unpack(Drawn, drawn, b), borrowed(orders)[b], borrowed(accelerations)[b]
+                receive(lend(block), state, order, acceleration, b, k, n, c, r)
+            if wide:  # two calls, so that the compiler knows the width in each
+                advance_lanes(lend(block), lend(plants), state, drawn, scores, rows, attack, periods, n, WIDTH, r)
+            else:
+                advance_lanes(lend(block), lend(plants), state, drawn, scores, rows, attack, periods, n, 1, r)
+            for k in range(count):
+                store(lend(block), state, rows[k], k, n)
+            first += count
     for b in range(envs.size):
         if envs[b]:
             c, score = unpack(Drawn, drawn, b), borrowed(scores)[b]
-            episode = platoon(state, b, c.num_vehicles)
             before = score.damage + score.formation_charge
-            order, acceleration = borrowed(orders)[b], borrowed(accelerations)[b]
-            advance_episode(episode, lend(scratch), attack[b, 0], order, acceleration, periods, score, c, r)
-            measure(episode, score, c, r)
+            measure(platoon(state, b, c.num_vehicles), score, c, r)
             payoff[b] = score.damage + score.formation_charge - before

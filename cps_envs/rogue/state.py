@@ -92,23 +92,6 @@ class Rules(NamedTuple):
     acceleration_noise_mps2: float
 
 
-class Side(NamedTuple):
-    """What lies between a vehicle and the one ahead of it."""
-
-    error: float  # m, e
-    rate: float  # m/s, d
-    closing: float  # m/s2, by which the sliding mode would close the error
-
-
-class Scratch(NamedTuple):
-    """What one platoon after the other needs beside its state."""
-
-    ordered: IntArray  # (n,) controllers that the defender has selected; `SLIDING` for a marked seized vehicle
-    modified: IntArray  # (n,) whether following is modified
-    wanted: FloatArray  # (n,) m/s2, of vehicles that are commanded
-    command: FloatArray  # (n,) m/s2, desired, before the limits of the actuator
-
-
 @inlined
 def platoon(state: State, b: int, num_vehicles: int) -> State:
     """Environment `b` without the places of vehicles that its platoon does not have."""
@@ -129,13 +112,6 @@ def platoon(state: State, b: int, num_vehicles: int) -> State:
         step=episode.step,
         held_effort=episode.held_effort,
     )
-
-
-@inlined
-def make_scratch(num_vehicles: int) -> Scratch:
-    """Scratch for platoons of this many vehicles."""
-    n = num_vehicles
-    return Scratch(np.empty(n, np.int64), np.empty(n, np.int64), np.empty(n), np.empty(n))
 
 
 def allocate(num_envs: int, num_vehicles: int) -> State:

@@ -103,6 +103,7 @@ COLUMNS: Columns = {
         (
             ("M/s", number("work_per_s", factor=1e-6)),
             ("ns each", number("substep_ns", ".3g")),
+            ("before", _before("substep_ns", ".3g")),
             ("of its limit", _limit),
             ("us/step", number("step_us")),
             ("kB", number("episode_kb")),

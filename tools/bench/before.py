@@ -8,6 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 BEFORE: Mapping[tuple[str, str], Mapping[str, float]] = {
+    ("sizes", "rogue 5 vehicles"): {"substep_ns": 13.4},
+    ("sizes", "rogue 30 vehicles"): {"substep_ns": 10.6},
+    ("sizes", "rogue 100 vehicles"): {"substep_ns": 10.3},
     ("resets", "disbanding paper"): {"reset_us": 19.2},
     ("resets", "disbanding learning"): {"reset_us": 43.0},
     ("resets", "fdi paper"): {"reset_us": 12.4},

@@ -62,9 +62,9 @@ SIZES = (
     Size("hvac", "4 zones", house(4)),
     Size("hvac", "16 zones", house(16)),
     Size("hvac", "64 zones", house(64)),
-    Size("rogue", "5 vehicles"),
-    Size("rogue", "30 vehicles", {"num_vehicles": 30, "dt_s": 0.0001}),
-    Size("rogue", "100 vehicles", {"num_vehicles": 100, "dt_s": 0.0005}),
+    Size("rogue", "5 vehicles", per_s=1.5e8),
+    Size("rogue", "30 vehicles", {"num_vehicles": 30, "dt_s": 0.0001}, per_s=1.9e8),
+    Size("rogue", "100 vehicles", {"num_vehicles": 100, "dt_s": 0.0005}, per_s=1.9e8),
 )
 
 

@@ -1,0 +1,160 @@
+"""Episodes side by side: vehicle by vehicle in lanes, so that one instruction of the processor moves several platoons.
+
+A lane is an episode. Arrays (n, W) hold a vehicle of all lanes next to each other; what happens rarely is done in a
+`lane`, where an episode looks as it does everywhere else.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cps_envs.core.kernels import borrowed, inlined, unpack
+from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray
+from cps_envs.rogue.state import Drawn, State, platoon
+
+WIDTH = 32  # lanes; fewer leave the processor's vectors unused, more leave its fastest memory
+WORTH = 12  # episodes, from which on all lanes together cost less than one episode after the other
+
+
+class Block(NamedTuple):
+    """What changes in every integration step, and what the next one is made from: n vehicles in W lanes."""
+
+    position: FloatArray  # (n, W) m, see `state.State`
+    speed: FloatArray  # (n, W) m/s
+    acceleration: FloatArray  # (n, W) m/s2
+    effort: FloatArray  # (n, W)
+    front_detector: FloatArray  # (n, W) m2/s3
+    rear_detector: FloatArray  # (n, W) m2/s3
+    armed: BoolArray  # (n, W), the last row is not used
+    step: IntArray  # (W,)
+    held_effort: FloatArray  # (W,)
+    error: FloatArray  # (n + 1, W) m, of vehicle i to the one ahead in row i + 1; row 0 stays zero
+    rate: FloatArray  # (n + 1, W) m/s, likewise
+    closing: FloatArray  # (n + 1, W) m/s2, likewise, by which the sliding mode would close the error
+    least: FloatArray  # (n, W) m/s2, that an intact vehicle is capable of at its speed
+    most: FloatArray  # (n, W) m/s2
+    limit: FloatArray  # (n, W) m2/s3, of the detectors; infinite after an alarm
+    controller: IntArray  # (n, W), see `controllers`
+    wanted: FloatArray  # (n, W) m/s2, of vehicles that are commanded
+    command: FloatArray  # (n, W) m/s2, desired, before the limits of the actuator
+    ordered: IntArray  # (n, W) controllers that the defender has selected
+    modified: IntArray  # (n, W) whether following is modified
+    marked: BoolArray  # (W,) lanes where something rare happens in this step
+    particular: BoolArray  # (W,) lanes where a vehicle drives by a controller that is rare
+    seized: BoolArray  # (W,) whether the attacker drives
+
+
+class Plants(NamedTuple):
+    """What the episodes have drawn (`state.Drawn`) and every integration step needs, each (W,)."""
+
+    attacker: IntArray
+    drive_mps2: FloatArray
+    attacker_drive_mps2: FloatArray
+    drag_per_s: FloatArray
+    reference_start_m: FloatArray
+    reference_speed_mps: FloatArray
+    onset_step: IntArray
+
+
+@inlined
+def make_block(n: int) -> Block:
+    """Lanes for platoons of up to n vehicles."""
+    vehicles, sides = (n, WIDTH), (n + 1, WIDTH)
+    return Block(
+        position=np.empty(vehicles),
+        speed=np.empty(vehicles),
+        acceleration=np.empty(vehicles),
+        effort=np.empty(vehicles),
+        front_detector=np.empty(vehicles),
+        rear_detector=np.empty(vehicles),
+        armed=np.empty(vehicles, np.bool_),
+        step=np.empty(WIDTH, np.int64),
+        held_effort=np.empty(WIDTH),
+        error=np.zeros(sides),
+        rate=np.zeros(sides),
+        closing=np.zeros(sides),
+        least=np.empty(vehicles),
+        most=np.empty(vehicles),
+        limit=np.empty(vehicles),
+        controller=np.empty(vehicles, np.int64),
+        wanted=np.empty(vehicles),
+        command=np.empty(vehicles),
+        ordered=np.empty(vehicles, np.int64),
+        modified=np.empty(vehicles, np.int64),
+        marked=np.empty(WIDTH, np.bool_),
+        particular=np.empty(WIDTH, np.bool_),
+        seized=np.empty(WIDTH, np.bool_),
+    )
+
+
+@inlined
+def make_plants() -> Plants:
+    """Plants of `WIDTH` lanes."""
+    return Plants(
+        attacker=np.empty(WIDTH, np.int64),
+        drive_mps2=np.empty(WIDTH),
+        attacker_drive_mps2=np.empty(WIDTH),
+        drag_per_s=np.empty(WIDTH),
+        reference_start_m=np.empty(WIDTH),
+        reference_speed_mps=np.empty(WIDTH),
+        onset_step=np.empty(WIDTH, np.int64),
+    )
+
+
+@inlined
+def load(block: Block, plants: Plants, state: State, drawn: Array, b: int, k: int, n: int) -> None:
+    """Have lane k begin as environment b, whose platoon has n vehicles."""
+    for i in range(n):
+        block.position[i, k] = state.position[b, i]
+        block.speed[i, k] = state.speed[b, i]
+        block.acceleration[i, k] = state.acceleration[b, i]
+        block.effort[i, k] = state.effort[b, i]
+        block.front_detector[i, k] = state.front_detector[b, i]
+        block.rear_detector[i, k] = state.rear_detector[b, i]
+    for i in range(n - 1):
+        block.armed[i, k] = state.armed[b, i]
+    block.step[k], block.held_effort[k] = state.step[b], state.held_effort[b]
+    c = unpack(Drawn, drawn, b)
+    plants.attacker[k], plants.onset_step[k] = c.attacker, c.onset_step
+    plants.drive_mps2[k], plants.attacker_drive_mps2[k] = c.drive_mps2, c.attacker_drive_mps2
+    plants.drag_per_s[k] = c.drag_per_s
+    plants.reference_start_m[k], plants.reference_speed_mps[k] = c.reference_start_m, c.reference_speed_mps
+
+
+@inlined
+def store(block: Block, state: State, b: int, k: int, n: int) -> None:
+    """Have environment b, of n vehicles, go on from lane k."""
+    for i in range(n):
+        state.position[b, i] = block.position[i, k]
+        state.speed[b, i] = block.speed[i, k]
+        state.acceleration[b, i] = block.acceleration[i, k]
+        state.effort[b, i] = block.effort[i, k]
+        state.front_detector[b, i] = block.front_detector[i, k]
+        state.rear_detector[b, i] = block.rear_detector[i, k]
+    for i in range(n - 1):
+        state.armed[b, i] = block.armed[i, k]
+    state.step[b], state.held_effort[b] = block.step[k], block.held_effort[k]
+
+
+@inlined
+def lane(block: Block, state: State, b: int, k: int, n: int) -> State:
+    """The episode of environment b, of n vehicles, as it stands in lane k; its arrays are views."""
+    kept = platoon(state, b, n)
+    return State(
+        position=borrowed(block.position)[:n, k],
+        speed=borrowed(block.speed)[:n, k],
+        acceleration=borrowed(block.acceleration)[:n, k],
+        effort=borrowed(block.effort)[:n, k],
+        front_detector=borrowed(block.front_detector)[:n, k],
+        rear_detector=borrowed(block.rear_detector)[:n, k],
+        growth=kept.growth,
+        alarm=kept.alarm,
+        controller=kept.controller,
+        damage=kept.damage,
+        collisions=kept.collisions,
+        armed=borrowed(block.armed)[: n - 1, k],
+        step=borrowed(block.step)[k : k + 1],
+        held_effort=borrowed(block.held_effort)[k : k + 1],
+    )
