@@ -9,6 +9,7 @@ from typing import Any
 from cps_agents.zoo.card import Card
 from cps_envs.core.adapter import advised_by
 from cps_envs.core.lookup import policy_entry
+from cps_envs.core.types import ROLES
 
 CITATION = "A. Al-Hashimi, *A Study of Potential Security and Safety Vulnerabilities in Cyber-Physical Systems*, 2020"
 
@@ -70,8 +71,8 @@ def _training(card: Card) -> str:
 
 def _began(card: Card) -> list[str]:
     """That learning began as a controller plays, if it did."""
-    name = str(card.wiring.get("adapter", ""))
-    entry = policy_entry(card.problem, card.role, name) if name else None
+    name, role = str(card.wiring.get("adapter", "")), next(role for role in ROLES if role == card.role)
+    entry = policy_entry(card.problem, role, name) if name else None
     if entry is None or advised_by(entry.load()) is None:
         return []
     told = (
