@@ -12,6 +12,7 @@ from cps_envs import PROBLEMS
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, Role
 from tests.episodes import play
+from tests.settings import tests_of
 
 RIVALS = {  # whom the others meet
     "disbanding": {"attacker": "lead", "defender": "none"},
@@ -19,6 +20,7 @@ RIVALS = {  # whom the others meet
     "hvac": {"attacker": "constant", "defender": "mtd2"},
     "rogue": {"attacker": "none", "defender": "none"},
 }
+NOBODY = {"attacker": "none", "defender": "none"}
 OPTIONS = {"plan": "plan?events=[[4,2]]", "ga": "ga?generations=2&population=6"}
 # Of false data injection, where readings are exact.
 EXACT = {"none", "bnb", "lp_greedy", "oracle", "shielded", "kinematic", "redundancy", "model"}
@@ -28,6 +30,8 @@ CHOOSE_FILTERS = {"bayes", "cusum", "largest", "informed", "tracker", "warm_trac
 
 def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
     """The configurations, and their preset, that a policy plays in."""
+    if problem not in RIVALS:
+        return [dict(tests_of(problem).short)]
     if problem == "disbanding":
         return [{"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}]
     if problem == "fdi":
@@ -58,6 +62,6 @@ def cases() -> Iterator[tuple[str, Role, str]]:
 @pytest.mark.filterwarnings("ignore::cps_envs.hvac.moving_horizon.ObservabilityWarning")  # short windows
 @pytest.mark.parametrize(("problem", "role", "name"), list(cases()))
 def test_every_registered_policy_plays(problem: str, role: Role, name: str) -> None:
-    players = RIVALS[problem] | {role: OPTIONS.get(name, name)}
+    players = RIVALS.get(problem, NOBODY) | {role: OPTIONS.get(name, name)}
     for overrides in settings(problem, role, name):
         assert np.isfinite(play(PROBLEMS[problem], **players, seeds=range(3), **overrides)["return"]).all()
