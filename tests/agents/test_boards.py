@@ -25,3 +25,10 @@ def test_two_halves_of_the_episodes_rank_entries_alike(name: str) -> None:
     alike = agreement(board(find_track(name)))
     if alike is not None:
         assert alike.ranked_apart >= LEAST, alike
+
+
+def test_a_score_is_cheap() -> None:
+    """CPU seconds of the networks that ship: 60 in seven tracks, 90 in all."""
+    found = {name: row.score.cpu_s for name in tracks() for row in board(find_track(name)) if row.name == "network"}
+    assert max(found.values()) <= 90, found
+    assert sum(spent > 60 for spent in found.values()) <= 1, found

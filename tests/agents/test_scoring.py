@@ -232,11 +232,22 @@ def test_the_board_ranks_ties_alike_and_leaves_told_ones_out(folder: Path, tmp_p
     assert front.rows[0][3] == board.NONE_YET
 
 
+def test_halves_of_the_episodes_agree_about_what_is_surely_different(folder: Path, tracker: Score) -> None:
+    better = replace(tracker, pays={"": [paid + 1.0 for paid in tracker.pays[""]]})
+    rows = [board.Row("better", better, 1), board.Row("a", tracker, 2), board.Row("b", tracker, 2)]
+    alike = board.agreement(rows)
+    assert alike == board.Agreement(3, pytest.approx(2 / 3), 1.0)  # of three pairs one is no order
+    assert str(alike).endswith("tau 0.67, without pairs that share a rank 1.00.")
+    assert board.agreement(rows[1:]) is None
+    assert board.agreement(rows[:1]) is None
+
+
 def test_the_command_prints_the_line_and_writes_the_file(folder: Path, tracker: Score, tmp_path: Path) -> None:
     path = tmp_path / "mine.json"
     code, text, _ = run("score", "fdi-attack", "tracker", "--out", str(path))
     assert code == 0
     assert tracker.line in text
+    assert "CPU s" in text
     code, text, _ = run("score", "compare", str(path), str(path))
     assert (code, "difference +0.0 (+0.0 to +0.0): not surely different" in text) == (0, True)
     code, text, _ = run("score", "verify", str(path))
