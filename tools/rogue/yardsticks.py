@@ -14,6 +14,7 @@ All three are lower bounds of what an attacker can do.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import sys
@@ -115,4 +116,6 @@ def main(path: Path | None) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else None)
+    parser = argparse.ArgumentParser("python -m tools.rogue.yardsticks", description=main.__doc__)
+    parser.add_argument("file", nargs="?", type=Path, help="search what this JSON lacks, and keep it there")
+    main(parser.parse_args().file)
