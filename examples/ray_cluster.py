@@ -24,10 +24,10 @@ import ray
 
 from cps_agents.arena.meeting import make_meeting, run_job
 from cps_agents.arena.store import Store
-from cps_agents.league.league import Plan, line_up
+from cps_agents.league.league import LeaguePlan, line_up
 from cps_agents.learning.learner import learn
 from cps_agents.learning.recipe import Recipe, changed
-from cps_agents.learning.run import Job
+from cps_agents.learning.run import TrainingJob
 from cps_agents.recipes.finding import find_recipe
 from cps_baselines.arena import Venue
 from cps_baselines.workers import Workers
@@ -45,7 +45,7 @@ def spread(function: Callable[[Any], Any], items: Sequence[Any]) -> Iterator[tup
 def train_everywhere(recipe: Recipe, seeds: int, folder: Path) -> None:
     """One task per training seed, whatever the recipe's algorithm."""
     jobs = [
-        Job(recipe, seed, folder / recipe.name / f"seed-{seed}", "examples/ray_cluster.py", resume=True)
+        TrainingJob(recipe, seed, folder / recipe.name / f"seed-{seed}", "examples/ray_cluster.py", resume=True)
         for seed in range(seeds)
     ]
     for job, found in spread(learn, jobs):
@@ -54,7 +54,7 @@ def train_everywhere(recipe: Recipe, seeds: int, folder: Path) -> None:
 
 def play_everywhere(problem: str, episodes: int, folder: Path) -> None:
     """One task per meeting; `cps-envs league PROBLEM --episodes N --meetings FOLDER` then finds them all played."""
-    plan = Plan(Venue(problem, "learning"), {}, episodes)
+    plan = LeaguePlan(Venue(problem, "learning"), {}, episodes)
     store = Store(folder)
     with Workers(1) as pool:
         players, _ = line_up(plan, store, pool)

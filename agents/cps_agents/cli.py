@@ -24,7 +24,7 @@ GOING_ON = ("certify", "double-oracle", "remake")  # from their files, beside co
 
 
 @dataclass(frozen=True)
-class Entry:
+class CommandEntry:
     """A command before its module is loaded."""
 
     place: str  # module:function, or module:app for a group of commands
@@ -32,12 +32,12 @@ class Entry:
     panel: str
 
 
-def _panel(name: str, commands: Mapping[str, tuple[str, str]]) -> dict[str, Entry]:
-    return {command: Entry(place, summary, name) for command, (place, summary) in commands.items()}
+def _panel(name: str, commands: Mapping[str, tuple[str, str]]) -> dict[str, CommandEntry]:
+    return {command: CommandEntry(place, summary, name) for command, (place, summary) in commands.items()}
 
 
 OURS = "cps_agents.commands"
-COMMANDS: dict[str, Entry] = {  # in the order of the help
+COMMANDS: dict[str, CommandEntry] = {  # in the order of the help
     **_panel(
         "Play",
         {
@@ -143,7 +143,7 @@ EXTRAS = {  # package -> the extra that installs it
 class Deferred(TyperCommand):
     """A command whose module is not loaded yet."""
 
-    def __init__(self, name: str, entry: Entry) -> None:
+    def __init__(self, name: str, entry: CommandEntry) -> None:
         super().__init__(name, help=entry.summary, rich_help_panel=entry.panel)
         self.entry = entry
 

@@ -30,7 +30,7 @@ class Declaration:
 
 
 @dataclass(frozen=True)
-class Source:
+class SourceNames:
     """A module's names: what it defines, and what it takes from elsewhere. Only what is asked for is parsed."""
 
     text: str
@@ -134,7 +134,7 @@ def _summary(node: Definition | ast.Module) -> str:
 
 
 @cache
-def _source(module: str) -> Source:
+def _source(module: str) -> SourceNames:
     text = _text(module)
     places = {found[1]: found.start() for found in DEFINITION.finditer(text)}
     imports: dict[str, tuple[str, str]] = {}
@@ -142,7 +142,7 @@ def _source(module: str) -> Source:
         for name in filter(None, map(str.strip, re.sub(r"#.*", "", names).strip("()").split(","))):
             there, _, here = name.partition(" as ")
             imports[here or there] = (where, there)
-    return Source(text, places, imports)
+    return SourceNames(text, places, imports)
 
 
 @cache

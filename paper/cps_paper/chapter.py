@@ -10,15 +10,15 @@ from typing import Any, Generic
 from cps_envs.core.errors import ConfigurationError, near
 from cps_paper.claims import (
     Claims,
+    ClaimTally,
     Findings,
-    Tally,
     findings_document,
     findings_summary,
     findings_table,
     tally_claims,
 )
 from cps_paper.evidence import Experiment, Report, compute
-from cps_paper.exhibit import E, Exhibit, Table
+from cps_paper.exhibit import E, Exhibit, ExhibitTable
 from cps_paper.recheck import Again, Condition, again_document, again_summary, judge_again, with_again
 from cps_paper.verdicts import Check
 
@@ -53,7 +53,7 @@ class Chapter(Generic[E]):
     document: Callable[[Reproduction[E]], dict[str, Any]]  # for JSON
     checks: Callable[[Reproduction[E]], Sequence[Check]]  # the regression check
     judged: Judged[E] | None = None
-    tallies: Callable[[Reproduction[E]], list[Tally]] = lambda found: []  # of what is no claim
+    tallies: Callable[[Reproduction[E]], list[ClaimTally]] = lambda found: []  # of what is no claim
     always: Callable[[E], Iterable[Experiment[Any]]] = lambda evidence: ()  # whatever is asked for
 
     @property
@@ -171,14 +171,14 @@ class Reproduction(Generic[E]):
         """Whether our own numbers are still those of the reference; what differs from the paper does not count."""
         return all(each.passed for each in self.checks)
 
-    def tallies(self) -> list[Tally]:
+    def tallies(self) -> list[ClaimTally]:
         """How many statements got which verdict."""
         claims = [
             tally_claims(" ".join(filter(None, (self.reading, name))), each) for name, each in self.findings.items()
         ]
         return claims + self.chapter.tallies(self)
 
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[ExhibitTable]:
         """For readers."""
         return [table for each in self.exhibits for table in self._tables(each)]
 
@@ -224,7 +224,7 @@ class Reproduction(Generic[E]):
             for name, draw in each.figures.items():
                 yield name, draw(self.evidence)
 
-    def _tables(self, exhibit: Exhibit[E]) -> Sequence[Table]:
+    def _tables(self, exhibit: Exhibit[E]) -> Sequence[ExhibitTable]:
         judged = self.chapter.judged
         if judged is not None and exhibit.name == CLAIMS:
             return [findings_table(self.findings, judged.rules)]

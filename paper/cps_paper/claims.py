@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Generic, TypeVar
 
 from cps_paper.evidence import NotRunError
-from cps_paper.exhibit import Table, places
+from cps_paper.exhibit import ExhibitTable, places
 from cps_paper.printed.tables import read_table
 from cps_paper.verdicts import GIVEN, NEAR, NOT, PARTLY, REPRODUCED, UNKNOWN
 
@@ -148,7 +148,7 @@ def joined(values: Sequence[float], form: str = ".0f") -> str:
 Findings = Sequence[tuple[Claim, Finding]]
 
 
-def findings_table(found: Mapping[str, Findings], rules: str) -> Table:
+def findings_table(found: Mapping[str, Findings], rules: str) -> ExhibitTable:
     """Every claim with its verdict, under each reading if there are several; `rules` says how verdicts come about."""
     rows = []
     for each in zip(*found.values(), strict=True):
@@ -158,7 +158,7 @@ def findings_table(found: Mapping[str, Findings], rules: str) -> Table:
             rows.append((*named, shown, finding.verdict))
     after = range(len(found) - 1, len(rows) - 1, len(found)) if len(found) > 1 else ()
     columns = places("", "Where", "Claim", "Paper", "Ours", "Verdict")
-    return Table("What the text claims", columns, rows, (rules,), left=6, after=after)
+    return ExhibitTable("What the text claims", columns, rows, (rules,), left=6, after=after)
 
 
 def findings_document(findings: Findings) -> list[dict[str, Any]]:
@@ -184,7 +184,7 @@ CLAIMS, CELLS, EFFECTS = "claims", "cells", "effects"
 
 
 @dataclass(frozen=True)
-class Tally:
+class ClaimTally:
     """The verdicts on one kind of statement under one reading."""
 
     reading: str  # how what the text leaves open was read, such as "contact pass"
@@ -197,7 +197,7 @@ class Tally:
         return Counter(self.verdicts.values())
 
 
-def tally(reading: str, kind: str, verdicts: Iterable[tuple[str, str]]) -> Tally:
+def tally(reading: str, kind: str, verdicts: Iterable[tuple[str, str]]) -> ClaimTally:
     """Statements by id with their verdicts; the words for cells count as those for claims.
 
     Raises:
@@ -208,9 +208,9 @@ def tally(reading: str, kind: str, verdicts: Iterable[tuple[str, str]]) -> Tally
         if name in found:
             raise ValueError(f"two statements are called {name!r}")
         found[name] = MEANING.get(verdict, verdict)
-    return Tally(reading, kind, found)
+    return ClaimTally(reading, kind, found)
 
 
-def tally_claims(reading: str, findings: Findings) -> Tally:
+def tally_claims(reading: str, findings: Findings) -> ClaimTally:
     """The claims of a chapter."""
     return tally(reading, CLAIMS, ((claim.id, finding.verdict) for claim, finding in findings))

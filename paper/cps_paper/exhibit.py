@@ -37,7 +37,7 @@ def places(*headings: str) -> tuple[Column, ...]:
 
 
 @dataclass(frozen=True)
-class Table:
+class ExhibitTable:
     """Records in columns, and what has to be said about them."""
 
     title: str
@@ -84,7 +84,7 @@ class Exhibit(Generic[E]):
     name: str  # what it is asked for by
     about: str
     experiments: Callable[[E], Iterable[Experiment[Any]]]
-    tables: Callable[[E], Sequence[Table]]
+    tables: Callable[[E], Sequence[ExhibitTable]]
     document: Callable[[E], Any] | None = None  # for JSON; None: the records of the tables
     figures: Mapping[str, Callable[[E], Any]] = field(default_factory=dict)  # by file name without suffix
     quick: bool = True  # whether it is computed with --quick, unless asked for
@@ -107,7 +107,7 @@ def with_properties(*names: str) -> Callable[[Any], dict[str, Any]]:
     return lambda record: {**asdict(record), **{name: getattr(record, name) for name in names}}
 
 
-def sheets_of(tables: Iterable[Table]) -> list[dict[str, Any]]:
+def sheets_of(tables: Iterable[ExhibitTable]) -> list[dict[str, Any]]:
     """The tables, as a page for the browser takes them."""
     return [
         {

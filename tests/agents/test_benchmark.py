@@ -20,7 +20,7 @@ from cps_envs.core.errors import UnknownNameError
 from cps_envs.registration import find_problem
 from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_paper.benchmark.schedule import Benchmark, PaperCell, Setting
-from cps_paper.benchmark.suite import Choice, find_benchmark, run_benchmark, select
+from cps_paper.benchmark.suite import BenchmarkChoice, find_benchmark, run_benchmark, select
 from cps_paper.disbanding import benchmark as disbanding
 from cps_paper.printed.tables import read_table, velocity_errors, verdict
 from tests.agents.command_line import invoke
@@ -117,7 +117,7 @@ def test_finished_work_counts_only_for_the_same_code_and_a_whole_file(
 
 
 def test_processes_find_the_same(tmp_path: Path) -> None:
-    (part,) = select([TINY], Choice(attackers=["none", "random"]))
+    (part,) = select([TINY], BenchmarkChoice(attackers=["none", "random"]))
     alone = run_benchmark(part, Store(tmp_path / "alone"), workers=1)
     together = run_benchmark(part, Store(tmp_path / "together"), workers=2)
     assert {key: found["metrics"] for key, (found,) in alone.played.results.items()} == {
@@ -133,7 +133,7 @@ def test_an_error_tells_which_work_had_it(tmp_path: Path, workers: int) -> None:
 
 
 def test_quick_plays_fewer_episodes_and_tells_the_preparation(tmp_path: Path) -> None:
-    outcome = run_benchmark(*select([TINY], Choice(quick=True)), Store(tmp_path), workers=1, quick=True)
+    outcome = run_benchmark(*select([TINY], BenchmarkChoice(quick=True)), Store(tmp_path), workers=1, quick=True)
     assert len(outcome.result(("tiny", "random", "none"))["metrics"]["return"]) == 2
     assert outcome.preparations("tiny")["ready"]["note"] == "quick: True"
 
@@ -155,7 +155,7 @@ def test_documents_hold_everything(tmp_path: Path) -> None:
 
 def test_the_command_writes_its_files(tmp_path: Path, meetings: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    (part,) = select([TINY], Choice(attackers=["none"]))
+    (part,) = select([TINY], BenchmarkChoice(attackers=["none"]))
     monkeypatch.setattr("cps_paper.commands.benchmark.find_benchmark", lambda name: part)
     arguments = ["reproduce", "benchmark", "disbanding", "--out", str(tmp_path / "out"), "--jobs", "1"]
     first = invoke(*arguments)
@@ -260,18 +260,18 @@ def test_planning_is_counted(tmp_path: Path) -> None:
 def test_what_is_chosen() -> None:
     every = [find_benchmark(name) for name in PROBLEMS]
 
-    def chosen(choice: Choice) -> dict[str, list[str]]:
+    def chosen(choice: BenchmarkChoice) -> dict[str, list[str]]:
         return {each.problem: [setting.name for setting in each.settings] for each in select(every, choice)}
 
-    main, full = chosen(Choice(full=False)), chosen(Choice())
+    main, full = chosen(BenchmarkChoice(full=False)), chosen(BenchmarkChoice())
     assert set(main) == set(full) == set(PROBLEMS)
     assert all(set(main[name]) <= set(full[name]) for name in PROBLEMS)
     assert sum(map(len, main.values())) < sum(map(len, full.values())) == 27
-    assert chosen(Choice(["tau-0.1"], full=False)) == {"disbanding": ["tau-0.1"]}  # named, so played
-    assert len(chosen(Choice(["tasks"]))["fdi"]) == 9  # settings that share a table
-    assert set(chosen(Choice(defenders=["mtd2"]))) == {"hvac"}
+    assert chosen(BenchmarkChoice(["tau-0.1"], full=False)) == {"disbanding": ["tau-0.1"]}  # named, so played
+    assert len(chosen(BenchmarkChoice(["tasks"]))["fdi"]) == 9  # settings that share a table
+    assert set(chosen(BenchmarkChoice(defenders=["mtd2"]))) == {"hvac"}
     with pytest.raises(CommandError, match=r"has no table 'task'\. Did you mean 'tasks'"):
-        chosen(Choice(["task"]))
+        chosen(BenchmarkChoice(["task"]))
 
 
 def test_tables_are_listed() -> None:

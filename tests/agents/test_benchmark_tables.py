@@ -11,9 +11,9 @@ from cps_agents.arena.store import Store
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES
 from cps_envs.fdi.optima import known
-from cps_paper.benchmark.report import Entry, every_entry, grids, markdown, tables
+from cps_paper.benchmark.report import BenchmarkEntry, every_entry, grids, markdown, tables
 from cps_paper.benchmark.schedule import Setting
-from cps_paper.benchmark.suite import Choice, Outcome, find_benchmark, run_benchmark, select
+from cps_paper.benchmark.suite import BenchmarkChoice, BenchmarkOutcome, find_benchmark, run_benchmark, select
 from cps_paper.printed.tables import verdict
 
 FDI, HVAC, ROGUE = (find_benchmark(name) for name in ("fdi", "hvac", "rogue"))
@@ -24,7 +24,7 @@ BEYOND = {  # what the maps of the dissertation show
 }
 
 
-def day(setting: Setting, folder: Path) -> tuple[Entry, Outcome]:
+def day(setting: Setting, folder: Path) -> tuple[BenchmarkEntry, BenchmarkOutcome]:
     """The one meeting of a setting of the HVAC problem."""
     outcome = run_benchmark(replace(HVAC, settings=(setting,)), Store(folder), workers=1)
     (entry,) = every_entry(outcome)
@@ -36,7 +36,7 @@ def hvac(name: str) -> Setting:
 
 
 def test_tasks_of_false_data_are_columns_of_one_table(tmp_path: Path) -> None:
-    (part,) = select([FDI], Choice(["x4-4", "x1-1"], ["none", "oracle", "bound"], quick=True))
+    (part,) = select([FDI], BenchmarkChoice(["x4-4", "x1-1"], ["none", "oracle", "bound"], quick=True))
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
     (grid,) = grids(outcome)
     assert grid.columns == ["x1>1", "x4>4"]
@@ -61,7 +61,7 @@ def test_every_task_of_the_table_is_feasible_and_a_setting_of_its_own() -> None:
 
 @pytest.mark.slow
 def test_no_attacker_exceeds_the_bound(tmp_path: Path) -> None:
-    (part,) = select([FDI], Choice([setting.name for setting in TASKS]))
+    (part,) = select([FDI], BenchmarkChoice([setting.name for setting in TASKS]))
     outcome = run_benchmark(part, Store(tmp_path), workers=1)
     for result in (found for (found,) in outcome.played.results.values()):
         metrics = result["metrics"]
@@ -100,7 +100,7 @@ def test_every_rogue_policy_of_the_paper_takes_part() -> None:
 
 @pytest.mark.parametrize("setting", [setting.name for setting in ROGUE.settings])
 def test_a_rogue_meeting_shows_damage_and_tracking(setting: str, tmp_path: Path) -> None:
-    wanted = Choice([setting], ["slow_square"], ["sliding_detection"], quick=True)
+    wanted = BenchmarkChoice([setting], ["slow_square"], ["sliding_detection"], quick=True)
     outcome = run_benchmark(*select([ROGUE], wanted), Store(tmp_path), workers=1, quick=True)
     (entry,) = every_entry(outcome)
     assert entry.value == entry.means["damage"] > 0

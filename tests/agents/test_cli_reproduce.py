@@ -19,7 +19,7 @@ from cps_paper.hvac import measures
 from cps_paper.rogue import reference
 from cps_paper.rogue.heat_map import COURSE_FREQUENCIES_HZ
 from cps_paper.testbed import chapter as testbed
-from cps_paper.testbed.exhibits import Spread, spreads
+from cps_paper.testbed.exhibits import SeedSpread, spreads
 from cps_paper.verdicts import ABSOLUTE, Tolerance
 from tests.agents import command_line
 
@@ -142,7 +142,7 @@ def moved_damage(patch: pytest.MonkeyPatch) -> None:
 
 
 def moved_spreads(patch: pytest.MonkeyPatch) -> None:
-    moved = {figure: Spread(0.0, 1.0, 10) for figure in spreads()}
+    moved = {figure: SeedSpread(0.0, 1.0, 10) for figure in spreads()}
     patch.setattr(testbed, "spreads", lambda: moved)
 
 

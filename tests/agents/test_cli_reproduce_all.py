@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 
 from cps_envs.disbanding.config import INTERPRETATIONS
-from cps_paper.claims import CELLS, CLAIMS, Tally, tally
+from cps_paper.claims import CELLS, CLAIMS, ClaimTally, tally
 from cps_paper.commands import readings
 from cps_paper.commands.chapters import COMMANDS
 from cps_paper.commands.summary import END, START, tables
 from cps_paper.evidence import Report
-from cps_paper.exhibit import Table, places
+from cps_paper.exhibit import ExhibitTable, places
 from cps_paper.fdi.experiments import SETS
 from cps_paper.hvac.controllers import CONTROLLERS
 from cps_paper.testbed.cases import DAMPING
@@ -27,15 +27,15 @@ ROOT = Path(__file__).parents[2]
 class Chapter:
     """Stands in for a chapter that takes minutes."""
 
-    reading: readings.Reading
+    reading: readings.ChapterReading
     passed: bool = True
 
-    def tallies(self) -> Sequence[Tally]:
+    def tallies(self) -> Sequence[ClaimTally]:
         verdict = "reproduced" if self.reading.choice == "S0" else "partly"
         return [tally(self.reading.name, CLAIMS, [("P01", verdict), ("P02", "near")]), tally("", CELLS, [])]
 
-    def tables(self) -> Sequence[Table]:
-        return [Table("A table", places("name", "verdict"), [("first", "near")])]
+    def tables(self) -> Sequence[ExhibitTable]:
+        return [ExhibitTable("A table", places("name", "verdict"), [("first", "near")])]
 
     def closing(self) -> Sequence[str]:
         return ["Not reproduced: nothing."]
@@ -55,7 +55,7 @@ class Chapters:
     failing: str = ""
     stops_at: str = ""
 
-    def __call__(self, reading: readings.Reading, jobs: int, report: Report) -> Chapter:
+    def __call__(self, reading: readings.ChapterReading, jobs: int, report: Report) -> Chapter:
         if reading.name == self.stops_at:
             raise KeyboardInterrupt
         self.computed.append(reading.name)
@@ -66,7 +66,7 @@ class Chapters:
 @pytest.fixture
 def chapters(monkeypatch: pytest.MonkeyPatch) -> Chapters:
     found = Chapters()
-    monkeypatch.setattr(readings.Reading, "compute", lambda reading, jobs, report: found(reading, jobs, report))
+    monkeypatch.setattr(readings.ChapterReading, "compute", lambda reading, jobs, report: found(reading, jobs, report))
     return found
 
 

@@ -19,7 +19,7 @@ from cps_agents.arena.challenge import Application, admit, contestants, short_na
 from cps_agents.arena.meeting import Meeting
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
-from cps_agents.league.league import League, Plan, play_league, standings, strategies
+from cps_agents.league.league import League, LeaguePlan, play_league, standings, strategies
 from cps_agents.league.meetings import Pair, has_played, left_out_for
 from cps_baselines.arena import Contestant, Venue
 from cps_envs import find_problem
@@ -32,11 +32,11 @@ VENUE = Venue("rogue", "easy", SHORT)
 PAIR = {"attacker": ["square", "none"], "defender": ["pd", "sliding"]}
 
 
-def plan(**changes: Any) -> Plan:
-    return replace(Plan(VENUE, PAIR, 2), **changes)
+def plan(**changes: Any) -> LeaguePlan:
+    return replace(LeaguePlan(VENUE, PAIR, 2), **changes)
 
 
-def play(folder: Path, wanted: Plan, workers: int = 1) -> League:
+def play(folder: Path, wanted: LeaguePlan, workers: int = 1) -> League:
     return play_league(wanted, Store(folder), workers)
 
 
@@ -92,7 +92,7 @@ def test_who_cannot_play_is_left_out(tmp_path: Path) -> None:
         ],
         "defender": ["none"],
     }
-    found = play(tmp_path / "cells", Plan(venue, references, 1))
+    found = play(tmp_path / "cells", LeaguePlan(venue, references, 1))
     reasons = {left.reference: left.reason for left in found.left_out}
     assert set(reasons) == {f"zoo:{other}", "random?chance=1", "tests.agents.players:Constant?value=0.5"}
     assert "trained as attacker of rogue" in reasons[f"zoo:{other}"]
@@ -110,7 +110,7 @@ def test_a_form_that_makes_no_configuration_is_refused(tmp_path: Path) -> None:
 def test_oracles_have_to_be_asked_for(tmp_path: Path) -> None:
     venue = Venue("disbanding", "paper", {"duration_s": 5, "num_platoons": 2})
     references = {"attacker": ["all"], "defender": ["none"]}
-    wanted = Plan(venue, references, 1)
+    wanted = LeaguePlan(venue, references, 1)
     without = play(tmp_path, wanted)
     assert [left.reference for left in without.left_out if "oracle" in left.reason] == ["ga"]
     assert "ga" not in [player.name for player in without.attackers]
@@ -208,7 +208,7 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
 
 
 def test_a_trained_policy_whose_form_the_preset_refuses_is_left_out(tmp_path: Path) -> None:
-    plan = Plan(Venue("fdi", "learning"), {"attacker": ["zoo:fdi-attack-plan", "none"], "defender": ["none"]}, 1)
+    plan = LeaguePlan(Venue("fdi", "learning"), {"attacker": ["zoo:fdi-attack-plan", "none"], "defender": ["none"]}, 1)
     found = play_league(plan, Store(tmp_path), 1)
     assert [each.reference for each in found.left_out] == ["zoo:fdi-attack-plan"]
     assert "gain_spread above 0 needs" in found.left_out[0].reason
@@ -219,7 +219,7 @@ def test_who_cannot_meet_the_others_is_left_out(tmp_path: Path) -> None:
     save_tiny(tiny, "hvac", "defender", preset="learning", overrides={"kalman_filters": False})
     named = {"attacker": ["listener", "none"], "defender": ["none", f"zoo:{tiny}"]}
     venue = Venue("hvac", "learning", {"num_steps": 300, "onset_step": 210})
-    found = play(tmp_path / "cells", Plan(venue, named, 1))
+    found = play(tmp_path / "cells", LeaguePlan(venue, named, 1))
     (left,) = found.left_out
     assert (left.role, left.reference) == ("attacker", "listener")
     assert left.reason.startswith(f"it cannot meet zoo:{tiny}: no Kalman filters")

@@ -18,7 +18,7 @@ from cps_agents.arena.statistics import Estimate
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
 from cps_agents.league.exploitability import LeagueValue, gain_over, judge, league_value, line_up_known
-from cps_agents.league.league import Plan, play_league
+from cps_agents.league.league import LeaguePlan, play_league
 from cps_agents.league.oracles import SEARCHES, Oracle, choose_oracles, in_venue, usual_recipe
 from cps_agents.league.report import document
 from cps_agents.league.response import Budget, Question, Response, Responses, against, limited, respond
@@ -185,7 +185,9 @@ def test_a_search_goes_on_where_a_candidate_cannot_play() -> None:
 
 
 def test_gains_over_a_league_count_both_intervals(tmp_path: Path) -> None:
-    found = play_league(Plan(VENUE, {"attacker": ["square"], "defender": ["pd"]}, 3), Store(tmp_path / "cells"), 1)
+    found = play_league(
+        LeaguePlan(VENUE, {"attacker": ["square"], "defender": ["pd"]}, 3), Store(tmp_path / "cells"), 1
+    )
     path = tmp_path / "league.json"
     path.write_text(json.dumps(document(found, {}, 0.0)))
     value = league_value(path, VENUE)

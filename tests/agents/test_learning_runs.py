@@ -17,7 +17,7 @@ pytest.importorskip("sb3_contrib")
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
-from cps_agents.learning.run import Job
+from cps_agents.learning.run import TrainingJob
 from cps_agents.zoo.files import load
 from cps_baselines.interruption import Ended
 from cps_envs.core.documents import DamagedFileError
@@ -27,8 +27,8 @@ from tests.agents.test_learning_parts import CASES, ROGUE, SWARM
 RECIPE = replace(ROGUE, total_steps=128, evaluations=2, evaluation_episodes=2)
 
 
-def job(folder: Path, recipe: Any = RECIPE, **changes: Any) -> Job:
-    return Job(recipe, changes.pop("seed", 0), folder, "cps-envs train", **changes)
+def job(folder: Path, recipe: Any = RECIPE, **changes: Any) -> TrainingJob:
+    return TrainingJob(recipe, changes.pop("seed", 0), folder, "cps-envs train", **changes)
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -18,7 +18,7 @@ from cps_agents.learning.learner import learn
 from cps_agents.learning.model import focus, seen_columns
 from cps_agents.learning.plan_search import search_plans
 from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.run import Job
+from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_agents.recipes.fdi import FdiAttack, FdiDefense
 from cps_envs.fdi.game import FdiGame
@@ -99,8 +99,8 @@ def test_a_search_needs_discrete_entries() -> None:
 
 
 def test_a_run_imitates_the_plans_of_its_search(tmp_path: Path) -> None:
-    found = learn(Job(TINY, 0, tmp_path / "run", "test"))
-    untaught = learn(Job(replace(TINY, search_steps=0, self_imitation=0), 0, tmp_path / "other", "test"))
+    found = learn(TrainingJob(TINY, 0, tmp_path / "run", "test"))
+    untaught = learn(TrainingJob(replace(TINY, search_steps=0, self_imitation=0), 0, tmp_path / "other", "test"))
     assert found["best_score"] > untaught["best_score"] + 0.5
 
 

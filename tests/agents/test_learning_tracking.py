@@ -17,8 +17,8 @@ pytest.importorskip("stable_baselines3")
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn
-from cps_agents.learning.run import Job, read_earlier
-from cps_agents.learning.tracking import Subject, make_tracker
+from cps_agents.learning.run import TrainingJob, read_earlier
+from cps_agents.learning.tracking import TrackedRun, make_tracker
 from cps_agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
@@ -28,8 +28,8 @@ from tests.agents.test_learning_parts import ROGUE
 RECIPE = replace(ROGUE, total_steps=128, evaluations=1, evaluation_episodes=2)
 
 
-def subject(folder: Path) -> Subject:
-    return Subject("rogue-seed-0", "rogue", folder, {"learning_rate": 1e-3})
+def subject(folder: Path) -> TrackedRun:
+    return TrackedRun("rogue-seed-0", "rogue", folder, {"learning_rate": 1e-3})
 
 
 def test_tensorboard_reads_what_was_logged(tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_an_unknown_or_missing_tracker_is_named(tmp_path: Path, monkeypatch: pyt
 
 
 def test_a_run_is_repeated_from_its_file(tmp_path: Path) -> None:
-    learn(Job(RECIPE, 3, tmp_path / "first", "cps-envs train", tracker="none"))
+    learn(TrainingJob(RECIPE, 3, tmp_path / "first", "cps-envs train", tracker="none"))
     earlier = read_earlier(tmp_path / "first" / "run.json")
     assert (earlier.seed, earlier.recipe) == (3, RECIPE)
     command = ["train", "--config", str(tmp_path / "first" / "run.json"), "--out", str(tmp_path), "--tracker", "none"]

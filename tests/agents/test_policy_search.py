@@ -16,8 +16,8 @@ pytest.importorskip("cma")
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn, train_all
-from cps_agents.learning.recipe import Recipe, Scene, changed
-from cps_agents.learning.run import Job
+from cps_agents.learning.recipe import Recipe, Situation, changed
+from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.search import CHECKPOINT
 from cps_agents.recipes.finding import RECIPES
 from cps_agents.zoo.card import read_card
@@ -33,7 +33,7 @@ from cps_envs.testbed.problem import ATTACK
 from tests.agents.command_line import run
 
 SHORT = {"num_platoons": 3, "vehicles_per_platoon": 3, "duration_s": 30.0, "report": "safety"}
-SCENES = (Scene(2, "lead"), Scene(1, "table_2_3", "easy", {"attack_budget": 2}))
+SCENES = (Situation(2, "lead"), Situation(1, "table_2_3", "easy", {"attack_budget": 2}))
 RECIPE = replace(
     RECIPES["disbanding-cacc"],
     overrides=SHORT,
@@ -45,8 +45,8 @@ RECIPE = replace(
 )
 
 
-def job(folder: Path, recipe: Recipe = RECIPE, **changes: Any) -> Job:
-    return Job(recipe, changes.pop("seed", 0), folder, "cps-envs train", **changes)
+def job(folder: Path, recipe: Recipe = RECIPE, **changes: Any) -> TrainingJob:
+    return TrainingJob(recipe, changes.pop("seed", 0), folder, "cps-envs train", **changes)
 
 
 def numbers(folder: Path) -> np.ndarray:
@@ -136,7 +136,7 @@ def test_a_generation_that_was_cut_off_is_played_again(whole: Path, tmp_path: Pa
     assert rows(tmp_path) == rows(whole)
 
 
-def damaged(whole: Path, folder: Path, **changes: Any) -> Job:
+def damaged(whole: Path, folder: Path, **changes: Any) -> TrainingJob:
     """A job to go on with from a damaged checkpoint."""
     kept = json.loads((whole / CHECKPOINT).read_text())
     (folder / CHECKPOINT).write_text(json.dumps({**kept, **changes}))
@@ -167,7 +167,7 @@ def test_recipes_that_cannot_be_searched_are_explained(tmp_path: Path) -> None:
         changed(RECIPE, {"scenes": [{"episode": 2}]})
     with pytest.raises(CommandError, match="at least 1"):
         changed(RECIPE, {"scenes": [{"episodes": 0}]})
-    assert changed(RECIPE, {"scenes": [{"episodes": 2}]}).scenes == (Scene(2),)
+    assert changed(RECIPE, {"scenes": [{"episodes": 2}]}).scenes == (Situation(2),)
 
 
 def copied(whole: Path, folder: Path, **changes: Any) -> Path:

@@ -19,9 +19,9 @@ from cps_agents.errors import CommandError
 from cps_agents.learning.checkpoint import arrays_of, restore
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.learner import learn
-from cps_agents.learning.ppo import Learner, Progress, Settings
+from cps_agents.learning.ppo import Learner, LearningProgress, PpoSettings
 from cps_agents.learning.recipe import Recipe, changed
-from cps_agents.learning.run import Job
+from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.shared import make_envs, make_learner, settings_of
 from cps_agents.learning.twins import Twins
 from cps_agents.recipes.finding import RECIPES, find_recipe
@@ -45,9 +45,9 @@ def recipe_of(role: Role, **changes: Any) -> Recipe:
     return changed(recipe, {"evaluation_episodes": 4, "evaluations": 1, **changes})
 
 
-def job(folder: Path, **changes: Any) -> Job:
+def job(folder: Path, **changes: Any) -> TrainingJob:
     given = {name: changes.pop(name) for name in ("resume",) if name in changes}
-    return Job(recipe_of("attacker", **changes), 0, folder, "cps-envs train", tracker="none", **given)
+    return TrainingJob(recipe_of("attacker", **changes), 0, folder, "cps-envs train", tracker="none", **given)
 
 
 def toy_envs(role: Role, **options: Any) -> LearningVectorEnv:
@@ -85,19 +85,19 @@ def test_of_two_like_episodes_the_better_one_is_followed() -> None:
 
 def test_twins_need_pairs() -> None:
     with pytest.raises(CommandError, match="paired"):
-        Twins(make_envs(recipe_of("attacker"), 0), Settings(steps=1))
+        Twins(make_envs(recipe_of("attacker"), 0), PpoSettings(steps=1))
 
 
 def test_noise_for_an_episode_needs_pairs_and_a_box() -> None:
     with pytest.raises(CommandError, match="paired"):
-        EpisodeNoise(make_envs(recipe_of("defender"), 0), Settings(steps=1))
+        EpisodeNoise(make_envs(recipe_of("defender"), 0), PpoSettings(steps=1))
     with pytest.raises(CommandError, match="continuous"):
         make_learner(recipe_of("attacker", episode_noise=True), 0)
 
 
 def test_a_budget_is_needed() -> None:
     with pytest.raises(CommandError, match="budget"):
-        Learner(toy_envs("attacker"), Settings())
+        Learner(toy_envs("attacker"), PpoSettings())
 
 
 def test_only_active_rows_are_learned_from(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -185,7 +185,7 @@ def test_the_value_of_an_active_row_is_told_the_truth() -> None:
 @pytest.mark.parametrize(("run_s", "bias"), [(0.0, 0.0), (15.0, 0.0), (0.0, 2.0)])
 def test_an_untrained_network_plays_like_the_untrained_policy(run_s: float, bias: float) -> None:
     envs = toy_envs("attacker", run_s=run_s, neutral_bias=bias)
-    network, count = Learner(envs, Settings(steps=1)).network, 4000
+    network, count = Learner(envs, PpoSettings(steps=1)).network, 4000
     rows = torch.zeros(count, envs.wired.columns.size)
     rows[:, -network.masked :] = 1
     rows[:, network.last.start + 3] = 1  # action 3 was the last one
@@ -203,7 +203,7 @@ def test_an_untrained_network_plays_like_the_untrained_policy(run_s: float, bias
 
 
 def test_no_illegal_action_is_drawn() -> None:
-    learner = Learner(toy_envs("attacker"), Settings(steps=1, num_steps=30))
+    learner = Learner(toy_envs("attacker"), PpoSettings(steps=1, num_steps=30))
     learner.start()
     shown = learner.collect()
     legal = shown.rows[:-1, :, -learner.network.masked :] > 0
@@ -213,7 +213,7 @@ def test_no_illegal_action_is_drawn() -> None:
 
 
 def test_gaussian_actions_have_their_density() -> None:
-    network = Learner(toy_envs("defender", initial_deviation=0.4), Settings(steps=1)).network
+    network = Learner(toy_envs("defender", initial_deviation=0.4), PpoSettings(steps=1)).network
     rows = torch.zeros(5, network.inputs)
     drawn, log_probability = network.draw(rows, torch.Generator().manual_seed(3))
     normal = torch.distributions.Normal(network.outputs(rows), 0.4)
@@ -230,7 +230,7 @@ def test_a_resumed_run_is_the_same_bit_for_bit(noise: bool) -> None:
     )
     whole, kept = make_learner(recipe, 0), []
 
-    def keep(progress: Progress) -> None:
+    def keep(progress: LearningProgress) -> None:
         if progress.resumable and not kept:
             kept.append(arrays_of(whole))
 
@@ -270,7 +270,7 @@ PLAYED = [
 @pytest.mark.parametrize(("problem", "role", "options"), PLAYED)
 def test_a_played_policy_sees_and_does_what_it_did_in_training(problem: Any, role: Role, options: Any) -> None:
     envs = LearningVectorEnv(problem, role, 8, paired=True, **options)
-    learner = Learner(envs, Settings(steps=1), seed=3)
+    learner = Learner(envs, PpoSettings(steps=1), seed=3)
     with torch.no_grad():
         learner.network.policy[-1].weight.normal_(generator=learner.generator)
     network = learner.network.exported()

@@ -19,12 +19,12 @@ pytest.importorskip("matplotlib")
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
 from cps_agents.league import self_play
-from cps_agents.league.bounds import Outcome, judge, shares
+from cps_agents.league.bounds import LeagueOutcome, judge, shares
 from cps_agents.league.equilibrium import solve
 from cps_agents.league.meetings import play_meetings
 from cps_agents.league.oracles import Oracle
 from cps_agents.league.response import Budget, Question, Response, Responses
-from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate, play_validation
+from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate, play_validation
 from cps_agents.league.self_play_report import document, draw
 from cps_agents.league.strategy import mix, strategy_of
 from cps_baselines.arena import Contestant, Venue
@@ -38,7 +38,7 @@ EVERY: dict[Role, list[str]] = {
     "attacker": ["none", "square", "switching", "duty_square?frequency_hz=0.3", "square?duty=0.2"],
     "defender": ["pd", "sliding", "disband_2", "disband_7"],
 }
-GAME = Game(
+GAME = SelfPlayGame(
     VENUE,
     {"attacker": ["none"], "defender": ["pd"]},
     {role: [Oracle("exact")] for role in ROLES},
@@ -70,8 +70,8 @@ def exact(cells: Path) -> Respond:
     return respond
 
 
-def run(folder: Path, iterations: int, game: Game = GAME) -> Outcome:
-    outcomes: list[Outcome] = []
+def run(folder: Path, iterations: int, game: SelfPlayGame = GAME) -> LeagueOutcome:
+    outcomes: list[LeagueOutcome] = []
 
     def after(pool: Pool, done: list[Iteration]) -> None:
         outcomes.append(judge(game, pool, done, Store(folder / "meetings"), 1))

@@ -31,7 +31,7 @@ from cps_agents.learning.imitation import (
 from cps_agents.learning.learner import learn
 from cps_agents.learning.model import check_fit
 from cps_agents.learning.recipe import IMITATION, Recipe, changed
-from cps_agents.learning.run import Job
+from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.training_envs import make_envs
 from cps_agents.zoo.files import load
 from cps_envs.registration import find_problem
@@ -52,8 +52,8 @@ TAUGHT = replace(
 DISCRETE = replace(CASES["maskable-ppo"], algorithm=IMITATION, teacher="oracle", teacher_episodes=3, memory_units=8)
 
 
-def job(folder: Path, recipe: Recipe = TAUGHT, **changes: Any) -> Job:
-    return Job(recipe, 0, folder, "cps-envs train", **changes)
+def job(folder: Path, recipe: Recipe = TAUGHT, **changes: Any) -> TrainingJob:
+    return TrainingJob(recipe, 0, folder, "cps-envs train", **changes)
 
 
 def rows_of(folder: Path) -> list[dict[str, Any]]:

@@ -15,7 +15,7 @@ import torch
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn
 from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.run import Job
+from cps_agents.learning.run import TrainingJob
 from cps_agents.learning.shared import make_learner
 from cps_agents.learning.warm_start import fits
 from cps_agents.recipes.learning import learning_recipe
@@ -34,7 +34,7 @@ RECIPE = replace(
 @pytest.fixture(name="earlier", scope="module")
 def _earlier(tmp_path_factory: pytest.TempPathFactory) -> str:
     folder: Path = tmp_path_factory.mktemp("run")
-    learn(Job(RECIPE, 0, folder, "cps-envs train", tracker="none"))
+    learn(TrainingJob(RECIPE, 0, folder, "cps-envs train", tracker="none"))
     return f"zoo:{folder}"
 
 

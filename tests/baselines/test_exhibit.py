@@ -19,7 +19,7 @@ from cps_paper.claims import (
     joined,
 )
 from cps_paper.evidence import Evidence, NotRunError, compute
-from cps_paper.exhibit import Column, Exhibit, Table, places, with_properties
+from cps_paper.exhibit import Column, Exhibit, ExhibitTable, places, with_properties
 from cps_paper.verdicts import (
     ABSOLUTE,
     MATCH,
@@ -67,13 +67,13 @@ TANKS = (Tank("a", 2.5), Tank("a", None), Tank("b", 1.0))
 
 
 def test_a_table_has_text_lines_and_sheets() -> None:
-    table = Table("Tanks", COLUMNS, TANKS, grouped=1, footer=("paper", "3 m", ""))
+    table = ExhibitTable("Tanks", COLUMNS, TANKS, grouped=1, footer=("paper", "3 m", ""))
     assert table.headings == ["", "level", "both"]
     assert table.rows[:2] == [("a", "2.5 m", "1/2"), ("a", "-", "1/2")]
     assert table.rows[-1] == ("paper", "3 m", "")
     assert table.breaks == [1, 2]
     assert table.csv.splitlines() == [",level,both", "a,2.5 m,1/2", "a,-,1/2", "b,1.0 m,1/2", "paper,3 m,"]
-    assert Table("", places("x", "y"), [("1", "2")]).rows == [("1", "2")]
+    assert ExhibitTable("", places("x", "y"), [("1", "2")]).rows == [("1", "2")]
 
 
 def chapter_of(*exhibits: Exhibit[Evidence]) -> Chapter[Evidence]:
@@ -89,16 +89,23 @@ def chapter_of(*exhibits: Exhibit[Evidence]) -> Chapter[Evidence]:
 
 
 def of_tanks(name: str, *, quick: bool = True, key: str = "") -> Exhibit[Evidence]:
-    def tables(evidence: Evidence) -> list[Table]:
+    def tables(evidence: Evidence) -> list[ExhibitTable]:
         tank = Tank(name, evidence[Filling(2.0)])
-        return [Table(name, COLUMNS, [tank], key=key, data=with_properties("full")), Table("text", COLUMNS, [tank])]
+        return [
+            ExhibitTable(name, COLUMNS, [tank], key=key, data=with_properties("full")),
+            ExhibitTable("text", COLUMNS, [tank]),
+        ]
 
     return Exhibit(name, "tanks", lambda evidence: [Filling(2.0)], tables, quick=quick)
 
 
 def test_everything_follows_from_the_declaration() -> None:
     follows = Exhibit[Evidence](
-        "more", "", lambda evidence: (), lambda evidence: [Table("more", COLUMNS, TANKS)], given=lambda seen: True
+        "more",
+        "",
+        lambda evidence: (),
+        lambda evidence: [ExhibitTable("more", COLUMNS, TANKS)],
+        given=lambda seen: True,
     )
     chapter = chapter_of(of_tanks("first"), of_tanks("second", quick=False, key="tanks"), follows)
     assert list(chapter.parts) == ["first", "second"]

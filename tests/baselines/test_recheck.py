@@ -10,17 +10,15 @@ import pytest
 
 from cps_paper.claims import Claim, Finding
 from cps_paper.disbanding.chapter import CHAPTER as CHAPTER_2
-from cps_paper.disbanding.experiments import Evidence as Evidence2
-from cps_paper.disbanding.experiments import Search
+from cps_paper.disbanding.experiments import DisbandingEvidence, PlanSearch
 from cps_paper.disbanding.rules import CONDITIONS as OTHER_RULES
-from cps_paper.disbanding.scenario import Recorded as Course
-from cps_paper.disbanding.scenario import Scenario as Driven
+from cps_paper.disbanding.scenario import Recorded, Scenario
 from cps_paper.evidence import Evidence, NotRunError, compute
 from cps_paper.hvac.chapter import CHAPTER as CHAPTER_4
 from cps_paper.hvac.chapter import CONDITIONS as OTHER_DAYS
-from cps_paper.hvac.controllers import Evidence as Evidence4
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import noise_free, undefended
-from cps_paper.hvac.scenario import Recorded, Scenario
+from cps_paper.hvac.scenario import DayScenario, RecordedDay
 from cps_paper.recheck import (
     Again,
     Condition,
@@ -103,7 +101,7 @@ def test_what_was_not_computed_is_not_taken_from_the_usual_results() -> None:
 
 def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() -> None:
     half, standing, transitional = OTHER_RULES
-    usual = Driven(((3, 1.0),), tau_s=0.5, num_platoons=3, duration_s=20.0)
+    usual = Scenario(((3, 1.0),), tau_s=0.5, num_platoons=3, duration_s=20.0)
     coarse = replace(usual, interpretation="S1")
     for scenario, step_s in ((usual, 0.005), (coarse, 0.01)):
         (fine,) = half.experiments([scenario])
@@ -117,14 +115,14 @@ def test_chapter_2_is_judged_again_at_half_the_step_and_under_its_own_rules() ->
     assert len(set(errors.values())) == 4
     assert errors["half"] == pytest.approx(errors["usual"], abs=0.5)
     assert not standing.experiments([usual])[0].run().crash
-    (course,) = half.experiments([Course(usual, 1.0)])
-    assert course == Course(replace(usual, overrides=(("dt_s", 0.005),)), 1.0)
+    (course,) = half.experiments([Recorded(usual, 1.0)])
+    assert course == Recorded(replace(usual, overrides=(("dt_s", 0.005),)), 1.0)
     assert course.run().outcome.velocity_error_intact == errors["half"]
-    every = CHAPTER_2.needed(("claims",), Evidence2())
+    every = CHAPTER_2.needed(("claims",), DisbandingEvidence())
     for condition in OTHER_RULES:
         assert not set(condition.experiments(every)) & set(every)
     with pytest.raises(TypeError, match="no claim needs"):
-        half.experiments([Search(1, 0.1)])
+        half.experiments([PlanSearch(1, 0.1)])
 
 
 @pytest.mark.slow
@@ -143,13 +141,13 @@ def _verdicts(found: Any) -> list[tuple[str, str]]:
 
 def test_chapter_4_is_judged_again_over_days_of_other_seeds() -> None:
     (condition,) = OTHER_DAYS
-    every = CHAPTER_4.needed(("claims",), Evidence4())
+    every = CHAPTER_4.needed(("claims",), HvacEvidence())
     others = condition.experiments(every)
     assert len(others) == len(every)
     assert not set(others) & set(every)
     for usual, other in zip(every, others, strict=True):
-        mine, theirs = (each.scenario if isinstance(each, Recorded) else each for each in (usual, other))
-        assert isinstance(theirs, Scenario)
+        mine, theirs = (each.scenario if isinstance(each, RecordedDay) else each for each in (usual, other))
+        assert isinstance(theirs, DayScenario)
         assert replace(theirs, first_seed=0, days=mine.days) == mine
         assert theirs.days == max(mine.days, 20) or (mine.days == theirs.days == 1 and not mine.config.noise_std_c)
     short = replace(

@@ -6,9 +6,9 @@ import pytest
 
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.fdi.task import all_tasks, make_task
-from cps_paper.fdi.audit import Comparison, comparisons, worst
+from cps_paper.fdi.audit import SensorComparison, comparisons, worst
 from cps_paper.fdi.controls import control_tables
-from cps_paper.fdi.experiments import ALL_FOUR, FOUR_VEHICLES, TABLES, Evidence
+from cps_paper.fdi.experiments import ALL_FOUR, FOUR_VEHICLES, TABLES, FdiEvidence
 from cps_paper.printed.tables import (
     CollisionCell,
     TrackingErrorCell,
@@ -102,9 +102,9 @@ def test_examples_of_contradictions(target: int, fewer: str, more: str, speeds: 
 def test_the_rule_of_ten_percent() -> None:
     first, second = (make_task(text, 1, 4) for text in ("x1", "xv1"))
     for speed, contradiction in ((-3.7, False), (-3.5, True), (-5.0, False)):
-        found = Comparison(CollisionCell("3.1", first, ((1, -4.0),)), CollisionCell("3.5", second, ((1, speed),)))
+        found = SensorComparison(CollisionCell("3.1", first, ((1, -4.0),)), CollisionCell("3.5", second, ((1, speed),)))
         assert found.contradiction is contradiction
-    vanished = Comparison(CollisionCell("3.1", first, ((1, -4.0),)), CollisionCell("3.5", second, ()))
+    vanished = SensorComparison(CollisionCell("3.1", first, ((1, -4.0),)), CollisionCell("3.5", second, ()))
     assert vanished.contradiction
     assert vanished.drop_mps == 4.0
 
@@ -116,7 +116,7 @@ def test_the_worst_come_first() -> None:
 
 
 def test_rule_of_the_attacked_target() -> None:
-    found = {each.table: each for each in control_tables(Evidence({}), TABLES)}
+    found = {each.table: each for each in control_tables(FdiEvidence({}), TABLES)}
     expected = {"3.1": 15, "3.2": 14, "3.3": 16, "3.4": 18, "3.5": 14, "3.6": 17, "3.7": 45, ALL_FOUR: 94}
     assert {table: each.target_attacked for table, each in found.items()} == expected
     assert {table: each.cells for table, each in found.items()}[ALL_FOUR] == 120

@@ -16,10 +16,10 @@ from cps_paper.chapter import Reproduction
 from cps_paper.disbanding import plots
 from cps_paper.disbanding.cells import mean_distance, references, table_cells
 from cps_paper.disbanding.chapter import CHAPTER
-from cps_paper.disbanding.experiments import Evidence, Experiments, evaluator
-from cps_paper.disbanding.played import READINGS, Played
+from cps_paper.disbanding.experiments import DisbandingEvidence, Experiments, evaluator
+from cps_paper.disbanding.played import READINGS, PlayedScenario
 from cps_paper.disbanding.rules import CLAIMS
-from cps_paper.disbanding.scenario import CONTROLLERS, Outcome, Recorded, Scenario
+from cps_paper.disbanding.scenario import CONTROLLERS, Recorded, Scenario, ScenarioOutcome
 from cps_paper.disbanding.summary import cells_of
 from cps_paper.disbanding.tried import disbanded, tried, tried_data, tried_tables
 from cps_paper.evidence import compute
@@ -55,16 +55,16 @@ SHORT = Scenario(((3, 1.0),), num_platoons=3, duration_s=20.0)
 
 def test_readings_that_were_tried_are_judged_as_their_claims_are() -> None:
     """With made-up outcomes: collisions at the largest lag only, and 66 of 120 intact vehicles in them."""
-    none, seen = np.zeros(200, np.int64), Evidence()
+    none, seen = np.zeros(200, np.int64), DisbandingEvidence()
     intact = np.repeat([True] * 12 + [False] * 8, 10)
     found: dict[Any, Any] = {}
     for experiment in tried(seen):
-        if isinstance(experiment, Played):
+        if isinstance(experiment, PlayedScenario):
             found[experiment] = {"collided": 2.0 if experiment.tau_s == 0.5 else 0.0}
         else:
             collided = np.arange(200) < (66 if len(experiment.attack) == 8 else 0)
-            found[experiment] = Outcome(0.0, 0.0, intact, none, collided, collided)
-    seen = Evidence(found)
+            found[experiment] = ScenarioOutcome(0.0, 0.0, intact, none, collided, collided)
+    seen = DisbandingEvidence(found)
     periods, counts = tried_tables(seen)
     assert {row[-1] for row in periods.rows} == {"reproduced"}
     assert [row[-1] == "reproduced" for row in counts.rows] == [row[0] == "8" for row in counts.rows]
@@ -74,16 +74,16 @@ def test_readings_that_were_tried_are_judged_as_their_claims_are() -> None:
 
 @pytest.mark.parametrize(("count", "share"), [(8, 55.0), (10, 54.0)])
 def test_disbanded_platoons_from_the_19th_on(count: int, share: float) -> None:
-    outcome = disbanded(Evidence(), count, 19, 0.2).run()
+    outcome = disbanded(DisbandingEvidence(), count, 19, 0.2).run()
     assert outcome.collided_share() == pytest.approx(share, abs=0.05)
 
 
 @pytest.fixture(scope="module")
-def found() -> Reproduction[Evidence]:
+def found() -> Reproduction[DisbandingEvidence]:
     return CHAPTER.reproduce(FAST, quick=True)
 
 
-def test_every_cell_is_within_its_tolerance_of_the_reference(found: Reproduction[Evidence]) -> None:
+def test_every_cell_is_within_its_tolerance_of_the_reference(found: Reproduction[DisbandingEvidence]) -> None:
     assert len(found.checks) == 36
     assert [check.label for check in found.checks if not check.passed] == []
     assert [check.label for check in found.checks if not check.subject.crash_agrees] == []
@@ -102,19 +102,19 @@ def test_every_cell_is_within_its_tolerance_of_the_reference(found: Reproduction
     ],
 )
 def test_mean_distance_from_the_paper(
-    found: Reproduction[Evidence], table: str, controller: str, distance: float
+    found: Reproduction[DisbandingEvidence], table: str, controller: str, distance: float
 ) -> None:
     assert mean_distance(table_cells(found.evidence, table, (controller,))) == pytest.approx(distance, abs=0.05)
 
 
-def test_the_other_averaging_set_fits_the_paper_less(found: Reproduction[Evidence]) -> None:
+def test_the_other_averaging_set_fits_the_paper_less(found: Reproduction[DisbandingEvidence]) -> None:
     for table, other in (("2.2", "all"), ("2.3", "intact")):
         cells = table_cells(found.evidence, table, ("baseline",))
         assert mean_distance(cells, other) > mean_distance(cells) + 2.0
 
 
 @pytest.mark.parametrize("table", ["2.2", "2.3"])
-def test_cells_stand_beside_those_of_the_paper(found: Reproduction[Evidence], table: str) -> None:
+def test_cells_stand_beside_those_of_the_paper(found: Reproduction[DisbandingEvidence], table: str) -> None:
     cells = table_cells(found.evidence, table)
     assert [cell.paper for cell in cells] == velocity_errors(f"table_{table.replace('.', '_')}")
     for cell in cells:
@@ -123,7 +123,7 @@ def test_cells_stand_beside_those_of_the_paper(found: Reproduction[Evidence], ta
         assert cell.verdict == expected
 
 
-def test_a_matching_cell_does_not_hide_the_effect_of_a_mitigation(found: Reproduction[Evidence]) -> None:
+def test_a_matching_cell_does_not_hide_the_effect_of_a_mitigation(found: Reproduction[DisbandingEvidence]) -> None:
     effects = {(cell.table, cell.name): cell.effect for cell in cells_of(found)}
     assert sum(effect is None for effect in effects.values()) == 12
     effect = effects["2.2", "heuristic (5 m, 0.1 s)"]
@@ -145,31 +145,31 @@ def test_reference_covers_the_tables_of_the_specification() -> None:
     assert {key[:3] for key in known} >= {(table, "S0", name) for table in ("2.2", "2.3") for name in CONTROLLERS}
 
 
-def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction[Evidence]) -> None:
+def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction[DisbandingEvidence]) -> None:
     experiment = Experiments().cell("2.2", "heuristic", 4.0, 0.3)
     results = dict.fromkeys(CHAPTER.needed(("2.2",), found.evidence))
     results = {each: found.evidence[each] for each in results}
     outcome = results[experiment]
     results[experiment] = replace(outcome, velocity_error_intact=outcome.velocity_error_intact + 0.2)
-    changed = Reproduction(CHAPTER, ("2.2",), Evidence(results))
+    changed = Reproduction(CHAPTER, ("2.2",), DisbandingEvidence(results))
     assert not changed.passed
     assert any("FAILED: 2.2 heuristic (4 m, 0.3 s) off by +0.196" in paragraph for paragraph in changed.closing())
 
 
-def test_every_claim_of_the_paper_has_one_evaluation(found: Reproduction[Evidence]) -> None:
+def test_every_claim_of_the_paper_has_one_evaluation(found: Reproduction[DisbandingEvidence]) -> None:
     printed = [row["id"] for row in read_table("claims_ch2")]
     assert len(set(printed)) == len(printed) == 39
     assert sorted(CLAIMS.judged) == printed
     assert [claim.id for claim, _ in found.findings[""]] == printed
 
 
-def test_verdicts_of_the_claims(found: Reproduction[Evidence]) -> None:
+def test_verdicts_of_the_claims(found: Reproduction[DisbandingEvidence]) -> None:
     assert {claim.id: finding.verdict for claim, finding in found.findings[""]} == VERDICTS | dict.fromkeys(
         LEFT_OUT, UNKNOWN
     )
 
 
-def test_values_of_the_claims(found: Reproduction[Evidence]) -> None:
+def test_values_of_the_claims(found: Reproduction[DisbandingEvidence]) -> None:
     values = {claim.id: finding.value for claim, finding in found.findings[""]}
     expected = {"P05": 1.08, "P06": 14.2, "P07": 89, "P13": 10.35, "P17": 75, "P18": 29, "P19": 15, "P21": 29.51}
     expected |= {"P22": 44.42, "P32": 64, "P33": 0, "P34": 55.6}
@@ -177,12 +177,12 @@ def test_values_of_the_claims(found: Reproduction[Evidence]) -> None:
         assert values[name] == pytest.approx(value, abs=0.05 if value < 20 else 0.5), name
 
 
-def test_a_claim_that_drops_cells_says_how_many(found: Reproduction[Evidence]) -> None:
+def test_a_claim_that_drops_cells_says_how_many(found: Reproduction[DisbandingEvidence]) -> None:
     shown = {claim.id: finding.shown for claim, finding in found.findings[""]}
     assert shown["P27"].endswith("4 of 5 tau apply")
 
 
-def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction[Evidence]) -> None:
+def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction[DisbandingEvidence]) -> None:
     expected = {
         0.1: (18.86, 19.46, 20.60, 21.97, 23.48, 25.07, 26.69, 28.17, 29.56),
         0.3: (20.86, 23.25, 26.16, 28.90, 31.09, 32.96, 34.64, 36.20, 37.68),
@@ -195,7 +195,7 @@ def test_errors_grow_with_the_string_as_in_the_specification(found: Reproduction
     assert collided == [6 * (count - 1) for count in range(2, 11)]
 
 
-def test_closing_names_what_is_missed(found: Reproduction[Evidence]) -> None:
+def test_closing_names_what_is_missed(found: Reproduction[DisbandingEvidence]) -> None:
     text = " ".join(found.closing())
     for cell in cells_of(found):
         assert (f"{cell.table} {cell.name} {cell.difference:+.1f}" in text) == (cell.verdict == "miss")
@@ -203,7 +203,7 @@ def test_closing_names_what_is_missed(found: Reproduction[Evidence]) -> None:
         assert words in text
 
 
-def test_document_is_strict_json(found: Reproduction[Evidence]) -> None:
+def test_document_is_strict_json(found: Reproduction[DisbandingEvidence]) -> None:
     document = json.loads(to_json(found.document()))
     assert list(document["parts"]) == list(FAST)
     assert len(document["parts"]["2.2"]["cells"]) == 18
@@ -213,7 +213,7 @@ def test_document_is_strict_json(found: Reproduction[Evidence]) -> None:
     assert document["regression"]["passed"] is True
 
 
-def test_figures_have_the_paper_s_panels_with_units(found: Reproduction[Evidence]) -> None:
+def test_figures_have_the_paper_s_panels_with_units(found: Reproduction[DisbandingEvidence]) -> None:
     pytest.importorskip("matplotlib")
     for draw, panels in ((plots.draw_2_1, "abcde"), (plots.draw_2_3, "abcd")):
         axes = draw(found.evidence).axes
@@ -221,7 +221,7 @@ def test_figures_have_the_paper_s_panels_with_units(found: Reproduction[Evidence
         assert all(each.get_xlabel() and each.get_ylabel() and each.lines for each in axes)
 
 
-def test_tables_are_rectangular(found: Reproduction[Evidence]) -> None:
+def test_tables_are_rectangular(found: Reproduction[DisbandingEvidence]) -> None:
     for table in found.tables():
         assert {len(row) for row in table.rows} == {len(table.columns)}, table.title
 
@@ -318,10 +318,10 @@ def test_the_rear_vehicle_s_sensor_is_the_milder_attack() -> None:
 
 def test_what_is_played_fills_its_tables() -> None:
     """With made-up metrics, so that every number stands where it belongs."""
-    todo = CHAPTER.needed(("platoons", "text"), Evidence())
+    todo = CHAPTER.needed(("platoons", "text"), DisbandingEvidence())
     metrics = ("velocity_error_intact", "collided_intact", "acceleration_mps2", "jerk_mps3", "energy_kj_per_km")
     results = {each: dict.fromkeys((*metrics, "recovery_s"), float(k)) for k, each in enumerate(todo)}
-    made = Reproduction(CHAPTER, ("platoons", "text"), Evidence(results))
+    made = Reproduction(CHAPTER, ("platoons", "text"), DisbandingEvidence(results))
     tables = made.tables()
     for table in tables:
         assert {len(row) for row in table.rows} == {len(table.columns)}, table.title
@@ -336,19 +336,21 @@ def test_what_is_played_fills_its_tables() -> None:
 
 
 @pytest.fixture(scope="module")
-def everything() -> Reproduction[Evidence]:
+def everything() -> Reproduction[DisbandingEvidence]:
     return CHAPTER.reproduce(jobs=2, all_interpretations=True)
 
 
 @pytest.mark.slow
-def test_full_run_leaves_no_claim_open(everything: Reproduction[Evidence]) -> None:
+def test_full_run_leaves_no_claim_open(everything: Reproduction[DisbandingEvidence]) -> None:
     verdicts = {claim.id: finding.verdict for claim, finding in everything.findings[""]}
     assert verdicts == VERDICTS | VERDICTS_IN_FULL | {"P37": NEAR, "P38": PARTLY}
     assert everything.passed
 
 
 @pytest.mark.slow
-def test_genetic_algorithm_finds_the_lead_platoon_at_the_first_instant(everything: Reproduction[Evidence]) -> None:
+def test_genetic_algorithm_finds_the_lead_platoon_at_the_first_instant(
+    everything: Reproduction[DisbandingEvidence],
+) -> None:
     rows = json.loads(to_json(everything.document()["parts"]["ga"]))
     single = [row for row in rows if row["budget"] == 1]
     assert [(row["tau_s"], row["found"]) for row in single] == [(tau_s, [[10, 1.0]]) for tau_s in (0.1, 0.3, 0.5)]
@@ -358,7 +360,7 @@ def test_genetic_algorithm_finds_the_lead_platoon_at_the_first_instant(everythin
 
 
 @pytest.mark.slow
-def test_interpretations_decide_the_crash_flags(everything: Reproduction[Evidence]) -> None:
+def test_interpretations_decide_the_crash_flags(everything: Reproduction[DisbandingEvidence]) -> None:
     documents = everything.document()["interpretations"]
     verdicts = {name: tuple(row["verdict"] for row in document["claims"]) for name, document in documents.items()}
     assert verdicts == {"S0": (NEAR, PARTLY), "S1": (REPRODUCED, NEAR), "S2": (NEAR, REPRODUCED)}

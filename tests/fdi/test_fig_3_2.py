@@ -11,7 +11,7 @@ from cps_baselines.fdi.branch_and_bound import PRINTED, find_injections, make_se
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
 from cps_paper.fdi import figure_3_2
-from cps_paper.fdi.course import Course, attack_course
+from cps_paper.fdi.course import CollisionCourse, attack_course
 from cps_paper.fdi.figure_3_2 import (
     FAR,
     ROUGH,
@@ -176,7 +176,7 @@ def test_printed_variant_uses_the_printed_sign() -> None:
     (variant,) = (variant for variant in VARIANTS if variant.name == "+e_x")
     assert variant.gap_sign == PRINTED
     expected = attack_course(FIG_3_2, 10, "x", gap_sign=PRINTED)
-    course: Course = FigureRun(variant, "x").run()
+    course: CollisionCourse = FigureRun(variant, "x").run()
     np.testing.assert_array_equal(course.gap_m, expected.gap_m)
 
 

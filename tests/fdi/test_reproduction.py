@@ -15,7 +15,7 @@ from cps_envs.fdi.task import make_task
 from cps_paper.chapter import Reproduction
 from cps_paper.evidence import NotRunError
 from cps_paper.fdi.audit import beyond_set_a
-from cps_paper.fdi.cells import Cell, table_cells
+from cps_paper.fdi.cells import CollisionPair, table_cells
 from cps_paper.fdi.chapter import CHAPTER, ONE_ATTACKED
 from cps_paper.fdi.continuous import compare, compared, verdict
 from cps_paper.fdi.controls import control_tables
@@ -29,11 +29,11 @@ from cps_paper.fdi.experiments import (
     RELAXED,
     SETS,
     TABLES,
-    Evidence,
+    FdiEvidence,
+    FdiSettings,
     GridRun,
     OneHorizonRun,
     RelaxedSpeeds,
-    Settings,
     four_vehicle_cells,
 )
 from cps_paper.fdi.grid import GridCell
@@ -51,7 +51,7 @@ def ours(*pairs: tuple[int, float]) -> GridCell:
 
 
 @pytest.fixture(scope="module")
-def found() -> Reproduction[Evidence]:
+def found() -> Reproduction[FdiEvidence]:
     return CHAPTER.reproduce(("3.1", "fig", "audit"), quick=True)
 
 
@@ -70,14 +70,14 @@ def found() -> Reproduction[Evidence]:
 def test_rules_of_a_cell(
     paper: CollisionCell, pairs: tuple[tuple[int, float], ...], verdict: str, flags: tuple[bool, ...]
 ) -> None:
-    cell = Cell(paper, ours(*pairs))
+    cell = CollisionPair(paper, ours(*pairs))
     assert cell.verdict == verdict
     assert (cell.feasibility_agrees, cell.pairs_agree, cell.pairs_included, cell.speed_agrees) == flags
 
 
 def test_counts_and_their_total() -> None:
-    near = Cell(PAPER, ours((4, -2.0)))
-    cells = {table: [near, Cell(NOTHING, ours()), Cell(PAPER, ours())] for table in FOUR_VEHICLES}
+    near = CollisionPair(PAPER, ours((4, -2.0)))
+    cells = {table: [near, CollisionPair(NOTHING, ours()), CollisionPair(PAPER, ours())] for table in FOUR_VEHICLES}
     counts = count_tables(cells, None)
     assert [each.table for each in counts] == [*FOUR_VEHICLES, ALL_FOUR]
     assert counts[0].counts == Counts(2, 0, 0, 1)
@@ -89,7 +89,7 @@ def test_counts_and_their_total() -> None:
 
 
 def test_a_count_more_than_three_below_its_goal_fails() -> None:
-    cells = {"3.1": [Cell(NOTHING, ours())] * 10}
+    cells = {"3.1": [CollisionPair(NOTHING, ours())] * 10}
     for goal, passed in ((10 + ALLOWANCE, True), (11 + ALLOWANCE, False)):
         (counts,) = count_tables(cells, {"3.1": Counts(goal, 0, 0, 0)})
         assert counts.passed is passed
@@ -108,12 +108,12 @@ def test_sets_have_horizons_for_every_table() -> None:
     assert set(HORIZONS) == set(SETS) == set(GOALS)
     for name in SETS:
         for table in TABLES:
-            config = Settings(name).config(table)
+            config = FdiSettings(name).config(table)
             assert config.horizon == HORIZONS[name][table]
             assert config.num_vehicles == (5 if table == "3.7" else 4)
 
 
-def test_every_solve_reproduces_its_cell(found: Reproduction[Evidence]) -> None:
+def test_every_solve_reproduces_its_cell(found: Reproduction[FdiEvidence]) -> None:
     cells = table_cells(found.evidence, "3.1")
     assert [cell.paper for cell in cells] == collision_cells("3.1")
     assert [cell.ours.task for cell in cells] == [cell.paper.task for cell in cells]
@@ -123,7 +123,7 @@ def test_every_solve_reproduces_its_cell(found: Reproduction[Evidence]) -> None:
     assert found.passed
 
 
-def test_relaxed_control_has_the_numbers_of_the_specification(found: Reproduction[Evidence]) -> None:
+def test_relaxed_control_has_the_numbers_of_the_specification(found: Reproduction[FdiEvidence]) -> None:
     speeds = found.evidence[RelaxedSpeeds(RELAXED)]
     expected = {"3.1": 16, "3.2": 15, "3.5": 15, "3.3": 22, "3.4": 23, "3.6": 16}
     for table, count in expected.items():
@@ -134,7 +134,7 @@ def test_relaxed_control_has_the_numbers_of_the_specification(found: Reproductio
     assert controls.one_horizon is None
 
 
-def test_speeds_beyond_set_a(found: Reproduction[Evidence]) -> None:
+def test_speeds_beyond_set_a(found: Reproduction[FdiEvidence]) -> None:
     beyond = list(beyond_set_a(found.evidence))
     assert len(beyond) == 27
     speeds = found.evidence[RelaxedSpeeds(ONE_HORIZON)]
@@ -149,19 +149,19 @@ def test_one_horizon_control_finds_known_speeds() -> None:
     assert OneHorizonRun(make_task("x1", 4, 4)).run() is None
 
 
-def test_a_lost_cell_fails_and_is_named(found: Reproduction[Evidence]) -> None:
+def test_a_lost_cell_fails_and_is_named(found: Reproduction[FdiEvidence]) -> None:
     settings = found.evidence.settings
     results: dict[Any, Any] = {each: found.evidence[each] for each in CHAPTER.needed(("3.1",), found.evidence)}
     for cell in collision_cells("3.1")[:4]:
         run = GridRun(settings, "3.1", cell.task)
         reachable = not cell.feasible
         results[run] = replace(results[run], reachable=reachable, speed_mps=-2.0 if reachable else None)
-    changed = Reproduction(CHAPTER, ("3.1",), Evidence(results))
+    changed = Reproduction(CHAPTER, ("3.1",), FdiEvidence(results))
     assert not changed.passed
     assert any("FAILED: 3.1." in paragraph for paragraph in changed.closing())
 
 
-def test_closing_says_what_is_not_reproducible(found: Reproduction[Evidence]) -> None:
+def test_closing_says_what_is_not_reproducible(found: Reproduction[FdiEvidence]) -> None:
     text = " ".join(found.closing())
     for words in (
         "Not reproducible: the individual speeds",
@@ -198,13 +198,13 @@ def test_shipped_optima_have_continuous_injections_ahead() -> None:
         assert min(found.ratios) >= 1.0
 
 
-def test_no_table_is_called_reproduced(found: Reproduction[Evidence]) -> None:
+def test_no_table_is_called_reproduced(found: Reproduction[FdiEvidence]) -> None:
     cells = [value for table in found.tables() for row in table.rows for value in row]
     assert "reproduced" not in cells
     assert not any("reproduced" in table.title for table in found.tables())
 
 
-def test_document_is_strict_json(found: Reproduction[Evidence]) -> None:
+def test_document_is_strict_json(found: Reproduction[FdiEvidence]) -> None:
     document = json.loads(to_json(found.document()))
     assert list(document["parts"]) == ["3.1", "fig", "audit"]
     assert len(document["parts"]["3.1"]) == 16
@@ -216,7 +216,7 @@ def test_document_is_strict_json(found: Reproduction[Evidence]) -> None:
     assert document["settings"] == {"parameters": "A", "back_end": "highs", "time_limit_s": 2.0, "acceptance": 0.45}
 
 
-def test_tables_are_rectangular(found: Reproduction[Evidence]) -> None:
+def test_tables_are_rectangular(found: Reproduction[FdiEvidence]) -> None:
     for table in found.tables():
         assert {len(row) for row in table.rows} == {len(table.columns)}, table.title
 
@@ -230,12 +230,14 @@ def test_parts_are_ordered_and_checked() -> None:
 
 
 def test_what_the_parts_need() -> None:
-    everything: list[Any] = CHAPTER.needed(CHAPTER.chosen(), Evidence())
+    everything: list[Any] = CHAPTER.needed(CHAPTER.chosen(), FdiEvidence())
     assert sum(isinstance(each, GridRun) for each in everything) == 170
     assert {each.task for each in everything if isinstance(each, OneHorizonRun)} == {
         cell.task for cell in four_vehicle_cells()
     }
-    assert not any(isinstance(each, OneHorizonRun) for each in CHAPTER.needed(CHAPTER.chosen(), Evidence(quick=True)))
+    assert not any(
+        isinstance(each, OneHorizonRun) for each in CHAPTER.needed(CHAPTER.chosen(), FdiEvidence(quick=True))
+    )
     assert all(each.cost > 0 and each.label for each in everything)
 
 
@@ -250,21 +252,21 @@ def test_what_the_parts_need() -> None:
 )
 def test_wrong_settings_name_the_remedy(wrong: dict[str, Any], remedy: str) -> None:
     with pytest.raises(ConfigurationError, match=remedy):
-        Settings(**wrong)
+        FdiSettings(**wrong)
 
 
 def test_goals_hold_for_the_solver_that_they_were_stated_for() -> None:
-    assert Settings().has_goals
-    assert Settings("B", time_limit_s=4.0).has_goals
-    others = [Settings(back_end=name) for name in BACK_ENDS[1:]]
-    for other in (*others, Settings(time_limit_s=1.0), Settings(acceptance=0.25)):
+    assert FdiSettings().has_goals
+    assert FdiSettings("B", time_limit_s=4.0).has_goals
+    others = [FdiSettings(back_end=name) for name in BACK_ENDS[1:]]
+    for other in (*others, FdiSettings(time_limit_s=1.0), FdiSettings(acceptance=0.25)):
         assert not other.has_goals
-        assert Reproduction(CHAPTER, (), Evidence(settings=other)).passed
+        assert Reproduction(CHAPTER, (), FdiEvidence(settings=other)).passed
 
 
 def test_what_was_left_out_is_not_made_up() -> None:
     with pytest.raises(NotRunError):
-        table_cells(Evidence(), "3.1")
+        table_cells(FdiEvidence(), "3.1")
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 from cps_envs.fdi.config import CLIP, FIG_3_2
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
-from cps_envs.fdi.picture.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, History
+from cps_envs.fdi.picture.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, SensorHistory
 from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
 from cps_envs.fdi.picture.palette import FALSE, REPLACED
 from cps_envs.fdi.picture.road import VEHICLE_M, lay_out
@@ -136,7 +136,7 @@ def test_free_rows_never_overlap() -> None:
     assert free_rows([]) == []
 
 
-def recorded(game: FdiGame, history: History, levels: Sequence[int], draw: Callable[[int], bool]) -> Scene:
+def recorded(game: FdiGame, history: SensorHistory, levels: Sequence[int], draw: Callable[[int], bool]) -> Scene:
     scene = game.scene(0)
     for step, level in enumerate(levels):
         if draw(step):
@@ -147,7 +147,7 @@ def recorded(game: FdiGame, history: History, levels: Sequence[int], draw: Calla
 
 
 def test_history_keeps_truth_and_readings_at_their_own_times() -> None:
-    game, history = opened(CONFIG), History()
+    game, history = opened(CONFIG), SensorHistory()
     scenes = [game.scene(0)]
     history.add(scenes[0], CONFIG.dt_s)
     for level in CRASH[:5]:
@@ -163,7 +163,7 @@ def test_history_keeps_truth_and_readings_at_their_own_times() -> None:
 
 
 def test_history_begins_anew_with_an_episode_or_when_time_goes_back() -> None:
-    game, history = opened(CONFIG), History()
+    game, history = opened(CONFIG), SensorHistory()
     recorded(game, history, CRASH[:4], lambda step: True)
     assert len(history.rows()) == 5
     game.reset(EVERY, [np.random.default_rng(0)])
@@ -175,7 +175,7 @@ def test_history_begins_anew_with_an_episode_or_when_time_goes_back() -> None:
 
 
 def test_history_takes_a_moment_once_and_keeps_what_preceded_an_illegal_injection() -> None:
-    game, history = opened(CONFIG), History()
+    game, history = opened(CONFIG), SensorHistory()
     scene = recorded(game, history, [-8, -8], lambda step: True)
     history.add(scene, CONFIG.dt_s)
     assert len(history.rows()) == 3
@@ -194,7 +194,7 @@ def test_environments_and_episodes_are_told_apart() -> None:
 
 
 def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
-    history = History()
+    history = SensorHistory()
     history.add(UNDER_WAY._replace(gap=np.array([5.0, 31.0, 5.0, 5.0])), CONFIG.dt_s)
     (gap, gaps), (speed, speeds), (command, injection) = plots(UNDER_WAY, CONFIG, history.peaks)
     assert (gap.low, gap.high) == (gaps.low, gaps.high)
@@ -205,7 +205,7 @@ def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
 
 
 def test_unlimited_commands_widen_their_axis() -> None:
-    history = History()
+    history = SensorHistory()
     history.add(START._replace(command=np.array([0.0, -30.0, 0.0, 12.0])), CONFIG.dt_s)
     (_, _), (_, _), (command, _) = plots(START, FIG_3_2, history.peaks)
     assert command.shows(-30.0)

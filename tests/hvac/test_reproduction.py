@@ -21,10 +21,10 @@ from cps_paper.evidence import NotRunError
 from cps_paper.hvac import experiments, impacts, observers, rules, weighing
 from cps_paper.hvac.cells import CELL
 from cps_paper.hvac.chapter import CHAPTER, EXHIBITS
-from cps_paper.hvac.controllers import CLIP, CONTROLLERS, Evidence, controller_named
+from cps_paper.hvac.controllers import CLIP, CONTROLLERS, HvacEvidence, controller_named
 from cps_paper.hvac.measures import measures, references
 from cps_paper.hvac.rules import CLAIMS
-from cps_paper.hvac.scenario import Outcome, Recorded, Scenario
+from cps_paper.hvac.scenario import DayOutcome, DayScenario, RecordedDay
 from cps_paper.printed.tables import read_table
 from cps_paper.verdicts import (
     GIVEN,
@@ -68,13 +68,13 @@ OUTSIDE = {
 
 
 @pytest.fixture(scope="module")
-def found() -> Reproduction[Evidence]:
-    todo = [each for part in FAST for each in CHAPTER.needed((part,), Evidence(quick=True)) if part != "claims"]
-    return Reproduction(CHAPTER, FAST, Evidence({each: each.run() for each in dict.fromkeys(todo)}))
+def found() -> Reproduction[HvacEvidence]:
+    todo = [each for part in FAST for each in CHAPTER.needed((part,), HvacEvidence(quick=True)) if part != "claims"]
+    return Reproduction(CHAPTER, FAST, HvacEvidence({each: each.run() for each in dict.fromkeys(todo)}))
 
 
 @pytest.fixture(scope="module")
-def whole() -> Reproduction[Evidence]:
+def whole() -> Reproduction[HvacEvidence]:
     return CHAPTER.reproduce()
 
 
@@ -82,7 +82,7 @@ def whole() -> Reproduction[Evidence]:
 
 
 def test_a_day_is_that_of_the_environment_with_the_same_seed() -> None:
-    days = Scenario("random", "none", 3, SHORT).run().a_impact
+    days = DayScenario("random", "none", 3, SHORT).run().a_impact
     for seed, expected in enumerate(days.tolist()):
         env: Any = gymnasium.make("cps_envs:cps_envs/HvacDefense-v0", preset="paper", opponent="random", **dict(SHORT))
         env.reset(seed=seed)
@@ -95,8 +95,8 @@ def test_a_day_is_that_of_the_environment_with_the_same_seed() -> None:
 
 
 def test_impact_is_the_mean_over_the_states_since_a_step() -> None:
-    course = Recorded(Scenario("constant", "none", 2, SHORT)).run()
-    outcome = Scenario("constant", "none", 2, SHORT).run()
+    course = RecordedDay(DayScenario("constant", "none", 2, SHORT)).run()
+    outcome = DayScenario("constant", "none", 2, SHORT).run()
     square = ((course.temperature_c - 25.0) ** 2).sum(axis=2)
     np.testing.assert_allclose(outcome.squared_error, square, rtol=1e-13)
     np.testing.assert_allclose(outcome.a_impact, square[120:].mean(axis=0), rtol=1e-12)
@@ -105,19 +105,19 @@ def test_impact_is_the_mean_over_the_states_since_a_step() -> None:
 
 
 def test_intact_sets_are_those_without_an_attacked_sensor() -> None:
-    attacked = Recorded(Scenario("constant", "mtd1", 2, (*SHORT, ("num_compromised", 1))))
+    attacked = RecordedDay(DayScenario("constant", "mtd1", 2, (*SHORT, ("num_compromised", 1))))
     outcome, course = attacked.scenario.run(), attacked.run()
     sets = sensor_sets(course.config)
     for day in range(2):
         used = {int(choice) for choice in course.choice[100:, day]}
         assert outcome.distinct_sets[day] == len(used)
         assert outcome.intact_sets[day] == sum(2 not in sets[choice - 1] for choice in used)
-    free = Scenario("none", "mtd1", 2, SHORT).run()
+    free = DayScenario("none", "mtd1", 2, SHORT).run()
     np.testing.assert_array_equal(free.intact_sets, free.distinct_sets)
 
 
 def test_a_course_obeys_the_building_and_the_controller_gets_the_readings() -> None:
-    course = Recorded(Scenario("none", "none", 2, SHORT)).run()
+    course = RecordedDay(DayScenario("none", "none", 2, SHORT)).run()
     A, B, G = discretise(course.config)
     x, u = course.temperature_c, course.heating_w
     w = weather(course.config, len(x))[:-1, np.newaxis]
@@ -141,16 +141,16 @@ def test_parts_are_chosen_in_their_order() -> None:
 
 
 def test_quick_claims_need_neither_eight_sensors_nor_table_4_2() -> None:
-    quick = {scenario_of(each) for each in CHAPTER.needed(("claims",), Evidence(quick=True))}
-    full = {scenario_of(each) for each in CHAPTER.needed(CHAPTER.chosen(), Evidence())}
+    quick = {scenario_of(each) for each in CHAPTER.needed(("claims",), HvacEvidence(quick=True))}
+    full = {scenario_of(each) for each in CHAPTER.needed(CHAPTER.chosen(), HvacEvidence())}
     assert quick < full
     assert not any(("num_sensors", 8) in each.settings for each in quick)
     assert not any("model_error" in dict(each.settings) for each in quick)
     assert len(full) > 150
 
 
-def scenario_of(experiment: Any) -> Scenario:
-    scenario: Scenario = getattr(experiment, "scenario", experiment)
+def scenario_of(experiment: Any) -> DayScenario:
+    scenario: DayScenario = getattr(experiment, "scenario", experiment)
     return scenario
 
 
@@ -193,7 +193,7 @@ def test_more_days_make_no_verdict_kinder() -> None:
     wide[-1, :, 0] = np.linspace(0.1, 2.0, 9)  # the paper's value is among them, their median is not
     config = SimpleNamespace(window_steps=200)
     course = SimpleNamespace(config=config, estimation_error_c=wide)
-    (found,) = CLAIMS.evaluate(Evidence({experiments.observed(*case): course}), [claim.id])
+    (found,) = CLAIMS.evaluate(HvacEvidence({experiments.observed(*case): course}), [claim.id])
     assert found[1].verdict == NOT
 
 
@@ -222,14 +222,14 @@ def test_up_to_where_an_impact_equals_the_attack_free_one() -> None:
 # Verdicts on made-up days: what the paper claims, and its opposite
 
 
-def made(impact: float, sets: int = 3) -> Outcome:
+def made(impact: float, sets: int = 3) -> DayOutcome:
     numbers = np.full(2, sets)
-    return Outcome(np.full((720, 2), impact), np.zeros((2, 4)), 200, numbers, numbers, 0 * numbers, 0 * numbers, 519)
+    return DayOutcome(np.full((720, 2), impact), np.zeros((2, 4)), 200, numbers, numbers, 0 * numbers, 0 * numbers, 519)
 
 
-def bars(num_sensors: int, mtd1: dict[str, int], mtd2: int | None) -> dict[Any, Outcome]:
+def bars(num_sensors: int, mtd1: dict[str, int], mtd2: int | None) -> dict[Any, DayOutcome]:
     """Days on which MTD1 fails at these counts by attack, and MTD2 at another under either fallback."""
-    days: dict[Any, Outcome] = {}
+    days: dict[Any, DayOutcome] = {}
     for attacker in experiments.ATTACKS:
         for count in range(num_sensors + 1):
             sets = num_sensors - count
@@ -243,7 +243,7 @@ def bars(num_sensors: int, mtd1: dict[str, int], mtd2: int | None) -> dict[Any, 
 
 
 def verdicts(days: dict[Any, Any], only: tuple[str, ...]) -> dict[str, str]:
-    return {claim.id: finding.verdict for claim, finding in CLAIMS.evaluate(Evidence(days), only)}
+    return {claim.id: finding.verdict for claim, finding in CLAIMS.evaluate(HvacEvidence(days), only)}
 
 
 def test_claims_about_defences_follow_the_days() -> None:
@@ -302,12 +302,12 @@ def test_a_number_recorded_as_outside_has_to_stay_what_it_was() -> None:
         assert Check("group: case", value, stated).passed == passed
 
 
-def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction[Evidence]) -> None:
+def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction[HvacEvidence]) -> None:
     assert found.passed
     energy_w = experiments.ENERGIES_W[0]
     course = found.evidence[experiments.noise_free(energy_w)]
     warmer = course._replace(temperature_c=course.temperature_c + 0.1)
-    changed = Reproduction(CHAPTER, ("4.2fig",), Evidence({experiments.noise_free(energy_w): warmer}))
+    changed = Reproduction(CHAPTER, ("4.2fig",), HvacEvidence({experiments.noise_free(energy_w): warmer}))
     assert not changed.passed
     assert any("FAILED: clear day: zone 1 before noon 0.95" in paragraph for paragraph in changed.closing())
 
@@ -315,13 +315,13 @@ def test_a_number_that_left_the_reference_fails_and_is_named(found: Reproduction
 # What runs in seconds
 
 
-def test_fast_verdicts(found: Reproduction[Evidence]) -> None:
+def test_fast_verdicts(found: Reproduction[HvacEvidence]) -> None:
     assert {
         claim.id: finding.verdict for claim, finding in found.findings[""] if finding.verdict != UNKNOWN
     } == FAST_VERDICTS
 
 
-def test_fast_values(found: Reproduction[Evidence]) -> None:
+def test_fast_values(found: Reproduction[HvacEvidence]) -> None:
     values = {claim.id: finding.value for claim, finding in found.findings[""]}
     expected = {"C01": 1.18, "C10": 0.86, "C15": 0.444, "C16": 0.436, "C17": 0.143, "C19": 7.66, "C20": 7.11}
     for name, value in expected.items():
@@ -330,7 +330,7 @@ def test_fast_values(found: Reproduction[Evidence]) -> None:
     assert values["C30"] == (1.0, 2.0, 3.0, 4.0, 8.0, 9.0, 10.0, 11.0)
 
 
-def test_fast_document_is_strict_json(found: Reproduction[Evidence]) -> None:
+def test_fast_document_is_strict_json(found: Reproduction[HvacEvidence]) -> None:
     document = json.loads(to_json(found.document()))
     assert list(document["parts"]) == list(FAST)
     assert document["regression"]["passed"]
@@ -338,23 +338,23 @@ def test_fast_document_is_strict_json(found: Reproduction[Evidence]) -> None:
     assert len(document["parts"]["4.6fig"]) == 14
 
 
-def test_closing_speaks_of_what_was_computed(found: Reproduction[Evidence]) -> None:
+def test_closing_speaks_of_what_was_computed(found: Reproduction[HvacEvidence]) -> None:
     text = " ".join(found.closing())
     for words in ("settles at 1 %", "consistent with itself", "not evaluated: C11", "are one calibrated set"):
         assert words in text
     assert "what MTD2 does when no set passes" not in text
-    with_claim = Reproduction(CHAPTER, ("claims",), Evidence(bars(4, dict.fromkeys(experiments.ATTACKS, 2), None)))
+    with_claim = Reproduction(CHAPTER, ("claims",), HvacEvidence(bars(4, dict.fromkeys(experiments.ATTACKS, 2), None)))
     assert "what MTD2 does when no set passes" in " ".join(with_claim.closing())
 
 
 @pytest.mark.parametrize("part", [part for part in FAST if part != "claims"])
-def test_fast_figures_are_drawn(found: Reproduction[Evidence], part: str) -> None:
+def test_fast_figures_are_drawn(found: Reproduction[HvacEvidence], part: str) -> None:
     pytest.importorskip("matplotlib")
     figure = draw(found.evidence, part)
     assert all(panel.lines for panel in figure.axes)
 
 
-def draw(evidence: Evidence, part: str) -> Any:
+def draw(evidence: HvacEvidence, part: str) -> Any:
     """The figure of a part."""
     (drawn,) = (each.figures for each in EXHIBITS if each.name == part)
     return next(iter(drawn.values()))(evidence)
@@ -362,7 +362,7 @@ def draw(evidence: Evidence, part: str) -> Any:
 
 def test_figures_need_their_days() -> None:
     with pytest.raises(NotRunError):
-        draw(Evidence(), "4.7fig")
+        draw(HvacEvidence(), "4.7fig")
 
 
 @pytest.mark.parametrize("num_sensors", [4, 8])
@@ -370,7 +370,7 @@ def test_bars_are_drawn_and_listed(num_sensors: int) -> None:
     pytest.importorskip("matplotlib")
     part = {4: "4.7fig", 8: "4.8fig"}[num_sensors]
     made_up = Reproduction(
-        CHAPTER, (part,), Evidence(bars(num_sensors, dict.fromkeys(experiments.ATTACKS, 2), num_sensors))
+        CHAPTER, (part,), HvacEvidence(bars(num_sensors, dict.fromkeys(experiments.ATTACKS, 2), num_sensors))
     )
     ((name, figure),) = made_up.figures()
     assert name == f"figure_4_{part[2]}"
@@ -388,14 +388,14 @@ def test_bars_are_drawn_and_listed(num_sensors: int) -> None:
 
 
 @pytest.mark.slow
-def test_whole_chapter_is_within_the_reference(whole: Reproduction[Evidence]) -> None:
+def test_whole_chapter_is_within_the_reference(whole: Reproduction[HvacEvidence]) -> None:
     assert len(whole.checks) == len(references())
     assert {check.label for check in whole.checks if not check.inside} == OUTSIDE
     assert whole.passed
 
 
 @pytest.mark.slow
-def test_whole_verdicts(whole: Reproduction[Evidence]) -> None:
+def test_whole_verdicts(whole: Reproduction[HvacEvidence]) -> None:
     assert {claim.id: finding.verdict for claim, finding in whole.findings[""]} == FAST_VERDICTS | LONG_VERDICTS
 
 
@@ -411,7 +411,7 @@ def test_verdicts_that_change_over_other_days() -> None:
 
 
 @pytest.mark.slow
-def test_whole_output(whole: Reproduction[Evidence]) -> None:
+def test_whole_output(whole: Reproduction[HvacEvidence]) -> None:
     pytest.importorskip("matplotlib")
     assert [name for name, _ in whole.figures()] == [f"figure_4_{number}" for number in range(2, 9)]
     assert len(whole.tables()) == 14
@@ -422,7 +422,7 @@ def test_whole_output(whole: Reproduction[Evidence]) -> None:
 
 def test_a_controller_stands_in_for_the_other_in_every_experiment() -> None:
     qp = controller_named("qp")
-    for experiment in CHAPTER.needed(CHAPTER.chosen(), Evidence()):
+    for experiment in CHAPTER.needed(CHAPTER.chosen(), HvacEvidence()):
         assert CLIP.under(experiment) == experiment
         other = qp.under(experiment)
         one, two = (getattr(each, "scenario", each) for each in (experiment, other))

@@ -39,13 +39,13 @@ SHORT: dict[str, Any] = {
 
 def test_a_policy_search_is_spread_over_two_workers(tmp_path: Path) -> None:
     pytest.importorskip("cma")
-    from cps_agents.learning.recipe import Recipe, Scene
+    from cps_agents.learning.recipe import Recipe, Situation
 
     knobs: dict[str, Any] = {
         "algorithm": "cma-es",
         "family": "rogue-switching",
         "population": 4,
-        "scenes": (Scene(2),),
+        "scenes": (Situation(2),),
         "total_steps": 16,
     }
     check_same_anywhere(Recipe(**{**SHORT, **knobs}), tmp_path)
@@ -77,13 +77,13 @@ def check_same_anywhere(recipe: Any, folder: Path) -> None:
     from ray_cluster import train_everywhere
 
     from cps_agents.learning.learner import learn
-    from cps_agents.learning.run import Job
+    from cps_agents.learning.run import TrainingJob
 
     train_everywhere(recipe, 2, folder)
     for seed in (0, 1):
         run = json.loads((folder / "tiny" / f"seed-{seed}" / "run.json").read_text())
         assert (run["status"], run["seed"]) == ("finished", seed)
-    learn(Job(recipe, 1, folder / "here", "test"))
+    learn(TrainingJob(recipe, 1, folder / "here", "test"))
     assert (folder / "here" / "policy.safetensors").read_bytes() == (
         folder / "tiny" / "seed-1" / "policy.safetensors"
     ).read_bytes()

@@ -10,7 +10,7 @@ from gymnasium.utils import seeding
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cps_baselines.rogue.beam import BEAMS, Beam, BeamPlanner, Plan, plan_by_beam
+from cps_baselines.rogue.beam import BEAMS, Beam, BeamPlan, BeamPlanner, plan_by_beam
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.lookup import resolve_policy
 from cps_envs.core.match import Match
@@ -66,7 +66,7 @@ def test_a_game_without_copies_refuses_to_branch() -> None:
         game.model(0, 2)
 
 
-def planned(defender: str, config: RogueConfig, beam: Beam, seed: int = 0) -> Plan:
+def planned(defender: str, config: RogueConfig, beam: Beam, seed: int = 0) -> BeamPlan:
     match = begun(config, 1, defender, seed)
     return plan_by_beam(lambda count: match.game.model(0, count), match.players["defender"], beam)
 

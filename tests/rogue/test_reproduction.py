@@ -19,11 +19,11 @@ from cps_paper.chapter import Reproduction
 from cps_paper.rogue import reference
 from cps_paper.rogue.chapter import CHAPTER
 from cps_paper.rogue.claims import CLAIMS
-from cps_paper.rogue.course import Course
+from cps_paper.rogue.course import RogueCourse
 from cps_paper.rogue.experiments import (
     FULL_THROTTLE,
-    Evidence,
     Ride,
+    RogueEvidence,
     Waves,
     calm_ride,
     map_rows,
@@ -150,7 +150,7 @@ def make_course(damage: Any, human_from: Any = None) -> Any:
     humans = np.zeros((count, 5), bool)
     if human_from is not None:
         humans[human_from:] = True
-    return Course(
+    return RogueCourse(
         config=PAPER,
         attacker=2,
         time_s=np.arange(count, dtype=float),
@@ -189,7 +189,7 @@ def test_every_claim_has_a_check() -> None:
 
 
 def test_claims_that_were_not_simulated_stay_open() -> None:
-    findings = Reproduction(CHAPTER, ("claims",), Evidence()).findings
+    findings = Reproduction(CHAPTER, ("claims",), RogueEvidence()).findings
     assert {finding.verdict for _, finding in (*findings["pass"], *findings["solid"])} == {UNKNOWN}
 
 
@@ -206,7 +206,7 @@ def test_recovery_is_judged_against_the_same_run_without_an_attack() -> None:
 
     def finding(changed: Any = slow) -> Any:
         results[square_ride("disband_2", COURSE_FREQUENCIES_HZ[0], "pass")] = changed
-        return CLAIMS.evaluate(Evidence(results), ["R07"])[0][1]
+        return CLAIMS.evaluate(RogueEvidence(results), ["R07"])[0][1]
 
     assert finding().verdict == REPRODUCED
     assert "3 of 3 frequencies, after 5 / 5 / 5 s" in finding().shown
@@ -225,7 +225,7 @@ def test_parts_have_their_order_and_quick_leaves_out_the_long_ones() -> None:
     assert CHAPTER.chosen(["fit"], quick=True) == ("fit",)
     with pytest.raises(ConfigurationError, match="headroom"):
         CHAPTER.chosen(["headrom"])
-    assert square_ride("disband_2", 0.05, "pass") in CHAPTER.needed(["5.5"], Evidence())
+    assert square_ride("disband_2", 0.05, "pass") in CHAPTER.needed(["5.5"], RogueEvidence())
     assert len(head_room_experiments()) == 49
 
 
@@ -238,7 +238,7 @@ def test_references_have_tolerances_and_a_change_fails() -> None:
     assert Check(cell.label, 107.5, cell.reference).passed
     assert not Check(cell.label, 107.7, cell.reference).passed
     results = {each.experiment: np.array([each.reference.value]) for each in every if each.experiment}
-    found = Reproduction(CHAPTER, (), Evidence({**results, cell.experiment: np.array([120.0])}))
+    found = Reproduction(CHAPTER, (), RogueEvidence({**results, cell.experiment: np.array([120.0])}))
     assert not found.passed
     failed = found.closing()
     assert "11 of 12" in failed[-1]
@@ -251,10 +251,10 @@ def test_maps_that_are_too_low_fail_the_reproduction() -> None:
         for name in MAPS.values():
             results |= {row: np.ones(len(FREQUENCIES_HZ)) for row in map_rows(name, contact)}
     results |= {each.experiment: np.array([each.reference.value]) for each in reference.damages() if each.experiment}
-    found = Reproduction(CHAPTER, ["maps"], Evidence(results))
+    found = Reproduction(CHAPTER, ["maps"], RogueEvidence(results))
     assert not found.passed
     assert sum(not each.passed for each in found.checks) == 12
-    assert Reproduction(CHAPTER, ["5.3"], Evidence(results)).passed
+    assert Reproduction(CHAPTER, ["5.3"], RogueEvidence(results)).passed
 
 
 # Specification 7, where R18 "holds for ratios >= 1.2", R21 is "pass: no", and R17 speaks of both contacts.

@@ -11,7 +11,7 @@ from cps_envs.disbanding.state import Constants, State, allocate
 from cps_envs.testbed.config import BASELINE, MITIGATED, RobotConfig
 from cps_envs.testbed.controllers import decide, mark_touching
 from cps_envs.testbed.picture.scene import desired_arcs
-from cps_envs.testbed.picture.track import Track
+from cps_envs.testbed.picture.track import Circle
 from cps_envs.testbed.start import string_constants
 from cps_envs.testbed.state import rules_of
 
@@ -114,7 +114,7 @@ def test_robots_touch_at_the_length_of_a_body() -> None:
 
 
 def test_angles_count_counterclockwise_from_the_right() -> None:
-    track = Track((100.0, 100.0), 50.0, 1.5)
+    track = Circle((100.0, 100.0), 50.0, 1.5)
     assert track.at(np.pi / 2) == pytest.approx((100.0, 50.0))
     assert track.at(0.0, 10.0) == pytest.approx((160.0, 100.0))
     assert track.place(0.0, 1.5) == pytest.approx(track.at(np.pi / 2))

@@ -13,10 +13,10 @@ from cps_agents.console import to_json
 from cps_envs.testbed.config import BASELINE, MITIGATED
 from cps_paper.chapter import Reproduction
 from cps_paper.testbed import chapter
-from cps_paper.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, Outcome, Results, Runs, mitigation, needed
+from cps_paper.testbed.cases import BASE, CASES, LONG, LONG_S, SHORT, CaseOutcome, Results, Runs, mitigation, needed
 from cps_paper.testbed.chapter import CHAPTER, results
 from cps_paper.testbed.claims import CLAIMS
-from cps_paper.testbed.exhibits import Spread, spreads
+from cps_paper.testbed.exhibits import SeedSpread, spreads
 from cps_paper.verdicts import NEAR_SHARE, VERDICTS, of_number
 
 PAGE = Path(__file__).parents[2] / "docs" / "testbed.md"
@@ -163,7 +163,7 @@ def shift(found: Reproduction[Results], points: dict[Any, float]) -> Reproductio
 
 
 def test_fewer_seeds_are_allowed_more() -> None:
-    spread = Spread(25.0, 1.0, 10)
+    spread = SeedSpread(25.0, 1.0, 10)
     assert spread.allowance(10) == spread.allowance(100) == 1.0
     assert spread.allowance(2) == pytest.approx(np.sqrt((1 / 2 + 1 / 10) / (1 / 10 + 1 / 10)))
     assert set(spreads()) == {case.figure for case in CASES}
@@ -181,12 +181,12 @@ def made(
 ) -> Results:
     """Results of two seeds with nothing remarkable but what is given."""
     calm: dict[str, Any] = {name: np.zeros(2) for name in (*MET, "velocity_error")}
-    results: dict[Any, Any] = {Runs(BASE, 2, attacked=False): Outcome(calm, **course([0.0, 0.0]))}
+    results: dict[Any, Any] = {Runs(BASE, 2, attacked=False): CaseOutcome(calm, **course([0.0, 0.0]))}
     for case in CASES:
         own = {name: np.full(2, value) for name, value in MET.items()}
         own |= {name: np.array(values[case]) for name, values in metrics.items() if case in values}
         own["velocity_error"] = np.array(errors[case])
-        results[Runs(case, 2)] = Outcome(own, **course(list(slower)))
+        results[Runs(case, 2)] = CaseOutcome(own, **course(list(slower)))
     return Results(results, num_seeds=2)
 
 

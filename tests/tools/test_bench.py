@@ -10,7 +10,7 @@ import pytest
 from cps_agents.bench import interfaces, measuring
 from cps_agents.bench.interfaces import ADDED, items, measure_yardsticks, short
 from cps_agents.bench.measuring import Findings, measure
-from cps_agents.bench.row import Item, Row, Values, Yardsticks, calls_per_s, microseconds
+from cps_agents.bench.row import Measurement, Row, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.lookup import policy_names
 from cps_envs.core.types import ROLES
@@ -165,7 +165,7 @@ def test_ctrl_c_keeps_what_was_measured(monkeypatch: pytest.MonkeyPatch) -> None
     def pressed(seconds: float, yardsticks: Yardsticks) -> Values:
         raise KeyboardInterrupt
 
-    plans = [Item("added", "first", lambda *_: {"game_us": 1.0}), Item("added", "second", pressed)]
+    plans = [Measurement("added", "first", lambda *_: {"game_us": 1.0}), Measurement("added", "second", pressed)]
     monkeypatch.setattr(measuring, "measure_yardsticks", lambda seconds: YARDSTICKS)
     found = measure(plans, 0.01, quiet)
     assert found.interrupted

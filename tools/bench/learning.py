@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.bench.row import Measurement, Values, Yardsticks
 from cps_agents.learning.recipe import SHARED, Recipe
 from cps_agents.recipes.finding import RECIPES
 from cps_envs.core.problem import Problem
@@ -40,11 +40,11 @@ class Clock:
         object.__setattr__(owner, method, measured)
 
 
-def items(problems: list[Problem]) -> Iterator[Item]:
+def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The recipes of some problems that our own PPO trains."""
     for recipe in RECIPES.values():
         if recipe.algorithm == SHARED and recipe.problem in {problem.name for problem in problems}:
-            yield Item(PART, recipe.name, partial(_measure, recipe))
+            yield Measurement(PART, recipe.name, partial(_measure, recipe))
 
 
 def _measure(recipe: Recipe, seconds: float, yardsticks: Yardsticks) -> Values:

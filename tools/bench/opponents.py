@@ -9,7 +9,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.row import Call, Item, Values, Yardsticks, calls_per_s
+from cps_agents.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import shipped_names
 from cps_envs.core.errors import ConfigurationError, MissingExtraError
@@ -90,7 +90,7 @@ class Opponent:
         return lambda: made.step(neutral)
 
 
-def _usual(problem: Problem) -> Iterator[Item]:
+def _usual(problem: Problem) -> Iterator[Measurement]:
     """Whom each preset plays against unless somebody is named."""
     for preset, usual in problem.opponents.items():
         for role, reference in usual.items():
@@ -98,10 +98,10 @@ def _usual(problem: Problem) -> Iterator[Item]:
             if reference != "none":
                 found = Opponent(problem, role, reference, (preset,), solver=solver)
                 name = f"{problem.name}.{role}.{USUAL} {preset}"
-                yield Item(PART, name, found.measure, SOLVER if solver else "")
+                yield Measurement(PART, name, found.measure, SOLVER if solver else "")
 
 
-def items(problems: list[Problem]) -> Iterator[Item]:
+def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The policies of both roles that have names, and the trained ones."""
     cards = [read_card(SHIPPED / f"{name}.json") for name in shipped_names()]
     for problem in problems:
@@ -114,8 +114,8 @@ def items(problems: list[Problem]) -> Iterator[Item]:
                 full = f"{problem.name}.{role}.{name}"
                 reference, overrides = OPTIONS.get(full, (SOLVERS.get(full, name), {}))
                 found = Opponent(problem, role, reference, presets, overrides, solver=full in SOLVERS)
-                yield Item(PART, full, found.measure, SOLVER if found.solver else "")
+                yield Measurement(PART, full, found.measure, SOLVER if found.solver else "")
             for card in cards:
                 if (card.problem, card.role) == (problem.name, role):
                     own = Opponent(problem, role, f"zoo:{card.name}", (card.preset,), card.overrides)
-                    yield Item(PART, f"{problem.name}.{role}.zoo:{card.name}", own.measure)
+                    yield Measurement(PART, f"{problem.name}.{role}.zoo:{card.name}", own.measure)

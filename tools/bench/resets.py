@@ -8,7 +8,7 @@ from typing import Any
 
 import gymnasium
 
-from cps_agents.bench.row import Item, Values, Yardsticks, calls_per_s
+from cps_agents.bench.row import Measurement, Values, Yardsticks, calls_per_s
 from cps_envs.core.problem import Problem
 
 PART = "resets"
@@ -16,11 +16,11 @@ NUM_ENVS = 1024
 PRESETS = ("paper", "learning")
 
 
-def items(problems: list[Problem]) -> Iterator[Item]:
+def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The attacker's vector form of each problem against `none`."""
     for problem in problems:
         for preset in PRESETS:
-            yield Item(PART, f"{problem.name} {preset}", partial(_measure, problem.env_id("attacker"), preset))
+            yield Measurement(PART, f"{problem.name} {preset}", partial(_measure, problem.env_id("attacker"), preset))
 
 
 def _measure(env_id: str, preset: str, seconds: float, yardsticks: Yardsticks) -> Values:

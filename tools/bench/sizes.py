@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 
 from cps_agents.bench.interfaces import vector
-from cps_agents.bench.row import ROUNDS, Call, Item, Values, Yardsticks, calls_per_s, microseconds
+from cps_agents.bench.row import ROUNDS, Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs.core.generators import seeded
 from cps_envs.core.problem import Problem
 from cps_envs.hvac.houses import house
@@ -68,12 +68,12 @@ SIZES = (
 )
 
 
-def items(problems: list[Problem]) -> Iterator[Item]:
+def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The sizes of some problems."""
     for problem in problems:
         for size in SIZES:
             if size.problem == problem.name:
-                yield Item(PART, f"{problem.name} {size.name}", partial(_measure, problem, size))
+                yield Measurement(PART, f"{problem.name} {size.name}", partial(_measure, problem, size))
 
 
 def _measure(problem: Problem, size: Size, seconds: float, yardsticks: Yardsticks) -> Values:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from cps_agents.bench import interfaces
-from cps_agents.bench.row import Item, Row, Values
+from cps_agents.bench.row import Measurement, Row, Values
 from cps_envs.core.problem import Problem
 from tools.bench import opponents, resets, sizes, threads
 
@@ -124,7 +124,7 @@ PARTS = (
 )
 
 
-def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Item]:
+def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Measurement]:
     """What there is to be measured of some problems in some of the `PARTS`."""
     chosen = list(problems)
     makers = {

@@ -7,7 +7,7 @@ from functools import partial
 from time import perf_counter
 
 from cps_agents.bench.interfaces import vector
-from cps_agents.bench.row import Item, Values, Yardsticks, calls_per_s
+from cps_agents.bench.row import Measurement, Values, Yardsticks, calls_per_s
 from cps_agents.machine import available_cores
 from cps_envs.core.problem import Problem
 
@@ -15,11 +15,13 @@ PART = "threads"
 NUM_ENVS = (64, 1024)
 
 
-def items(problems: list[Problem]) -> Iterator[Item]:
+def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The attacker's vector form of each problem under the preset `paper`, against the opponent `none`."""
     for problem in problems:
         for envs in NUM_ENVS:
-            yield Item(PART, f"{problem.name} vector {envs}", partial(_measure, problem.env_id("attacker"), envs))
+            yield Measurement(
+                PART, f"{problem.name} vector {envs}", partial(_measure, problem.env_id("attacker"), envs)
+            )
 
 
 def _measure(env_id: str, envs: int, seconds: float, yardsticks: Yardsticks) -> Values:

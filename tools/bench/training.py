@@ -10,7 +10,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.row import Item, Values, Yardsticks
+from cps_agents.bench.row import Measurement, Values, Yardsticks
 from cps_agents.learning.recipe import IMITATION, SEARCH, SHARED, Recipe
 from cps_agents.recipes.finding import RECIPES
 from cps_envs.core.problem import Problem
@@ -19,12 +19,12 @@ PART = "training"
 DEFAULT_STEPS = 2048  # of stable-baselines3's PPO before an update
 
 
-def items(problems: list[Problem]) -> Iterator[Item]:
+def items(problems: list[Problem]) -> Iterator[Measurement]:
     """The recipes of some problems that stable-baselines3 trains by reward."""
     names = {problem.name: problem for problem in problems}
     for recipe in RECIPES.values():
         if recipe.problem in names and recipe.algorithm not in (IMITATION, SEARCH, SHARED):
-            yield Item(PART, recipe.name, partial(_measure, recipe, names[recipe.problem]))
+            yield Measurement(PART, recipe.name, partial(_measure, recipe, names[recipe.problem]))
 
 
 def _measure(recipe: Recipe, problem: Problem, seconds: float, yardsticks: Yardsticks) -> Values:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cps_agents.scoring.board import Row, agreement, board, table
+from cps_agents.scoring.board import BoardEntry, agreement, board, table
 from cps_agents.scoring.frozen import Frozen, is_frozen, read_frozen
 from cps_agents.table import Table
 from cps_baselines.tracks import CHALLENGE, tracks
@@ -37,7 +37,7 @@ def page() -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _facts(frozen: Frozen, rows: Sequence[Row]) -> str:
+def _facts(frozen: Frozen, rows: Sequence[BoardEntry]) -> str:
     """What the ends of the scale are paid, what a score takes, and how sure the order is."""
     track, problem = frozen.track, find_problem(frozen.track.problem)
     unit = f" {problem.unit}" if problem.unit else ""

@@ -13,7 +13,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from cps_agents.bench.row import Call, Item, Values, Yardsticks, calls_per_s, microseconds
+from cps_agents.bench.row import Call, Measurement, Values, Yardsticks, calls_per_s, microseconds
 from cps_envs.core.interfaces.parallel_env import RolesParallelEnv
 from cps_envs.core.kernels import kernel
 from cps_envs.core.problem import Problem
@@ -31,21 +31,23 @@ def short(env_id: str) -> str:
     return env_id.rpartition("/")[2].rpartition("-")[0]
 
 
-def items(problems: list[Problem]) -> Iterator[Item]:
+def items(problems: list[Problem]) -> Iterator[Measurement]:
     """CartPole, and every interface of the problems under the preset `paper`, against the opponent `none`."""
     for env_id in (CARTPOLE, *(problem.env_id(role) for problem in problems for role in ROLES)):
-        yield Item(PART, f"{short(env_id)} single", partial(_rate, partial(single, env_id), 1))
+        yield Measurement(PART, f"{short(env_id)} single", partial(_rate, partial(single, env_id), 1))
         for envs in NUM_ENVS:
-            yield Item(PART, f"{short(env_id)} vector {envs}", partial(_rate, partial(vector, env_id, envs), envs))
+            yield Measurement(
+                PART, f"{short(env_id)} vector {envs}", partial(_rate, partial(vector, env_id, envs), envs)
+            )
     for problem in problems:
-        yield Item(PART, f"{problem.name} parallel", partial(_rate, partial(parallel, problem), 1))
+        yield Measurement(PART, f"{problem.name} parallel", partial(_rate, partial(parallel, problem), 1))
 
 
-def added_items(problems: list[Problem]) -> Iterator[Item]:
+def added_items(problems: list[Problem]) -> Iterator[Measurement]:
     """What interfaces add to the game."""
     for problem in problems:
         for role in ROLES:
-            yield Item(ADDED, short(problem.env_id(role)), partial(_added, problem.env_id(role)))
+            yield Measurement(ADDED, short(problem.env_id(role)), partial(_added, problem.env_id(role)))
 
 
 def _rate(make: Any, envs: int, seconds: float, yardsticks: Yardsticks) -> Values:

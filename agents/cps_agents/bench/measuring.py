@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from cps_agents.bench.interfaces import measure_yardsticks
-from cps_agents.bench.row import Item, Row, Yardsticks
+from cps_agents.bench.row import Measurement, Row, Yardsticks
 from cps_agents.errors import explain
 from cps_baselines.interruption import exit_code
 
@@ -22,7 +22,7 @@ class Findings:
     interrupted: int = 0  # the exit code that a signal asks for; 0 if everything was measured
 
 
-def measure(items: Sequence[Item], seconds: float, report: Report) -> Findings:
+def measure(items: Sequence[Measurement], seconds: float, report: Report) -> Findings:
     """Everything, with about `seconds` of CPU for each item; Ctrl-C ends it with what is there."""
     found = Findings()
     try:
@@ -37,7 +37,7 @@ def measure(items: Sequence[Item], seconds: float, report: Report) -> Findings:
     return found
 
 
-def _measured(item: Item, seconds: float, yardsticks: Yardsticks) -> Row:
+def _measured(item: Measurement, seconds: float, yardsticks: Yardsticks) -> Row:
     """An item that cannot be measured, such as a policy that needs options, says why."""
     try:
         return Row(item.part, item.name, item.measure(seconds, yardsticks), item.note)

@@ -35,7 +35,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Item:
+class Measurement:
     """Something to be measured, with about so many CPU seconds."""
 
     part: str

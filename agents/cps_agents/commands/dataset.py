@@ -14,7 +14,7 @@ from cps_envs import find_problem
 from cps_envs.core.types import Role
 
 
-class Side(str, Enum):
+class RecordedRole(str, Enum):
     """Whose experience is kept."""
 
     attacker = "attacker"
@@ -23,7 +23,7 @@ class Side(str, Enum):
 
 def dataset(
     problem: Annotated[str, typer.Argument(help="Problem, such as fdi.")],
-    role: Annotated[Side, typer.Option(help="Keep this role's observations, actions and rewards.")],
+    role: Annotated[RecordedRole, typer.Option(help="Keep this role's observations, actions and rewards.")],
     attacker: Attacker = None,
     defender: Defender = None,
     preset: Preset = None,
@@ -50,7 +50,7 @@ def dataset(
         "attacker": attacker or usual["attacker"],
         "defender": defender or usual["defender"],
     }
-    side: Role = "attacker" if role is Side.attacker else "defender"
+    side: Role = "attacker" if role is RecordedRole.attacker else "defender"
     dataset_id = name or name_of(found, preset, changes, side, players, range(seed, seed + episodes))
     with err().status(f"playing {episodes} episodes"):
         made = write_dataset(found, side, players, preset, changes, range(seed, seed + episodes), dataset_id)

@@ -24,7 +24,7 @@ from cps_agents.commands.options import (
 )
 from cps_agents.console import assignments, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json, write_text
-from cps_agents.league.league import League, Plan, play_league
+from cps_agents.league.league import League, LeaguePlan, play_league
 from cps_agents.league.report import document, draw, rows_as_csv, tables, verdict
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
@@ -70,7 +70,7 @@ def league(
     require("matplotlib", extra="baselines", purpose="a league's heat map")
     preset = preset or find_problem(problem).usual_preset
     venue = Venue(problem, preset, assignments(overrides or []))
-    plan = Plan(venue, {"attacker": attacker or [], "defender": defender or []}, episodes, metric, oracles)
+    plan = LeaguePlan(venue, {"attacker": attacker or [], "defender": defender or []}, episodes, metric, oracles)
     started = time.monotonic()
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
@@ -85,7 +85,7 @@ def league(
     conclude(files, found.payoffs.reused, f"{wall_s:.0f} s.")
 
 
-def _play(plan: Plan, store: Store, jobs: int) -> League:
+def _play(plan: LeaguePlan, store: Store, jobs: int) -> League:
     with Progress(f"{plan.venue.problem} pairs", 1) as progress:
         return play_league(plan, store, jobs, progress.report)
 

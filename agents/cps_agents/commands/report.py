@@ -12,7 +12,7 @@ from cps_agents.commands.league import MOST
 from cps_agents.commands.options import MEETINGS, Attackers, Changes, Defenders, Fresh, Jobs, Meetings, Preset
 from cps_agents.console import assignments, err
 from cps_agents.files import alone_in
-from cps_agents.league.league import Plan
+from cps_agents.league.league import LeaguePlan
 from cps_agents.machine import available_cores
 from cps_agents.progress import Progress
 from cps_agents.report.board import Board, kept_board, play_board
@@ -68,7 +68,7 @@ def report(
         found = find_problem(name)
         chosen = preset or found.usual_preset
         found.config(chosen, values)
-        plans.append(Plan(Venue(name, chosen, values), asked, count))
+        plans.append(LeaguePlan(Venue(name, chosen, values), asked, count))
     with alone_in(folder):
         store, cores = Store(meetings, fresh=fresh), jobs or available_cores()
         boards = [_board(plan, store, cores, kept, QUICK_PLAYERS if quick else None) for plan in plans]
@@ -81,7 +81,7 @@ def report(
         serve_folder(folder)
 
 
-def _board(plan: Plan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
+def _board(plan: LeaguePlan, store: Store, cores: int, kept: bool, most: int | None) -> Board:
     if kept:
         return kept_board(plan, store)
     with Progress(f"{plan.venue.problem} pairs", 1) as progress:

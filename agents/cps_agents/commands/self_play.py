@@ -25,11 +25,11 @@ from cps_agents.commands.options import (
 )
 from cps_agents.console import assignments, err, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
-from cps_agents.league.bounds import Outcome, judge
-from cps_agents.league.league import Plan, check_anybody, line_up
+from cps_agents.league.bounds import LeagueOutcome, judge
+from cps_agents.league.league import LeaguePlan, check_anybody, line_up
 from cps_agents.league.oracles import Oracle, choose_oracles, in_venue, usual_recipe
 from cps_agents.league.response import Budget
-from cps_agents.league.self_play import Game, Iteration, Pool, claim, iterate
+from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate
 from cps_agents.league.self_play_report import document, draw, strategy_line, table, tell_round
 from cps_agents.league.venues import merged
 from cps_agents.learning.recipe import SHARED
@@ -113,10 +113,10 @@ def _game(
     episodes: int,
     budget: Budget,
     store: Store,
-) -> Game:
+) -> SelfPlayGame:
     """With those of the policies asked for that can play, and see and act as the venue has it: they are mixed."""
     with Workers(budget.workers) as pool:
-        players, left_out = line_up(Plan(venue, references, episodes), store, pool)
+        players, left_out = line_up(LeaguePlan(venue, references, episodes), store, pool)
     for missing in left_out:
         _note(f"Left out: {missing.role} {missing.reference}: {missing.reason}")
     for role in ROLES:
@@ -127,7 +127,7 @@ def _game(
                 _note(f"Left out: {role} {reference}: {reason}")
         players[role] = [player for player in players[role] if not refusals[player.reference]]
     start = {role: [player.reference for player in players[role]] for role in ROLES}
-    return Game(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
+    return SelfPlayGame(venue, start, oracles, episodes, budget.seeds, budget.steps, budget.cpu_s)
 
 
 def _unmixable(reference: str, venue: Venue) -> str:
@@ -143,9 +143,9 @@ def _note(line: str) -> None:
     err().print(line, markup=False, soft_wrap=True)
 
 
-def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budget) -> Outcome:
+def _play(game: SelfPlayGame, folder: Path, store: Store, iterations: int, budget: Budget) -> LeagueOutcome:
     """Iterate; after each iteration the results are judged, told and written."""
-    outcomes: list[Outcome] = []
+    outcomes: list[LeagueOutcome] = []
 
     def report(pool: Pool, done: list[Iteration]) -> None:
         outcomes.append(judge(game, pool, done, store, budget.workers))
@@ -157,11 +157,11 @@ def _play(game: Game, folder: Path, store: Store, iterations: int, budget: Budge
     return outcomes[-1]
 
 
-def _document(outcome: Outcome) -> dict[str, Any]:
+def _document(outcome: LeagueOutcome) -> dict[str, Any]:
     return document(outcome, describe())
 
 
-def _show(outcome: Outcome) -> None:
+def _show(outcome: LeagueOutcome) -> None:
     console = out()
     console.print(table(outcome))
     for role in ROLES:

@@ -18,7 +18,7 @@ from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import train_all
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
-from cps_agents.learning.run import Job, read_earlier
+from cps_agents.learning.run import TrainingJob, read_earlier
 from cps_agents.learning.study import Study, Tried, usual_ranges
 from cps_agents.learning.tracking import check_tracker
 from cps_agents.machine import available_cores, describe
@@ -119,7 +119,7 @@ def _opponent(recipe: Recipe, named: Mapping[Role, str | None]) -> dict[str, str
     return {} if rival is None else {"opponent": rival}
 
 
-def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
+def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[TrainingJob]:
     if recipe.algorithm == SHARED:
         require("torch", extra="train", purpose="training")
     elif recipe.algorithm != SEARCH:
@@ -127,10 +127,10 @@ def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[Job]:
 
     command = describe()["command"]
     home = folder / recipe.name
-    return [Job(recipe, seed, home / f"seed-{seed}", command, **how) for seed in seeds]
+    return [TrainingJob(recipe, seed, home / f"seed-{seed}", command, **how) for seed in seeds]
 
 
-def _train(runs: list[Job], workers: int, ship: Path | None) -> dict[str, Any]:
+def _train(runs: list[TrainingJob], workers: int, ship: Path | None) -> dict[str, Any]:
     """What came out; the policies are shipped if asked for."""
     from cps_agents.zoo.merging import merge  # loads compiled kernels, which --list need not wait for
 
@@ -145,7 +145,7 @@ def _train(runs: list[Job], workers: int, ship: Path | None) -> dict[str, Any]:
     }
 
 
-def _print(runs: list[Job], found: dict[str, Any]) -> None:
+def _print(runs: list[TrainingJob], found: dict[str, Any]) -> None:
     rows = [
         (str(run["seed"]), f"{run['steps']:,}", f"{run['cpu_s']:.0f}", f"{run['best_score']:.4g}", run["folder"])
         for run in found["runs"]

@@ -12,10 +12,10 @@ from cps_agents.arena.store import Store
 from cps_agents.league.equilibrium import guaranteed
 from cps_agents.league.meetings import Payoffs
 from cps_agents.league.self_play import (
-    Game,
     Iteration,
     Pool,
     Profile,
+    SelfPlayGame,
     equilibrium_profile,
     play_evaluation,
     play_validation,
@@ -44,10 +44,10 @@ class Bounds:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class LeagueOutcome:
     """What there is after some iterations."""
 
-    game: Game
+    game: SelfPlayGame
     pool: Pool
     iterations: Sequence[Iteration]
     bounds: Sequence[Bounds]  # of the iterations' profiles, by all policies
@@ -65,14 +65,14 @@ class Outcome:
         return sum(found.cpu_s for each in self.iterations for found in each.responses.values())
 
 
-def judge(game: Game, pool: Pool, iterations: Sequence[Iteration], store: Store, workers: int) -> Outcome:
+def judge(game: SelfPlayGame, pool: Pool, iterations: Sequence[Iteration], store: Store, workers: int) -> LeagueOutcome:
     """Play what is missing in the matrices of all policies, and bound every profile by them."""
     validation = play_validation(game, pool, store, workers)
     evaluation = play_evaluation(game, pool, store, workers)
     final = equilibrium_profile(pool, validation.means)
     profiles = [*(iteration.profile for iteration in iterations), final]
     bounds = [bounds_of(profile, pool, validation, evaluation) for profile in profiles]
-    return Outcome(game, pool, list(iterations), bounds[:-1], final, bounds[-1])
+    return LeagueOutcome(game, pool, list(iterations), bounds[:-1], final, bounds[-1])
 
 
 def bounds_of(profile: Profile, pool: Pool, validation: Payoffs, evaluation: Payoffs) -> Bounds:

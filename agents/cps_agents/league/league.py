@@ -31,7 +31,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True)
-class Plan:
+class LeaguePlan:
     """Who is asked to take part; the evaluation seeds 0, 1, ... are played."""
 
     venue: Venue
@@ -56,7 +56,7 @@ class Plan:
 class League:
     """The result."""
 
-    plan: Plan
+    plan: LeaguePlan
     attackers: list[Contestant]
     defenders: list[Contestant]
     left_out: list[LeftOut]
@@ -88,7 +88,7 @@ class League:
         return self.attackers if role == "attacker" else self.defenders
 
 
-def play_league(plan: Plan, store: Store, workers: int, report: Report = silent) -> League:
+def play_league(plan: LeaguePlan, store: Store, workers: int, report: Report = silent) -> League:
     """Play everybody against everybody.
 
     Policies that cannot play the configuration are left out; so are oracles that nobody asked for by name.
@@ -107,7 +107,7 @@ def play_league(plan: Plan, store: Store, workers: int, report: Report = silent)
     return League(plan, attackers, defenders, left_out, payoffs)
 
 
-def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
+def line_up(plan: LeaguePlan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
     """Who of those asked can play and meet all others who are left, by role, and who is left out.
 
     Raises:
@@ -119,7 +119,7 @@ def line_up(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Co
     return {role: [each for each in present[role] if (role, each.reference) not in gone] for role in ROLES}, left_out
 
 
-def entrants(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
+def entrants(plan: LeaguePlan, store: Store, pool: Workers) -> tuple[dict[Role, list[Contestant]], list[LeftOut]]:
     """Who of those asked can play, by role, and who is left out.
 
     Raises:
@@ -144,7 +144,7 @@ def entrants(plan: Plan, store: Store, pool: Workers) -> tuple[dict[Role, list[C
     return present, left_out
 
 
-def reason_against(plan: Plan, application: Application, admission: Admission) -> str:
+def reason_against(plan: LeaguePlan, application: Application, admission: Admission) -> str:
     """Why an application is left out; empty if it plays."""
     if application.contestant.reference in (plan.references.get(application.role) or ()):  # asked for by its name
         check_known(application, admission)
@@ -164,7 +164,7 @@ def check_anybody(role: Role, players: Mapping[Role, Sequence[Contestant]], left
 
 
 @dataclass(frozen=True)
-class Standing:
+class LeagueStanding:
     """A policy among those of its role."""
 
     player: Contestant
@@ -174,7 +174,7 @@ class Standing:
     dominated_by: dict[str, float]  # a strategy that is better against everybody; empty if there is none
 
 
-def standings(league: League, role: Role) -> list[Standing]:
+def standings(league: League, role: Role) -> list[LeagueStanding]:
     """The policies of a role, in the league's order."""
     equilibrium = league.equilibrium
     shares = equilibrium.attacker if role == "attacker" else equilibrium.defender
@@ -184,12 +184,12 @@ def standings(league: League, role: Role) -> list[Standing]:
     ]
 
 
-def _standing(league: League, role: Role, place: int, share: float, dominator: FloatArray | None) -> Standing:
+def _standing(league: League, role: Role, place: int, share: float, dominator: FloatArray | None) -> LeagueStanding:
     cells = league.cells[place] if role == "attacker" else [row[place] for row in league.cells]
     best = min(range(len(cells)), key=lambda rival: SIGN[role] * cells[rival].mean)
     players = league.players(role)
     dominating = {} if dominator is None else _named([player.name for player in players], dominator)
-    return Standing(players[place], share, league.players(other(role))[best].name, cells[best], dominating)
+    return LeagueStanding(players[place], share, league.players(other(role))[best].name, cells[best], dominating)
 
 
 def _named(names: Sequence[str], probabilities: FloatArray) -> dict[str, float]:

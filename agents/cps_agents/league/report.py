@@ -8,7 +8,7 @@ from typing import Any
 
 from cps_agents.arena.statistics import Estimate
 from cps_agents.heatmap import draw_matrix
-from cps_agents.league.league import League, Standing, standings, strategies
+from cps_agents.league.league import League, LeagueStanding, standings, strategies
 from cps_agents.league.strategy import mix
 from cps_agents.table import Cell, Table, csv_text, styled
 from cps_envs import find_problem
@@ -51,7 +51,7 @@ def _strategy(shares: Mapping[str, float]) -> dict[str, Any]:
     return {"probabilities": dict(shares), "reference": mix(list(shares), list(shares.values())).reference}
 
 
-def _standing(found: Standing) -> dict[str, Any]:
+def _standing(found: LeagueStanding) -> dict[str, Any]:
     return {
         "name": found.player.name,
         "reference": found.player.reference,
@@ -102,7 +102,7 @@ def _standings_table(league: League, role: Role) -> Table:
     return Table(f"Equilibrium: {role}", (role, "plays", best, least, "dominated by"), rows)
 
 
-def dominated_text(found: Standing) -> str:
+def dominated_text(found: LeagueStanding) -> str:
     """What dominates a policy, in words."""
     return " or ".join(found.dominated_by)
 
@@ -134,5 +134,5 @@ def draw(league: League) -> Any:
     return draw_matrix(means, texts, rows, columns, title=f"{title}\n{verdict(league)}", axis="defender", limits=limits)
 
 
-def _heading(found: Standing) -> str:
+def _heading(found: LeagueStanding) -> str:
     return f"{found.player.name}\nplays {found.probability:.0%}" if found.probability else found.player.name

@@ -18,7 +18,7 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of, venue_of
-from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Scene, changed
+from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation, changed
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
@@ -172,7 +172,7 @@ def against(recipe: Recipe, question: Question, name: str) -> Recipe:
     known = {policy: recipe.teachers[policy] for policy in strategy.policies if policy in recipe.teachers}
     if len(known) == len(strategy.policies):  # a teacher against each
         return replace(recipe, name=name, opponent=strategy.reference, teachers=known)
-    scenes = (Scene(recipe.scenes[0].episodes),) if recipe.algorithm == SEARCH else recipe.scenes
+    scenes = (Situation(recipe.scenes[0].episodes),) if recipe.algorithm == SEARCH else recipe.scenes
     return changed(replace(recipe, scenes=scenes), {"name": name, "opponent": strategy.reference})
 
 
@@ -243,10 +243,12 @@ def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) 
         CommandError: see `cps_agents.learning.learner.learn`.
     """
     from cps_agents.learning.learner import train_all
-    from cps_agents.learning.run import Job
+    from cps_agents.learning.run import TrainingJob
 
     jobs = [
-        Job(recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume, device=budget.device)
+        TrainingJob(
+            recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume, device=budget.device
+        )
         for seed in budget.training_seeds
     ]
     runs = train_all(jobs, budget.workers, title)

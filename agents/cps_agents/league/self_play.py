@@ -35,7 +35,7 @@ Profile = Mapping[Role, Strategy]
 
 
 @dataclass(frozen=True)
-class Game:
+class SelfPlayGame:
     """What is played and how responses are found."""
 
     venue: Venue
@@ -62,7 +62,7 @@ class Iteration:
     responses: Mapping[Role, Responses]
 
 
-def claim(folder: Path, game: Game, resume: bool) -> None:
+def claim(folder: Path, game: SelfPlayGame, resume: bool) -> None:
     """Begin in an empty folder, or go on with the same game.
 
     Raises:
@@ -86,7 +86,7 @@ def claim(folder: Path, game: Game, resume: bool) -> None:
 
 
 def iterate(
-    game: Game,
+    game: SelfPlayGame,
     folder: Path,
     store: Store,
     iterations: int,
@@ -112,7 +112,7 @@ def iterate(
             after(pool, done)
 
 
-def starting_pool(game: Game) -> Pool:
+def starting_pool(game: SelfPlayGame) -> Pool:
     """The policies to begin with."""
     return {role: [Contestant(name) for name in game.start[role]] for role in ROLES}
 
@@ -127,7 +127,7 @@ def _grown(pool: Pool, iteration: Iteration) -> Pool:
     }
 
 
-def play_pool(game: Game, pool: Pool, seeds: range, store: Store, workers: int, title: str) -> Payoffs:
+def play_pool(game: SelfPlayGame, pool: Pool, seeds: range, store: Store, workers: int, title: str) -> Payoffs:
     """The matrix of all pairs, of which only new ones are played."""
     with Progress(title, 1) as progress, Workers(workers) as workplace:
         return play_meetings(
@@ -141,13 +141,13 @@ def play_pool(game: Game, pool: Pool, seeds: range, store: Store, workers: int, 
         )
 
 
-def play_validation(game: Game, pool: Pool, store: Store, workers: int) -> Payoffs:
+def play_validation(game: SelfPlayGame, pool: Pool, store: Store, workers: int) -> Payoffs:
     """The matrix on which strategies are made."""
     seeds = range(VALIDATION.start, VALIDATION.start + game.episodes)
     return play_pool(game, pool, seeds, store, workers, "validation pairs")
 
 
-def play_evaluation(game: Game, pool: Pool, store: Store, workers: int) -> Payoffs:
+def play_evaluation(game: SelfPlayGame, pool: Pool, store: Store, workers: int) -> Payoffs:
     """The matrix that judges."""
     seeds = range(EVALUATION.start, EVALUATION.start + game.episodes)
     return play_pool(game, pool, seeds, store, workers, "evaluation pairs")
@@ -160,7 +160,9 @@ def equilibrium_profile(pool: Pool, payoff: FloatArray) -> Profile:
     return {role: mix([player.reference for player in pool[role]], shares[role].tolist()) for role in ROLES}
 
 
-def _iterate(game: Game, pool: Pool, number: int, store: Store, home: Path, budget: Budget, tell: Tell) -> Iteration:
+def _iterate(
+    game: SelfPlayGame, pool: Pool, number: int, store: Store, home: Path, budget: Budget, tell: Tell
+) -> Iteration:
     profile = _plan(game, pool, store, home, budget.workers)
     own = replace(budget, seeds=game.seeds, first_seed=number * game.seeds, resume=True)
     responses: dict[Role, Responses] = {}
@@ -178,7 +180,7 @@ def _iterate(game: Game, pool: Pool, number: int, store: Store, home: Path, budg
     return iteration
 
 
-def _plan(game: Game, pool: Pool, store: Store, home: Path, workers: int) -> Profile:
+def _plan(game: SelfPlayGame, pool: Pool, store: Store, home: Path, workers: int) -> Profile:
     """The profile to respond to; once made it stays, whatever is played again later."""
     path = home / "plan.json"
     if path.is_file():

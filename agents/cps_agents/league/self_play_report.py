@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from cps_agents.arena.statistics import Estimate
-from cps_agents.league.bounds import Bounds, Outcome
+from cps_agents.league.bounds import Bounds, LeagueOutcome
 from cps_agents.league.report import stacked
 from cps_agents.league.self_play import MOST_STEPS, Profile, strategy_in
 from cps_agents.table import Table
@@ -26,7 +26,7 @@ from cps_envs.registration import find_problem
 FIGURE_INCHES = (8.0, 3.4)
 
 
-def document(outcome: Outcome, machine: Mapping[str, Any]) -> dict[str, Any]:
+def document(outcome: LeagueOutcome, machine: Mapping[str, Any]) -> dict[str, Any]:
     """Everything, for machines."""
     return {
         **machine,
@@ -50,7 +50,7 @@ def _profile(profile: Profile, bounds: Bounds) -> dict[str, Any]:
     return {"profile": strategies, "bounds": asdict(bounds)}
 
 
-def table(outcome: Outcome) -> Table:
+def table(outcome: LeagueOutcome) -> Table:
     """One line per round: its profile, judged by all policies found."""
     names = [*(str(iteration.number + 1) for iteration in outcome.iterations), "final"]
     rows = [
@@ -67,7 +67,7 @@ def table(outcome: Outcome) -> Table:
     return Table(title, columns, rows)
 
 
-def tell_round(outcome: Outcome) -> str:
+def tell_round(outcome: LeagueOutcome) -> str:
     """The last round in a sentence each."""
     found, number = outcome.bounds[-1], len(outcome.bounds)
     return (
@@ -77,7 +77,7 @@ def tell_round(outcome: Outcome) -> str:
     )
 
 
-def strategy_line(outcome: Outcome, role: Role) -> str:
+def strategy_line(outcome: LeagueOutcome, role: Role) -> str:
     """What a role's final strategy plays, by the names of the pool."""
     names, strategy = {each.reference: each.name for each in outcome.pool[role]}, outcome.final[role]
     parts = sorted(zip(strategy.probabilities, strategy.policies, strict=True), reverse=True)
@@ -85,7 +85,7 @@ def strategy_line(outcome: Outcome, role: Role) -> str:
     return f"The final {role} plays {shown}."
 
 
-def _unit(outcome: Outcome) -> str:
+def _unit(outcome: LeagueOutcome) -> str:
     return find_problem(outcome.game.venue.problem).unit or "return"
 
 
@@ -93,7 +93,7 @@ def _interval(found: Estimate) -> str:
     return f"{found.mean:.4g}" + ("" if found.low is None else f" ({found.low:.4g} to {found.high:.4g})")
 
 
-def draw(outcome: Outcome) -> Any:
+def draw(outcome: LeagueOutcome) -> Any:
     """Exploitability, and what both sides secure and concede, by iteration, as a matplotlib figure.
 
     Raises:

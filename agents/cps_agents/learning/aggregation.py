@@ -18,7 +18,7 @@ from cps_agents.learning.export import make_card, network_of_model, policy_of
 from cps_agents.learning.imitation import Sequences, collect, imitate_sequences, joined, read_sequences, write_sequences
 from cps_agents.learning.model import make_model, scaling_of
 from cps_agents.learning.run import Report, Run
-from cps_agents.learning.tracking import Tracker
+from cps_agents.learning.tracking import RunTracker
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_envs.core.seeds import training_seed
 
@@ -41,7 +41,7 @@ def aggregate(
     device: str,
     envs: TrainingEnvs,
     callback: TrainingCallback,
-    tracker: Tracker,
+    tracker: RunTracker,
     report: Report,
 ) -> None:
     """Whole rounds until the teacher has labelled `total_steps` decisions; each ends with a checkpoint.

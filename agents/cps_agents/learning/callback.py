@@ -16,7 +16,7 @@ from cps_agents.files import replacing
 from cps_agents.learning.demonstrations import validate
 from cps_agents.learning.export import make_card, network_of_model, policy_of
 from cps_agents.learning.run import Report, Run
-from cps_agents.learning.tracking import Tracker
+from cps_agents.learning.tracking import RunTracker
 from cps_agents.learning.training_envs import TrainingEnvs
 from cps_agents.zoo.files import save
 
@@ -24,7 +24,7 @@ from cps_agents.zoo.files import save
 class TrackerWriter(KVWriter):
     """Hands on the numbers; text, figures and films stay behind."""
 
-    def __init__(self, tracker: Tracker) -> None:
+    def __init__(self, tracker: RunTracker) -> None:
         self._tracker = tracker
 
     def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:

@@ -15,7 +15,7 @@ from gymnasium import spaces
 from torch import Tensor
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.ppo import Learner, Settings
+from cps_agents.learning.ppo import Learner, PpoSettings
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import FloatArray
 
@@ -26,7 +26,7 @@ ADVANTAGE_CLIP = 3.0  # deviations, chosen
 class EpisodeNoise(Learner):
     """Plays all episodes from start to end, then takes one step; it needs `paired` environments and a Box."""
 
-    def __init__(self, envs: LearningVectorEnv, settings: Settings, seed: int = 0) -> None:
+    def __init__(self, envs: LearningVectorEnv, settings: PpoSettings, seed: int = 0) -> None:
         """See `Learner`.
 
         Raises:

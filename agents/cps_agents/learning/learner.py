@@ -12,13 +12,13 @@ from typing import Any
 
 from cps_agents.files import alone_in
 from cps_agents.learning.recipe import SEARCH, SHARED
-from cps_agents.learning.run import FINISHED, Job, Report, check_resumable
+from cps_agents.learning.run import FINISHED, Report, TrainingJob, check_resumable
 from cps_agents.progress import Progress
 from cps_baselines.interruption import ending
 from cps_baselines.workers import Workers
 
 
-def learn(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]:
+def learn(job: TrainingJob, report: Report = lambda steps, note: None) -> dict[str, Any]:
     """Train by the job's algorithm; returns what `run.json` holds. Ctrl-C and SIGTERM save first what there is.
 
     Raises:
@@ -45,7 +45,7 @@ def learn(job: Job, report: Report = lambda steps, note: None) -> dict[str, Any]
 POLL_EVERY_S = 1.0
 
 
-def train_all(jobs: Sequence[Job], workers: int, title: str) -> list[dict[str, Any]]:
+def train_all(jobs: Sequence[TrainingJob], workers: int, title: str) -> list[dict[str, Any]]:
     """What each job's `run.json` holds at the end; at most one process per job."""
     total = sum(job.recipe.budget for job in jobs)
     with Progress(title, total) as progress, Workers(min(workers, len(jobs))) as pool:
@@ -56,7 +56,7 @@ def train_all(jobs: Sequence[Job], workers: int, title: str) -> list[dict[str, A
     return [done[job.folder] for job in jobs]
 
 
-def _counting(progress: Progress, job: Job, before: Sequence[Job]) -> Report:
+def _counting(progress: Progress, job: TrainingJob, before: Sequence[TrainingJob]) -> Report:
     """Adds what the jobs before have done; `before` are finished."""
     first = sum(done.recipe.budget for done in before)
 
@@ -67,7 +67,7 @@ def _counting(progress: Progress, job: Job, before: Sequence[Job]) -> Report:
 
 
 @contextmanager
-def _watching(jobs: Sequence[Job], progress: Progress) -> Iterator[None]:
+def _watching(jobs: Sequence[TrainingJob], progress: Progress) -> Iterator[None]:
     """Moves the bar by what other processes write into their folders."""
     over = threading.Event()
 
@@ -85,7 +85,7 @@ def _watching(jobs: Sequence[Job], progress: Progress) -> Iterator[None]:
         thread.join()
 
 
-def _state(jobs: Sequence[Job]) -> tuple[int, list[str]]:
+def _state(jobs: Sequence[TrainingJob]) -> tuple[int, list[str]]:
     done, notes = 0, []
     for job in jobs:
         found, budget = job.run.read(), job.recipe.budget

@@ -28,7 +28,7 @@ SLOWEST = 0.002  # gain of the running scale of rewards, after 500 steps; the fi
 
 
 @dataclass(frozen=True)
-class Settings:
+class PpoSettings:
     """What can be set; the defaults are chosen. How an untrained policy plays is a setting of the environments."""
 
     cpu_s: float = 0.0  # CPU seconds of learning, evaluation left out; 0: without a limit
@@ -52,7 +52,7 @@ class Settings:
     bias_learning_rate: float = 0.08  # of `episode_noise`: that of the last layer's bias
 
 
-class Progress(NamedTuple):
+class LearningProgress(NamedTuple):
     """How far learning is, after an update."""
 
     share: float  # of the budget, 0 to 1
@@ -80,7 +80,7 @@ class Learner:
     which the second begins so, nothing but `arrays` has to be remembered.
     """
 
-    def __init__(self, envs: LearningVectorEnv, settings: Settings, seed: int = 0) -> None:
+    def __init__(self, envs: LearningVectorEnv, settings: PpoSettings, seed: int = 0) -> None:
         """`seed` is that of the network and of its draws; the environments have their own.
 
         Raises:
@@ -115,13 +115,13 @@ class Learner:
         used += [self.cpu_s / settings.cpu_s] if settings.cpu_s > 0 else []
         return min(max(used), 1.0)
 
-    def progress(self) -> Progress:
+    def progress(self) -> LearningProgress:
         """How far it is."""
         mean = float(np.mean(self.returns)) if self.returns else float("nan")
         resumable = self.updates % self.restart_every == 0
-        return Progress(self.share, self.updates, self.steps, self.cpu_s, mean, resumable)
+        return LearningProgress(self.share, self.updates, self.steps, self.cpu_s, mean, resumable)
 
-    def learn(self, report: Callable[[Progress], None] = lambda progress: None) -> None:
+    def learn(self, report: Callable[[LearningProgress], None] = lambda progress: None) -> None:
         """Go on until the budget is used up, and report after each update."""
         while self.share < 1:
             began = time.process_time()
@@ -148,10 +148,10 @@ class Learner:
         if len(active) >= LEAST_BATCH:
             self.update(played, torch.from_numpy(active), falling)
 
-    def collect(self) -> Played:
+    def collect(self) -> Experience:
         """Play `num_steps` decisions of every row."""
         envs, count = self.envs, self.settings.num_steps
-        played = Played.empty(
+        played = Experience.empty(
             count, envs.num_envs, self.rows.shape[1], envs.privileged().shape[1], self.network.entries
         )
         for t in range(count):
@@ -172,7 +172,7 @@ class Learner:
         """Actions (N, entries) in the shape of the action space; those of rows that are not active do not count."""
         return actions.reshape(self.envs.num_envs, *(self.envs.single_action_space.shape or ()))
 
-    def see(self, played: Played, t: int) -> None:
+    def see(self, played: Experience, t: int) -> None:
         """Keep what policy and value function see now, and which rows are active."""
         played.rows[t], played.truth[t], played.active[t] = self.rows, self.envs.privileged(), self.envs.active()
 
@@ -193,7 +193,7 @@ class Learner:
             self.returns.extend(info["final_info"]["episode"]["r"][own][whole].tolist())
             self.begun |= ended
 
-    def update(self, played: Played, chosen: Tensor, falling: float) -> None:
+    def update(self, played: Experience, chosen: Tensor, falling: float) -> None:
         """Clipped policy gradients and value errors over the rows `chosen`, until the policy has moved enough."""
         settings, network = self.settings, self.network
         advantages, targets = self.credit(played)
@@ -227,7 +227,7 @@ class Learner:
                 torch.nn.utils.clip_grad_norm_(parameters, settings.max_grad_norm)
                 self.optimizer.step()
 
-    def credit(self, played: Played) -> tuple[Observation, Observation]:
+    def credit(self, played: Experience) -> tuple[Observation, Observation]:
         """Advantages and value targets (T, N). Nothing counts beyond an episode's end, or once a row is not active.
 
         Where agents pause, what is paid until they are active again counts for the decision before.
@@ -249,7 +249,7 @@ class Learner:
         return advantages, advantages + values[:-1]
 
 
-class Played(NamedTuple):
+class Experience(NamedTuple):
     """T decisions of N rows; what is seen has one more, after the last decision."""
 
     rows: Observation  # (T + 1, N, columns)
@@ -261,7 +261,7 @@ class Played(NamedTuple):
     ended: BoolArray  # (T, N) episodes whose last decision this was
 
     @classmethod
-    def empty(cls, steps: int, rows: int, columns: int, truth: int, entries: int) -> Played:
+    def empty(cls, steps: int, rows: int, columns: int, truth: int, entries: int) -> Experience:
         """Arrays to be filled."""
         return cls(
             np.empty((steps + 1, rows, columns), np.float32),

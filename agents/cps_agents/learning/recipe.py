@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Scene:
+class Situation:
     """A part of the episodes that judge a candidate; what is empty here is the recipe's."""
 
     episodes: int
@@ -30,7 +30,7 @@ class Scene:
     overrides: Mapping[str, Any] = field(default_factory=dict)  # on top of the recipe's
 
 
-def count_episodes(scenes: Sequence[Scene]) -> int:
+def count_episodes(scenes: Sequence[Situation]) -> int:
     """How many episodes judge a candidate."""
     return sum(scene.episodes for scene in scenes)
 
@@ -127,7 +127,7 @@ class Recipe:
     family: str = ""  # of policies whose numbers are searched (CMA-ES, of which a step is an episode)
     population: int = 14  # candidates in a generation
     search_deviation: float = 0.4  # of the first generation, in the steps of the family's numbers
-    scenes: tuple[Scene, ...] = (Scene(16),)  # what judges a candidate
+    scenes: tuple[Situation, ...] = (Situation(16),)  # what judges a candidate
 
     search_steps: int = 0  # of a search for plans that the network imitates first; for few, deterministic starts
     self_imitation: int = 0  # steps, before each update (PPO), towards the own best episode of every start
@@ -230,14 +230,14 @@ def _fitting(name: str, value: Any, present: Any) -> Any:
     return value
 
 
-def _scenes(value: Any) -> tuple[Scene, ...]:
+def _scenes(value: Any) -> tuple[Situation, ...]:
     """Scenes as JSON has them: `[{"episodes": 16, "opponent": "lead"}]`.
 
     Raises:
         CommandError: something else.
     """
     try:
-        found = tuple(Scene(**scene) for scene in value)
+        found = tuple(Situation(**scene) for scene in value)
     except TypeError as error:
         raise CommandError(f'scenes should be like [{{"episodes": 16, "opponent": "lead"}}], got {value!r}') from error
     if not all(type(scene.episodes) is int and scene.episodes > 0 for scene in found):

@@ -17,7 +17,7 @@ from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json, write_text
 from cps_agents.learning.recipe import Recipe, changed, differing, knobs_of
-from cps_agents.learning.tracking import Subject, Tracker, make_tracker
+from cps_agents.learning.tracking import RunTracker, TrackedRun, make_tracker
 from cps_agents.machine import versions
 from cps_agents.recipes.finding import RECIPES
 from cps_envs.core.documents import Entry, Source, entry_of, read_entry, read_text
@@ -122,7 +122,7 @@ def _check(found: Entry) -> None:
 
 
 @dataclass(frozen=True)
-class Job:
+class TrainingJob:
     """A recipe, a seed, and where its run goes; plain data that any process can do.
 
     Raises:
@@ -147,12 +147,12 @@ class Job:
         return Run(self.folder, self.recipe, self.seed, self.command)
 
     @property
-    def subject(self) -> Subject:
+    def subject(self) -> TrackedRun:
         """What a tracker is told of it."""
-        return Subject(f"{self.recipe.name}-seed-{self.seed}", self.recipe.name, self.folder, knobs_of(self.recipe))
+        return TrackedRun(f"{self.recipe.name}-seed-{self.seed}", self.recipe.name, self.folder, knobs_of(self.recipe))
 
 
-def check_resumable(job: Job) -> None:
+def check_resumable(job: TrainingJob) -> None:
     """Whether a job may begin, or go on.
 
     Raises:
@@ -164,13 +164,13 @@ def check_resumable(job: Job) -> None:
         raise CommandError(f"{job.folder} holds an unfinished run: continue with --resume, or delete it")
 
 
-def resumption_of(job: Job) -> int:
+def resumption_of(job: TrainingJob) -> int:
     """How often the run has been gone on with, this time included; 0 for the first."""
     return int(job.run.read().get("resumptions", -1)) + 1
 
 
 @contextmanager
-def recording(job: Job) -> Iterator[Tracker]:
+def recording(job: TrainingJob) -> Iterator[RunTracker]:
     """Says that the run is running, and at the end that it is finished, or interrupted; gives its tracker."""
     run, before = job.run, job.run.read()
     tracker = make_tracker(job.tracker, job.subject)

@@ -15,12 +15,12 @@ from gymnasium import spaces
 from cps_agents.errors import CommandError
 from cps_agents.files import write_json
 from cps_agents.learning.recipe import Recipe, count_episodes, knobs_of
-from cps_agents.learning.run import Job, Report, Run, recording
-from cps_agents.learning.tracking import Tracker
+from cps_agents.learning.run import Report, Run, TrainingJob, recording
+from cps_agents.learning.tracking import RunTracker
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
-from cps_agents.zoo.numbers import Numbers
+from cps_agents.zoo.numbers import NamedNumbers
 from cps_agents.zoo.policy import count_actions
 from cps_baselines.evolution import Evolution
 from cps_baselines.family import Family, find_family, play_family
@@ -51,7 +51,7 @@ def play_scenes(recipe: Recipe, family: Family, values: FloatArray, first_seed: 
 CHECKPOINT = "generations.json"  # what every candidate of every generation reached
 
 
-def search(job: Job, report: Report) -> None:
+def search(job: TrainingJob, report: Report) -> None:
     """Search; see `learner.learn`. A resumed search gives the result of one that was never stopped.
 
     Raises:
@@ -60,7 +60,7 @@ def search(job: Job, report: Report) -> None:
     """
     family = family_of(job.recipe)
     with recording(job) as tracker:
-        Search(job, family, tracker).go_on(report)
+        PolicySearch(job, family, tracker).go_on(report)
 
 
 def family_of(recipe: Recipe) -> Family:
@@ -81,10 +81,10 @@ def family_of(recipe: Recipe) -> Family:
     return family
 
 
-class Search:
+class PolicySearch:
     """A run of the strategy, brought to where its checkpoint ends."""
 
-    def __init__(self, job: Job, family: Family, tracker: Tracker) -> None:
+    def __init__(self, job: TrainingJob, family: Family, tracker: RunTracker) -> None:
         self.run, self.recipe, self.family, self._tracker = job.run, job.recipe, family, tracker
         self.episodes = count_episodes(self.recipe.scenes)
         self.generations = max(self.recipe.total_steps // (self.recipe.population * self.episodes), 1)
@@ -168,7 +168,7 @@ class Search:
         reached = float(play_scenes(self.recipe, self.family, self.values(), VALIDATION[0], times).mean())
         row = {"steps": self.steps, "cpu_s": self.cpu_s, "validation": reached}
         if row["validation"] > max((float(each["validation"]) for each in rows), default=-np.inf):
-            numbers = Numbers(self.values()[0])
+            numbers = NamedNumbers(self.values()[0])
             save(self.run.card, make_card(self.run, self.family, row), {self.run.seed: numbers})
             self.run.write(best_score=row["validation"])
         self.run.append_evaluation(row)

@@ -20,10 +20,10 @@ from cps_agents.files import write_text
 from cps_agents.learning.checkpoint import damaged, read_arrays, restore, write_checkpoint
 from cps_agents.learning.demonstrations import validate
 from cps_agents.learning.episode_noise import EpisodeNoise
-from cps_agents.learning.ppo import Learner, Progress, Settings
+from cps_agents.learning.ppo import Learner, LearningProgress, PpoSettings
 from cps_agents.learning.recipe import Recipe
-from cps_agents.learning.run import Job, Report, Run, recording
-from cps_agents.learning.tracking import Tracker
+from cps_agents.learning.run import Report, Run, TrainingJob, recording
+from cps_agents.learning.tracking import RunTracker
 from cps_agents.learning.twins import Twins
 from cps_agents.learning.warm_start import read_start
 from cps_agents.machine import versions
@@ -41,7 +41,7 @@ CHECKPOINT_EVERY_S = 5.0  # at most
 SAID_EVERY_S = 5.0  # in `run.json`, which other processes read to show how far it is
 
 
-def train(job: Job, report: Report) -> None:
+def train(job: TrainingJob, report: Report) -> None:
     """Train with our own PPO; see `learner.learn`.
 
     Raises:
@@ -111,9 +111,9 @@ def make_envs(
     )
 
 
-def settings_of(recipe: Recipe) -> Settings:
+def settings_of(recipe: Recipe) -> PpoSettings:
     """The learner's settings, as a recipe names them."""
-    return Settings(
+    return PpoSettings(
         cpu_s=recipe.most_cpu_s,
         steps=recipe.total_steps,
         num_steps=recipe.steps_per_update,
@@ -138,7 +138,7 @@ def settings_of(recipe: Recipe) -> Settings:
 class Keeper:
     """Evaluates on validation seeds, keeps the best network, writes checkpoints, and says how far it is."""
 
-    def __init__(self, run: Run, learner: Learner, checkpoint: Path, tracker: Tracker, report: Report) -> None:
+    def __init__(self, run: Run, learner: Learner, checkpoint: Path, tracker: RunTracker, report: Report) -> None:
         self._run, self._learner, self._checkpoint = run, learner, checkpoint
         self._tracker, self._report = tracker, report
         self._game = learner.envs.game
@@ -161,7 +161,7 @@ class Keeper:
             self.evaluate()
         self.say(self._learner.progress())
 
-    def after(self, progress: Progress) -> None:
+    def after(self, progress: LearningProgress) -> None:
         """What follows an update."""
         if progress.share >= self._next:
             self._next = self._after(progress.share)
@@ -183,7 +183,7 @@ class Keeper:
             self.evaluate()
         self._note()
 
-    def say(self, progress: Progress) -> None:
+    def say(self, progress: LearningProgress) -> None:
         """One line."""
         paid = "" if np.isnan(progress.training_return) else f"return {progress.training_return:.3g}, "
         speed = f"{progress.steps_per_s:,.0f} steps/CPU s, {progress.left_s:.0f} CPU s left" if progress.steps else ""

@@ -152,13 +152,13 @@ class Trial(NamedTuple):
 def _train(trial: Trial) -> float | str:
     """The mean score of a trial's runs, or why there is none."""
     from cps_agents.learning.learner import learn
-    from cps_agents.learning.run import Job
+    from cps_agents.learning.run import TrainingJob
 
     study = trial.study
     home, command = study.folder / f"trial-{trial.number}", f"cps-envs tune {study.recipe.name}"
     try:
         recipe = changed(study.recipe, trial.values)
-        runs = [learn(Job(recipe, seed, home / f"seed-{seed}", command)) for seed in range(study.seeds)]
+        runs = [learn(TrainingJob(recipe, seed, home / f"seed-{seed}", command)) for seed in range(study.seeds)]
     except (CommandError, ValueError) as error:
         return str(error)
     return sum(float(run["best_score"]) for run in runs) / len(runs)

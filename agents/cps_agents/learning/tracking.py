@@ -12,7 +12,7 @@ from cps_agents.errors import CommandError
 from cps_envs.core.errors import near, require
 
 
-class Tracker(Protocol):
+class RunTracker(Protocol):
     """Takes numbers by name in the course of a run."""
 
     def log(self, values: Mapping[str, float], steps: int) -> None:
@@ -22,7 +22,7 @@ class Tracker(Protocol):
         """Everything has been said."""
 
 
-class Subject(NamedTuple):
+class TrackedRun(NamedTuple):
     """The run that is tracked."""
 
     name: str  # the same when the run goes on after an interruption
@@ -31,7 +31,7 @@ class Subject(NamedTuple):
     knobs: Mapping[str, Any]
 
 
-def make_tracker(kind: str, subject: Subject) -> Tracker:
+def make_tracker(kind: str, subject: TrackedRun) -> RunTracker:
     """A tracker by its name.
 
     Raises:
@@ -55,7 +55,7 @@ def check_tracker(kind: str) -> None:
 class Silent:
     """Tracks nothing."""
 
-    def __init__(self, subject: Subject) -> None:
+    def __init__(self, subject: TrackedRun) -> None:
         pass
 
     def log(self, values: Mapping[str, float], steps: int) -> None:
@@ -68,7 +68,7 @@ class Silent:
 class TensorBoard:
     """Event files in the run's folder `tensorboard/`, for `tensorboard --logdir runs`."""
 
-    def __init__(self, subject: Subject) -> None:
+    def __init__(self, subject: TrackedRun) -> None:
         require("tensorboard", extra="train", purpose="TensorBoard's files")
         from tensorboard.summary import Writer
 
@@ -110,7 +110,7 @@ class TensorBoard:
 class WeightsAndBiases:
     """A run of the project `cps-envs`, grouped by recipe; its environment variables (WANDB_MODE, ...) hold as usual."""
 
-    def __init__(self, subject: Subject) -> None:
+    def __init__(self, subject: TrackedRun) -> None:
         require("wandb", extra="wandb", purpose="tracking with Weights & Biases")
         import wandb
 
@@ -136,7 +136,7 @@ class WeightsAndBiases:
 class MLflow:
     """A run of the experiment named as the recipe, where MLFLOW_TRACKING_URI says, or in ./mlruns."""
 
-    def __init__(self, subject: Subject) -> None:
+    def __init__(self, subject: TrackedRun) -> None:
         require("mlflow", extra="mlflow", purpose="tracking with MLflow")
         from mlflow.tracking import MlflowClient
 
@@ -147,7 +147,7 @@ class MLflow:
         earlier = self._client.search_runs([experiment], filter_string=named, max_results=1)
         self._run = (earlier[0] if earlier else self._start(experiment, subject)).info.run_id
 
-    def _start(self, experiment: str, subject: Subject) -> Any:
+    def _start(self, experiment: str, subject: TrackedRun) -> Any:
         run = self._client.create_run(experiment, run_name=subject.name)
         for name, value in subject.knobs.items():
             self._client.log_param(run.info.run_id, name, value)
@@ -163,7 +163,7 @@ class MLflow:
         self._client.set_terminated(self._run)
 
 
-TRACKERS: Mapping[str, Callable[[Subject], Tracker]] = {
+TRACKERS: Mapping[str, Callable[[TrackedRun], RunTracker]] = {
     "tensorboard": TensorBoard,
     "wandb": WeightsAndBiases,
     "mlflow": MLflow,

@@ -30,7 +30,7 @@ from cps_agents.learning.imitation import imitate
 from cps_agents.learning.model import check_fit, make_model, scaling_of, wander
 from cps_agents.learning.plan_search import search_plans
 from cps_agents.learning.recipe import IMITATION, RECURRENT
-from cps_agents.learning.run import MOST_STEPS, Job, Report, Run, recording, resumption_of
+from cps_agents.learning.run import MOST_STEPS, Report, Run, TrainingJob, recording, resumption_of
 from cps_agents.learning.training_envs import TrainingEnvs, make_envs
 from cps_envs.core.documents import Source, entry_of
 from cps_envs.core.seeds import training_seed
@@ -84,7 +84,7 @@ def _scaling(parameters: Any) -> dict[str, Array]:
     return {name: weights[f"{prefix}{name}"].cpu().numpy() for name in SCALING}
 
 
-def train(job: Job, report: Report) -> None:
+def train(job: TrainingJob, report: Report) -> None:
     """Train with stable-baselines3; see `learner.learn`.
 
     Raises:
@@ -115,7 +115,7 @@ def train(job: Job, report: Report) -> None:
     envs.close()
 
 
-def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> BaseAlgorithm:
+def _begin(job: TrainingJob, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> BaseAlgorithm:
     """An untrained model, or one that imitates the teacher, or the best plans of a search."""
     recipe, seed = job.recipe, training_seed(job.seed)
     if recipe.algorithm in RECURRENT and recipe.taught:
@@ -134,7 +134,7 @@ def _begin(job: Job, envs: TrainingEnvs, best: BestEpisodes, report: Report) -> 
     return model
 
 
-def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: Job, envs: TrainingEnvs, report: Report) -> None:
+def _imitate(model: BaseAlgorithm, shown: Demonstrations, job: TrainingJob, envs: TrainingEnvs, report: Report) -> None:
     """Rounds of imitation; from the second on the student plays and the teacher corrects it."""
     recipe, seed = job.recipe, training_seed(job.seed)
     generator = np.random.default_rng(seed)

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.ppo import Learner, Played, Settings
+from cps_agents.learning.ppo import Experience, Learner, PpoSettings
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.types import BoolArray, Observation
 
@@ -19,7 +19,7 @@ from cps_envs.core.types import BoolArray, Observation
 class Twins(Learner):
     """Plays all episodes from start to end, and learns from each pair's difference; it needs `paired` environments."""
 
-    def __init__(self, envs: LearningVectorEnv, settings: Settings, seed: int = 0) -> None:
+    def __init__(self, envs: LearningVectorEnv, settings: PpoSettings, seed: int = 0) -> None:
         """See `Learner`.
 
         Raises:
@@ -34,7 +34,7 @@ class Twins(Learner):
         """All episodes start anew at each update."""
         return 1
 
-    def credit(self, played: Played) -> tuple[Observation, Observation]:
+    def credit(self, played: Experience) -> tuple[Observation, Observation]:
         """Half of what a row is paid more than its twin, for each of its decisions (T, N); no values."""
         first: BoolArray = np.cumsum(played.ended, axis=0) - played.ended == 0  # until the first episode's end
         pairs = np.where(first, played.rewards, 0.0).sum(axis=0).reshape(2, -1)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cps_agents.learning.recipe import SEARCH, Recipe, Scene
+from cps_agents.learning.recipe import SEARCH, Recipe, Situation
 from cps_envs.core.types import Array, BoolArray, FloatArray, Role
 from cps_envs.disbanding.config import PAPER
 from cps_envs.testbed.config import BASELINE
@@ -117,8 +117,8 @@ PAUSES = ",".join(f'"timed?pause_s={pause_s}"' for pause_s in (5, 15, 30, 50, 75
 WORST = f'mixture?policies=["random?front_bias=3",{PAUSES}]'
 ROADS: Mapping[str, Any] = {"desired_gap_m": (3.8, 6.0), "attack_budget": (1, 3), "duration_s": 150.0}
 DISTURBED = (
-    Scene(3, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),
-    Scene(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
+    Situation(3, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.5}),
+    Situation(2, WORST, "easy", {**ROADS, "correction_noise_mps2": 0.8}),
 )
 
 
@@ -139,9 +139,9 @@ class CaccBroadcast(Recipe):
         default_factory=lambda: {"tau_s": (0.08, 0.55), "collision_penalty": 1.0, "report": "safety"}
     )
     opponent: str = "lead"
-    scenes: tuple[Scene, ...] = (
-        Scene(2, overrides={**TABLE_ROADS, "duration_s": 100.0}),  # by then all drive on
-        Scene(6, "table_2_3", overrides=TABLE_ROADS),  # the harder attack, so more of it
+    scenes: tuple[Situation, ...] = (
+        Situation(2, overrides={**TABLE_ROADS, "duration_s": 100.0}),  # by then all drive on
+        Situation(6, "table_2_3", overrides=TABLE_ROADS),  # the harder attack, so more of it
         *DISTURBED,
     )
     population: int = 12
@@ -165,9 +165,9 @@ class CaccLocal(CaccBroadcast):
 
     name: str = "disbanding-cacc"
     family: str = "disbanding-local"
-    scenes: tuple[Scene, ...] = (
-        Scene(3, overrides={**TABLE_ROADS, "duration_s": 100.0}),
-        Scene(4, "table_2_3", overrides=TABLE_ROADS),
+    scenes: tuple[Situation, ...] = (
+        Situation(3, overrides={**TABLE_ROADS, "duration_s": 100.0}),
+        Situation(4, "table_2_3", overrides=TABLE_ROADS),
         *DISTURBED,
     )
     search_deviation: float = 0.2
@@ -201,7 +201,7 @@ class CaccRobots(CaccBroadcast):
         }
     )
     opponent: str = "plan?events=[[3, 20]]"  # that of the test bed, whose module would load the compiler here
-    scenes: tuple[Scene, ...] = (Scene(6),)
+    scenes: tuple[Situation, ...] = (Situation(6),)
     total_steps: int = 12 * 6 * 20  # 20 generations
     evaluations: int = 4
     evaluation_episodes: int = 60
@@ -224,12 +224,12 @@ class CaccRadio(CaccBroadcast):
     family: str = "disbanding-radio"
     preset: str = "learning"
     overrides: Mapping[str, Any] = field(default_factory=dict)
-    scenes: tuple[Scene, ...] = (
-        Scene(3, "lead", overrides=LOSSY),
-        Scene(4, WORST, overrides=LOSSY),
-        Scene(2, WORST, overrides=ATTACKED),
-        Scene(2, JAMMED, overrides=ATTACKED),
-        Scene(1, "none"),
+    scenes: tuple[Situation, ...] = (
+        Situation(3, "lead", overrides=LOSSY),
+        Situation(4, WORST, overrides=LOSSY),
+        Situation(2, WORST, overrides=ATTACKED),
+        Situation(2, JAMMED, overrides=ATTACKED),
+        Situation(1, "none"),
     )
     search_deviation: float = 0.25
     total_steps: int = 12 * 12 * 10  # 10 generations

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cps_agents.learning.recipe import SEARCH, Recipe, Scene
+from cps_agents.learning.recipe import SEARCH, Recipe, Situation
 from cps_envs.core.types import Array, BoolArray, FloatArray, IntArray, Role
 from cps_envs.fdi.task import Task
 
@@ -191,11 +191,11 @@ class FdiHypotheses(Recipe):
     family: str = "fdi-hypotheses"
     preset: str = "learning"
     opponent: str = "tracker"
-    scenes: tuple[Scene, ...] = (
-        *(Scene(4, tracker) for tracker in TRACKERS),
-        *(Scene(2, tracker, overrides=UNSEEN_GAP) for tracker in TRACKERS),
-        Scene(6, LOUD),
-        Scene(48, "none"),
+    scenes: tuple[Situation, ...] = (
+        *(Situation(4, tracker) for tracker in TRACKERS),
+        *(Situation(2, tracker, overrides=UNSEEN_GAP) for tracker in TRACKERS),
+        Situation(6, LOUD),
+        Situation(48, "none"),
     )
     population: int = 12
     search_deviation: float = 0.8
@@ -225,8 +225,8 @@ class FdiTaskTracker(Recipe):
     family: str = "fdi-task-tracker"
     preset: str = "learning"
     opponent: str = "cusum"
-    scenes: tuple[Scene, ...] = tuple(
-        Scene(episodes, defender, overrides={"attack_share": 1.0})
+    scenes: tuple[Situation, ...] = tuple(
+        Situation(episodes, defender, overrides={"attack_share": 1.0})
         for defender, episodes in (("bank", 24), ("cusum", 16), ("redundant_cusum", 16), ("chi2", 12), ("none", 4))
     )
     population: int = 14

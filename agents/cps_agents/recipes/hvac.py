@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cps_agents.learning.recipe import SEARCH, Recipe, Scene
+from cps_agents.learning.recipe import SEARCH, Recipe, Situation
 from cps_envs.core.types import Array, BoolArray, FloatArray, Role
 
 if TYPE_CHECKING:
@@ -143,10 +143,10 @@ class HvacBayes(Recipe):
     algorithm: str = SEARCH
     family: str = "hvac-bayes-together"
     preset: str = "learning"
-    scenes: tuple[Scene, ...] = (
-        Scene(28, HIDING),
-        Scene(12, BOLD),
-        Scene(4, APART),
+    scenes: tuple[Situation, ...] = (
+        Situation(28, HIDING),
+        Situation(12, BOLD),
+        Situation(4, APART),
     )
     population: int = 12
     search_deviation: float = 0.5
@@ -171,9 +171,9 @@ class HvacWarmTracker(Recipe):
     preset: str = "learning"
     overrides: Mapping[str, Any] = field(default_factory=dict)
     opponent: str = "bayes"
-    scenes: tuple[Scene, ...] = (
-        Scene(24, overrides={"compromised_weights": (0, 1, 1, 0)}),
-        Scene(16, overrides={"compromised_weights": (0, 0, 0, 1)}),  # where most is to be won
+    scenes: tuple[Situation, ...] = (
+        Situation(24, overrides={"compromised_weights": (0, 1, 1, 0)}),
+        Situation(16, overrides={"compromised_weights": (0, 0, 0, 1)}),  # where most is to be won
     )
     population: int = 10
     search_deviation: float = 1.0

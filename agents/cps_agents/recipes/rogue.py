@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cps_agents.learning.recipe import IMITATION, SEARCH, Recipe, Scene
+from cps_agents.learning.recipe import IMITATION, SEARCH, Recipe, Situation
 from cps_envs.core.types import Array, FloatArray, Role
 
 CONTROLLERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
@@ -162,7 +162,7 @@ EXPLOITERS = (
     (9.89, -4.98, -0.822, 2.7, -6.87, 4.2, -0.196),
 )
 TUNED = "tuned?front_gap={}&front_rate={}&rear_gap={}&rear_rate={}&excess={}&bias={}&hysteresis={}"
-EXPLOITING = tuple(Scene(1, TUNED.format(*weights), overrides={"power_ratio": 1.3}) for weights in EXPLOITERS)
+EXPLOITING = tuple(Situation(1, TUNED.format(*weights), overrides={"power_ratio": 1.3}) for weights in EXPLOITERS)
 
 
 @dataclass(frozen=True)
@@ -183,11 +183,11 @@ class RogueBoxIn(Recipe):
             "formation_weight_mps2": 0.7,  # at 2 the attacker is left alone below 21 m/s
         }
     )
-    scenes: tuple[Scene, ...] = (
-        Scene(6),
-        Scene(5, SEARCHED),
-        Scene(8, WAVES),
-        Scene(3, WAVES, overrides={"power_ratio": 1.0}),
+    scenes: tuple[Situation, ...] = (
+        Situation(6),
+        Situation(5, SEARCHED),
+        Situation(8, WAVES),
+        Situation(3, WAVES, overrides={"power_ratio": 1.0}),
         *EXPLOITING,
     )
     population: int = 14

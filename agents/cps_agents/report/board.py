@@ -19,7 +19,7 @@ from cps_agents.arena.statistics import estimate
 from cps_agents.arena.store import Store
 from cps_agents.catalogue import policies
 from cps_agents.errors import CommandError, explain
-from cps_agents.league.league import League, LeftOut, Plan, check_anybody, entrants, line_up, standings
+from cps_agents.league.league import League, LeaguePlan, LeftOut, check_anybody, entrants, line_up, standings
 from cps_agents.league.meetings import RETURN, Payoffs
 from cps_agents.report.replay import Take
 from cps_agents.zoo.card import MIXTURE
@@ -38,7 +38,7 @@ DIGITS = 6  # significant, of numbers on the page
 class Board:
     """Attackers in rows, defenders in columns; a result is missing where a pair has not played."""
 
-    plan: Plan
+    plan: LeaguePlan
     attackers: Sequence[Contestant]
     defenders: Sequence[Contestant]
     left_out: Sequence[LeftOut]
@@ -84,7 +84,7 @@ def board_of(league: League, store: Store) -> Board:
     return replace(board, results=kept)
 
 
-def kept_board(plan: Plan, store: Store) -> Board:
+def kept_board(plan: LeaguePlan, store: Store) -> Board:
     """What is there of a league that was interrupted; nothing is played.
 
     Raises:
@@ -211,7 +211,7 @@ def _short(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.{DIGITS}g}")
 
 
-def play_board(plan: Plan, store: Store, workers: int, told: Report = silent, most: int | None = None) -> Board:
+def play_board(plan: LeaguePlan, store: Store, workers: int, told: Report = silent, most: int | None = None) -> Board:
     """Everybody against everybody, or `most` of each role that stand for the others.
 
     A pair that cannot play, as with forms that exclude each other, has no result; those who stand for the others can

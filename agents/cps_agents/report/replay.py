@@ -30,7 +30,7 @@ FEW_ROWS, MOST_ROWS = 6, 48  # drawn as lines; drawn at all
 
 
 @dataclass(frozen=True)
-class Track:
+class Curve:
     """A quantity at k moments, in r rows."""
 
     name: str
@@ -79,30 +79,30 @@ class Diary:
         return {name: [track.document() for track in tracks] for name, tracks in parts.items()}
 
 
-def action_track(actions: Array, space: spaces.Space[Any]) -> Track:
+def action_track(actions: Array, space: spaces.Space[Any]) -> Curve:
     """The actions (k, ...) in force at each moment."""
     rows = actions.reshape(len(actions), -1).astype(np.float64)
     discrete = isinstance(space, (spaces.Discrete, spaces.MultiDiscrete))
     about = "number of the choice" if discrete else "share of the largest possible"
-    return Track("Action", rows, about=about, whole=discrete)
+    return Curve("Action", rows, about=about, whole=discrete)
 
 
-def observation_tracks(observations: Array, fields: Fields) -> list[Track]:
+def observation_tracks(observations: Array, fields: Fields) -> list[Curve]:
     """What was observed, field by field in physical units; `observations` (k, size) are encoded."""
     decoded = fields.decode(observations)
     return [
-        Track(each.name, decoded[each.name].reshape(len(observations), -1), each.unit, each.description)
+        Curve(each.name, decoded[each.name].reshape(len(observations), -1), each.unit, each.description)
         for each in fields
         if each.size
     ]
 
 
-def belief_tracks(beliefs: Sequence[Mapping[str, Array]]) -> list[Track]:
+def belief_tracks(beliefs: Sequence[Mapping[str, Array]]) -> list[Curve]:
     """What a policy told of its beliefs at each moment; nothing where it told none."""
     if not beliefs:
         return []
     return [
-        Track(name, np.array([np.ravel(each[name]) for each in beliefs], np.float64))
+        Curve(name, np.array([np.ravel(each[name]) for each in beliefs], np.float64))
         for name in beliefs[-1]
         if all(name in each for each in beliefs)
     ]
@@ -134,12 +134,12 @@ def record(take: Take) -> str:
     players: dict[Role, Any] = {"attacker": meeting.attacker, "defender": meeting.defender}
     match = problem.match(config, 1, players)
     match.reset(np.ones(1, np.bool_), [seeding.np_random(take.seed)[0]])
-    camera = Camera(match, recording_viewer(problem, config))
+    camera = ReplayCamera(match, recording_viewer(problem, config))
     camera.paid = camera.run()
     return _fitting(camera, take)
 
 
-def _fitting(camera: Camera, take: Take) -> str:
+def _fitting(camera: ReplayCamera, take: Take) -> str:
     """The packed episode with as many moments as fit."""
     packed = ""
     for stride in STRIDES:
@@ -155,7 +155,7 @@ def pack(episode: Mapping[str, Any]) -> str:
     return base64.b64encode(gzip.compress(plain.encode(), 9, mtime=0)).decode()
 
 
-class Camera:
+class ReplayCamera:
     """Plays a match of one environment to its end and keeps some of its moments."""
 
     def __init__(self, match: Match, drawing: tuple[CanvasViewer, Recorder] | None) -> None:

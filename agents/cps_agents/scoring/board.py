@@ -23,7 +23,7 @@ HALVINGS = 200  # of the episodes, at random
 
 
 @dataclass(frozen=True)
-class Row:
+class BoardEntry:
     """An entry of a board."""
 
     name: str  # of the file
@@ -46,19 +46,19 @@ def entries(track: Track, folder: Path | None = None) -> dict[str, Score]:
     return dict(sorted(found.items(), key=lambda item: -item[1].estimate.mean))
 
 
-def board(track: Track, folder: Path | None = None) -> list[Row]:
+def board(track: Track, folder: Path | None = None) -> list[BoardEntry]:
     """The rows of a track: ranks count those who are surely better than the first of a rank."""
-    rows: list[Row] = []
+    rows: list[BoardEntry] = []
     leader: Score | None = None  # of the present rank
     ranked = rank = 0
     for name, score in entries(track, folder).items():
         if not score.kind.ranked:
-            rows.append(Row(name, score, 0))
+            rows.append(BoardEntry(name, score, 0))
             continue
         ranked += 1
         if leader is None or leader.minus(score).excludes_zero:
             leader, rank = score, ranked
-        rows.append(Row(name, score, rank))
+        rows.append(BoardEntry(name, score, rank))
     return rows
 
 
@@ -77,7 +77,7 @@ class Agreement:
         )
 
 
-def agreement(rows: Sequence[Row]) -> Agreement | None:
+def agreement(rows: Sequence[BoardEntry]) -> Agreement | None:
     """That of a board; nothing where fewer than two ranks are above 0."""
     above = [row for row in rows if row.rank and row.score.estimate.mean > 0]
     pairs = np.array(list(combinations(range(len(above)), 2))).reshape(-1, 2)
@@ -109,7 +109,7 @@ def rank_line(score: Score, folder: Path | None = None) -> str:
     return f"Rank {better + 1} of {len(others)} on the board: {better} are surely better."
 
 
-def table(track: Track, rows: Sequence[Row]) -> Table:
+def table(track: Track, rows: Sequence[BoardEntry]) -> Table:
     """A board."""
     cells = []
     for row in rows:
@@ -134,7 +134,7 @@ def kind_text(score: Score) -> str:
     return f"{score.kind}{f', {len(score.pays)} training seed(s)' if few else ''}"
 
 
-def front(boards: Mapping[str, Sequence[Row]]) -> Table:
+def front(boards: Mapping[str, Sequence[BoardEntry]]) -> Table:
     """One row for each track that has entries: the best of every kind, with its half width."""
     groups = (("rules",), ("searched",), ("reward", "imitation"), ("told",))
     rows = [
@@ -145,13 +145,13 @@ def front(boards: Mapping[str, Sequence[Row]]) -> Table:
     return Table("", FRONT, rows)
 
 
-def _best(rows: Sequence[Row]) -> str:
+def _best(rows: Sequence[BoardEntry]) -> str:
     if not rows:
         return NONE_YET
     score = rows[0].score
     return f"{rows[0].name} {score.estimate.mean:.0f} ± {score.half_width:.0f}"
 
 
-def boards(folder: Path | None = None) -> dict[str, list[Row]]:
+def boards(folder: Path | None = None) -> dict[str, list[BoardEntry]]:
     """All eight."""
     return {name: board(track, folder) for name, track in tracks().items()}

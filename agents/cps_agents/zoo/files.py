@@ -16,7 +16,7 @@ from safetensors.numpy import save as to_bytes
 from cps_agents.files import alone_at, replacing, write_json
 from cps_agents.zoo.card import PARTS, REMEDY, SHIPPED, Card, read_card
 from cps_agents.zoo.network import Network, check_fit, network_of
-from cps_agents.zoo.numbers import Numbers, numbers_of
+from cps_agents.zoo.numbers import NamedNumbers, numbers_of
 from cps_envs.core.documents import read_bytes
 from cps_envs.core.errors import UnknownNameError, near
 
@@ -55,7 +55,7 @@ def find(name: str) -> Path:
 def save(
     card_path: Path,
     card: Card,
-    networks: Mapping[int, Network | Numbers],
+    networks: Mapping[int, Network | NamedNumbers],
     starts: Mapping[int, Network] | None = None,
 ) -> Card:
     """Write weights and card so that at every moment a pair that fits is there. Returns the card with their hash.
@@ -84,7 +84,7 @@ def save(
     return written
 
 
-def load(card_path: Path, seed: int | None = None, *, untrained: bool = False) -> tuple[Card, Network | Numbers]:
+def load(card_path: Path, seed: int | None = None, *, untrained: bool = False) -> tuple[Card, Network | NamedNumbers]:
     """The card and the network, or the numbers, of one training seed, the best if none is given. It runs no code.
 
     With `untrained` the network is the one that this training began with.

@@ -8,7 +8,7 @@ from typing import Any
 from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.files import find, load
 from cps_agents.zoo.mixing import mixed
-from cps_agents.zoo.numbers import Numbers, member
+from cps_agents.zoo.numbers import NamedNumbers, member
 from cps_agents.zoo.policy import TrainedPolicy
 from cps_agents.zoo.wired import WiredPolicy, wired_policy
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
@@ -35,9 +35,9 @@ def trained(
 
     card, network = load(find(name), seed, untrained=untrained)
     version = PROBLEMS[spec.problem].version if spec.problem in PROBLEMS else None
-    if isinstance(network, Numbers) and card.head == MIXTURE:
+    if isinstance(network, NamedNumbers) and card.head == MIXTURE:
         return mixed(spec, card, network, version)
-    if isinstance(network, Numbers):
+    if isinstance(network, NamedNumbers):
         return member(spec, card, network, version)
     if card.wiring:
         sampled = None if deterministic is None else not deterministic

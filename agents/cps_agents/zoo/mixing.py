@@ -13,7 +13,7 @@ from cps_agents.errors import CommandError
 from cps_agents.machine import versions
 from cps_agents.zoo.card import MIXTURE, PARTS, SHIPPED, Card
 from cps_agents.zoo.files import find, load, save
-from cps_agents.zoo.numbers import Numbers
+from cps_agents.zoo.numbers import NamedNumbers
 from cps_agents.zoo.policy import check_role, count_actions
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Venue
@@ -24,7 +24,7 @@ from cps_envs.core.types import Role, other
 from cps_envs.registration import find_problem
 
 
-def mixed(spec: RoleSpec, card: Card, probabilities: Numbers, version: int | None) -> Policy:
+def mixed(spec: RoleSpec, card: Card, probabilities: NamedNumbers, version: int | None) -> Policy:
     """The policy of a card that is a mixed strategy; `version` is that of the problem.
 
     Raises:
@@ -75,7 +75,7 @@ def save_mixture(
         evaluation=dict(evaluation),
         numbers=tuple(references),
     )
-    return save(target, card, {0: Numbers(np.array(list(strategy.values())))})
+    return save(target, card, {0: NamedNumbers(np.array(list(strategy.values())))})
 
 
 def _kept(reference: str, target: Path, place: int) -> str:

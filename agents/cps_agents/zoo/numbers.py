@@ -19,7 +19,7 @@ MOST = 1e6  # size of a number in a file; no search comes near
 
 
 @dataclass(frozen=True)
-class Numbers:
+class NamedNumbers:
     """What a search has found, (k,), in the order of the card's names."""
 
     values: FloatArray
@@ -29,7 +29,7 @@ class Numbers:
         return {TENSOR: np.ascontiguousarray(self.values)}
 
 
-def numbers_of(tensors: Mapping[str, Array], count: int) -> Numbers:
+def numbers_of(tensors: Mapping[str, Array], count: int) -> NamedNumbers:
     """The numbers of a file's arrays.
 
     Raises:
@@ -42,10 +42,10 @@ def numbers_of(tensors: Mapping[str, Array], count: int) -> Numbers:
         raise ValueError(f"it has {values.dtype} numbers of shape {values.shape}, the card names {count}")
     if not np.all(np.abs(values) <= MOST):
         raise ValueError("a number is not finite, or far too large")
-    return Numbers(values)
+    return NamedNumbers(values)
 
 
-def member(spec: RoleSpec, card: Card, numbers: Numbers, version: int | None) -> Policy:
+def member(spec: RoleSpec, card: Card, numbers: NamedNumbers, version: int | None) -> Policy:
     """The policy of a card's family with these numbers; `version` is that of the problem.
 
     Raises:

@@ -28,7 +28,7 @@ PASSES = 3  # over all variables, to narrow their ranges
 Judge = Callable[[FloatArray], float | None]  # the speed (m/s) of a solution (columns,) that replays
 
 
-class Outcome(NamedTuple):
+class EnumerationOutcome(NamedTuple):
     """What an exhaustive search found."""
 
     finished: bool  # nothing is left to search
@@ -37,7 +37,9 @@ class Outcome(NamedTuple):
     nodes: int
 
 
-def exhaust(program: Program, passive: BoolArray, best_mps: float, judge: Judge, time_limit_s: float) -> Outcome:
+def exhaust(
+    program: Program, passive: BoolArray, best_mps: float, judge: Judge, time_limit_s: float
+) -> EnumerationOutcome:
     """Search all solutions of a program whose speed, minus the objective, exceeds `best_mps` (below 0: all).
 
     `passive` (columns,) marks variables that no other row shares once the others are fixed: their order is free, and
@@ -46,7 +48,7 @@ def exhaust(program: Program, passive: BoolArray, best_mps: float, judge: Judge,
     deadline, seed = time.thread_time() + time_limit_s, np.random.default_rng(0)
     tree = _Tree(program, best_mps, deadline)
     if not tree.narrow():
-        return Outcome(not tree.late, None, max(best_mps + FASTER_MPS, 0.0), tree.nodes)
+        return EnumerationOutcome(not tree.late, None, max(best_mps + FASTER_MPS, 0.0), tree.nodes)
     active = np.flatnonzero(~passive)
     backwards = active[::-1]
     narrowest = active[np.argsort((tree.upper - tree.lower)[active], kind="stable")]
@@ -105,13 +107,13 @@ class _Tree:
             self._release(order[:depth])
         return total / DESCENTS
 
-    def search(self, order: IntArray, active: int, judge: Judge) -> Outcome:
+    def search(self, order: IntArray, active: int, judge: Judge) -> EnumerationOutcome:
         """Depth first. Solutions that do not replay are passed over, but no bound below them is claimed."""
         best, bound_mps = None, self.best_mps + FASTER_MPS
         depth, left = 0, [self._values(order[0])]
         while depth >= 0:
             if self.late:
-                return Outcome(False, best, np.inf, self.nodes)
+                return EnumerationOutcome(False, best, np.inf, self.nodes)
             column = order[depth]
             if not left[depth]:
                 self._release(order[depth : depth + 1])
@@ -131,7 +133,7 @@ class _Tree:
                 if speed_mps is not None and speed_mps > self.best_mps:
                     best, self.best_mps = point, speed_mps
                     self._ask_for(speed_mps)
-        return Outcome(True, best, max(bound_mps, 0.0), self.nodes)
+        return EnumerationOutcome(True, best, max(bound_mps, 0.0), self.nodes)
 
     def _complete(self, order: IntArray, active: int) -> FloatArray | None:
         """The solution (columns,) of the fixed variables, the others as low as they may be; None if there is none."""

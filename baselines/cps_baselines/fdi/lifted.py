@@ -138,7 +138,7 @@ LARGEST_DENOMINATOR = 1000
 SAME = 1e-12  # largest relative difference of two ratios that count as equal
 
 
-class Columns(NamedTuple):
+class LiftedColumns(NamedTuple):
     """Whole variables y (m q,) of a program; levels are z = transform @ y, variables inverse @ z, both whole."""
 
     transform: sparse.csr_matrix  # (m q, m q)
@@ -148,7 +148,7 @@ class Columns(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def columns_of(config: FdiConfig, sensors: Sensors) -> Columns:
+def columns_of(config: FdiConfig, sensors: Sensors) -> LiftedColumns:
     """The variables of all injections up to the horizon; (s, w) have the places of (z_x, z_v)."""
     levels, steps = lift(config, sensors).levels.astype(np.float64), config.horizon
     ratio = joint_ratio(config)
@@ -164,7 +164,7 @@ def columns_of(config: FdiConfig, sensors: Sensors) -> Columns:
     transforms, inverses = (sparse.kron(sparse.eye(steps), step, "csr") for step in (transform, inverse))
     limits = np.tile(levels, steps)[replaced]
     rows = Rows(transforms[replaced], -limits, limits, np.zeros((len(replaced), 2 * config.num_vehicles)))
-    return Columns(transforms, inverses, np.tile(np.abs(inverse) @ levels, steps), rows)
+    return LiftedColumns(transforms, inverses, np.tile(np.abs(inverse) @ levels, steps), rows)
 
 
 def joint_ratio(config: FdiConfig) -> Fraction | None:

@@ -38,14 +38,14 @@ BEAMS = (  # chosen: none of them is best against all
 )
 
 
-class Plan(NamedTuple):
+class BeamPlan(NamedTuple):
     """A sequence of the attacker's actions from now to the end, one for each game step."""
 
     actions: FloatArray  # (T,)
     payoff: float  # of the attacker, from now on
 
 
-def plan_by_beam(model: Model, defender: Policy | None, beam: Beam) -> Plan:
+def plan_by_beam(model: Model, defender: Policy | None, beam: Beam) -> BeamPlan:
     """The best action sequence that a beam search finds on copies of an episode, against the defender in it.
 
     Every kept sequence is continued by each of `EFFORTS`. Of those that lead to the same cell the best one stays, and
@@ -66,7 +66,7 @@ def plan_by_beam(model: Model, defender: Policy | None, beam: Beam) -> Plan:
         parents = np.repeat(kept, len(EFFORTS))
         match.branch(parents)
         earned = earned[parents]
-    return Plan(np.repeat(_trace(history), hold)[:left], float(earned[0]))
+    return BeamPlan(np.repeat(_trace(history), hold)[:left], float(earned[0]))
 
 
 def _keep(game: RogueGame, earned: FloatArray, beam: Beam) -> IntArray:
@@ -115,7 +115,7 @@ class BeamPlanner(AnalyticPolicy):
         """The plans (B, T)."""
         return (np.stack([self._plan(known["model"], known["opponent"]).actions for known in knowledge]),)
 
-    def _plan(self, model: Model, defender: Policy | None) -> Plan:
+    def _plan(self, model: Model, defender: Policy | None) -> BeamPlan:
         return max((plan_by_beam(model, defender, beam) for beam in self.beams), key=lambda plan: plan.payoff)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:

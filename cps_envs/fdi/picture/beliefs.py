@@ -18,7 +18,7 @@ ARROW = 8  # pixels of the tip of a line that goes on outside the road
 
 
 @dataclass(frozen=True)
-class Belief:
+class SensorBelief:
     """The gap and closing speed that a vehicle acts on; a ghost where its range is falsified or replaced."""
 
     begin: float  # pixels: its front bumper
@@ -36,7 +36,7 @@ def belief_color(scene: Scene, vehicle: int) -> Color | None:
     return REPLACED if not scene.trusted[sensors].all() else None
 
 
-def beliefs_of(scene: Scene, front: Sequence[float], scale: float) -> list[Belief]:
+def beliefs_of(scene: Scene, front: Sequence[float], scale: float) -> list[SensorBelief]:
     """The beliefs of vehicles whose front bumpers are at `front` (n,) in pixels; none before the first step."""
     n, found = len(scene.gap), []
     special = scene.attacked | ~scene.trusted
@@ -51,11 +51,11 @@ def beliefs_of(scene: Scene, front: Sequence[float], scale: float) -> list[Belie
         if special[n + i]:
             parts.append(f"{scene.used_closing_speed[i]:+.1f} m/s")
         gap = scene.used_gap[i] if special[i] else scene.gap[i]
-        found.append(Belief(front[i], front[i] + scale * float(gap), ", ".join(parts), color, bool(special[i])))
+        found.append(SensorBelief(front[i], front[i] + scale * float(gap), ", ".join(parts), color, bool(special[i])))
     return found
 
 
-def draw_beliefs(canvas: Canvas, beliefs: Sequence[Belief], box: Box, length: int) -> None:
+def draw_beliefs(canvas: Canvas, beliefs: Sequence[SensorBelief], box: Box, length: int) -> None:
     """Rows from the bottom of a box, on the episode, upwards; `length` is that of a vehicle in pixels."""
     left, top, width, height = box
     spans = [span_of(canvas, belief, left + width, length) for belief in beliefs]
@@ -71,7 +71,7 @@ def draw_beliefs(canvas: Canvas, beliefs: Sequence[Belief], box: Box, length: in
         draw_label(canvas, belief, y, left + width, length)
 
 
-def draw_line(canvas: Canvas, belief: Belief, y: float, right: float) -> None:
+def draw_line(canvas: Canvas, belief: SensorBelief, y: float, right: float) -> None:
     """The believed gap, with a tip where it goes on outside the road."""
     stop = min(belief.end, right - ARROW)
     begin, end = sorted((belief.begin, stop))
@@ -82,7 +82,7 @@ def draw_line(canvas: Canvas, belief: Belief, y: float, right: float) -> None:
         canvas.box((belief.end - 2, y - 4, 2, 9), belief.color)
 
 
-def draw_label(canvas: Canvas, belief: Belief, y: float, right: float, length: int) -> None:
+def draw_label(canvas: Canvas, belief: SensorBelief, y: float, right: float, length: int) -> None:
     """The believed numbers: on the line, or where they do not fit beside it."""
     room = label_width(canvas, belief)
     if fits(belief, right, room):
@@ -96,7 +96,7 @@ def draw_label(canvas: Canvas, belief: Belief, y: float, right: float, length: i
     canvas.text(belief.label, (x, y + 1), belief.color, SMALL, align=align)
 
 
-def span_of(canvas: Canvas, belief: Belief, right: float, length: int) -> tuple[float, float]:
+def span_of(canvas: Canvas, belief: SensorBelief, right: float, length: int) -> tuple[float, float]:
     """What a belief takes of its row, in pixels, the label included."""
     room = label_width(canvas, belief)
     begin, end = sorted((belief.begin, belief.end + belief.ghost * length))
@@ -105,12 +105,12 @@ def span_of(canvas: Canvas, belief: Belief, right: float, length: int) -> tuple[
     return (begin, end + room) if end + room < right else (begin - room - LABEL_ROOM, right)
 
 
-def label_width(canvas: Canvas, belief: Belief) -> float:
+def label_width(canvas: Canvas, belief: SensorBelief) -> float:
     """Of the numbers with some room around."""
     return canvas.text_width(belief.label, belief.color, SMALL) + LABEL_ROOM
 
 
-def fits(belief: Belief, right: float, room: float) -> bool:
+def fits(belief: SensorBelief, right: float, room: float) -> bool:
     """Whether a label finds room on the visible part of the line."""
     return min(belief.end, right) - belief.begin > room + 2 * ARROW
 

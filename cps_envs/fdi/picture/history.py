@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cps_envs.core.picture.history import History as Moments
+from cps_envs.core.picture.history import History
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.picture.scene import Scene
 
@@ -28,11 +28,11 @@ class Peaks(NamedTuple):
 NO_PEAKS = Peaks(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-class History:
+class SensorHistory:
     """Rows of an episode up to the present moment, and its peaks; see `core.picture.history`."""
 
     def __init__(self) -> None:
-        self._moments = Moments(MOST_POINTS)
+        self._moments = History(MOST_POINTS)
         self.peaks = NO_PEAKS
 
     def add(self, scene: Scene, step_s: float) -> None:

@@ -12,7 +12,7 @@ from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, tint
 from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
 from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.picture.history import History, Peaks
+from cps_envs.fdi.picture.history import Peaks, SensorHistory
 from cps_envs.fdi.picture.outcome import certificate_of, is_certified, outcome_of, task_of
 from cps_envs.fdi.picture.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
 from cps_envs.fdi.picture.profile import draw_closing_speeds, draw_commands, draw_gaps, draw_numbers
@@ -45,7 +45,7 @@ class Viewer(CanvasViewer):
     def __init__(self, config: FdiConfig, canvas: Canvas | None = None) -> None:
         super().__init__(canvas)
         self._config = config
-        self._history = History()
+        self._history = SensorHistory()
 
     def watch(self, scene: Scene) -> None:
         """Take a moment in without drawing it, so that later curves hold it."""

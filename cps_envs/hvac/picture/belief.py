@@ -14,7 +14,7 @@ from cps_envs.hvac.sensors import filter_sets, membership
 MOST_NAMED = 16  # sensors
 
 
-class Belief(NamedTuple):
+class EstimateSource(NamedTuple):
     """Where the estimate came from."""
 
     source: str
@@ -22,12 +22,12 @@ class Belief(NamedTuple):
     flawed: bool  # one of them is compromised, and the attack has begun
 
 
-def belief_of(scene: Scene, config: HvacConfig, member: BoolArray) -> Belief:
+def belief_of(scene: Scene, config: HvacConfig, member: BoolArray) -> EstimateSource:
     """The choice of one step ago; `member` (sets, S) as by `sensors.membership`."""
     decided = scene.step - 1
     everything, nothing = np.ones(config.num_sensors, np.bool_), np.zeros(config.num_sensors, np.bool_)
     if decided < 0:
-        return Belief("Nothing decided yet", nothing, False)
+        return EstimateSource("Nothing decided yet", nothing, False)
     if 0 < scene.choice <= len(member):
         believed = member[scene.choice - 1]
         source = f"Controller follows set {scene.choice}: {in_words(believed)}"
@@ -41,7 +41,7 @@ def belief_of(scene: Scene, config: HvacConfig, member: BoolArray) -> Belief:
         believed, source = everything, "Controller follows the least squares of all sensors"
     else:
         believed, source = nothing, "Controller follows the model alone"
-    return Belief(source, believed, bool((believed & scene.compromised).any()) and decided >= scene.onset)
+    return EstimateSource(source, believed, bool((believed & scene.compromised).any()) and decided >= scene.onset)
 
 
 def flawed_sets(member: BoolArray, compromised: BoolArray) -> BoolArray:

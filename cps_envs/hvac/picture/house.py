@@ -9,8 +9,8 @@ import numpy as np
 from cps_envs.core.picture.canvas import Box, Canvas
 from cps_envs.core.picture.palette import INK
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.picture.belief import Belief
-from cps_envs.hvac.picture.layout import Layout, arrange
+from cps_envs.hvac.picture.belief import EstimateSource
+from cps_envs.hvac.picture.layout import HouseLayout, arrange
 from cps_envs.hvac.picture.palette import WALL, temperature_color
 from cps_envs.hvac.picture.room import draw_room
 from cps_envs.hvac.picture.scene import Scene
@@ -30,7 +30,7 @@ class House:
         left, top, width, height = box
         below = GROUND + GAP if config.ground_zones else 0
         self._inner: Box = (left, top + SKY + GAP, width, height - SKY - GAP - below)
-        self._layout: Layout = arrange(config, width / self._inner[3])
+        self._layout: HouseLayout = arrange(config, width / self._inner[3])
         self._gap = GAP if self._layout.rows <= 4 else NARROW
         self._adjacent = self._layout.adjacent()
 
@@ -67,7 +67,7 @@ class House:
         ends = [zone - 1 for zone in self._config.link_zones]
         return list(zip(ends[::2], ends[1::2], strict=True))
 
-    def draw(self, canvas: Canvas, scene: Scene, belief: Belief) -> None:
+    def draw(self, canvas: Canvas, scene: Scene, belief: EstimateSource) -> None:
         """The picture of a moment."""
         self._draw_surroundings(canvas, scene)
         for door in self.doors:

@@ -17,7 +17,7 @@ ASPECT = 1.5  # width to height of a room that looks best
 LEAST_SHARED = 0.08  # of the width of the building, for a door between two floors
 
 
-class Layout(NamedTuple):
+class HouseLayout(NamedTuple):
     """Rooms (n,): each has a row, counted from the top, and a part from `begin` to `end` of the building's width."""
 
     row: IntArray
@@ -29,9 +29,9 @@ class Layout(NamedTuple):
         """How many rows there are."""
         return int(self.row.max()) + 1
 
-    def of(self, rooms: IntArray) -> Layout:
+    def of(self, rooms: IntArray) -> HouseLayout:
         """Some rooms, or all in another order."""
-        return Layout(self.row[rooms], self.begin[rooms], self.end[rooms])
+        return HouseLayout(self.row[rooms], self.begin[rooms], self.end[rooms])
 
     def shared(self) -> FloatArray:
         """Which part of the width two rooms (n, n) have in common."""
@@ -46,7 +46,7 @@ class Layout(NamedTuple):
         return np.asarray(beside | ((apart == 1) & (self.shared() >= LEAST_SHARED)))
 
 
-def arrange(config: HvacConfig, aspect: float) -> Layout:
+def arrange(config: HvacConfig, aspect: float) -> HouseLayout:
     """The room of every zone, those on the ground at the bottom, in a picture of a given width to height."""
     zones = np.arange(config.num_zones)
     ground = np.isin(zones + 1, config.ground_zones)
@@ -58,19 +58,19 @@ def arrange(config: HvacConfig, aspect: float) -> Layout:
     return rooms.of(_shortest(_distances(rooms), floors, links))
 
 
-def _rooms(sizes: Iterable[int], columns: int) -> Layout:
+def _rooms(sizes: Iterable[int], columns: int) -> HouseLayout:
     """Rooms of floors with so many zones each, in rows of nearly the same length and at most so many columns."""
     rows = [len(row) for size in sizes if size for row in np.array_split(np.arange(size), math.ceil(size / columns))]
     places = [(row, place / count, (place + 1) / count) for row, count in enumerate(rows) for place in range(count)]
     row, begin, end = zip(*places, strict=True)
-    return Layout(np.array(row), np.array(begin), np.array(end))
+    return HouseLayout(np.array(row), np.array(begin), np.array(end))
 
 
-def _ugliness(layout: Layout, aspect: float) -> float:
+def _ugliness(layout: HouseLayout, aspect: float) -> float:
     return float(np.abs(np.log((layout.end - layout.begin) * layout.rows * aspect / ASPECT)).mean())
 
 
-def _distances(rooms: Layout) -> FloatArray:
+def _distances(rooms: HouseLayout) -> FloatArray:
     """How far apart (n, n) rooms are; 0 if they share a wall."""
     middle = (rooms.begin + rooms.end) / 2
     apart = np.abs(np.subtract.outer(rooms.row, rooms.row)) + rooms.rows * np.abs(np.subtract.outer(middle, middle))

@@ -7,7 +7,7 @@ import math
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
 from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.picture.belief import Belief
+from cps_envs.hvac.picture.belief import EstimateSource
 from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HEAT, HONEST, temperature_color
 from cps_envs.hvac.picture.scene import Scene
 
@@ -17,7 +17,7 @@ EDGE = 10  # pixels between a wall and what is in the room
 SMALL = 15
 
 
-def draw_room(canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, zone: int, box: Box) -> None:
+def draw_room(canvas: Canvas, scene: Scene, belief: EstimateSource, config: HvacConfig, zone: int, box: Box) -> None:
     """A zone, counted from 0."""
     color = temperature_color(float(scene.temperature[zone]), config.reference_c)
     canvas.box(box, color, radius=6)
@@ -34,7 +34,9 @@ def draw_room(canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, 
         draw_heating(canvas, scene, config, zone, box, spacious=spacious)
 
 
-def draw_in_short(canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, zone: int, box: Box) -> None:
+def draw_in_short(
+    canvas: Canvas, scene: Scene, belief: EstimateSource, config: HvacConfig, zone: int, box: Box
+) -> None:
     """Number and true temperature of a zone in one line, and discs of its sensors; orange ones are compromised."""
     left, top, width, height = box
     canvas.text(str(zone + 1), (left + 4, top + 9), MUTED, SMALL)
@@ -86,7 +88,7 @@ def draw_estimate(canvas: Canvas, scene: Scene, zone: int, text: str, end: Point
 
 
 def draw_sensors(
-    canvas: Canvas, scene: Scene, belief: Belief, config: HvacConfig, zone: int, box: Box, *, spacious: bool
+    canvas: Canvas, scene: Scene, belief: EstimateSource, config: HvacConfig, zone: int, box: Box, *, spacious: bool
 ) -> None:
     """A label for each sensor of the zone, side by side."""
     left, top, width, height = box

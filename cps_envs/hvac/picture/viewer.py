@@ -13,7 +13,7 @@ from cps_envs.core.picture.plot import AXIS, Plot, rounded_up
 from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.config import HvacConfig
-from cps_envs.hvac.picture.belief import Belief, belief_of, clock
+from cps_envs.hvac.picture.belief import EstimateSource, belief_of, clock
 from cps_envs.hvac.picture.history import FLAWED_HIGH, INTACT_HIGH, MOST_POINTS, row_of
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HONEST, REACH_C, TEMPERATURE_SCALE, TRUE
@@ -136,7 +136,7 @@ def draw_scale(canvas: Canvas, reference_c: float, box: Box) -> None:
         canvas.text(f"{value:g}", (left + share * width, top + 31), MUTED, 16, align=share)
 
 
-def draw_caption(canvas: Canvas, belief: Belief) -> None:
+def draw_caption(canvas: Canvas, belief: EstimateSource) -> None:
     """What the controller follows, orange if that is compromised; and what the colours mean."""
     y, right = 104.0, float(WIDTH - MARGIN)
     for label, color in reversed(LEGEND):

@@ -19,7 +19,7 @@ ROW = 20  # pixels of a line of the legend
 
 
 @dataclass(frozen=True)
-class Track:
+class Circle:
     """Where the circle lies in the picture."""
 
     center: Point
@@ -37,7 +37,7 @@ class Track:
         return self.center[0] + scale * x_m, self.center[1] - scale * y_m
 
 
-def draw_track(canvas: Canvas, scene: Scene, track: Track, config: RobotConfig) -> None:
+def draw_track(canvas: Canvas, scene: Scene, track: Circle, config: RobotConfig) -> None:
     """Everything on and beside the circle."""
     canvas.circle(track.center, track.radius + LANE / 2, BORDER)
     canvas.circle(track.center, track.radius - LANE / 2, PAGE)
@@ -49,12 +49,12 @@ def draw_track(canvas: Canvas, scene: Scene, track: Track, config: RobotConfig) 
     draw_legend(canvas, scene, track, config)
 
 
-def draw_ring(canvas: Canvas, track: Track, outward: float, color: Color) -> None:
+def draw_ring(canvas: Canvas, track: Circle, outward: float, color: Color) -> None:
     """A thin circle."""
     canvas.path([track.at(angle, outward) for angle in np.linspace(0.0, 2 * math.pi, 181).tolist()], color)
 
 
-def draw_desired(canvas: Canvas, scene: Scene, track: Track, config: RobotConfig) -> None:
+def draw_desired(canvas: Canvas, scene: Scene, track: Circle, config: RobotConfig) -> None:
     """An empty ring where each law wants its robot."""
     radius = body_radius(track, config)
     for q in np.flatnonzero(np.isfinite(scene.desired_arc_m)).tolist():
@@ -63,7 +63,7 @@ def draw_desired(canvas: Canvas, scene: Scene, track: Track, config: RobotConfig
         canvas.circle(middle, radius + 1.0, BORDER)
 
 
-def draw_robot(canvas: Canvas, scene: Scene, q: int, track: Track, config: RobotConfig) -> None:
+def draw_robot(canvas: Canvas, scene: Scene, q: int, track: Circle, config: RobotConfig) -> None:
     """A robot with its heading, its number, and its speed as a bar that points inward."""
     x_m, y_m, heading = scene.pose[q].tolist()
     angle, color, radius = math.atan2(y_m, x_m), color_of(scene, q), body_radius(track, config)
@@ -77,7 +77,7 @@ def draw_robot(canvas: Canvas, scene: Scene, q: int, track: Track, config: Robot
     canvas.text(f"{len(scene.pose) - q}", track.at(angle, LABEL), darker(color), 18, align=0.5)
 
 
-def draw_legend(canvas: Canvas, scene: Scene, track: Track, config: RobotConfig) -> None:
+def draw_legend(canvas: Canvas, scene: Scene, track: Circle, config: RobotConfig) -> None:
     """In the middle: whose colour is whose, and what rings and bars mean."""
     platoons, (x, y) = len(scene.disbanding_s), track.center
     y -= ROW * (platoons + 2) / 2
@@ -91,7 +91,7 @@ def draw_legend(canvas: Canvas, scene: Scene, track: Track, config: RobotConfig)
         y += 0.8 * ROW
 
 
-def body_radius(track: Track, config: RobotConfig) -> float:
+def body_radius(track: Circle, config: RobotConfig) -> float:
     """Pixels of half a robot, to scale."""
     return max(track.radius / track.radius_m * config.body_length_m / 2, 3.0)
 

@@ -13,7 +13,7 @@ from cps_envs.disbanding.picture.palette import DISBANDED
 from cps_envs.testbed.config import RobotConfig
 from cps_envs.testbed.picture.curves import WIDEST_M, draw_gaps, draw_speeds
 from cps_envs.testbed.picture.scene import Scene
-from cps_envs.testbed.picture.track import Track, draw_track
+from cps_envs.testbed.picture.track import Circle, draw_track
 
 CARD = (INNER + 8) / 6  # pixels from card to card
 CENTER, RADIUS = (230.0, 316.0), 178.0  # of the circle, pixels
@@ -30,7 +30,7 @@ class Viewer(CanvasViewer):
     def __init__(self, config: RobotConfig, canvas: Canvas | None = None) -> None:
         super().__init__(canvas)
         self._config = config
-        self._track = Track(CENTER, RADIUS, config.radius_m)
+        self._track = Circle(CENTER, RADIUS, config.radius_m)
         width = WIDTH - MARGIN - AXIS - PLOTS_LEFT
         boxes = [(PLOTS_LEFT, PLOTS_TOP + row * PITCH, width, PLOT_HEIGHT) for row in (0, 1)]
         self._speeds = Plot(boxes[0], 0.0, config.max_speed_mps)

@@ -16,12 +16,12 @@ from cps_agents.table import Cell, Table, csv_text, styled
 from cps_baselines.arena import Contestant
 from cps_envs import find_problem
 from cps_paper.benchmark.schedule import PaperCell, Setting
-from cps_paper.benchmark.suite import Outcome
+from cps_paper.benchmark.suite import BenchmarkOutcome
 from cps_paper.printed.tables import verdict
 
 
 @dataclass(frozen=True)
-class Entry:
+class BenchmarkEntry:
     """A meeting: what came out, in numbers and as text."""
 
     setting: str
@@ -70,11 +70,11 @@ class Grid:
     axis: str  # what distinguishes the columns
     legend: str
     columns: list[str]
-    rows: list[tuple[str, list[Entry]]]  # an attacker's heading and its meetings
+    rows: list[tuple[str, list[BenchmarkEntry]]]  # an attacker's heading and its meetings
     notes: list[str]
 
 
-def grids(outcome: Outcome) -> list[Grid]:
+def grids(outcome: BenchmarkOutcome) -> list[Grid]:
     """The tables of a benchmark, in the order of the settings."""
     shared: dict[str, list[Setting]] = {}
     for setting in outcome.benchmark.settings:
@@ -83,7 +83,7 @@ def grids(outcome: Outcome) -> list[Grid]:
     return [_grid(outcome, name, settings) for name, settings in shared.items()]
 
 
-def _grid(outcome: Outcome, name: str, settings: list[Setting]) -> Grid:
+def _grid(outcome: BenchmarkOutcome, name: str, settings: list[Setting]) -> Grid:
     first, table = settings[0], settings[0].table
     parts = [list(entries(outcome, setting)) for setting in settings]
     rows = [
@@ -107,18 +107,18 @@ def _column(setting: Setting, defender: Contestant) -> str:
     return setting.title if len(setting.defenders) == 1 else f"{setting.title} {defender.name}"
 
 
-def every_entry(outcome: Outcome) -> list[Entry]:
+def every_entry(outcome: BenchmarkOutcome) -> list[BenchmarkEntry]:
     """The meetings of all settings."""
     return [entry for setting in outcome.benchmark.settings for row in entries(outcome, setting) for entry in row]
 
 
-def entries(outcome: Outcome, setting: Setting) -> Iterator[list[Entry]]:
+def entries(outcome: BenchmarkOutcome, setting: Setting) -> Iterator[list[BenchmarkEntry]]:
     """The rows of a setting."""
     for attacker in setting.attackers:
         yield [_entry(outcome, setting, attacker, defender) for defender in setting.defenders]
 
 
-def _entry(outcome: Outcome, setting: Setting, attacker: Contestant, defender: Contestant) -> Entry:
+def _entry(outcome: BenchmarkOutcome, setting: Setting, attacker: Contestant, defender: Contestant) -> BenchmarkEntry:
     meeting = (setting.name, attacker.name, defender.name)
     result = outcome.result(meeting)
     means = {name: float(np.mean(values)) for name, values in result["metrics"].items()}
@@ -128,7 +128,7 @@ def _entry(outcome: Outcome, setting: Setting, attacker: Contestant, defender: C
     spread = dict(zip(("lower", "median", "upper"), np.quantile(shown, (0.25, 0.5, 0.75)).tolist(), strict=True))
     printed = [cell for cell in outcome.benchmark.paper if (cell.setting, cell.attacker, cell.defender) == meeting]
     crashes = outcome.benchmark.crash_metric
-    return Entry(
+    return BenchmarkEntry(
         *meeting,
         episodes=len(shown),
         metric=metric,
@@ -142,7 +142,7 @@ def _entry(outcome: Outcome, setting: Setting, attacker: Contestant, defender: C
     )
 
 
-def notes(outcome: Outcome, setting: Setting) -> list[str]:
+def notes(outcome: BenchmarkOutcome, setting: Setting) -> list[str]:
     """What the contestants of a setting found out in advance, as lines for the reader."""
     return [f"{name}: {found['note']}" for name, found in outcome.preparations(setting.name).items()]
 
@@ -150,7 +150,7 @@ def notes(outcome: Outcome, setting: Setting) -> list[str]:
 STYLES = {"match": "green", "near": "yellow", "miss": "red"}
 
 
-def tables(outcome: Outcome) -> list[Table]:
+def tables(outcome: BenchmarkOutcome) -> list[Table]:
     """The tables for the terminal."""
     return [_table(outcome.benchmark.problem, grid) for grid in grids(outcome)]
 
@@ -161,12 +161,12 @@ def _table(problem: str, grid: Grid) -> Table:
     return Table(f"{problem}: {grid.title}", ["attacker", *grid.columns], rows, caption=caption)
 
 
-def _styled(entry: Entry) -> Cell:
+def _styled(entry: BenchmarkEntry) -> Cell:
     lines = "\n".join(entry.paper_lines)
     return styled(lines, STYLES[entry.verdict], f"{entry.text}\n") if lines else entry.text
 
 
-def agreement(outcome: Outcome) -> str:
+def agreement(outcome: BenchmarkOutcome) -> str:
     """How often our numbers agree with the paper's; empty where the paper prints none."""
     printed = [entry for entry in every_entry(outcome) if entry.difference is not None]
     if not printed:
@@ -178,7 +178,7 @@ def agreement(outcome: Outcome) -> str:
     return f"{len(printed)} cells printed in the paper: {counts}, {distance:.2f} points away on average{flags}."
 
 
-def markdown(outcome: Outcome) -> str:
+def markdown(outcome: BenchmarkOutcome) -> str:
     """All tables as Markdown."""
     lines = [f"## {outcome.benchmark.problem}", ""]
     for grid in grids(outcome):
@@ -188,12 +188,12 @@ def markdown(outcome: Outcome) -> str:
     return "\n".join(lines)
 
 
-def document(outcomes: Sequence[Outcome], machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
+def document(outcomes: Sequence[BenchmarkOutcome], machine: Mapping[str, Any], wall_s: float) -> dict[str, Any]:
     """Everything, for machines."""
     return {**machine, "wall_s": round(wall_s, 1), "problems": [_problem(outcome) for outcome in outcomes]}
 
 
-def _problem(outcome: Outcome) -> dict[str, Any]:
+def _problem(outcome: BenchmarkOutcome) -> dict[str, Any]:
     benchmark = outcome.benchmark
     problem = find_problem(benchmark.problem)
     settings = [
@@ -209,13 +209,13 @@ def _problem(outcome: Outcome) -> dict[str, Any]:
     return {"problem": problem.name, "version": problem.version, "notes": list(benchmark.notes), "settings": settings}
 
 
-def _cell(outcome: Outcome, entry: Entry) -> dict[str, Any]:
+def _cell(outcome: BenchmarkOutcome, entry: BenchmarkEntry) -> dict[str, Any]:
     metrics = outcome.result((entry.setting, entry.attacker, entry.defender))["metrics"]
     extra = {"difference": entry.difference, "verdict": entry.verdict, "crash_agrees": entry.crash_agrees}
     return {key: value for key, value in asdict(entry).items() if key != "means"} | extra | {"metrics": metrics}
 
 
-def rows_as_csv(outcomes: Sequence[Outcome]) -> str:
+def rows_as_csv(outcomes: Sequence[BenchmarkOutcome]) -> str:
     """One line per meeting: what is shown, the paper's number, and the mean of every metric."""
     found = [(outcome.benchmark.problem, entry) for outcome in outcomes for entry in every_entry(outcome)]
     metrics = list(dict.fromkeys(name for _, entry in found for name in entry.means))
@@ -236,7 +236,7 @@ def rows_as_csv(outcomes: Sequence[Outcome]) -> str:
     return csv_text([*columns, *paper, *(f"mean_{name}" for name in metrics)], rows)
 
 
-def heat_maps(outcome: Outcome) -> Iterator[tuple[str, Any]]:
+def heat_maps(outcome: BenchmarkOutcome) -> Iterator[tuple[str, Any]]:
     """A matplotlib figure for each table, by its name: the darker, the more damage; the same colours in all of them."""
     top = max((entry.value for entry in every_entry(outcome)), default=1.0)
     for grid in grids(outcome):
@@ -255,5 +255,5 @@ def heat_maps(outcome: Outcome) -> Iterator[tuple[str, Any]]:
         )
 
 
-def _in_heat_map(entry: Entry) -> str:
+def _in_heat_map(entry: BenchmarkEntry) -> str:
     return entry.text + (f"\npaper {entry.paper.value:.2f}" if entry.paper else "")

@@ -9,7 +9,7 @@ from cps_baselines.arena import Contestant, Venue
 
 
 @dataclass(frozen=True)
-class Table:
+class SharedTable:
     """A table whose columns are settings instead of defenders."""
 
     name: str  # short, for file names
@@ -33,7 +33,7 @@ class Setting:
     # Of a cell: `value`, its quartiles `lower`, `median`, `upper`, its `share` of the reference, means of all metrics.
     form: str = "{value:.2f}"
     legend: str = ""  # how to read a cell
-    table: Table | None = None  # that this setting shares with others, which have the same attackers
+    table: SharedTable | None = None  # that this setting shares with others, which have the same attackers
     only_full: bool = False  # whether it is left to `--full`
 
     def episodes_of(self, attacker: str) -> int:

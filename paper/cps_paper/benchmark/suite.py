@@ -25,7 +25,7 @@ DERIVED_EPISODES = 20
 
 
 @dataclass
-class Outcome:
+class BenchmarkOutcome:
     """A benchmark with what came out."""
 
     benchmark: Benchmark
@@ -97,7 +97,7 @@ def _shipped(benchmark: Benchmark) -> Benchmark:
 
 
 @dataclass(frozen=True)
-class Choice:
+class BenchmarkChoice:
     """Which part of a benchmark is played; empty means all."""
 
     tables: Sequence[str] = ()  # settings, or tables that several settings share
@@ -107,7 +107,7 @@ class Choice:
     full: bool = True  # also what takes long; what is named in `tables` is played anyway
 
 
-def select(benchmarks: Sequence[Benchmark], choice: Choice) -> list[Benchmark]:
+def select(benchmarks: Sequence[Benchmark], choice: BenchmarkChoice) -> list[Benchmark]:
     """The chosen parts of benchmarks, without those of which nothing is left.
 
     Raises:
@@ -135,7 +135,7 @@ def tables_of(setting: Setting) -> tuple[str, ...]:
     return (setting.name, *([setting.table.name] if setting.table else []))
 
 
-def _chosen(settings: Sequence[Setting], choice: Choice) -> Iterator[Setting]:
+def _chosen(settings: Sequence[Setting], choice: BenchmarkChoice) -> Iterator[Setting]:
     for setting in settings:
         named = bool(set(tables_of(setting)) & set(choice.tables))
         narrowed = _narrowed(setting, choice)
@@ -144,7 +144,7 @@ def _chosen(settings: Sequence[Setting], choice: Choice) -> Iterator[Setting]:
             yield narrowed
 
 
-def _narrowed(setting: Setting, choice: Choice) -> Setting:
+def _narrowed(setting: Setting, choice: BenchmarkChoice) -> Setting:
     def keep(contestants: Sequence[Contestant], names: Sequence[str]) -> tuple[Contestant, ...]:
         return tuple(each for each in contestants if not names or each.name in names)
 
@@ -160,10 +160,10 @@ def _narrowed(setting: Setting, choice: Choice) -> Setting:
 
 def run_benchmark(
     benchmark: Benchmark, store: Store, *, workers: int, quick: bool = False, report: Report = silent
-) -> Outcome:
+) -> BenchmarkOutcome:
     """Play everything that `store` does not have yet, keeping each result as soon as it is there."""
     with Workers(workers) as pool:
-        return Outcome(benchmark, play(dict(pairings(benchmark)), store, pool, quick=quick, report=report))
+        return BenchmarkOutcome(benchmark, play(dict(pairings(benchmark)), store, pool, quick=quick, report=report))
 
 
 def compile_kernels(benchmarks: Sequence[Benchmark], store: Store, workers: int, report: Report = silent) -> None:

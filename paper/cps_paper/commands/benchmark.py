@@ -19,7 +19,14 @@ from cps_agents.report.report import PAPER, Report, sheets_of_printed, write_rep
 from cps_agents.table import Table
 from cps_envs import PROBLEMS, find_problem
 from cps_paper.benchmark.report import agreement, document, heat_maps, markdown, rows_as_csv, tables
-from cps_paper.benchmark.suite import Choice, Outcome, compile_kernels, find_benchmark, run_benchmark, select
+from cps_paper.benchmark.suite import (
+    BenchmarkChoice,
+    BenchmarkOutcome,
+    compile_kernels,
+    find_benchmark,
+    run_benchmark,
+    select,
+)
 
 Names = list[str] | None
 
@@ -50,7 +57,7 @@ def benchmark(
     for name in names:
         find_problem(name)
     store, workers = Store(meetings, fresh=fresh), jobs or available_cores()
-    choice = Choice(table or [], attacker or [], defender or [], quick, full)
+    choice = BenchmarkChoice(table or [], attacker or [], defender or [], quick, full)
     if show:
         _list_settings(names)
         return
@@ -72,7 +79,7 @@ def _list_settings(names: Sequence[str]) -> None:
 
 def _play(
     benchmarks: Sequence[Any],
-    choice: Choice,
+    choice: BenchmarkChoice,
     store: Store,
     folder: Path,
     html: Path | None,
@@ -100,7 +107,9 @@ def _play(
     conclude(files, reused, f"{wall_s:.0f} s.", more)
 
 
-def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: int) -> Iterator[Outcome]:
+def _outcomes(
+    benchmarks: Sequence[Any], choice: BenchmarkChoice, store: Store, workers: int
+) -> Iterator[BenchmarkOutcome]:
     with Progress("kernels", 1) as progress:
         compile_kernels(benchmarks, store, workers, progress.report)
     for each in benchmarks:
@@ -108,7 +117,7 @@ def _outcomes(benchmarks: Sequence[Any], choice: Choice, store: Store, workers: 
             yield run_benchmark(each, store, workers=workers, quick=choice.quick, report=progress.report)
 
 
-def _write(outcomes: Sequence[Outcome], found: dict[str, Any], folder: Path) -> list[Path]:
+def _write(outcomes: Sequence[BenchmarkOutcome], found: dict[str, Any], folder: Path) -> list[Path]:
     files = [folder / f"benchmark.{suffix}" for suffix in ("json", "csv", "md")]
     write_json(files[0], found)
     write_text(files[1], rows_as_csv(outcomes))
@@ -120,7 +129,7 @@ def _write(outcomes: Sequence[Outcome], found: dict[str, Any], folder: Path) -> 
     return files
 
 
-def _show(outcome: Outcome) -> None:
+def _show(outcome: BenchmarkOutcome) -> None:
     console = out()
     for table in tables(outcome):
         console.print(table)

@@ -19,14 +19,13 @@ from cps_agents.arena.meeting import Result
 from cps_agents.console import to_json
 from cps_agents.errors import CommandError
 from cps_agents.files import write_figure, write_text
-from cps_agents.table import Table as Shown
-from cps_agents.table import styled
+from cps_agents.table import Table, styled
 from cps_envs.core.documents import Entry
 from cps_envs.core.errors import near
 from cps_paper.chapter import Reproduction
 from cps_paper.commands.chapters import COMMANDS, Command
 from cps_paper.evidence import Report
-from cps_paper.exhibit import Table
+from cps_paper.exhibit import ExhibitTable
 
 COLORS = {
     "match": "green",
@@ -70,16 +69,16 @@ def write_sheets(found: Reproduction[Any], folder: Path) -> list[Path]:
     return paths
 
 
-def _table(table: Table) -> Shown:
+def _table(table: ExhibitTable) -> Table:
     rows = [[styled(text, COLORS[text]) if text in COLORS else text for text in row] for row in table.rows]
-    return Shown(table.title, table.headings, rows, left=table.left, breaks=table.breaks)
+    return Table(table.title, table.headings, rows, left=table.left, breaks=table.breaks)
 
 
 PAGE_WIDTH = 120  # columns of a file with tables
 
 
 @dataclass(frozen=True)
-class Reading:
+class ChapterReading:
     """A chapter under one reading, and how much of it is computed."""
 
     kind: ClassVar[str] = "reading"
@@ -136,16 +135,16 @@ class Reading:
         return self.name.partition("-")[2]
 
 
-def readings(*, quick: bool, recheck: bool) -> list[Reading]:
+def readings(*, quick: bool, recheck: bool) -> list[ChapterReading]:
     """All of them, in the order of the dissertation."""
     return [
-        Reading(f"{each.name}-{value}" if value else each.name, each.number, each.problem, quick, recheck)
+        ChapterReading(f"{each.name}-{value}" if value else each.name, each.number, each.problem, quick, recheck)
         for each in sorted(COMMANDS, key=lambda each: each.number)
         for value in each.values or ("",)
     ]
 
 
-def chosen(every: Sequence[Reading], names: Sequence[str]) -> list[Reading]:
+def chosen(every: Sequence[ChapterReading], names: Sequence[str]) -> list[ChapterReading]:
     """Those with these names; all of them if none is named.
 
     Raises:

@@ -27,7 +27,7 @@ from cps_agents.table import Table
 from cps_paper.chapter import Reproduction
 from cps_paper.commands.benchmark import benchmark
 from cps_paper.commands.chapters import COMMANDS, Command, Option
-from cps_paper.commands.readings import Reading, chosen, draw, readings, render, write_sheets
+from cps_paper.commands.readings import ChapterReading, chosen, draw, readings, render, write_sheets
 from cps_paper.commands.string_stability import string_stability
 from cps_paper.commands.summary import COUNTED, DEPENDING, counted, depending, failed
 from cps_paper.commands.summary import publish as put
@@ -134,7 +134,7 @@ def everything(
         raise typer.Exit(REGRESSION)
 
 
-def _finish(todo: Sequence[Reading], store: Store, jobs: int | None, folder: Path) -> Iterator[dict[str, Any]]:
+def _finish(todo: Sequence[ChapterReading], store: Store, jobs: int | None, folder: Path) -> Iterator[dict[str, Any]]:
     """Compute what is not there yet, one reading after the other, and write the files of each."""
     for place, reading in enumerate(todo, 1):
         result = store.get(reading)

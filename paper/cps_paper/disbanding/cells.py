@@ -12,10 +12,10 @@ import numpy as np
 
 from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_paper.claims import findings_document
-from cps_paper.disbanding.experiments import Evidence
+from cps_paper.disbanding.experiments import DisbandingEvidence
 from cps_paper.disbanding.rules import CLAIMS
-from cps_paper.disbanding.scenario import CONTROLLERS, Outcome
-from cps_paper.exhibit import Column, Table, places
+from cps_paper.disbanding.scenario import CONTROLLERS, ScenarioOutcome
+from cps_paper.exhibit import Column, ExhibitTable, places
 from cps_paper.printed.tables import POINTS, VelocityErrorCell, velocity_errors
 from cps_paper.verdicts import (
     ABSOLUTE,
@@ -50,14 +50,14 @@ class Effect:
 
 
 @dataclass(frozen=True)
-class Cell:
+class VelocityErrorPair:
     """One cell of Table 2.2 or 2.3 beside ours."""
 
     table: str
     interpretation: str
     paper: VelocityErrorCell
-    outcome: Outcome
-    baseline: Cell | None = None  # the same setting without a mitigation; None in the baseline itself
+    outcome: ScenarioOutcome
+    baseline: VelocityErrorPair | None = None  # the same setting without a mitigation; None in the baseline itself
 
     @property
     def averages(self) -> dict[str, float]:
@@ -98,7 +98,9 @@ class Cell:
         return f"{self.paper.controller} ({self.paper.desired_gap_m:g} m, {self.paper.tau_s:g} s)"
 
 
-def table_cells(evidence: Evidence, table: str, controllers: Sequence[str] = CONTROLLERS) -> list[Cell]:
+def table_cells(
+    evidence: DisbandingEvidence, table: str, controllers: Sequence[str] = CONTROLLERS
+) -> list[VelocityErrorPair]:
     """The cells of a table in printed order, controller by controller."""
     printed = velocity_errors(f"table_{table.replace('.', '_')}")
     baselines = {_setting(paper): _cell(evidence, table, paper) for paper in printed if paper.controller == BASELINE}
@@ -112,40 +114,40 @@ def table_cells(evidence: Evidence, table: str, controllers: Sequence[str] = CON
     ]
 
 
-def _cell(evidence: Evidence, table: str, paper: VelocityErrorCell) -> Cell:
+def _cell(evidence: DisbandingEvidence, table: str, paper: VelocityErrorCell) -> VelocityErrorPair:
     experiments = evidence.experiments
     outcome = evidence[experiments.cell(table, paper.controller, *_setting(paper))]
-    return Cell(table, experiments.interpretation, paper, outcome)
+    return VelocityErrorPair(table, experiments.interpretation, paper, outcome)
 
 
 def _setting(paper: VelocityErrorCell) -> tuple[float, float]:
     return paper.desired_gap_m, paper.tau_s
 
 
-def mean_distance(cells: Sequence[Cell], averaged: str | None = None) -> float:
+def mean_distance(cells: Sequence[VelocityErrorPair], averaged: str | None = None) -> float:
     """Mean absolute difference from the paper in points, over the table's own or a given averaging set."""
     values = [cell.averages[averaged or AVERAGED[cell.table]] - cell.paper.velocity_error_percent for cell in cells]
     return float(np.mean(np.abs(values)))
 
 
-def cells_tables(evidence: Evidence, table: str) -> list[Table]:
+def cells_tables(evidence: DisbandingEvidence, table: str) -> list[ExhibitTable]:
     """A table of velocity errors cell by cell, and its means."""
     cells, averaged = table_cells(evidence, table), AVERAGED[table]
     other = "all" if averaged == "intact" else "intact"
     columns = (*COLUMNS, Column(other, lambda cell: cell.averages[other], "{:.2f}"))
     title = f"Table {table}: E_v in percent over {SETS[averaged]}, {evidence.interpretation}"
     return [
-        Table(title, columns, cells, (CELL_NOTE.format(other=SETS[other]),), left=3, grouped=1),
-        Table(f"Table {table}: mean absolute difference from the paper in points", MEANS, by_controller(cells)),
+        ExhibitTable(title, columns, cells, (CELL_NOTE.format(other=SETS[other]),), left=3, grouped=1),
+        ExhibitTable(f"Table {table}: mean absolute difference from the paper in points", MEANS, by_controller(cells)),
     ]
 
 
-def by_controller(cells: Sequence[Cell]) -> list[list[Cell]]:
+def by_controller(cells: Sequence[VelocityErrorPair]) -> list[list[VelocityErrorPair]]:
     """The rows of a table."""
     return [list(group) for _, group in groupby(cells, key=lambda cell: cell.paper.controller)]
 
 
-def cells_data(cells: Sequence[Cell]) -> dict[str, Any]:
+def cells_data(cells: Sequence[VelocityErrorPair]) -> dict[str, Any]:
     """The cells of one table, velocity errors in percent, and their mean distances from the paper, for JSON."""
     return {
         "averaged_over": AVERAGED[cells[0].table],
@@ -157,7 +159,7 @@ def cells_data(cells: Sequence[Cell]) -> dict[str, Any]:
     }
 
 
-def baselines_table(evidence: Evidence) -> Table:
+def baselines_table(evidence: DisbandingEvidence) -> ExhibitTable:
     """The baseline of both tables, and the claims about its collisions, under every interpretation."""
     rows = []
     for table, claim in BASELINE_CLAIMS.items():
@@ -171,10 +173,10 @@ def baselines_table(evidence: Evidence) -> Table:
     names = [f"{cell.paper.desired_gap_m:g}, {cell.paper.tau_s:g}" for cell in cells]
     columns = places("Table", "", *names, "crash", "mean diff.", "claim")
     title = "Baseline under every interpretation: E_v in percent at (x_d in m, tau in s)"
-    return Table(title, columns, rows, left=2, grouped=1)
+    return ExhibitTable(title, columns, rows, left=2, grouped=1)
 
 
-def baselines_data(evidence: Evidence) -> dict[str, Any]:
+def baselines_data(evidence: DisbandingEvidence) -> dict[str, Any]:
     """The same by interpretation, for JSON."""
     views = {name: evidence.under(name) for name in INTERPRETATIONS}
     return {
@@ -195,7 +197,7 @@ def references() -> Mapping[tuple[str, str, str, float, float], dict[str, str]]:
     }
 
 
-def checks(cells: Sequence[Cell]) -> list[Check]:
+def checks(cells: Sequence[VelocityErrorPair]) -> list[Check]:
     """The cells for which there is a reference, to the two digits that it has; crash flags are not part of it."""
     known, made = references(), []
     for cell in cells:
@@ -212,7 +214,7 @@ def checks(cells: Sequence[Cell]) -> list[Check]:
 class Pair:
     """A cell and the row of the reference."""
 
-    cell: Cell
+    cell: VelocityErrorPair
     row: Mapping[str, str]
 
     @property
@@ -221,7 +223,7 @@ class Pair:
         return self.cell.outcome.crash == (self.row["crash"] == "yes")
 
 
-def _data(cell: Cell) -> dict[str, Any]:
+def _data(cell: VelocityErrorPair) -> dict[str, Any]:
     effect, outcome = cell.effect, cell.outcome
     return {
         **asdict(cell.paper),
@@ -240,12 +242,12 @@ def _counts(words: Sequence[str], kinds: Sequence[str]) -> str:
     return " / ".join(str(words.count(word)) for word in kinds)
 
 
-def _effects(row: Sequence[Cell]) -> str | None:
+def _effects(row: Sequence[VelocityErrorPair]) -> str | None:
     words = [cell.effect.verdict for cell in row if cell.effect is not None]
     return _counts(words, (REPRODUCED, NEAR, NOT)) if words else None
 
 
-def _crash(cell: Cell) -> tuple[str, str, str]:
+def _crash(cell: VelocityErrorPair) -> tuple[str, str, str]:
     words = ["yes" if flag else "no" for flag in (cell.paper.crash, cell.outcome.crash)]
     return words[0], words[1], "" if cell.crash_agrees else "*"
 

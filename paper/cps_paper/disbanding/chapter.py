@@ -7,7 +7,7 @@ from typing import Any
 
 from cps_envs.disbanding.config import INTERPRETATIONS
 from cps_paper.chapter import Chapter, Judged, Reproduction
-from cps_paper.claims import CELLS, EFFECTS, Tally, tally
+from cps_paper.claims import CELLS, EFFECTS, ClaimTally, tally
 from cps_paper.disbanding import claims_2_1, claims_2_3, plots
 from cps_paper.disbanding.cells import (
     BASELINE,
@@ -18,7 +18,7 @@ from cps_paper.disbanding.cells import (
     table_cells,
 )
 from cps_paper.disbanding.cells import checks as cell_checks
-from cps_paper.disbanding.experiments import FIGURE_TAUS_S, PLATOONS, Evidence
+from cps_paper.disbanding.experiments import FIGURE_TAUS_S, PLATOONS, DisbandingEvidence
 from cps_paper.disbanding.optimal import optima_table
 from cps_paper.disbanding.played_tables import (
     platoons_data,
@@ -27,18 +27,18 @@ from cps_paper.disbanding.played_tables import (
     readings_tables,
 )
 from cps_paper.disbanding.rules import CLAIMS, CONDITIONS, RULES
-from cps_paper.disbanding.scenario import Outcome
+from cps_paper.disbanding.scenario import ScenarioOutcome
 from cps_paper.disbanding.strings import courses_tables
 from cps_paper.disbanding.summary import cells_of, closing
 from cps_paper.disbanding.tried import tried, tried_data, tried_tables
 from cps_paper.evidence import Experiment
-from cps_paper.exhibit import Column, Exhibit, Table
+from cps_paper.exhibit import Column, Exhibit, ExhibitTable
 from cps_paper.verdicts import Check
 
 SOURCES = (claims_2_1, claims_2_3)  # importing them registers the functions that check the claims
 
 
-def _table(table: str, about: str) -> Exhibit[Evidence]:
+def _table(table: str, about: str) -> Exhibit[DisbandingEvidence]:
     return Exhibit(
         table,
         f"Table {table}: {about}",
@@ -48,7 +48,7 @@ def _table(table: str, about: str) -> Exhibit[Evidence]:
     )
 
 
-def sweep_tables(seen: Evidence) -> list[Table]:
+def sweep_tables(seen: DisbandingEvidence) -> list[ExhibitTable]:
     """What Fig. 2.3 shows, in numbers."""
     columns = (
         Column("", lambda each: each[0].figure, "Fig. {}"),
@@ -58,21 +58,21 @@ def sweep_tables(seen: Evidence) -> list[Table]:
     )
     intact = "Fig. 2.3c: E_v in percent over intact vehicles, lead platoon disbanded at 1 s"
     return [
-        Table("Figs. 2.3a, b: E_v in percent", columns, CLAIMS.evaluate(seen, ("P21", "P22"))),
+        ExhibitTable("Figs. 2.3a, b: E_v in percent", columns, CLAIMS.evaluate(seen, ("P21", "P22"))),
         _sweep(seen, intact, lambda outcome: f"{outcome.velocity_error_intact:.2f}"),
         _sweep(seen, "Fig. 2.3d: vehicles involved in collisions", lambda outcome: str(int(outcome.collided.sum()))),
     ]
 
 
-def _sweep(seen: Evidence, title: str, shown: Callable[[Outcome], str]) -> Table:
+def _sweep(seen: DisbandingEvidence, title: str, shown: Callable[[ScenarioOutcome], str]) -> ExhibitTable:
     def of(count: int) -> Callable[[float], str]:
         return lambda tau_s: shown(seen[seen.experiments.single(count, tau_s)])
 
     columns = (Column("tau \\ N", float, "{:g} s"), *(Column(str(count), of(count)) for count in PLATOONS))
-    return Table(title, columns, FIGURE_TAUS_S)
+    return ExhibitTable(title, columns, FIGURE_TAUS_S)
 
 
-def sweep_data(seen: Evidence) -> list[dict[str, Any]]:
+def sweep_data(seen: DisbandingEvidence) -> list[dict[str, Any]]:
     """Figs. 2.3c and d, point by point, for JSON."""
     return [
         {
@@ -88,27 +88,27 @@ def sweep_data(seen: Evidence) -> list[dict[str, Any]]:
     ]
 
 
-def _searches(seen: Evidence) -> list[Experiment[Any]]:
+def _searches(seen: DisbandingEvidence) -> list[Experiment[Any]]:
     """`quick` leaves out the grid of alternative attacks and all but one search."""
     named = seen.experiments
     grid = [] if seen.quick else named.two_platoons()
     return [*named.searches(quick=seen.quick), *named.paper_plans(), *grid]
 
 
-def _behind_claims(seen: Evidence) -> list[Experiment[Any]]:
+def _behind_claims(seen: DisbandingEvidence) -> list[Experiment[Any]]:
     """`quick` leaves out long strings and the grids of alternative attacks."""
     named = seen.experiments
     todo = [*named.table("2.2"), *named.table("2.3"), *named.figure_2_1(quick=seen.quick), *named.figure_2_3()]
     return todo if seen.quick else [*todo, *named.one_platoon(), *named.two_platoons()]
 
 
-def _baselines(seen: Evidence) -> list[Experiment[Any]]:
+def _baselines(seen: DisbandingEvidence) -> list[Experiment[Any]]:
     views = [seen.under(name).experiments for name in INTERPRETATIONS]
     return [each for named in views for table in ("2.2", "2.3") for each in named.table(table, (BASELINE,))]
 
 
-JUDGED: Judged[Evidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
-INTERPRETED: Exhibit[Evidence] = Exhibit(
+JUDGED: Judged[DisbandingEvidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
+INTERPRETED: Exhibit[DisbandingEvidence] = Exhibit(
     "interpretations",
     "the baseline under every interpretation",
     _baselines,
@@ -116,7 +116,7 @@ INTERPRETED: Exhibit[Evidence] = Exhibit(
     baselines_data,
     given=lambda seen: seen.all_interpretations,
 )
-EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+EXHIBITS: tuple[Exhibit[DisbandingEvidence], ...] = (
     _table("2.2", "one platoon disbanded"),
     _table("2.3", "two platoons disbanded"),
     Exhibit(
@@ -164,7 +164,7 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
 )
 
 
-def checks(found: Reproduction[Evidence]) -> list[Check]:
+def checks(found: Reproduction[DisbandingEvidence]) -> list[Check]:
     """The cells that have a reference, those of the other interpretations included."""
     seen, cells = found.evidence, cells_of(found)
     for name in INTERPRETATIONS if seen.all_interpretations else ():
@@ -172,7 +172,7 @@ def checks(found: Reproduction[Evidence]) -> list[Check]:
     return cell_checks(list({(cell.table, cell.interpretation, cell.name): cell for cell in cells}.values()))
 
 
-def tallies(found: Reproduction[Evidence]) -> list[Tally]:
+def tallies(found: Reproduction[DisbandingEvidence]) -> list[ClaimTally]:
     """How many cells of the tables and effects of mitigations are reproduced."""
     named = [(f"{cell.table} {cell.name}", cell) for cell in cells_of(found)]
     effects = ((name, cell.effect.verdict) for name, cell in named if cell.effect is not None)
@@ -182,7 +182,7 @@ def tallies(found: Reproduction[Evidence]) -> list[Tally]:
     ]
 
 
-def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+def document(found: Reproduction[DisbandingEvidence]) -> dict[str, Any]:
     """Plain data for JSON."""
     seen = found.evidence
     return {
@@ -210,9 +210,9 @@ def _check(check: Check) -> dict[str, Any]:
     }
 
 
-CHAPTER: Chapter[Evidence] = Chapter(
+CHAPTER: Chapter[DisbandingEvidence] = Chapter(
     title="chapter 2",
-    evidence=Evidence,
+    evidence=DisbandingEvidence,
     reading=lambda seen: f"interpretation {seen.interpretation}",
     exhibits=EXHIBITS,
     closing=closing,

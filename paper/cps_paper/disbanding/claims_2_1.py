@@ -9,9 +9,9 @@ import numpy as np
 from cps_envs.core.config import bounds
 from cps_envs.disbanding.dynamics import STOP_MPS
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.disbanding.experiments import ATTACK_S, STRINGS, TAUS_S, Evidence
+from cps_paper.disbanding.experiments import ATTACK_S, STRINGS, TAUS_S, DisbandingEvidence
 from cps_paper.disbanding.rules import CLAIMS
-from cps_paper.disbanding.scenario import Record
+from cps_paper.disbanding.scenario import ScenarioCourse
 from cps_paper.verdicts import (
     NEAR_SHARE,
     SAME_SHARE,
@@ -27,23 +27,23 @@ NEARLY_STOPPED_MPS = 0.5  # chosen, generous
 CHANGE_SHARE = 0.05  # of the desired gap or speed; chosen: smaller moves are no "decrease" or "increase"
 
 
-def _twenty(evidence: Evidence) -> Record:
+def _twenty(evidence: DisbandingEvidence) -> ScenarioCourse:
     return evidence[evidence.experiments.string(STRINGS[0])]
 
 
-def _at(record: Record, time_s: float) -> int:
+def _at(record: ScenarioCourse, time_s: float) -> int:
     return int(np.searchsorted(record.time_s, time_s - 1e-9))
 
 
 @CLAIMS.judges("P01")
-def disbanded_share(evidence: Evidence, claim: Claim) -> Finding:
+def disbanded_share(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Vehicles of the disbanded platoon among all."""
     share = 100.0 * float(np.mean(~_twenty(evidence).outcome.intact))
     return Finding(share, f"{share:g} %, an input", by_construction(of_number(share, claim.number)))
 
 
 @CLAIMS.judges("P02")
-def gap_left(evidence: Evidence, claim: Claim) -> Finding:
+def gap_left(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The inner gaps of the lead platoon when it is disbanded, and where they go."""
     record = _twenty(evidence)
     gaps = record.inner_gaps(LEAD)
@@ -53,7 +53,7 @@ def gap_left(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P03")
-def no_accident(evidence: Evidence, claim: Claim) -> Finding:
+def no_accident(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """No collision within the disbanded platoon."""
     record = _twenty(evidence)
     collided = int(record.outcome.collided[record.vehicles(LEAD)].sum())
@@ -62,7 +62,7 @@ def no_accident(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P04")
-def slow_then_fast(evidence: Evidence, claim: Claim) -> Finding:
+def slow_then_fast(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Each follower of the disbanded platoon loses speed and regains some of it later."""
     record = _twenty(evidence)
     speed = record.speed_mps[:, record.vehicles(LEAD)][:, 1:]
@@ -74,7 +74,7 @@ def slow_then_fast(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P05", "P06")
-def extreme_gap(evidence: Evidence, claim: Claim) -> Finding:
+def extreme_gap(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Smallest (P05) and largest (P06) inner gap of the first intact platoon."""
     gaps = _twenty(evidence).inner_gaps(FIRST_INTACT)
     value = float(gaps.min() if claim.id == "P05" else gaps.max())
@@ -83,7 +83,7 @@ def extreme_gap(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P07")
-def gap_back(evidence: Evidence, claim: Claim) -> Finding:
+def gap_back(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """When its inner gaps are back."""
     record = _twenty(evidence)
     settled, nearly = record.settled_s(FIRST_INTACT), record.settled_s(FIRST_INTACT, NEAR_SHARE)
@@ -94,7 +94,7 @@ def gap_back(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P08")
-def all_stopped(evidence: Evidence, claim: Claim) -> Finding:
+def all_stopped(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """For how long all vehicles of the 15th platoon stand at once."""
     record = _twenty(evidence)
     durations = [
@@ -106,7 +106,7 @@ def all_stopped(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P09")
-def top_speed(evidence: Evidence, claim: Claim) -> Finding:
+def top_speed(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The highest speed of the leader of the 15th platoon."""
     record = _twenty(evidence)
     fastest = float(record.speed_mps[:, record.vehicles(FIFTEENTH).start].max())
@@ -116,7 +116,7 @@ def top_speed(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P10")
-def slowed_down(evidence: Evidence, claim: Claim) -> Finding:
+def slowed_down(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """When that leader, after its highest speed, is back at the desired one."""
     record = _twenty(evidence)
     speed, desired = record.speed_mps[:, record.vehicles(FIFTEENTH).start], record.config.desired_speed_mps
@@ -130,7 +130,7 @@ def slowed_down(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P11")
-def gap_pattern(evidence: Evidence, claim: Claim) -> Finding:
+def gap_pattern(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The inner gaps of the 15th platoon decrease, increase, and settle at the desired one."""
     record = _twenty(evidence)
     last = float(record.inner_gaps(FIFTEENTH)[-1].mean())
@@ -140,7 +140,7 @@ def gap_pattern(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P12")
-def longer_upstream(evidence: Evidence, claim: Claim) -> Finding:
+def longer_upstream(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The same pattern for the 10th and the last platoon, which need longer than the 15th."""
     record = _twenty(evidence)
     times = [record.settled_s(platoon) or np.inf for platoon in (FIFTEENTH, TENTH, REAR)]
@@ -149,7 +149,7 @@ def longer_upstream(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), f"15th / 10th / last settle at {joined(times)} s", of_cases(hold))
 
 
-def _decrease_increase_settle(record: Record, platoon: int) -> bool:
+def _decrease_increase_settle(record: ScenarioCourse, platoon: int) -> bool:
     gaps, desired = record.inner_gaps(platoon), bounds(record.config.desired_gap_m)[0]
     low, high = desired * (1 - CHANGE_SHARE), desired * (1 + CHANGE_SHARE)
     lowest = gaps.argmin(axis=0)
@@ -158,7 +158,7 @@ def _decrease_increase_settle(record: Record, platoon: int) -> bool:
 
 
 @CLAIMS.judges("P13", "P15", "P16")
-def recovery(evidence: Evidence, claim: Claim) -> Finding:
+def recovery(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """When strings of 20, 50 and 80 platoons have recovered, in minutes."""
     count = dict(zip(("P13", "P15", "P16"), STRINGS, strict=True))[claim.id]
     record = evidence[evidence.experiments.string(count)]
@@ -172,7 +172,7 @@ def recovery(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P14")
-def longer_stop(evidence: Evidence, claim: Claim) -> Finding:
+def longer_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """How long the rear vehicle stands, over the number of platoons."""
     records = [evidence[evidence.experiments.string(count)] for count in STRINGS]
     stops = [record.duration_s(record.speed_mps[:, -1] < STOP_MPS) for record in records]
@@ -181,7 +181,7 @@ def longer_stop(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P17", "P18", "P19")
-def stop_and_go(evidence: Evidence, claim: Claim) -> Finding:
+def stop_and_go(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at least once, twice, three times; the verdict is that at tau 0.1 s."""
     times = ("P17", "P18", "P19").index(claim.id) + 1
     shares = [evidence[evidence.experiments.every_other(tau_s)].outcome.stopped_share(times) for tau_s in TAUS_S[:2]]
@@ -193,7 +193,7 @@ def stop_and_go(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P20")
-def collisions_everywhere(evidence: Evidence, claim: Claim) -> Finding:
+def collisions_everywhere(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles involved in collisions."""
     outcomes = [evidence[evidence.experiments.every_other(tau_s)].outcome for tau_s in TAUS_S[:2]]
     shares = [outcome.collided_share() for outcome in outcomes]

@@ -6,7 +6,7 @@ Those are about the tables: P29 to P36 and P39.
 from __future__ import annotations
 
 from cps_paper.claims import Claim, Finding, applying, joined
-from cps_paper.disbanding.cells import Cell, table_cells
+from cps_paper.disbanding.cells import VelocityErrorPair, table_cells
 from cps_paper.disbanding.experiments import (
     ATTACK_S,
     ATTACKS,
@@ -16,16 +16,16 @@ from cps_paper.disbanding.experiments import (
     PLATOONS,
     SECOND_PLANS,
     TAUS_S,
-    Evidence,
+    DisbandingEvidence,
 )
 from cps_paper.disbanding.rules import CLAIMS
-from cps_paper.disbanding.scenario import Outcome
+from cps_paper.disbanding.scenario import ScenarioOutcome
 from cps_paper.printed.tables import POINTS
 from cps_paper.verdicts import above, grows_throughout, of_cases, of_number
 
 
 @CLAIMS.judges("P21", "P22")
-def mean_error(evidence: Evidence, claim: Claim) -> Finding:
+def mean_error(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """E_v of Figs. 2.3a and b, averaged over the intact vehicles."""
     attack = ((10, ATTACK_S),) if claim.id == "P21" else ATTACKS["2.3"]
     outcome = evidence[evidence.experiments.rear_speeds(attack)].outcome
@@ -35,7 +35,7 @@ def mean_error(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P23")
-def lead_is_best(evidence: Evidence, claim: Claim) -> Finding:
+def lead_is_best(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Disbanding any other platoon at the first instant is worse, for every N and tau."""
     hold = []
     for tau_s in FIGURE_TAUS_S:
@@ -46,7 +46,7 @@ def lead_is_best(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P24")
-def first_instant_is_best(evidence: Evidence, claim: Claim) -> Finding:
+def first_instant_is_best(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The best second for the lead platoon, over N and tau."""
     times, best = (1.0, *LATER_S), []
     for tau_s in FIGURE_TAUS_S:
@@ -60,7 +60,7 @@ def first_instant_is_best(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P25")
-def grows(evidence: Evidence, claim: Claim) -> Finding:
+def grows(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """E_v over the number of platoons, for every tau."""
     curves = {tau_s: [_error(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
     hold = [grows_throughout(curve) for curve in curves.values()]
@@ -71,7 +71,7 @@ def grows(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P26")
-def crash_threshold(evidence: Evidence, claim: Claim) -> Finding:
+def crash_threshold(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The largest tau without any collision; below and above it, whatever N, none and some."""
     hold, safe = [], []
     for tau_s in FIGURE_TAUS_S:
@@ -83,7 +83,7 @@ def crash_threshold(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P27")
-def more_collisions(evidence: Evidence, claim: Claim) -> Finding:
+def more_collisions(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Vehicles involved in collisions over N, for every tau that has collisions."""
     curves = {tau_s: [_collided(evidence, count, tau_s) for count in PLATOONS] for tau_s in FIGURE_TAUS_S}
     applies = applying(sum(map(any, curves.values())), len(curves), "tau")
@@ -94,7 +94,7 @@ def more_collisions(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P28")
-def rear_vehicles_stop(evidence: Evidence, claim: Claim) -> Finding:
+def rear_vehicles_stop(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The rear vehicles of the nine intact platoons: all slow down, some stop."""
     record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
     size = record.config.vehicles_per_platoon
@@ -106,7 +106,7 @@ def rear_vehicles_stop(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P37", "P38")
-def second_attack(evidence: Evidence, claim: Claim) -> Finding:
+def second_attack(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The best second platoon and second on a grid, with the lead platoon disbanded at 2 s."""
     best = [best_second(evidence, tau_s) for tau_s in TAUS_S]
     which = 0 if claim.id == "P37" else 1
@@ -122,26 +122,28 @@ def second_attack(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(best[0][which], shown, of_cases(hold))
 
 
-def best_second(evidence: Evidence, tau_s: float) -> tuple[int, float]:
+def best_second(evidence: DisbandingEvidence, tau_s: float) -> tuple[int, float]:
     """The platoon and second, with the lead platoon disbanded at 2 s, with the largest E_v over all vehicles."""
     return max(SECOND_PLANS, key=lambda plan: second_error(evidence, tau_s, *plan))
 
 
-def second_error(evidence: Evidence, tau_s: float, platoon: int, time_s: float) -> float:
+def second_error(evidence: DisbandingEvidence, tau_s: float, platoon: int, time_s: float) -> float:
     """E_v in percent over all vehicles of a two-platoon attack."""
     return evidence[evidence.experiments.second(tau_s, platoon, time_s)].velocity_error_all
 
 
-def _error(evidence: Evidence, count: int, tau_s: float, platoon: int | None = None, time_s: float = 1.0) -> float:
+def _error(
+    evidence: DisbandingEvidence, count: int, tau_s: float, platoon: int | None = None, time_s: float = 1.0
+) -> float:
     return evidence[evidence.experiments.single(count, tau_s, platoon, time_s)].velocity_error_intact
 
 
-def _collided(evidence: Evidence, count: int, tau_s: float) -> int:
+def _collided(evidence: DisbandingEvidence, count: int, tau_s: float) -> int:
     return int(evidence[evidence.experiments.single(count, tau_s)].collided.sum())
 
 
 @CLAIMS.judges("P29", "P39")
-def baseline_crashes(evidence: Evidence, claim: Claim) -> Finding:
+def baseline_crashes(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Collisions of the baseline: in Table 2.2 (P29) everywhere but at 5 m and 0.1 s, in Table 2.3 (P39) everywhere."""
     table = "2.2" if claim.id == "P29" else "2.3"
     cells = table_cells(evidence, table, ("baseline",))
@@ -151,7 +153,7 @@ def baseline_crashes(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P30")
-def heuristic_helps(evidence: Evidence, claim: Claim) -> Finding:
+def heuristic_helps(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """The heuristic's E_v against the baseline's, in Table 2.2."""
     without, cells = (table_cells(evidence, "2.2", (name,)) for name in ("baseline", "heuristic"))
     gains = [before.ours - after.ours for before, after in zip(without, cells, strict=True)]
@@ -160,7 +162,7 @@ def heuristic_helps(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P31")
-def heuristic_avoids_crashes(evidence: Evidence, claim: Claim) -> Finding:
+def heuristic_avoids_crashes(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Collisions under the heuristic exactly at the largest tau."""
     cells = table_cells(evidence, "2.2", ("heuristic",))
     hold = [cell.outcome.crash == (cell.paper.tau_s == claim.number) for cell in cells]
@@ -169,7 +171,7 @@ def heuristic_avoids_crashes(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P32", "P33")
-def involved(evidence: Evidence, claim: Claim) -> Finding:
+def involved(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Vehicles involved in collisions at x_d = 4 m; the tau is not printed, so that nearest to the paper counts."""
     controller = "baseline" if claim.id == "P32" else "heuristic"
     outcomes = [_outcome(evidence, controller, 4.0, tau_s) for tau_s in TAUS_S]
@@ -181,7 +183,7 @@ def involved(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P34")
-def baseline_stops(evidence: Evidence, claim: Claim) -> Finding:
+def baseline_stops(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Share of the intact vehicles that stop at x_d = 5 m, tau = 0.1 s."""
     share = _outcome(evidence, "baseline", *CELLS[0]).stopped_share()
     record = evidence[evidence.experiments.rear_speeds(((10, ATTACK_S),))]
@@ -191,7 +193,7 @@ def baseline_stops(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P35")
-def heuristic_stops(evidence: Evidence, claim: Claim) -> Finding:
+def heuristic_stops(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Intact vehicles that come to a stop under the heuristic, cell by cell."""
     outcomes = [_outcome(evidence, "heuristic", *cell) for cell in CELLS]
     counts = [int((outcome.stops[outcome.intact] > 0).sum()) for outcome in outcomes]
@@ -200,7 +202,7 @@ def heuristic_stops(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("P36")
-def mitigations_equal(evidence: Evidence, claim: Claim) -> Finding:
+def mitigations_equal(evidence: DisbandingEvidence, claim: Claim) -> Finding:
     """Heuristic and MPC differ by no more than they do anywhere in the paper's Table 2.2."""
     pairs = zip(*(table_cells(evidence, "2.2", (name,)) for name in ("heuristic", "mpc")), strict=True)
     ours, paper = [], []
@@ -212,11 +214,11 @@ def mitigations_equal(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), shown, of_cases(hold))
 
 
-def _outcome(evidence: Evidence, controller: str, desired_gap_m: float, tau_s: float) -> Outcome:
+def _outcome(evidence: DisbandingEvidence, controller: str, desired_gap_m: float, tau_s: float) -> ScenarioOutcome:
     return evidence[evidence.experiments.cell("2.2", controller, desired_gap_m, tau_s)]
 
 
-def _cases(cells: list[Cell], hold: list[bool]) -> str:
+def _cases(cells: list[VelocityErrorPair], hold: list[bool]) -> str:
     """In how many cells a claim holds, and where not."""
     failing = [cell.name.partition(" ")[2] for cell, holds in zip(cells, hold, strict=True) if not holds]
     return f"holds in {sum(hold)} of {len(hold)} cells" + (f", not at {', '.join(failing)}" if failing else "")

@@ -1,6 +1,6 @@
 """What the chapter simulates, under one interpretation of what it leaves open, and the results.
 
-`Search` solves (2.9) on the plain law, with kernels only, by the genetic algorithm.
+`PlanSearch` solves (2.9) on the plain law, with kernels only, by the genetic algorithm.
 """
 
 from __future__ import annotations
@@ -17,17 +17,16 @@ from cps_envs.disbanding.dynamics import advance
 from cps_envs.disbanding.payoff import measured
 from cps_envs.disbanding.start import nominal_constants, place, undisturbed
 from cps_envs.disbanding.state import allocate
-from cps_paper import evidence
-from cps_paper.disbanding.played import DEFENDERS, READINGS, Played, Reading
+from cps_paper.disbanding.played import DEFENDERS, READINGS, PlayedReading, PlayedScenario
 from cps_paper.disbanding.scenario import CONTROLLERS, Attack, Recorded, Scenario
-from cps_paper.evidence import Experiment
+from cps_paper.evidence import Evidence, Experiment
 
 DEFAULT = SearchSettings()
 DISTINCT_PLANS = 0.6  # of the plans that a search looks at; the others it has seen before
 
 
 @dataclass(frozen=True)
-class Search:
+class PlanSearch:
     """A seeded search for the plan of `budget` disbandings with the largest E_v over all vehicles, without defence."""
 
     budget: int
@@ -135,15 +134,17 @@ class Experiments:
         """The lead platoon at 2 s and another one later."""
         return Scenario(((10, ATTACK_S), (platoon, time_s)), tau_s, interpretation=self.interpretation)
 
-    def search(self, budget: int, tau_s: float) -> Search:
+    def search(self, budget: int, tau_s: float) -> PlanSearch:
         """The genetic algorithm."""
-        return Search(budget, tau_s, self.interpretation)
+        return PlanSearch(budget, tau_s, self.interpretation)
 
-    def defended(self, num_platoons: int, tau_s: float, defender: str) -> Played:
+    def defended(self, num_platoons: int, tau_s: float, defender: str) -> PlayedScenario:
         """The lead platoon of N disbanded at 1 s, against a defender."""
-        return Played(defender, tau_s, (("num_platoons", num_platoons), ("interpretation", self.interpretation)))
+        return PlayedScenario(
+            defender, tau_s, (("num_platoons", num_platoons), ("interpretation", self.interpretation))
+        )
 
-    def reading(self, reading: Reading, tau_s: float, defender: str) -> Played:
+    def reading(self, reading: PlayedReading, tau_s: float, defender: str) -> PlayedScenario:
         """What the text describes, against a defender."""
         return reading.played(defender, tau_s, self.interpretation)
 
@@ -194,7 +195,7 @@ class Experiments:
 
 
 @dataclass(frozen=True)
-class Evidence(evidence.Evidence):
+class DisbandingEvidence(Evidence):
     """Results by experiment; `experiments` names them under the interpretation."""
 
     interpretation: str = "S0"
@@ -205,6 +206,6 @@ class Evidence(evidence.Evidence):
         """The chapter's experiments under the interpretation."""
         return Experiments(self.interpretation)
 
-    def under(self, interpretation: str) -> Evidence:
+    def under(self, interpretation: str) -> DisbandingEvidence:
         """The same results, read under another interpretation."""
         return replace(self, interpretation=interpretation)

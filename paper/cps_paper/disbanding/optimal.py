@@ -7,9 +7,9 @@ from typing import Any
 
 from cps_baselines.disbanding.plan_search import SearchResult
 from cps_paper.disbanding.claims_2_3 import best_second, second_error
-from cps_paper.disbanding.experiments import ATTACK_S, ATTACKS, BUDGETS, TAUS_S, Evidence
+from cps_paper.disbanding.experiments import ATTACK_S, ATTACKS, BUDGETS, TAUS_S, DisbandingEvidence
 from cps_paper.evidence import NotRunError
-from cps_paper.exhibit import Column, Table
+from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.verdicts import NOT, of_cases, of_number
 
 Events = list[tuple[int, float]]
@@ -54,7 +54,7 @@ class Optimum:
         return of_number(seconds[1], second) if platoons == (10, platoon) else NOT
 
 
-def optima(evidence: Evidence) -> list[Optimum]:
+def optima(evidence: DisbandingEvidence) -> list[Optimum]:
     """Every search that was run."""
     found = []
     for budget in BUDGETS:
@@ -69,12 +69,12 @@ def optima(evidence: Evidence) -> list[Optimum]:
     return found
 
 
-def optima_table(evidence: Evidence) -> Table:
+def optima_table(evidence: DisbandingEvidence) -> ExhibitTable:
     """What the genetic algorithm finds."""
     title = "Genetic algorithm for (2.9): E_v in percent over all vehicles"
     found = optima(evidence)
     singles = sum(row.budget == 1 for row in found)
-    return Table(title, COLUMNS, found, (NOTE,), left=2, after=(singles - 1,), data=_data)
+    return ExhibitTable(title, COLUMNS, found, (NOTE,), left=2, after=(singles - 1,), data=_data)
 
 
 def _data(row: Optimum) -> dict[str, Any]:
@@ -118,7 +118,7 @@ NOTE = (
 )
 
 
-def _grid(evidence: Evidence, tau_s: float) -> tuple[Events, float | None]:
+def _grid(evidence: DisbandingEvidence, tau_s: float) -> tuple[Events, float | None]:
     try:
         plan = best_second(evidence, tau_s)
     except NotRunError:

@@ -17,7 +17,7 @@ COSTS = {"none": 1.0, "heuristic": 2.0, "mpc": 15.0, "copy": 2.0, "feedback": 2.
 
 
 @dataclass(frozen=True)
-class Played:
+class PlayedScenario:
     """The lead platoon is disbanded at 1 s, against a defender who acts every 0.1 s; means over seeds from 0."""
 
     defender: str = "none"
@@ -51,7 +51,7 @@ class Played:
 
 
 @dataclass(frozen=True)
-class Reading:
+class PlayedReading:
     """Something that the text describes and that preset `paper` leaves out."""
 
     name: str
@@ -59,22 +59,22 @@ class Reading:
     preset: str = "paper"
     episodes: int = 1
 
-    def played(self, defender: str, tau_s: float, interpretation: str) -> Played:
+    def played(self, defender: str, tau_s: float, interpretation: str) -> PlayedScenario:
         """It, against a defender."""
-        played = Played(defender, tau_s, self.overrides, self.preset, self.episodes)
+        played = PlayedScenario(defender, tau_s, self.overrides, self.preset, self.episodes)
         return replace(played, overrides=(*self.overrides, ("interpretation", interpretation)))
 
 
 BRAKING = (("braking_share", 0.3), ("braking_mps2", (2.0, 5.0)), ("braking_s", (0.5, 1.5)))
 READINGS = (
-    Reading("preset paper"),
-    Reading("a step of 5 ms", (("dt_s", 0.005),)),
-    Reading("standstill rule (r_0)", (("standstill_rule", True),)),
-    Reading("transitional controllers", (("transitional_controller", True),)),
-    Reading("leader's sensor, 0.1 s per link", (("member_delay_s", 0.1),)),
-    Reading("rear vehicle's sensor, 0.1 s per link", (("member_delay_s", 0.1), ("attacked_member", 10))),
-    Reading("leader's sensor, 0.5 s per link", (("member_delay_s", 0.5),)),
-    Reading("rear vehicle's sensor, 0.5 s per link", (("member_delay_s", 0.5), ("attacked_member", 10))),
-    Reading("30 % of the drivers brake", BRAKING, episodes=20),
-    Reading("preset one_vehicle", preset="one_vehicle", episodes=20),
+    PlayedReading("preset paper"),
+    PlayedReading("a step of 5 ms", (("dt_s", 0.005),)),
+    PlayedReading("standstill rule (r_0)", (("standstill_rule", True),)),
+    PlayedReading("transitional controllers", (("transitional_controller", True),)),
+    PlayedReading("leader's sensor, 0.1 s per link", (("member_delay_s", 0.1),)),
+    PlayedReading("rear vehicle's sensor, 0.1 s per link", (("member_delay_s", 0.1), ("attacked_member", 10))),
+    PlayedReading("leader's sensor, 0.5 s per link", (("member_delay_s", 0.5),)),
+    PlayedReading("rear vehicle's sensor, 0.5 s per link", (("member_delay_s", 0.5), ("attacked_member", 10))),
+    PlayedReading("30 % of the drivers brake", BRAKING, episodes=20),
+    PlayedReading("preset one_vehicle", preset="one_vehicle", episodes=20),
 )

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cps_paper.disbanding.experiments import PLATOONS, TAUS_S, Evidence
-from cps_paper.disbanding.played import DEFENDERS, READINGS, Reading
-from cps_paper.exhibit import Column, Table
+from cps_paper.disbanding.experiments import PLATOONS, TAUS_S, DisbandingEvidence
+from cps_paper.disbanding.played import DEFENDERS, READINGS, PlayedReading
+from cps_paper.exhibit import Column, ExhibitTable
 
 PLAYED = (
     "N = 10 where nothing else is said, x_d = 5 m. The lead platoon is disbanded at 1 s. Defenders act every 0.1 s, "
@@ -24,12 +24,12 @@ RIDE_NOTE = (
 )
 
 
-def platoons_tables(evidence: Evidence) -> list[Table]:
+def platoons_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     """E_v and collisions over N, one table per tau."""
     return [_platoons(evidence, tau_s) for tau_s in TAUS_S]
 
 
-def platoons_data(evidence: Evidence) -> list[dict[str, Any]]:
+def platoons_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
     """Every defender for every N: all metrics of the episode, for JSON."""
     return [
         {
@@ -44,21 +44,21 @@ def platoons_data(evidence: Evidence) -> list[dict[str, Any]]:
     ]
 
 
-def _platoons(evidence: Evidence, tau_s: float) -> Table:
+def _platoons(evidence: DisbandingEvidence, tau_s: float) -> ExhibitTable:
     def of(name: str) -> Callable[[int], str]:
         return lambda count: _shown(evidence[evidence.experiments.defended(count, tau_s, name)])
 
     columns = (Column("N", str), *(Column(name, of(name)) for name in DEFENDERS))
     title = f"tau = {tau_s:g} s, N platoons: E_v in percent over intact vehicles (collisions)"
-    return Table(title, columns, PLATOONS, (PLAYED,) if tau_s == TAUS_S[-1] else ())
+    return ExhibitTable(title, columns, PLATOONS, (PLAYED,) if tau_s == TAUS_S[-1] else ())
 
 
-def readings_tables(evidence: Evidence) -> list[Table]:
+def readings_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     """E_v and collisions under each reading of the text, one table per defender, and what passengers feel."""
     return [*(_readings(evidence, name) for name in DEFENDERS), _ride(evidence)]
 
 
-def readings_data(evidence: Evidence) -> list[dict[str, Any]]:
+def readings_data(evidence: DisbandingEvidence) -> list[dict[str, Any]]:
     """Every defender under every reading of the text: the means of all metrics, for JSON."""
     return [
         {
@@ -74,22 +74,22 @@ def readings_data(evidence: Evidence) -> list[dict[str, Any]]:
     ]
 
 
-def _readings(evidence: Evidence, name: str) -> Table:
-    def of(tau_s: float) -> Callable[[Reading], str]:
+def _readings(evidence: DisbandingEvidence, name: str) -> ExhibitTable:
+    def of(tau_s: float) -> Callable[[PlayedReading], str]:
         return lambda each: _shown(evidence[evidence.experiments.reading(each, tau_s, name)])
 
     columns = (Column("", "name"), *(Column(f"tau = {tau_s:g} s", of(tau_s)) for tau_s in TAUS_S))
     title = f"Defender {name}: E_v in percent over intact vehicles (collisions)"
-    return Table(title, columns, READINGS, (PLAYED, TEXT) if name == DEFENDERS[-1] else ())
+    return ExhibitTable(title, columns, READINGS, (PLAYED, TEXT) if name == DEFENDERS[-1] else ())
 
 
-def _ride(evidence: Evidence) -> Table:
+def _ride(evidence: DisbandingEvidence) -> ExhibitTable:
     rides = [
         (tau_s, name, evidence[evidence.experiments.reading(READINGS[0], tau_s, name)])
         for tau_s in TAUS_S
         for name in DEFENDERS
     ]
-    return Table("Comfort, energy and recovery in preset paper", RIDE, rides, (RIDE_NOTE,), left=2, grouped=1)
+    return ExhibitTable("Comfort, energy and recovery in preset paper", RIDE, rides, (RIDE_NOTE,), left=2, grouped=1)
 
 
 def _metric(name: str) -> Callable[[Any], float]:

@@ -11,10 +11,10 @@ from cps_paper.disbanding.experiments import (
     PLATOONS,
     STRINGS,
     TAUS_S,
-    Evidence,
+    DisbandingEvidence,
 )
 from cps_paper.disbanding.rules import CLAIMS
-from cps_paper.disbanding.scenario import Attack, Record
+from cps_paper.disbanding.scenario import Attack, ScenarioCourse
 from cps_paper.evidence import NotRunError
 from cps_paper.figures import MARKERS, dress, new_figure, shades
 
@@ -23,7 +23,7 @@ TIME = "time / s"
 LONGEST_GAP_M = 40.0  # the disbanded platoon's gaps go beyond
 
 
-def draw_2_1(evidence: Evidence) -> Any:
+def draw_2_1(evidence: DisbandingEvidence) -> Any:
     """All five panels."""
     figure = new_figure(11.0, 10.5)
     panels = figure.subplot_mosaic([["a", "b"], ["c", "d"], ["e", "e"]])
@@ -38,7 +38,7 @@ def draw_2_1(evidence: Evidence) -> Any:
     return figure
 
 
-def _vehicles(axes: Any, record: Record, values: Any, platoons: dict[int, str]) -> None:
+def _vehicles(axes: Any, record: ScenarioCourse, values: Any, platoons: dict[int, str]) -> None:
     """One thin line per vehicle, coloured and named by platoon."""
     for platoon, color in platoons.items():
         lines = axes.plot(record.time_s, values(platoon), color=color, linewidth=0.7)
@@ -48,13 +48,13 @@ def _vehicles(axes: Any, record: Record, values: Any, platoons: dict[int, str]) 
         line.set_linewidth(2.0)
 
 
-def _positions(axes: Any, record: Record) -> None:
+def _positions(axes: Any, record: ScenarioCourse) -> None:
     _vehicles(axes, record, lambda platoon: record.position_m[:, record.vehicles(platoon)] / 1000.0, DRAWN)
     dress(axes, "a) Positions; platoon 20 leads and is disbanded at 2 s", TIME, "position / km", x_limits=(0, 300))
     axes.set_ylim(-2.2, 9.0)
 
 
-def _gaps(axes: Any, record: Record) -> None:
+def _gaps(axes: Any, record: ScenarioCourse) -> None:
     _vehicles(axes, record, record.inner_gaps, DRAWN)
     title = "b) Separations inside the platoons (those of platoon 20 go on growing)"
     dress(axes, title, TIME, "separation / m", x_limits=(0, 700))
@@ -62,13 +62,13 @@ def _gaps(axes: Any, record: Record) -> None:
     axes.axhline(record.config.desired_gap_m, color="0.4", linewidth=0.8, linestyle=":")
 
 
-def _speeds(axes: Any, record: Record) -> None:
+def _speeds(axes: Any, record: ScenarioCourse) -> None:
     _vehicles(axes, record, lambda platoon: record.speed_mps[:, record.vehicles(platoon)], DRAWN)
     dress(axes, "c) Speeds", TIME, "speed / (m/s)", x_limits=(0, 700))
     axes.set_ylim(0, 38)
 
 
-def _rear_positions(axes: Any, evidence: Evidence) -> None:
+def _rear_positions(axes: Any, evidence: DisbandingEvidence) -> None:
     for count, color in zip(STRINGS, shades(len(STRINGS)), strict=True):
         try:
             record = evidence[evidence.experiments.string(count)]
@@ -80,7 +80,7 @@ def _rear_positions(axes: Any, evidence: Evidence) -> None:
     axes.set_ylim(-8, 20)
 
 
-def _rear_speeds_of_others(axes: Any, evidence: Evidence) -> None:
+def _rear_speeds_of_others(axes: Any, evidence: DisbandingEvidence) -> None:
     record = evidence[evidence.experiments.every_other(TAUS_S[0])]
     size = record.config.vehicles_per_platoon
     platoons = [
@@ -100,7 +100,7 @@ def _rear_speeds_of_others(axes: Any, evidence: Evidence) -> None:
 REAR_OF = tuple(range(9, 0, -1))  # platoons never disbanded in panel a
 
 
-def draw_2_3(evidence: Evidence) -> Any:
+def draw_2_3(evidence: DisbandingEvidence) -> Any:
     """All four panels."""
     figure = new_figure(11.0, 7.5)
     panels = figure.subplot_mosaic([["a", "b"], ["c", "d"]])
@@ -126,7 +126,7 @@ def draw_2_3(evidence: Evidence) -> Any:
     return figure
 
 
-def _rear_speeds(axes: Any, evidence: Evidence, attack: Attack, title: str, claim_id: str) -> None:
+def _rear_speeds(axes: Any, evidence: DisbandingEvidence, attack: Attack, title: str, claim_id: str) -> None:
     record = evidence[evidence.experiments.rear_speeds(attack)]
     size = record.config.vehicles_per_platoon
     disbanded = {platoon for platoon, _ in attack}
@@ -141,7 +141,7 @@ def _rear_speeds(axes: Any, evidence: Evidence, attack: Attack, title: str, clai
     axes.set_ylim(0, 38)
 
 
-def _sweep(axes: Any, evidence: Evidence, value: Any) -> None:
+def _sweep(axes: Any, evidence: DisbandingEvidence, value: Any) -> None:
     colors = shades(len(FIGURE_TAUS_S))
     for tau_s, color, marker in zip(FIGURE_TAUS_S, colors, MARKERS, strict=True):
         values = [value(evidence[evidence.experiments.single(count, tau_s)]) for count in PLATOONS]

@@ -12,13 +12,13 @@ from typing import Any
 
 from cps_envs.disbanding.config import PAPER
 from cps_paper.claims import Claims
-from cps_paper.disbanding.experiments import Evidence
+from cps_paper.disbanding.experiments import DisbandingEvidence
 from cps_paper.disbanding.scenario import Overrides, Recorded, Scenario
 from cps_paper.evidence import Experiment
 from cps_paper.recheck import Condition
 from cps_paper.verdicts import COMPARISON_RULE, RECOVERY_RULE
 
-CLAIMS: Claims[Evidence] = Claims("claims_ch2")
+CLAIMS: Claims[DisbandingEvidence] = Claims("claims_ch2")
 RULES = (
     "Rules. A number: reproduced within 5 % of the paper's, near within 10 %. A velocity error: reproduced within 2.0 "
     "points, near within 4.0. A statement about several cases: reproduced if it holds in all, near in all but one, "

@@ -30,7 +30,7 @@ MPC_COST, HEURISTIC_COST = 6.0, 2.5  # relative to the plain law
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ScenarioOutcome:
     """What a simulation ended with; arrays run over the vehicles (M,), front to rear."""
 
     velocity_error_all: float  # percent, (2.8) over all vehicles
@@ -90,7 +90,7 @@ class Scenario:
         """A few words for a progress bar."""
         return f"{self.controller}, N = {self.num_platoons}, tau = {self.tau_s:g} s"
 
-    def run(self) -> Outcome:
+    def run(self) -> ScenarioOutcome:
         """Simulate it to the end."""
         state, constants = begin(self)
         steps = self.config.horizon_steps
@@ -122,11 +122,11 @@ def driver(scenario: Scenario, state: State, constants: Array) -> Advance:
     return lambda steps: advance_with_mpc(state, constants, envs, steps, mpc, PAPER_MATCHING.release, memory)
 
 
-def outcome(state: State, constants: Array, horizon_steps: int) -> Outcome:
+def outcome(state: State, constants: Array, horizon_steps: int) -> ScenarioOutcome:
     """Read the first episode."""
     metrics = measured(state, constants, horizon_steps)[0]
     size = int(constants["vehicles_per_platoon"][0])
-    return Outcome(
+    return ScenarioOutcome(
         velocity_error_all=float(metrics["velocity_error_all"]),
         velocity_error_intact=float(metrics["velocity_error_intact"]),
         intact=np.repeat(np.isinf(state.disbanding_s[0]), size),
@@ -153,7 +153,7 @@ class Recorded:
         """A few words for a progress bar."""
         return self.scenario.label
 
-    def run(self) -> Record:
+    def run(self) -> ScenarioCourse:
         """Simulate it to the end."""
         state, constants = begin(self.scenario)
         advance = driver(self.scenario, state, constants)
@@ -166,18 +166,18 @@ class Recorded:
             advance(steps)
             position[k + 1], speed[k + 1] = state.position[0], state.speed[0]
         time_s = np.arange(samples + 1, dtype=np.float64) * self.sample_s
-        return Record(config, time_s, position, speed, outcome(state, constants, config.horizon_steps))
+        return ScenarioCourse(config, time_s, position, speed, outcome(state, constants, config.horizon_steps))
 
 
 @dataclass(frozen=True)
-class Record:
+class ScenarioCourse:
     """The course of a simulation, T samples of M vehicles, front to rear."""
 
     config: DisbandingConfig
     time_s: FloatArray  # (T,)
     position_m: FloatArray  # (T, M)
     speed_mps: FloatArray  # (T, M)
-    outcome: Outcome
+    outcome: ScenarioOutcome
 
     def vehicles(self, platoon: int) -> slice:
         """The columns of a platoon, counted from the rear as the paper does, its leader first."""

@@ -17,7 +17,7 @@ from cps_envs.disbanding.config import PAPER
 FREQUENCIES_RAD_S = np.geomspace(1e-3, 10.0, 2000)
 
 
-class Gains(NamedTuple):
+class StringGains(NamedTuple):
     """The published gains that the response depends on; defaults of Table 2.1."""
 
     k_p: float = PAPER.proportional_gain  # 1/s2
@@ -25,7 +25,7 @@ class Gains(NamedTuple):
     headway_s: float = PAPER.headway_s
 
 
-PUBLISHED = Gains()
+PUBLISHED = StringGains()
 
 
 class Peak(NamedTuple):
@@ -40,7 +40,7 @@ class Peak(NamedTuple):
         return float(2.0 * np.pi / self.frequency_rad_s)
 
 
-def platoon_matrices(num_vehicles: int, tau_s: float, gains: Gains = PUBLISHED) -> tuple[FloatArray, FloatArray]:
+def platoon_matrices(num_vehicles: int, tau_s: float, gains: StringGains = PUBLISHED) -> tuple[FloatArray, FloatArray]:
     """A (3n, 3n) and B (3n, 2) of one platoon's deviations [x, v, a], leader first; inputs: x and v of who is ahead."""
     n, (k_p, k_d, h) = num_vehicles, gains
     position, speed = np.zeros((n, n)), np.zeros((n, n))  # u = position @ x + speed @ v + ahead @ inputs
@@ -58,7 +58,7 @@ def platoon_matrices(num_vehicles: int, tau_s: float, gains: Gains = PUBLISHED) 
 
 
 def rear_to_rear_gain(
-    num_vehicles: int, tau_s: float, frequencies_rad_s: FloatArray, gains: Gains = PUBLISHED
+    num_vehicles: int, tau_s: float, frequencies_rad_s: FloatArray, gains: StringGains = PUBLISHED
 ) -> FloatArray:
     """|v_last / v_last of the platoon ahead| at each frequency (F,)."""
     a, b = platoon_matrices(num_vehicles, tau_s, gains)
@@ -69,7 +69,7 @@ def rear_to_rear_gain(
     return gain
 
 
-def peak_gain(num_vehicles: int, tau_s: float, gains: Gains = PUBLISHED) -> Peak:
+def peak_gain(num_vehicles: int, tau_s: float, gains: StringGains = PUBLISHED) -> Peak:
     """The largest gain over all frequencies; 1 at frequency 0 where nothing is amplified."""
 
     def attenuation(log_frequency: float) -> float:

@@ -14,12 +14,12 @@ import numpy as np
 
 from cps_envs.disbanding.dynamics import STOP_MPS
 from cps_paper.disbanding.claims_2_1 import NEARLY_STOPPED_MPS
-from cps_paper.disbanding.experiments import STRINGS, TAUS_S, Evidence
+from cps_paper.disbanding.experiments import STRINGS, TAUS_S, DisbandingEvidence
 from cps_paper.disbanding.rules import CLAIMS
-from cps_paper.disbanding.scenario import Record
+from cps_paper.disbanding.scenario import ScenarioCourse
 from cps_paper.disbanding.string_stability import Peak, peak_gain, rear_to_rear_gain
 from cps_paper.evidence import NotRunError
-from cps_paper.exhibit import Column, Table
+from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.figures import MARKERS, dress, new_figure, shades
 from cps_paper.verdicts import RECOVERY_RULE
 
@@ -136,20 +136,20 @@ class EveryOther:
     rear_collided: float
 
 
-def courses_tables(evidence: Evidence) -> list[Table]:
+def courses_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     """What Figs. 2.1a-c, d and e show, in numbers, as far as they were simulated."""
     twenty = evidence[evidence.experiments.string(STRINGS[0])]
     platoons = [_platoon(twenty, platoon) for platoon in SHOWN]
     others = [_every_other(evidence, tau_s) for tau_s in TAUS_S[:2]]
     return [
-        Table(
+        ExhibitTable(
             "Figs. 2.1a-c: 20 platoons, the lead one (20) disbanded at 2 s; gaps inside a platoon",
             PLATOON_COLUMNS,
             platoons,
             key="platoons",
             data=asdict,
         ),
-        Table(
+        ExhibitTable(
             "Fig. 2.1d: the rear vehicle behind strings of platoons",
             STRING_COLUMNS,
             _strings(evidence),
@@ -157,7 +157,7 @@ def courses_tables(evidence: Evidence) -> list[Table]:
             key="strings",
             data=asdict,
         ),
-        Table(
+        ExhibitTable(
             "Fig. 2.1e: every other of 20 platoons disbanded, 30 s apart",
             OTHER_COLUMNS,
             others,
@@ -169,7 +169,7 @@ def courses_tables(evidence: Evidence) -> list[Table]:
     ]
 
 
-def _strings(evidence: Evidence) -> list[StringCourse]:
+def _strings(evidence: DisbandingEvidence) -> list[StringCourse]:
     found = []
     for count, claim in zip(STRINGS, RECOVERY_CLAIMS, strict=True):
         with suppress(NotRunError):
@@ -177,7 +177,7 @@ def _strings(evidence: Evidence) -> list[StringCourse]:
     return found
 
 
-def _platoon(record: Record, platoon: int) -> PlatoonCourse:
+def _platoon(record: ScenarioCourse, platoon: int) -> PlatoonCourse:
     gaps, speed = record.inner_gaps(platoon), record.speed_mps[:, record.vehicles(platoon)]
     return PlatoonCourse(
         platoon=platoon,
@@ -190,7 +190,7 @@ def _platoon(record: Record, platoon: int) -> PlatoonCourse:
     )
 
 
-def _string(record: Record, paper_min: float) -> StringCourse:
+def _string(record: ScenarioCourse, paper_min: float) -> StringCourse:
     recovered = record.recovered_s()
     return StringCourse(
         num_platoons=record.config.max_platoons,
@@ -201,7 +201,7 @@ def _string(record: Record, paper_min: float) -> StringCourse:
     )
 
 
-def _every_other(evidence: Evidence, tau_s: float) -> EveryOther:
+def _every_other(evidence: DisbandingEvidence, tau_s: float) -> EveryOther:
     outcome = evidence[evidence.experiments.every_other(tau_s)].outcome
     once, twice, thrice = (outcome.stopped_share(times) for times in (1, 2, 3))
     rear = 100.0 * float(outcome.rear_collided[outcome.intact].mean())

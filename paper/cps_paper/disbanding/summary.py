@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cps_paper.chapter import Reproduction
-from cps_paper.disbanding.cells import AVERAGED, Cell, table_cells
-from cps_paper.disbanding.experiments import Evidence
+from cps_paper.disbanding.cells import AVERAGED, VelocityErrorPair, table_cells
+from cps_paper.disbanding.experiments import DisbandingEvidence
 from cps_paper.verdicts import NEAR, NO_SUPPORT, NOT, REPRODUCED, Check, failures
 
 MPC_LABEL = (
@@ -27,7 +27,7 @@ NOTHING_DRAWN = (
 )
 
 
-def closing(found: Reproduction[Evidence]) -> list[str]:
+def closing(found: Reproduction[DisbandingEvidence]) -> list[str]:
     """Paragraphs on the parts that were computed."""
     paragraphs = _on_cells(cells_of(found)) + found.claims_summary()
     if paragraphs:
@@ -38,12 +38,12 @@ def closing(found: Reproduction[Evidence]) -> list[str]:
     return paragraphs
 
 
-def cells_of(found: Reproduction[Evidence]) -> list[Cell]:
+def cells_of(found: Reproduction[DisbandingEvidence]) -> list[VelocityErrorPair]:
     """The cells of the tables asked for."""
     return [cell for table in AVERAGED if table in found.parts for cell in table_cells(found.evidence, table)]
 
 
-def _on_cells(cells: Sequence[Cell]) -> list[str]:
+def _on_cells(cells: Sequence[VelocityErrorPair]) -> list[str]:
     if not cells:
         return []
     missed, close = ([cell for cell in cells if cell.verdict == word] for word in ("miss", "near"))
@@ -56,7 +56,7 @@ def _on_cells(cells: Sequence[Cell]) -> list[str]:
     return [text, *_on_effects(cells)]
 
 
-def _on_effects(cells: Sequence[Cell]) -> list[str]:
+def _on_effects(cells: Sequence[VelocityErrorPair]) -> list[str]:
     """A matching cell may hide an effect that is far off: both count."""
     effects = [(cell, cell.effect) for cell in cells if cell.effect is not None]
     if not effects:
@@ -88,9 +88,9 @@ def _on_checks(checks: Sequence[Check]) -> list[str]:
     return [text]
 
 
-def _cells(cells: Sequence[Cell]) -> str:
+def _cells(cells: Sequence[VelocityErrorPair]) -> str:
     return ", ".join(f"{cell.table} {cell.name} {cell.difference:+.1f}" for cell in cells)
 
 
-def _names(cells: Sequence[Cell]) -> str:
+def _names(cells: Sequence[VelocityErrorPair]) -> str:
     return ", ".join(f"{cell.table} {cell.name}" for cell in cells)

@@ -9,12 +9,12 @@ from collections.abc import Callable, Sequence
 from itertools import product
 from typing import Any
 
-from cps_paper.disbanding.experiments import ATTACK_S, CELLS, STRINGS, Evidence
-from cps_paper.disbanding.played import Played
+from cps_paper.disbanding.experiments import ATTACK_S, CELLS, STRINGS, DisbandingEvidence
+from cps_paper.disbanding.played import PlayedScenario
 from cps_paper.disbanding.rules import CLAIMS
 from cps_paper.disbanding.scenario import Attack, Scenario
 from cps_paper.evidence import Experiment
-from cps_paper.exhibit import Column, Table
+from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.verdicts import REPRODUCED, of_cases, of_number
 
 PERIODS_S = (0.01, 0.02, 0.05, 0.1)  # after which the heuristic is repeated; the first is an integration step
@@ -22,16 +22,16 @@ COUNTS, FIRSTS, TAUS_S = (6, 7, 8, 9, 10), (20, 19), (0.1, 0.2, 0.3)  # disbande
 APART_S, DURATION_S = 30.0, 600.0  # of every other platoon, Fig. 2.1e
 
 
-def repeated(evidence: Evidence, period_s: float) -> list[Played]:
+def repeated(evidence: DisbandingEvidence, period_s: float) -> list[PlayedScenario]:
     """The cells of Table 2.2 with the heuristic repeated so often, its correction held in between."""
     chosen = ("interpretation", evidence.experiments.interpretation)
     return [
-        Played("heuristic", tau_s, (("desired_gap_m", gap_m), ("control_period_s", period_s), chosen))
+        PlayedScenario("heuristic", tau_s, (("desired_gap_m", gap_m), ("control_period_s", period_s), chosen))
         for gap_m, tau_s in CELLS
     ]
 
 
-def disbanded(evidence: Evidence, count: int, first: int, tau_s: float) -> Scenario:
+def disbanded(evidence: DisbandingEvidence, count: int, first: int, tau_s: float) -> Scenario:
     """So many of 20 platoons are disbanded, every other one from `first` on."""
     attack: Attack = tuple((first - 2 * i, ATTACK_S + APART_S * i) for i in range(count))
     chosen = evidence.experiments.interpretation
@@ -43,29 +43,29 @@ def combinations() -> list[tuple[int, int, float]]:
     return list(product(COUNTS, FIRSTS, TAUS_S))
 
 
-def tried(evidence: Evidence) -> list[Experiment[Any]]:
+def tried(evidence: DisbandingEvidence) -> list[Experiment[Any]]:
     """All of it."""
     first = [each for period_s in PERIODS_S for each in repeated(evidence, period_s)]
     return [*first, *(disbanded(evidence, *each) for each in combinations())]
 
 
-def collided(evidence: Evidence, period_s: float) -> list[int]:
+def collided(evidence: DisbandingEvidence, period_s: float) -> list[int]:
     """How many vehicles collide in each cell of Table 2.2."""
     return [round(evidence[each]["collided"]) for each in repeated(evidence, period_s)]
 
 
-def verdict_of_period(evidence: Evidence, period_s: float) -> str:
+def verdict_of_period(evidence: DisbandingEvidence, period_s: float) -> str:
     """That of P31: collisions exactly at the largest lag."""
     largest, counts = CLAIMS.number("P31"), collided(evidence, period_s)
     return of_cases([(count > 0) == (tau_s == largest) for count, (_, tau_s) in zip(counts, CELLS, strict=True)])
 
 
-def verdict_of_count(evidence: Evidence, each: tuple[int, int, float]) -> str:
+def verdict_of_count(evidence: DisbandingEvidence, each: tuple[int, int, float]) -> str:
     """That of P20: the share of the intact vehicles in collisions."""
     return of_number(evidence[disbanded(evidence, *each)].collided_share(), CLAIMS.number("P20"))
 
 
-def tried_tables(evidence: Evidence) -> list[Table]:
+def tried_tables(evidence: DisbandingEvidence) -> list[ExhibitTable]:
     """Both as tables of text."""
     periods = (
         Column("repeated every", lambda period_s: period_s, "{:g} s"),
@@ -81,23 +81,25 @@ def tried_tables(evidence: Evidence) -> list[Table]:
         Column("P20", lambda each: verdict_of_count(evidence, each)),
     )
     return [
-        Table(f"P31, {len(PERIODS_S)} periods tried: vehicles that collide under the heuristic", periods, PERIODS_S),
-        Table(f"P20, {len(combinations())} combinations tried", counts, combinations(), (_note(evidence),)),
+        ExhibitTable(
+            f"P31, {len(PERIODS_S)} periods tried: vehicles that collide under the heuristic", periods, PERIODS_S
+        ),
+        ExhibitTable(f"P20, {len(combinations())} combinations tried", counts, combinations(), (_note(evidence),)),
     ]
 
 
 STOPS = ("stop once", "twice", "three times")
 
 
-def _collided(evidence: Evidence, cell: int) -> Callable[[float], int]:
+def _collided(evidence: DisbandingEvidence, cell: int) -> Callable[[float], int]:
     return lambda period_s: collided(evidence, period_s)[cell]
 
 
-def _stops(evidence: Evidence, times: int) -> Callable[[tuple[int, int, float]], float]:
+def _stops(evidence: DisbandingEvidence, times: int) -> Callable[[tuple[int, int, float]], float]:
     return lambda each: evidence[disbanded(evidence, *each)].stopped_share(times)
 
 
-def _note(evidence: Evidence) -> str:
+def _note(evidence: DisbandingEvidence) -> str:
     fits: Sequence[Any] = [each for each in combinations() if verdict_of_count(evidence, each) == REPRODUCED]
     named = "; ".join(f"{count} from platoon {first} on, tau {tau_s:g} s" for count, first, tau_s in fits) or "none"
     return (
@@ -107,7 +109,7 @@ def _note(evidence: Evidence) -> str:
     )
 
 
-def tried_data(evidence: Evidence) -> dict[str, Any]:
+def tried_data(evidence: DisbandingEvidence) -> dict[str, Any]:
     """The same for JSON."""
     return {
         "heuristic_periods": [

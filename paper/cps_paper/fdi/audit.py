@@ -8,11 +8,11 @@ from typing import Any
 
 from cps_envs.fdi.sensors import Sensors
 from cps_envs.fdi.task import Task
-from cps_paper.exhibit import Column, Table
+from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.fdi.experiments import (
     FOUR_VEHICLES,
     ONE_HORIZON,
-    Evidence,
+    FdiEvidence,
     RelaxedSpeeds,
     four_vehicle_cells,
 )
@@ -23,7 +23,7 @@ DROP = 0.10  # of the speed; what a printed speed may lose before the cells cont
 
 
 @dataclass(frozen=True)
-class Comparison:
+class SensorComparison:
     """Two printed cells of one target; the attacker of `more` has all sensors of `fewer` and others."""
 
     fewer: CollisionCell
@@ -45,11 +45,11 @@ class Comparison:
         return f"{_printed(self.fewer)}, but {_printed(self.more)} ({target})"
 
 
-def comparisons() -> list[Comparison]:
+def comparisons() -> list[SensorComparison]:
     """Every pair of cells of Tables 3.1 to 3.6 that can be compared, in printed order of `fewer`."""
     cells = [cell for table in FOUR_VEHICLES for cell in collision_cells(table)]
     return [
-        Comparison(fewer, more)
+        SensorComparison(fewer, more)
         for fewer in cells
         for more in cells
         if fewer.feasible
@@ -58,20 +58,20 @@ def comparisons() -> list[Comparison]:
     ]
 
 
-def audit_tables(evidence: Evidence) -> list[Table]:
+def audit_tables(evidence: FdiEvidence) -> list[ExhibitTable]:
     """The largest contradictions of the printed tables, and the largest speeds that set A cannot reach."""
     found, beyond = comparisons(), list(beyond_set_a(evidence))
     count = sum(each.contradiction for each in found)
     title = f"Audit of Tables 3.1 to 3.6: {count} of {len(found)} comparisons contradict one another; the largest"
-    contradictions = Table(title, COLUMNS, worst(found, EXAMPLES), (NOTE,), left=2)
+    contradictions = ExhibitTable(title, COLUMNS, worst(found, EXAMPLES), (NOTE,), left=2)
     largest = sorted(beyond, key=lambda each: (each[1] or 0.0) + (each[0].target_speed_mps or 0.0))[:EXAMPLES]
     shares = f"{len(beyond)} of {_printed_speeds()}"
     title = f"{shares} printed speeds lie beyond the relaxation of set A at m = 20; the largest"
     note = "At most: linear program without the resolution; none: no collision."
-    return [contradictions, Table(title, BEYOND, largest, (note,), left=3)]
+    return [contradictions, ExhibitTable(title, BEYOND, largest, (note,), left=3)]
 
 
-def audit_data(evidence: Evidence) -> dict[str, Any]:
+def audit_data(evidence: FdiEvidence) -> dict[str, Any]:
     """All contradictions, and all speeds beyond the relaxation, for JSON."""
     found = comparisons()
     return {
@@ -86,7 +86,7 @@ def audit_data(evidence: Evidence) -> dict[str, Any]:
     }
 
 
-def beyond_set_a(evidence: Evidence) -> Iterator[tuple[CollisionCell, float | None]]:
+def beyond_set_a(evidence: FdiEvidence) -> Iterator[tuple[CollisionCell, float | None]]:
     """Printed speeds that set A cannot reach even without the resolution."""
     return beyond_relaxation(evidence[RelaxedSpeeds(ONE_HORIZON)])
 
@@ -127,7 +127,7 @@ NOTE = (
 )
 
 
-def worst(found: list[Comparison], count: int) -> list[Comparison]:
+def worst(found: list[SensorComparison], count: int) -> list[SensorComparison]:
     """The contradictions that lose the most speed."""
     return sorted((each for each in found if each.contradiction), key=lambda each: -each.drop_mps)[:count]
 

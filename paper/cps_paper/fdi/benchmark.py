@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cps_baselines.arena import Contestant, Venue
-from cps_paper.benchmark.schedule import Benchmark, Setting, Table
+from cps_paper.benchmark.schedule import Benchmark, Setting, SharedTable
 
 TASKS = ("x1>1", "x2>2", "x4>4", "x3>4", "v1>1", "v4>4", "x1,2>1", "v1,2>1", "xv4>4")
 EPISODES = 200  # of attackers that draw
-TABLE = Table("tasks", "Set A, 20 steps, undefended: attacked sensors > target", "task")
+TABLE = SharedTable("tasks", "Set A, 20 steps, undefended: attacked sensors > target", "task")
 
 LEARNED = Contestant("learned", policy="zoo:fdi-attack-plan")
 ATTACKERS = (

@@ -9,9 +9,9 @@ from typing import Any
 
 from cps_baselines.fdi.highs import TIME_LIMIT
 from cps_paper.evidence import NotRunError
-from cps_paper.exhibit import Column, Table
+from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.fdi.course import pair_name
-from cps_paper.fdi.experiments import TABLES, Evidence, GridRun, Settings
+from cps_paper.fdi.experiments import TABLES, FdiEvidence, FdiSettings, GridRun
 from cps_paper.fdi.grid import GridCell
 from cps_paper.printed.tables import CollisionCell, collision_cells
 from cps_paper.verdicts import MATCH, MISS, NEAR, Tolerance
@@ -29,7 +29,7 @@ CELL_NOTES = (
 
 
 @dataclass(frozen=True)
-class Cell:
+class CollisionPair:
     """A printed cell beside ours."""
 
     paper: CollisionCell
@@ -80,22 +80,22 @@ class Cell:
         return MATCH if not self.both_feasible or (self.pairs_agree and self.speed_agrees) else NEAR
 
 
-def grid_runs(settings: Settings, table: str) -> Sequence[GridRun]:
+def grid_runs(settings: FdiSettings, table: str) -> Sequence[GridRun]:
     """The experiments behind a table."""
     return [GridRun(settings, table, paper.task) for paper in collision_cells(table)]
 
 
-def table_cells(evidence: Evidence, table: str) -> list[Cell]:
+def table_cells(evidence: FdiEvidence, table: str) -> list[CollisionPair]:
     """The cells of a table in printed order.
 
     Raises:
         NotRunError: the table was left out.
     """
     runs = zip(collision_cells(table), grid_runs(evidence.settings, table), strict=True)
-    return [Cell(paper, evidence[run]) for paper, run in runs]
+    return [CollisionPair(paper, evidence[run]) for paper, run in runs]
 
 
-def solved(evidence: Evidence) -> dict[str, list[Cell]]:
+def solved(evidence: FdiEvidence) -> dict[str, list[CollisionPair]]:
     """The cells of all tables that were not left out."""
     found = {}
     for table in TABLES:
@@ -104,7 +104,7 @@ def solved(evidence: Evidence) -> dict[str, list[Cell]]:
     return found
 
 
-def cells_table(evidence: Evidence, table: str) -> Table:
+def cells_table(evidence: FdiEvidence, table: str) -> ExhibitTable:
     """A table cell by cell; how to read them stands under the last one."""
     settings = evidence.settings
     config = settings.config(table)
@@ -113,10 +113,10 @@ def cells_table(evidence: Evidence, table: str) -> Table:
         f"{settings.back_end}, {settings.time_limit_s:g} s per solve"
     )
     notes = CELL_NOTES if table == list(solved(evidence))[-1] else ()
-    return Table(title, COLUMNS, table_cells(evidence, table), notes, left=4, grouped=1, data=_data)
+    return ExhibitTable(title, COLUMNS, table_cells(evidence, table), notes, left=4, grouped=1, data=_data)
 
 
-def solver_shown(cell: Cell) -> str:
+def solver_shown(cell: CollisionPair) -> str:
     """How the solver settled a cell."""
     statuses = cell.ours.statuses
     if not statuses:
@@ -129,7 +129,7 @@ def _pairs(speeds_mps: Sequence[tuple[int, float]]) -> str | None:
     return "\n".join(f"{pair_name(pair)} {speed:.3f}" for pair, speed in speeds_mps) or None
 
 
-def _data(cell: Cell) -> dict[str, Any]:
+def _data(cell: CollisionPair) -> dict[str, Any]:
     """For JSON; pairs by rear vehicle with relative speeds in m/s, closing < 0."""
     names = ("feasibility_agrees", "pairs_agree", "pairs_included", "speed_agrees", "speed_difference_mps", "verdict")
     return {

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from typing import Any
 
 from cps_paper.chapter import Chapter, Reproduction
-from cps_paper.claims import CELLS, CLAIMS, Tally, tally
+from cps_paper.claims import CELLS, CLAIMS, ClaimTally, tally
 from cps_paper.evidence import Experiment
 from cps_paper.exhibit import Exhibit
 from cps_paper.fdi.audit import audit_data, audit_tables
@@ -20,10 +20,10 @@ from cps_paper.fdi.experiments import (
     ONE_HORIZON,
     RELAXED,
     TABLES,
-    Evidence,
+    FdiEvidence,
+    FdiSettings,
     OneHorizonRun,
     RelaxedSpeeds,
-    Settings,
 )
 from cps_paper.fdi.figure_3_2 import draw_figure, figure_rows, figure_runs, figure_table, main_rows
 from cps_paper.fdi.summary import AUDIT, FIGURE, closing
@@ -40,17 +40,17 @@ def evidence(
     back_end: str = "highs",
     time_limit: float = 2.0,
     acceptance: float = 0.45,
-) -> Evidence:
+) -> FdiEvidence:
     """Solved with these settings; `quick` leaves out the control with one horizon.
 
     Raises:
-        ConfigurationError: see `Settings`.
+        ConfigurationError: see `FdiSettings`.
     """
-    return Evidence(quick=quick, settings=Settings(preset_set, back_end, time_limit, acceptance))
+    return FdiEvidence(quick=quick, settings=FdiSettings(preset_set, back_end, time_limit, acceptance))
 
 
-def _table(table: str) -> Exhibit[Evidence]:
-    def experiments(seen: Evidence) -> list[Experiment[Any]]:
+def _table(table: str) -> Exhibit[FdiEvidence]:
+    def experiments(seen: FdiEvidence) -> list[Experiment[Any]]:
         todo: list[Experiment[Any]] = [*grid_runs(seen.settings, table)]
         if table in FOUR_VEHICLES:
             todo.append(RelaxedSpeeds(RELAXED))
@@ -61,12 +61,12 @@ def _table(table: str) -> Exhibit[Evidence]:
     return Exhibit(table, about, experiments, lambda seen: [cells_table(seen, table)], quick=table in ONE_ATTACKED)
 
 
-def _beside(name: str, about: str, tables: Callable[[Evidence], Any], data: Any = None) -> Exhibit[Evidence]:
+def _beside(name: str, about: str, tables: Callable[[FdiEvidence], Any], data: Any = None) -> Exhibit[FdiEvidence]:
     """What follows from the tables that were solved."""
     return Exhibit(name, about, lambda seen: (), tables, data, given=lambda seen: bool(solved(seen)))
 
 
-EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+EXHIBITS: tuple[Exhibit[FdiEvidence], ...] = (
     *map(_table, TABLES),
     _beside("counts", "how often we agree", lambda seen: [counts_table(seen)]),
     _beside("controls", "how often simpler rules agree", lambda seen: [controls_table(seen)]),
@@ -88,12 +88,12 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
 )
 
 
-def checks(found: Reproduction[Evidence]) -> list[Check]:
+def checks(found: Reproduction[FdiEvidence]) -> list[Check]:
     """All counts that have a goal; single cells that differ do not count."""
     return [check for each in counted(found.evidence) for check in each.checks]
 
 
-def tallies(found: Reproduction[Evidence]) -> list[Tally]:
+def tallies(found: Reproduction[FdiEvidence]) -> list[ClaimTally]:
     """How many cells of the tables are reproduced, and what else the chapter states."""
     tables, reading = solved(found.evidence), found.reading
     cells = [
@@ -107,7 +107,7 @@ def tallies(found: Reproduction[Evidence]) -> list[Tally]:
     return [tally(reading, CLAIMS, claims), tally(reading, CELLS, cells)]
 
 
-def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+def document(found: Reproduction[FdiEvidence]) -> dict[str, Any]:
     """Plain data for JSON."""
     seen, data = found.evidence, found.data()
     beside = {each.name: each.data(seen) for each in EXHIBITS if each.given}
@@ -122,7 +122,7 @@ def document(found: Reproduction[Evidence]) -> dict[str, Any]:
     }
 
 
-CHAPTER: Chapter[Evidence] = Chapter(
+CHAPTER: Chapter[FdiEvidence] = Chapter(
     title="chapter 3",
     evidence=evidence,
     reading=lambda seen: f"set {seen.settings.parameters}",

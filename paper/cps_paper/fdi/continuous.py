@@ -11,7 +11,7 @@ import numpy as np
 
 from cps_envs.fdi.config import CLIP, A
 from cps_envs.fdi.optima import INFEASIBLE, PROVED, Record, known
-from cps_paper.exhibit import Column, Table, with_properties
+from cps_paper.exhibit import Column, ExhibitTable, with_properties
 from cps_paper.verdicts import NOT, PARTLY, SAME_SHARE
 
 CONFIGS = {"paper": A, "clip": CLIP}  # by preset: those whose optima were searched longest
@@ -59,9 +59,9 @@ def verdict(found: Iterable[Continuous]) -> str:
     return PARTLY if all(each.reaches_more and each.faster for each in found) else NOT
 
 
-def continuous_table() -> Table:
+def continuous_table() -> ExhibitTable:
     """Continuous injections against those that obey the resolution."""
-    return Table("Continuous injections against the resolution", COLUMNS, compared(), (NOTE,))
+    return ExhibitTable("Continuous injections against the resolution", COLUMNS, compared(), (NOTE,))
 
 
 def continuous_data() -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 
 from cps_paper.evidence import NotRunError
-from cps_paper.exhibit import Column, Table
+from cps_paper.exhibit import Column, ExhibitTable
 from cps_paper.fdi.cells import solved
 from cps_paper.fdi.counts import counted
 from cps_paper.fdi.experiments import (
@@ -14,7 +14,7 @@ from cps_paper.fdi.experiments import (
     FOUR_VEHICLES,
     ONE_HORIZON_LIMIT_S,
     RELAXED,
-    Evidence,
+    FdiEvidence,
     OneHorizonRun,
     RelaxedSpeeds,
 )
@@ -41,7 +41,7 @@ class TableControls:
     one_horizon_fast: int | None  # the same at FASTEST_MPS
 
 
-def controls_table(evidence: Evidence) -> Table:
+def controls_table(evidence: FdiEvidence) -> ExhibitTable:
     """Feasibility by rules that know less, beside ours."""
     ours = {each.table: each.counts.feasibility for each in counted(evidence)}
     columns = (
@@ -53,10 +53,12 @@ def controls_table(evidence: Evidence) -> Table:
         Column("m = 20", "one_horizon"),
         Column(f"m = 20, {FASTEST_MPS:g} m/s", "one_horizon_fast"),
     )
-    return Table("Control rules", columns, control_tables(evidence, list(solved(evidence))), (NOTE,), data=asdict)
+    return ExhibitTable(
+        "Control rules", columns, control_tables(evidence, list(solved(evidence))), (NOTE,), data=asdict
+    )
 
 
-def control_tables(evidence: Evidence, tables: Sequence[str]) -> list[TableControls]:
+def control_tables(evidence: FdiEvidence, tables: Sequence[str]) -> list[TableControls]:
     """The rules on each table, after 3.6 on all tables with four vehicles where all are asked for."""
     found = []
     for table in tables:
@@ -67,7 +69,7 @@ def control_tables(evidence: Evidence, tables: Sequence[str]) -> list[TableContr
     return found
 
 
-def _controls(evidence: Evidence, table: str, cells: Sequence[CollisionCell]) -> TableControls:
+def _controls(evidence: FdiEvidence, table: str, cells: Sequence[CollisionCell]) -> TableControls:
     def relaxed(cell: CollisionCell) -> bool:
         return (evidence[RelaxedSpeeds(RELAXED)][cell.task] or 0.0) >= FASTEST_MPS
 

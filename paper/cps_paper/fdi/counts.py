@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from cps_paper.exhibit import Column, Table
-from cps_paper.fdi.cells import Cell, solved
-from cps_paper.fdi.experiments import ALL_FOUR, FOUR_VEHICLES, Evidence
+from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.fdi.cells import CollisionPair, solved
+from cps_paper.fdi.experiments import ALL_FOUR, FOUR_VEHICLES, FdiEvidence
 from cps_paper.verdicts import BELOW, Check, Reference, Tolerance
 
 ALLOWANCE = 3  # by which a count may fall below its goal, as solves end by time
@@ -87,19 +87,19 @@ GOALS: Mapping[str, Mapping[str, Counts]] = {
 }
 
 
-def counted(evidence: Evidence) -> list[TableCounts]:
+def counted(evidence: FdiEvidence) -> list[TableCounts]:
     """How often our tables agree with the paper, beside the goals that were stated for this solver."""
     settings = evidence.settings
     return count_tables(solved(evidence), GOALS[settings.parameters] if settings.has_goals else None)
 
 
-def counts_table(evidence: Evidence) -> Table:
+def counts_table(evidence: FdiEvidence) -> ExhibitTable:
     """The four counts of every table, with their goals."""
     goals = f"In brackets the goals; a count more than {ALLOWANCE} below its goal fails the command."
     if not evidence.settings.has_goals:
         goals = "Goals were stated for highs, at least 2 s per solve and acceptance 0.45 only."
     title = f"Agreement with the printed tables, set {evidence.settings.parameters}"
-    return Table(title, COLUMNS, counted(evidence), (NOTE, goals), data=_data)
+    return ExhibitTable(title, COLUMNS, counted(evidence), (NOTE, goals), data=_data)
 
 
 def _data(each: TableCounts) -> dict[str, Any]:
@@ -113,7 +113,7 @@ def _data(each: TableCounts) -> dict[str, Any]:
     }
 
 
-def count_tables(cells: Mapping[str, Sequence[Cell]], goals: Mapping[str, Counts] | None) -> list[TableCounts]:
+def count_tables(cells: Mapping[str, Sequence[CollisionPair]], goals: Mapping[str, Counts] | None) -> list[TableCounts]:
     """The counts of each table, after 3.6 those of all tables with four vehicles where all are there."""
     found = []
     for table, members in cells.items():
@@ -124,7 +124,7 @@ def count_tables(cells: Mapping[str, Sequence[Cell]], goals: Mapping[str, Counts
     return found
 
 
-def _count(table: str, cells: Sequence[Cell], goals: Mapping[str, Counts] | None) -> TableCounts:
+def _count(table: str, cells: Sequence[CollisionPair], goals: Mapping[str, Counts] | None) -> TableCounts:
     counts = Counts(
         feasibility=sum(cell.feasibility_agrees for cell in cells),
         pairs=sum(cell.pairs_agree for cell in cells),

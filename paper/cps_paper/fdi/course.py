@@ -28,7 +28,7 @@ def pair_name(pair: int) -> str:
 
 
 @dataclass(frozen=True)
-class Course:
+class CollisionCourse:
     """What happened; K samples up to the collision or the end."""
 
     gap_m: FloatArray  # (K, n) separations
@@ -54,7 +54,7 @@ def attack_course(
     width: int = 0,
     gap_sign: float = CORRECTED,
     ignored_pair: int | None = None,
-) -> Course:
+) -> CollisionCourse:
     """Attack one vehicle from rest until a gap closes or the horizon ends; see `make_search` for the options.
 
     A sequence is applied as a whole before the next search: applying only its first injection, the least that starts
@@ -87,10 +87,10 @@ def _course(
     kind: str,
     infeasible_calls: int,
     collision: Collision | None,
-) -> Course:
+) -> CollisionCourse:
     gap_m = errors[:, : config.num_vehicles] + config.desired_gap_m
     shown_m = gap_m[:-1, vehicle - 1] + injections[:, 0] if "x" in kind else None
-    return Course(
+    return CollisionCourse(
         gap_m=gap_m,
         relative_speed_mps=errors[:, config.num_vehicles :],
         injection=injections,

@@ -9,7 +9,7 @@ from cps_baselines.fdi.cross import cross, relaxation_mps
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.fdi.config import A, B, C, FdiConfig
 from cps_envs.fdi.task import Task
-from cps_paper import evidence
+from cps_paper.evidence import Evidence
 from cps_paper.fdi.grid import GridCell, solve_cell
 from cps_paper.printed.tables import TABLE_VEHICLES, CollisionCell, collision_cells
 
@@ -27,7 +27,7 @@ BACK_ENDS = ("highs", "scip", "cplex")
 
 
 @dataclass(frozen=True)
-class Settings:
+class FdiSettings:
     """How the cells are solved.
 
     Raises:
@@ -60,7 +60,7 @@ class Settings:
     @property
     def has_goals(self) -> bool:
         """Whether the goals of the specification were stated for this solver: highs, 2 s or more, 0.45."""
-        default = Settings(self.parameters)
+        default = FdiSettings(self.parameters)
         return (
             self.back_end == default.back_end
             and self.time_limit_s >= default.time_limit_s
@@ -73,17 +73,17 @@ ONE_HORIZON_GAP = 0.01
 
 
 @dataclass(frozen=True)
-class Evidence(evidence.Evidence):
+class FdiEvidence(Evidence):
     """Results by experiment, solved with one setting."""
 
-    settings: Settings = field(default_factory=Settings)
+    settings: FdiSettings = field(default_factory=FdiSettings)
 
 
 @dataclass(frozen=True)
 class GridRun:
     """A cell of a table by the grid method."""
 
-    settings: Settings
+    settings: FdiSettings
     table: str
     task: Task
 

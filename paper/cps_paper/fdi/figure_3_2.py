@@ -9,9 +9,9 @@ from typing import Any
 from cps_baselines.fdi.branch_and_bound import CORRECTED, PRINTED
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.config import FIG_3_2, FdiConfig
-from cps_paper.exhibit import DASH, Column, Table
-from cps_paper.fdi.course import Collision, Course, attack_course, pair_name
-from cps_paper.fdi.experiments import Evidence
+from cps_paper.exhibit import DASH, Column, ExhibitTable
+from cps_paper.fdi.course import Collision, CollisionCourse, attack_course, pair_name
+from cps_paper.fdi.experiments import FdiEvidence
 from cps_paper.figures import dress, new_figure, shades
 from cps_paper.printed.tables import CollisionRun, collision_runs
 
@@ -22,7 +22,7 @@ LONG = replace(FIG_3_2, proportional_gain=1.0, dt_s=0.1, horizon=FIG_3_2.horizon
 
 
 @dataclass(frozen=True)
-class Variant:
+class FigureVariant:
     """One way to run Fig. 3.2."""
 
     name: str
@@ -33,12 +33,12 @@ class Variant:
 
 
 VARIANTS = (
-    Variant("fig32", "the preset, k_p 2, k_d 3, dt 0.05 s"),
-    Variant("k_d 5", "the same with k_d 5", replace(FIG_3_2, derivative_gain=5.0)),
-    Variant("k_p 1", "k_p 1, k_d 3, dt 0.1 s", LONG),
-    Variant("9-10 only", "the preset, where pair 10-11 may overlap", ignored_pair=LEAD),
-    Variant("+e_x", "the preset with the sign of e_x in (3.39) as printed", gap_sign=PRINTED),
-    Variant("bounded", "the preset with readings of 0 m or more, step 6", replace(FIG_3_2, limit_readings=True)),
+    FigureVariant("fig32", "the preset, k_p 2, k_d 3, dt 0.05 s"),
+    FigureVariant("k_d 5", "the same with k_d 5", replace(FIG_3_2, derivative_gain=5.0)),
+    FigureVariant("k_p 1", "k_p 1, k_d 3, dt 0.1 s", LONG),
+    FigureVariant("9-10 only", "the preset, where pair 10-11 may overlap", ignored_pair=LEAD),
+    FigureVariant("+e_x", "the preset with the sign of e_x in (3.39) as printed", gap_sign=PRINTED),
+    FigureVariant("bounded", "the preset with readings of 0 m or more, step 6", replace(FIG_3_2, limit_readings=True)),
 )
 
 
@@ -46,7 +46,7 @@ VARIANTS = (
 class FigureRun:
     """One run of a variant, an experiment of the chapter."""
 
-    variant: Variant
+    variant: FigureVariant
     kind: str  # sensors of the lead vehicle that are attacked: "x" or "xv"
 
     @property
@@ -65,7 +65,7 @@ class FigureRun:
         (run,) = (run for run in collision_runs() if str(run.sensors) == f"{self.kind}{LEAD}")
         return run
 
-    def run(self) -> Course:
+    def run(self) -> CollisionCourse:
         """Run it for up to 60 s."""
         variant = self.variant
         return attack_course(
@@ -83,7 +83,7 @@ class FigureRow:
     """One run beside the paper's."""
 
     run: FigureRun
-    course: Course
+    course: CollisionCourse
 
     @property
     def paper(self) -> CollisionRun:
@@ -119,7 +119,7 @@ class FigureRow:
         return FAR
 
 
-def figure_rows(evidence: Evidence) -> list[FigureRow]:
+def figure_rows(evidence: FdiEvidence) -> list[FigureRow]:
     """All variants."""
     return [FigureRow(run, evidence[run]) for run in figure_runs()]
 
@@ -129,10 +129,10 @@ def main_rows(rows: Sequence[FigureRow]) -> list[FigureRow]:
     return [row for row in rows if row.run.variant == VARIANTS[0]]
 
 
-def figure_table(evidence: Evidence) -> Table:
+def figure_table(evidence: FdiEvidence) -> ExhibitTable:
     """Fig. 3.2 and its variants."""
     title = "Fig. 3.2: Algorithm 2 against the lead of ten vehicles"
-    return Table(title, COLUMNS, figure_rows(evidence), NOTES, left=2, data=_data)
+    return ExhibitTable(title, COLUMNS, figure_rows(evidence), NOTES, left=2, data=_data)
 
 
 def _ours(row: FigureRow) -> tuple[str, str, str]:
@@ -207,7 +207,7 @@ def draw_figure(rows: list[FigureRow]) -> Any:
     return figure
 
 
-def _lines(axes: Any, course: Course, values: FloatArray) -> None:
+def _lines(axes: Any, course: CollisionCourse, values: FloatArray) -> None:
     """One line per pair; the pairs of the attacked lead stand out."""
     n = values.shape[1]
     for pair, color in zip(range(1, BEHIND), shades(BEHIND - 1, 0.35, 0.9), strict=True):

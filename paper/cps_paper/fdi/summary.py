@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cps_paper.chapter import Reproduction
-from cps_paper.fdi.audit import Comparison, comparisons
+from cps_paper.fdi.audit import SensorComparison, comparisons
 from cps_paper.fdi.cells import solved
 from cps_paper.fdi.continuous import Continuous, compared, verdict
 from cps_paper.fdi.controls import TableControls, control_tables
 from cps_paper.fdi.counts import ALLOWANCE, TableCounts, counted
-from cps_paper.fdi.experiments import ALL_FOUR, Evidence, Settings
+from cps_paper.fdi.experiments import ALL_FOUR, FdiEvidence, FdiSettings
 from cps_paper.fdi.figure_3_2 import FigureRow, figure_rows, main_rows
 from cps_paper.printed.tables import TABLE_VEHICLES
 
@@ -24,7 +24,7 @@ CONSTANTS = (
 QUICK = "--quick left out the tables with two attacked vehicles and the control with one horizon."
 
 
-def closing(found: Reproduction[Evidence]) -> list[str]:
+def closing(found: Reproduction[FdiEvidence]) -> list[str]:
     """Paragraphs on the parts that were computed."""
     evidence, settings = found.evidence, found.evidence.settings
     counts, paragraphs = counted(evidence), []
@@ -40,7 +40,7 @@ def closing(found: Reproduction[Evidence]) -> list[str]:
     return [*paragraphs, *([QUICK] if evidence.quick else [])]
 
 
-def _on_speeds(counts: Sequence[TableCounts], settings: Settings) -> str:
+def _on_speeds(counts: Sequence[TableCounts], settings: FdiSettings) -> str:
     tables = [each for each in counts if TABLE_VEHICLES.get(each.table) == 4]
     both = sum(each.both_feasible for each in tables)
     speed = sum(each.counts.speed for each in tables)
@@ -88,7 +88,7 @@ def _on_continuous(compared: Sequence[Continuous]) -> str:
     )
 
 
-def _on_contradictions(found: Sequence[Comparison]) -> str:
+def _on_contradictions(found: Sequence[SensorComparison]) -> str:
     count = sum(each.contradiction for each in found)
     return (
         f"The printed tables contradict one another in {count} of {len(found)} comparisons, so no single set of "

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cps_paper.exhibit import Column, Table, places
-from cps_paper.hvac.controllers import Evidence
+from cps_paper.exhibit import Column, ExhibitTable, places
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     ATTACKS,
     DAYS,
@@ -23,7 +23,7 @@ from cps_paper.hvac.experiments import (
 )
 from cps_paper.hvac.impacts import failing_line, mean_rise_c, outcomes
 from cps_paper.hvac.rules import CLAIMS
-from cps_paper.hvac.scenario import Outcome
+from cps_paper.hvac.scenario import DayOutcome
 
 COUNTS = range(5)  # of attacked sensors in Fig. 4.4
 FIGURES = {4: 7, 8: 8}  # number of sensors -> 4.7 or 4.8
@@ -33,7 +33,7 @@ EARLY_NOTE = (
 )
 
 
-def undefended_tables(evidence: Evidence) -> list[Table]:
+def undefended_tables(evidence: HvacEvidence) -> list[ExhibitTable]:
     """Fig. 4.4 in numbers."""
     (paper,) = (claim.paper_shown for claim in CLAIMS.printed() if claim.id == "C12")
     headings = ("attack", "none", *(", ".join(map(str, range(1, count + 1))) for count in range(1, 5)))
@@ -42,18 +42,18 @@ def undefended_tables(evidence: Evidence) -> list[Table]:
     rise = ("over the same days without an attack", *(f"{each:+.1f} °C" for each in mean_rise_c(evidence)))
     zones = places("", *(f"zone {zone}" for zone in range(1, 5)))
     return [
-        Table("Fig. 4.4a: A_impact without a defence, by attacked sensors", places(*headings), rows, (note,)),
-        Table("Fig. 4.4b: mean rise while sensor 1 reads 22 °C", zones, [rise]),
+        ExhibitTable("Fig. 4.4a: A_impact without a defence, by attacked sensors", places(*headings), rows, (note,)),
+        ExhibitTable("Fig. 4.4b: mean rise while sensor 1 reads 22 °C", zones, [rise]),
     ]
 
 
-def undefended_data(evidence: Evidence) -> dict[str, Any]:
+def undefended_data(evidence: HvacEvidence) -> dict[str, Any]:
     """The same for JSON."""
     bars = {attacker: [_data(evidence[undefended(attacker, count)]) for count in COUNTS] for attacker in ATTACKS}
     return {"bars": bars, "mean_rise_c": mean_rise_c(evidence).tolist()}
 
 
-def bars_tables(evidence: Evidence, num_sensors: int) -> list[Table]:
+def bars_tables(evidence: HvacEvidence, num_sensors: int) -> list[ExhibitTable]:
     """Figs. 4.7 and 4.8 in numbers."""
     counts = ("free", *map(str, range(1, num_sensors + 1)))
     rows = [
@@ -78,12 +78,14 @@ def bars_tables(evidence: Evidence, num_sensors: int) -> list[Table]:
     figure = f"Fig. 4.{FIGURES[num_sensors]}"
     title = f"{figure}a-c: A_impact with {num_sensors} sensors"
     return [
-        Table(title, places("attack", "defence", *counts), rows, (note,), left=2, grouped=1),
-        Table(f"{figure}d: sensor sets selected, random attack", places("defence", "sets", *counts), sets, left=2),
+        ExhibitTable(title, places("attack", "defence", *counts), rows, (note,), left=2, grouped=1),
+        ExhibitTable(
+            f"{figure}d: sensor sets selected, random attack", places("defence", "sets", *counts), sets, left=2
+        ),
     ]
 
 
-def bars_data(evidence: Evidence, num_sensors: int) -> dict[str, Any]:
+def bars_data(evidence: HvacEvidence, num_sensors: int) -> dict[str, Any]:
     """Fig. 4.7 or 4.8: by attack and defence, attack-free first, then 1 to all sensors attacked, for JSON."""
     fallbacks = {"least_mean": LEAST_MEAN, "model": MODEL_FALLBACK}
     return {
@@ -104,7 +106,7 @@ def bars_data(evidence: Evidence, num_sensors: int) -> dict[str, Any]:
     }
 
 
-def early_table(evidence: Evidence) -> Table:
+def early_table(evidence: HvacEvidence) -> ExhibitTable:
     """MTD2 against attacks that start before the window is full."""
 
     def of(count: int) -> Callable[[tuple[int, str]], tuple[float, float]]:
@@ -120,10 +122,10 @@ def early_table(evidence: Evidence) -> Table:
         *(Column(f"{count} of 4", of(count), "{:.1f} ({:.1f})") for count in EARLY_COUNTS),
     )
     title = "Not in the paper: MTD2 under attacks that come before it is ready"
-    return Table(title, columns, EARLY, (EARLY_NOTE,), left=2)
+    return ExhibitTable(title, columns, EARLY, (EARLY_NOTE,), left=2)
 
 
-def early_data(evidence: Evidence) -> list[dict[str, Any]]:
+def early_data(evidence: HvacEvidence) -> list[dict[str, Any]]:
     """The same for JSON."""
     return [
         {
@@ -137,13 +139,13 @@ def early_data(evidence: Evidence) -> list[dict[str, Any]]:
     ]
 
 
-def _impact(outcome: Outcome) -> str:
+def _impact(outcome: DayOutcome) -> str:
     days = outcome.a_impact
     digits = 1 if days.mean() < 100.0 else 0
     return f"{days.mean():.{digits}f} ± {days.std(ddof=1):.{digits}f}"
 
 
-def _data(outcome: Outcome) -> dict[str, Any]:
+def _data(outcome: DayOutcome) -> dict[str, Any]:
     days = outcome.a_impact
     return {
         "days": len(days),

@@ -10,8 +10,8 @@ import numpy as np
 
 from cps_envs.core.types import FloatArray
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.exhibit import Column, Table
-from cps_paper.hvac.controllers import Evidence
+from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import PERCENTS, TABLE_DAYS, TABLE_SENSORS, table_cell
 from cps_paper.hvac.rules import CLAIMS, CLOSE, falling, of_printed, rising
 from cps_paper.printed.tables import TrackingErrorCell, tracking_errors
@@ -22,7 +22,7 @@ CELL_RULES = "match: within 0.1 °C or 10 % of the paper's number. near: within 
 
 
 @dataclass(frozen=True)
-class Cell:
+class TemperaturePair:
     """A printed cell beside ours."""
 
     paper: TrackingErrorCell
@@ -45,10 +45,10 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Row:
+class TemperatureRow:
     """The four zones under one condition and one source of temperatures."""
 
-    cells: tuple[Cell, ...]
+    cells: tuple[TemperaturePair, ...]
 
     @property
     def percent(self) -> int:
@@ -84,29 +84,29 @@ class Row:
         return of_cell(self.ours, self.paper, *CELL)
 
 
-def table_rows(evidence: Evidence, table: str) -> list[Row]:
+def table_rows(evidence: HvacEvidence, table: str) -> list[TemperatureRow]:
     """The rows of a table in printed order.
 
     Raises:
         NotRunError: the table was left out.
     """
     return [
-        Row(_row_cells(evidence, table, percent, used))
+        TemperatureRow(_row_cells(evidence, table, percent, used))
         for percent in PERCENTS[table]
         for used in range(len(TABLE_SENSORS) + 1)
     ]
 
 
-def _row_cells(evidence: Evidence, table: str, percent: int, used: int) -> tuple[Cell, ...]:
+def _row_cells(evidence: HvacEvidence, table: str, percent: int, used: int) -> tuple[TemperaturePair, ...]:
     errors = evidence[table_cell(table, percent, used)].mean_abs_error_c
     return tuple(
-        Cell(paper, errors[:, paper.zone - 1])
+        TemperaturePair(paper, errors[:, paper.zone - 1])
         for paper in tracking_errors(table)
         if (paper.percent, paper.sensors_used) == (percent, used)
     )
 
 
-def errors_table(evidence: Evidence, table: str) -> Table:
+def errors_table(evidence: HvacEvidence, table: str) -> ExhibitTable:
     """Table 4.1 or 4.2, a row per condition and source."""
     noise = table == "4.1"
     mean = Column("mean", lambda row: (row.paper, row.ours), "{:.2f}/{:.2f}")
@@ -124,10 +124,10 @@ def errors_table(evidence: Evidence, table: str) -> Table:
         + ("days." if noise else "buildings whose A_c is off by up to so much, without noise."),
         f"Verdict of the zone mean. {CELL_RULES}",
     )
-    return Table(f"Table {table}", columns, table_rows(evidence, table), notes, left=2, grouped=1)
+    return ExhibitTable(f"Table {table}", columns, table_rows(evidence, table), notes, left=2, grouped=1)
 
 
-def errors_data(evidence: Evidence, table: str) -> list[dict[str, Any]]:
+def errors_data(evidence: HvacEvidence, table: str) -> list[dict[str, Any]]:
     """The cells of one table for JSON; errors in C."""
     return [
         {**asdict(cell.paper), "ours": cell.ours, "difference": cell.difference, "verdict": cell.verdict}
@@ -136,11 +136,11 @@ def errors_data(evidence: Evidence, table: str) -> list[dict[str, Any]]:
     ]
 
 
-def _source(row: Row) -> str:
+def _source(row: TemperatureRow) -> str:
     return f"{row.sensors_used} sensor{'s' * (row.sensors_used > 1)}" if row.sensors_used else "readings"
 
 
-def _zone(zone: int) -> Callable[[Row], tuple[float, float]]:
+def _zone(zone: int) -> Callable[[TemperatureRow], tuple[float, float]]:
     return lambda row: (row.cells[zone - 1].paper.mean_abs_error_c, row.cells[zone - 1].ours)
 
 
@@ -148,7 +148,7 @@ WELL_C = 0.5  # the text: the controller performs well with errors "close to or 
 
 
 @CLAIMS.judges("C24")
-def raw_under_noise(evidence: Evidence, claim: Claim) -> Finding:
+def raw_under_noise(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Errors at 20 % in each zone, and their growth above it."""
     rows = _using(table_rows(evidence, "4.1"), 0)
     means = [row.ours for row in rows]
@@ -159,7 +159,7 @@ def raw_under_noise(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C25")
-def estimates_under_noise(evidence: Evidence, claim: Claim) -> Finding:
+def estimates_under_noise(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Every cell of Table 4.1 that uses estimates."""
     values = [cell.ours for row in table_rows(evidence, "4.1") if row.sensors_used for cell in row.cells]
     hold = [value <= CLOSE * claim.number for value in values]
@@ -168,7 +168,7 @@ def estimates_under_noise(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C26", "C28")
-def more_sensors_help(evidence: Evidence, claim: Claim) -> Finding:
+def more_sensors_help(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Under every condition, whether the zone mean falls with every further sensor."""
     table = "4.1" if claim.id == "C26" else "4.2"
     rows = table_rows(evidence, table)
@@ -184,7 +184,7 @@ def more_sensors_help(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C27")
-def range_of_uncertainty(evidence: Evidence, claim: Claim) -> Finding:
+def range_of_uncertainty(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The widest range with a zone mean close to or below WELL_C, by source of temperatures."""
     rows = table_rows(evidence, "4.2")
     widest = [_widest(_using(rows, used)) for used in range(len(TABLE_SENSORS) + 1)]
@@ -194,15 +194,15 @@ def range_of_uncertainty(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(float(widest[0]), shown, verdict)
 
 
-def _using(rows: Sequence[Row], sensors_used: int) -> list[Row]:
+def _using(rows: Sequence[TemperatureRow], sensors_used: int) -> list[TemperatureRow]:
     return [row for row in rows if row.sensors_used == sensors_used]
 
 
-def _means(rows: Sequence[Row], sensors_used: int) -> list[float]:
+def _means(rows: Sequence[TemperatureRow], sensors_used: int) -> list[float]:
     return [row.ours for row in _using(rows, sensors_used)]
 
 
-def _widest(rows: Sequence[Row]) -> int:
+def _widest(rows: Sequence[TemperatureRow]) -> int:
     """The last condition up to which all are well, in percent; 0 where the first is not."""
     widest = 0
     for row in rows:

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from cps_paper.chapter import Chapter, Judged, Reproduction
-from cps_paper.claims import CELLS, Tally, tally
+from cps_paper.claims import CELLS, ClaimTally, tally
 from cps_paper.evidence import Experiment
-from cps_paper.exhibit import Exhibit, Table
+from cps_paper.exhibit import Exhibit, ExhibitTable
 from cps_paper.hvac import impacts, measures, plots
 from cps_paper.hvac.bars import (
     FIGURES,
@@ -22,11 +22,11 @@ from cps_paper.hvac.bars import (
 )
 from cps_paper.hvac.cells import errors_data, errors_table, table_rows
 from cps_paper.hvac.clear_day import clear_day_table, energies_table
-from cps_paper.hvac.controllers import CLIP, Evidence, evidence_under
+from cps_paper.hvac.controllers import CLIP, HvacEvidence, evidence_under
 from cps_paper.hvac.experiments import early_onsets, figure, table_cells
 from cps_paper.hvac.observers import observers_table, sets_table
 from cps_paper.hvac.rules import CLAIMS, RULES
-from cps_paper.hvac.scenario import Recorded, Scenario
+from cps_paper.hvac.scenario import DayScenario, RecordedDay
 from cps_paper.hvac.summary import TABLES, closing
 from cps_paper.recheck import Condition
 from cps_paper.verdicts import Check
@@ -38,12 +38,12 @@ FIRST_SEED, FEWEST_DAYS = 1000, 20
 
 def other_days(experiment: Experiment[Any]) -> Experiment[Any]:
     """The same under other seeds; a single day is one without noise."""
-    if isinstance(experiment, Scenario):
+    if isinstance(experiment, DayScenario):
         days = experiment.days if experiment.days == 1 else max(experiment.days, FEWEST_DAYS)
         return replace(experiment, first_seed=FIRST_SEED, days=days)
-    if isinstance(experiment, Recorded):
+    if isinstance(experiment, RecordedDay):
         scenario = other_days(experiment.scenario)
-        assert isinstance(scenario, Scenario)
+        assert isinstance(scenario, DayScenario)
         return replace(experiment, scenario=scenario)
     raise TypeError(f"no claim needs {experiment.label}")
 
@@ -54,7 +54,7 @@ CONDITIONS = (Condition(f"over other days (at least {FEWEST_DAYS}, seeds from {F
 SOURCES = (impacts,)  # importing them, and what is imported above, registers the functions that check claims
 
 
-def _table(table: str, *, quick: bool) -> Exhibit[Evidence]:
+def _table(table: str, *, quick: bool) -> Exhibit[HvacEvidence]:
     return Exhibit(
         table,
         f"Table {table}: tracking errors",
@@ -68,18 +68,18 @@ def _table(table: str, *, quick: bool) -> Exhibit[Evidence]:
 def _figure(
     number: str,
     about: str,
-    tables: Callable[[Evidence], list[Table]],
-    draw: Callable[[Evidence], Any],
-    document: Callable[[Evidence], Any] | None = None,
+    tables: Callable[[HvacEvidence], list[ExhibitTable]],
+    draw: Callable[[HvacEvidence], Any],
+    document: Callable[[HvacEvidence], Any] | None = None,
     *,
     quick: bool = True,
-) -> Exhibit[Evidence]:
+) -> Exhibit[HvacEvidence]:
     name = f"figure_{number.replace('.', '_')}"
     part, about = f"{number}fig", f"Fig. {number}: {about}"
     return Exhibit(part, about, lambda seen: figure(part), tables, document, {name: draw}, quick)
 
 
-def _bars(num_sensors: int, *, quick: bool) -> Exhibit[Evidence]:
+def _bars(num_sensors: int, *, quick: bool) -> Exhibit[HvacEvidence]:
     return _figure(
         f"4.{FIGURES[num_sensors]}",
         f"both defences with {num_sensors} sensors",
@@ -103,13 +103,13 @@ SHOWN = (  # the tables and figures of the chapter
 )
 
 
-def _behind_claims(seen: Evidence) -> list[Experiment[Any]]:
+def _behind_claims(seen: HvacEvidence) -> list[Experiment[Any]]:
     """`quick` leaves out Table 4.2 and eight sensors."""
     return [todo for each in SHOWN if each.quick or not seen.quick for todo in each.experiments(seen)]
 
 
-JUDGED: Judged[Evidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
-EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+JUDGED: Judged[HvacEvidence] = Judged(CLAIMS, RULES, _behind_claims, CONDITIONS)
+EXHIBITS: tuple[Exhibit[HvacEvidence], ...] = (
     *SHOWN,
     Exhibit(
         "early",
@@ -123,12 +123,12 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
 )
 
 
-def checks(found: Reproduction[Evidence]) -> list[Check]:
+def checks(found: Reproduction[HvacEvidence]) -> list[Check]:
     """The numbers of this run that have a reference: it has the controller that clips."""
     return measures.checks(found.evidence) if found.evidence.controller == CLIP else []
 
 
-def tallies(found: Reproduction[Evidence]) -> list[Tally]:
+def tallies(found: Reproduction[HvacEvidence]) -> list[ClaimTally]:
     """How many cells of the tables are reproduced."""
     cells = [
         (f"{table} {cell.paper.percent} % {cell.paper.sensors_used} zone {cell.paper.zone}", cell.verdict)
@@ -140,7 +140,7 @@ def tallies(found: Reproduction[Evidence]) -> list[Tally]:
     return [tally(found.reading, CELLS, cells)]
 
 
-def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+def document(found: Reproduction[HvacEvidence]) -> dict[str, Any]:
     """Plain data for JSON."""
     seen = found.evidence
     return {
@@ -175,7 +175,7 @@ def _check(check: Check) -> dict[str, Any]:
     }
 
 
-CHAPTER: Chapter[Evidence] = Chapter(
+CHAPTER: Chapter[HvacEvidence] = Chapter(
     title="chapter 4",
     evidence=evidence_under,
     reading=lambda seen: seen.controller.reading,

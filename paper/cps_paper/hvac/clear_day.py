@@ -7,11 +7,11 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.exhibit import Column, Table
-from cps_paper.hvac.controllers import Evidence
+from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import ENERGIES_W, noise_free
 from cps_paper.hvac.rules import ALWAYS, CLAIMS, falling, of_printed
-from cps_paper.hvac.scenario import Course
+from cps_paper.hvac.scenario import DayCourse
 from cps_paper.verdicts import REPRODUCED, by_construction, of_cases
 
 START_H, NOON_H, AFTERNOON_H = 1.0, 12.0, 13.0  # all zones start 1 C below the reference; that is over after an hour
@@ -40,13 +40,13 @@ class EnergyDay:
     largest_error_c: float  # from START_H on
 
 
-def zone_days(evidence: Evidence) -> list[ZoneDay]:
+def zone_days(evidence: HvacEvidence) -> list[ZoneDay]:
     """Fig. 4.2."""
     course = evidence[noise_free(ENERGIES_W[0])]
     return [_zone_day(course, zone) for zone in range(1, course.config.num_zones + 1)]
 
 
-def energy_days(evidence: Evidence) -> list[EnergyDay]:
+def energy_days(evidence: HvacEvidence) -> list[EnergyDay]:
     """Fig. 4.3."""
     days = []
     for energy_w in ENERGIES_W:
@@ -59,17 +59,17 @@ def energy_days(evidence: Evidence) -> list[EnergyDay]:
     return days
 
 
-def clear_day_table(evidence: Evidence) -> Table:
+def clear_day_table(evidence: HvacEvidence) -> ExhibitTable:
     """Fig. 4.2 in numbers."""
     note = (
         f"Largest tracking errors from {START_H:g} h to noon and after 13 h; mean heating from {START_H:g} to "
         f"{NOON_H:g} h and when it ended; heated steps of the day in which the zone was measured below 25 °C."
     )
     title = "Fig. 4.2: attack-free day, without noise"
-    return Table(title, ZONE_COLUMNS, zone_days(evidence), (note,), data=asdict)
+    return ExhibitTable(title, ZONE_COLUMNS, zone_days(evidence), (note,), data=asdict)
 
 
-def energies_table(evidence: Evidence) -> Table:
+def energies_table(evidence: HvacEvidence) -> ExhibitTable:
     """Fig. 4.3 in numbers."""
     levels = dict(zip(ENERGIES_W, map(CLAIMS.number, ("C06", "C07", "C08")), strict=True))
     worst = CLAIMS.number("C10")
@@ -79,7 +79,7 @@ def energies_table(evidence: Evidence) -> Table:
         Column("on-time", lambda day: 100.0 * day.on_share, "{:.0f} %"),
         Column("largest error (paper)", lambda day: (day.largest_error_c, worst), "{:.2f} °C (below {:g})"),
     )
-    return Table("Fig. 4.3: zone 1 with three input energies", columns, energy_days(evidence), data=asdict)
+    return ExhibitTable("Fig. 4.3: zone 1 with three input energies", columns, energy_days(evidence), data=asdict)
 
 
 ZONE_COLUMNS = (
@@ -92,7 +92,7 @@ ZONE_COLUMNS = (
 )
 
 
-def _zone_day(course: Course, zone: int) -> ZoneDay:
+def _zone_day(course: DayCourse, zone: int) -> ZoneDay:
     error, heating = course.tracking_error_c[:, 0, zone - 1], course.heating_w[:, 0, zone - 1]
     morning = course.between(START_H, NOON_H)
     hours = [hour for hour in range(int(START_H), int(NOON_H)) if heating[course.between(hour, hour + 1.0)].any()]
@@ -111,7 +111,7 @@ MORNING = f"{START_H:g} to {NOON_H:g} h"
 
 
 @CLAIMS.judges("C01")
-def errors_around(evidence: Evidence, claim: Claim) -> Finding:
+def errors_around(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The largest error of each zone, once all have warmed up, to the digits that the paper prints."""
     largest = [max(day.morning_error_c, day.afternoon_error_c) for day in zone_days(evidence)]
     hold = [of_printed(error, claim) == REPRODUCED for error in largest]
@@ -119,7 +119,7 @@ def errors_around(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C02")
-def outer_zones_exceed(evidence: Evidence, claim: Claim) -> Finding:
+def outer_zones_exceed(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The largest error of zones 3 and 4 in the morning."""
     largest = [day.morning_error_c for day in zone_days(evidence) if day.zone in OUTER_ZONES]
     hold = [error > 1.0 for error in largest]
@@ -127,7 +127,7 @@ def outer_zones_exceed(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C03")
-def outer_zones_unheated(evidence: Evidence, claim: Claim) -> Finding:
+def outer_zones_unheated(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Hours of the morning in which zones 3 and 4 are not heated at all."""
     days = [day for day in zone_days(evidence) if day.zone in OUTER_ZONES]
     hold = [hour not in day.heated_hours for day in days for hour in range(int(START_H), int(NOON_H))]
@@ -140,7 +140,7 @@ def outer_zones_unheated(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C04")
-def heats_only_below(evidence: Evidence, claim: Claim) -> Finding:
+def heats_only_below(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Heated steps in which the measured temperature is below the reference, by zone."""
     shares = [day.below_share for day in zone_days(evidence)]
     hold = [share >= ALWAYS for share in shares]
@@ -149,14 +149,14 @@ def heats_only_below(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C05")
-def reference(evidence: Evidence, claim: Claim) -> Finding:
+def reference(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The configuration's."""
     ours = noise_free(ENERGIES_W[0]).scenario.config.reference_c
     return Finding(ours, f"{ours:g} °C, an input", by_construction(of_printed(ours, claim)))
 
 
 @CLAIMS.judges("C06", "C07", "C08")
-def usual_level(evidence: Evidence, claim: Claim) -> Finding:
+def usual_level(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The most frequent level of the heated steps of zone 1 under one of the energies."""
     day = energy_days(evidence)[int(claim.id[1:]) - 6]
     shown = f"{day.usual_level_percent:g} % of {day.energy_w:g} W most often"
@@ -164,7 +164,7 @@ def usual_level(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C09")
-def shorter_with_energy(evidence: Evidence, claim: Claim) -> Finding:
+def shorter_with_energy(evidence: HvacEvidence, claim: Claim) -> Finding:
     """On-times from the lowest energy to the highest."""
     shares = [day.on_share for day in reversed(energy_days(evidence))]
     hold = falling(shares)
@@ -173,7 +173,7 @@ def shorter_with_energy(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C10")
-def worst_error(evidence: Evidence, claim: Claim) -> Finding:
+def worst_error(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The largest error of zone 1 under any energy."""
     worst = max(day.largest_error_c for day in energy_days(evidence))
     return Finding(worst, f"{worst:.2f} °C after {START_H:g} h", of_cases([worst < claim.number]))

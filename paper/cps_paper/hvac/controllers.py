@@ -11,9 +11,8 @@ from typing import Any
 from cps_envs.core.errors import ConfigurationError, near
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.problem import HVAC
-from cps_paper import evidence
-from cps_paper.evidence import Experiment
-from cps_paper.hvac.scenario import Recorded, Scenario, Settings
+from cps_paper.evidence import Evidence, Experiment
+from cps_paper.hvac.scenario import DayScenario, RecordedDay, Settings
 
 
 @dataclass(frozen=True)
@@ -32,13 +31,13 @@ class Controller:
 
     def under(self, experiment: Experiment[Any]) -> Experiment[Any]:
         """The experiment that stands in for one of the chapter."""
-        if isinstance(experiment, Scenario):
+        if isinstance(experiment, DayScenario):
             return replace(
                 experiment, settings=tuple(sorted({**dict(self.settings), **dict(experiment.settings)}.items()))
             )
-        if isinstance(experiment, Recorded):
+        if isinstance(experiment, RecordedDay):
             scenario = self.under(experiment.scenario)
-            assert isinstance(scenario, Scenario)
+            assert isinstance(scenario, DayScenario)
             return replace(experiment, scenario=scenario)
         raise TypeError(f"no part of the chapter needs {experiment.label}")
 
@@ -68,17 +67,17 @@ def controller_named(name: str) -> Controller:
 
 
 @dataclass(frozen=True)
-class Evidence(evidence.Evidence):
+class HvacEvidence(Evidence):
     """Results by experiment, computed with a controller."""
 
     controller: Controller = CLIP
 
 
-def evidence_under(*, quick: bool = False, controller: str = CLIP.name) -> Evidence:
+def evidence_under(*, quick: bool = False, controller: str = CLIP.name) -> HvacEvidence:
     """Where the experiments with this controller stand in for those of the chapter.
 
     Raises:
         ConfigurationError: there is no such controller.
     """
     reading = controller_named(controller)
-    return Evidence(quick=quick, vary=reading.under, controller=reading)
+    return HvacEvidence(quick=quick, vary=reading.under, controller=reading)

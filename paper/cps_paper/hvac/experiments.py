@@ -6,7 +6,7 @@ from collections.abc import Hashable
 from typing import Any
 
 from cps_paper.evidence import Experiment
-from cps_paper.hvac.scenario import Recorded, Scenario
+from cps_paper.hvac.scenario import DayScenario, RecordedDay
 
 Case = tuple[tuple[int, ...], int]  # sensors, N_e
 ATTACKS = ("constant", "sine", "random")
@@ -25,47 +25,47 @@ EARLY = (*((0, attacker) for attacker in ATTACKS), (100, "constant"))  # onset s
 EARLY_COUNTS = (1, 2, 3)
 
 
-def scenario(attacker: str, defender: str, days: int, **settings: Hashable) -> Scenario:
+def scenario(attacker: str, defender: str, days: int, **settings: Hashable) -> DayScenario:
     """A scenario whose configuration differs from the preset `paper` in these fields."""
-    return Scenario(attacker, defender, days, tuple(sorted(settings.items())))
+    return DayScenario(attacker, defender, days, tuple(sorted(settings.items())))
 
 
-def compared(num_sensors: int, attacker: str, defender: str, count: int) -> Scenario:
+def compared(num_sensors: int, attacker: str, defender: str, count: int) -> DayScenario:
     """A bar of Fig. 4.7 or 4.8; a count of 0 is the attack-free day, whoever the attacker would be."""
     if count == 0:
         return scenario("none", defender, DAYS[num_sensors], num_sensors=num_sensors)
     return scenario(attacker, defender, DAYS[num_sensors], num_sensors=num_sensors, num_compromised=count)
 
 
-def undefended(attacker: str, count: int) -> Scenario:
+def undefended(attacker: str, count: int) -> DayScenario:
     """A bar of Fig. 4.4a, whose sensors fall in the order 1, 2, 3, 4."""
     if count == 0:
         return compared(4, attacker, "none", 0)
     return scenario(attacker, "none", DAYS[4], num_compromised=count, attack_order=(1, 2, 3, 4))
 
 
-def noise_free(max_heating_w: float) -> Recorded:
+def noise_free(max_heating_w: float) -> RecordedDay:
     """The attack-free day of Figs. 4.2 and 4.3."""
-    return Recorded(scenario("none", "none", 1, noise_std_c=0.0, max_heating_w=max_heating_w))
+    return RecordedDay(scenario("none", "none", 1, noise_std_c=0.0, max_heating_w=max_heating_w))
 
 
-def first_zone(attacker: str) -> Recorded:
+def first_zone(attacker: str) -> RecordedDay:
     """Figs. 4.4b, c: sensor 1 alone is attacked; with the attacker "none", the same days without an attack."""
-    return Recorded(scenario(attacker, "none", DAYS[4], num_compromised=1, attack_order=(1, 2, 3, 4)))
+    return RecordedDay(scenario(attacker, "none", DAYS[4], num_compromised=1, attack_order=(1, 2, 3, 4)))
 
 
-def observed(sensors: tuple[int, ...], window_steps: int) -> Recorded:
+def observed(sensors: tuple[int, ...], window_steps: int) -> RecordedDay:
     """A case of Fig. 4.5."""
     settings: dict[str, Hashable] = {"window_steps": window_steps, "sensor_sets": (*sensors, 0, 1, 2, 3, 4)}
-    return Recorded(scenario("none", _fixed(sensors), FIGURE_4_5_DAYS, **settings))
+    return RecordedDay(scenario("none", _fixed(sensors), FIGURE_4_5_DAYS, **settings))
 
 
-def second_zone() -> Recorded:
+def second_zone() -> RecordedDay:
     """Fig. 4.6: MTD1 while sensor 2 shows a negative bias."""
-    return Recorded(scenario("constant", "mtd1", FIGURE_4_6_DAYS, num_compromised=1))
+    return RecordedDay(scenario("constant", "mtd1", FIGURE_4_6_DAYS, num_compromised=1))
 
 
-def table_cell(table: str, percent: int, sensors_used: int) -> Scenario:
+def table_cell(table: str, percent: int, sensors_used: int) -> DayScenario:
     """A row of Table 4.1 or 4.2; 0 sensors: the measurements themselves."""
     settings: dict[str, Hashable] = {"sensor_sets": (2, 0, 2, 3, 0, 2, 3, 4, 0, 1, 2, 3, 4)}  # TABLE_SENSORS
     if table == "4.1":
@@ -76,7 +76,7 @@ def table_cell(table: str, percent: int, sensors_used: int) -> Scenario:
     return scenario("none", defender, TABLE_DAYS[table], **settings)
 
 
-def early(onset_step: int, attacker: str, count: int) -> Scenario:
+def early(onset_step: int, attacker: str, count: int) -> DayScenario:
     """MTD2 against an attack that starts before the observer's window is full; not in the paper."""
     return scenario(attacker, LEAST_MEAN, DAYS[4], num_compromised=count, onset_step=onset_step)
 

@@ -7,7 +7,7 @@ import numpy as np
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.sensors import sensor_sets
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.hvac.controllers import Evidence
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     ATTACKS,
     LEAST_MEAN,
@@ -17,21 +17,21 @@ from cps_paper.hvac.experiments import (
     undefended,
 )
 from cps_paper.hvac.rules import CLAIMS, equals, falling, of_printed, rising, shown_impacts
-from cps_paper.hvac.scenario import Outcome
+from cps_paper.hvac.scenario import DayOutcome
 from cps_paper.verdicts import NOT, PARTLY, REPRODUCED, by_construction, of_cases
 
 
-def outcomes(evidence: Evidence, num_sensors: int, attacker: str, defender: str) -> list[Outcome]:
+def outcomes(evidence: HvacEvidence, num_sensors: int, attacker: str, defender: str) -> list[DayOutcome]:
     """The bars of one attack and one defence: attack-free, then 1 to all sensors attacked."""
     return [evidence[compared(num_sensors, attacker, defender, count)] for count in range(num_sensors + 1)]
 
 
-def impacts(evidence: Evidence, num_sensors: int, attacker: str, defender: str) -> FloatArray:
+def impacts(evidence: HvacEvidence, num_sensors: int, attacker: str, defender: str) -> FloatArray:
     """Their mean A_impact (n_s + 1,), C2."""
     return np.array([each.a_impact.mean() for each in outcomes(evidence, num_sensors, attacker, defender)])
 
 
-def failing_line(evidence: Evidence, num_sensors: int) -> float:
+def failing_line(evidence: HvacEvidence, num_sensors: int) -> float:
     """The impact of attack-free days without any defence, C2: above it a defence has failed."""
     return float(evidence[compared(num_sensors, "none", "none", 0)].a_impact.mean())
 
@@ -47,7 +47,7 @@ def lines_giving(values: FloatArray, count: int) -> tuple[float, float]:
     return float(values[1:count].max()), float(values[count])
 
 
-def equal_up_to(bars: list[Outcome]) -> int:
+def equal_up_to(bars: list[DayOutcome]) -> int:
     """The largest number of attacked sensors up to which every impact equals the attack-free one, the first bar."""
     unequal = [count for count, each in enumerate(bars) if not equals(each, bars[0])]
     return unequal[0] - 1 if unequal else len(bars) - 1
@@ -60,14 +60,14 @@ ABOVE = ("C41",)  # where the paper's share is the last that MTD1 stands
 
 
 @CLAIMS.judges("C31", "C37")
-def number_of_sets(evidence: Evidence, claim: Claim) -> Finding:
+def number_of_sets(evidence: HvacEvidence, claim: Claim) -> Finding:
     """By the rule of (4.31), which the paper gives for four sensors only."""
     ours = len(sensor_sets(compared(SENSORS[claim.id], "none", "none", 0).config))
     return Finding(ours, f"{ours} sets", by_construction(of_printed(ours, claim)))
 
 
 @CLAIMS.judges("C32")
-def mtd1_stands_one(evidence: Evidence, claim: Claim) -> Finding:
+def mtd1_stands_one(evidence: HvacEvidence, claim: Claim) -> Finding:
     """MTD1 with one of four sensors attacked, by attack."""
     free = evidence[compared(4, "none", "mtd1", 0)]
     attacked = [evidence[compared(4, attacker, "mtd1", 1)] for attacker in ATTACKS]
@@ -77,7 +77,7 @@ def mtd1_stands_one(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C33")
-def mtd1_fails(evidence: Evidence, claim: Claim) -> Finding:
+def mtd1_fails(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The fewest attacked sensors of four at which MTD1 fails, by attack."""
     line = failing_line(evidence, 4)
     rows = [impacts(evidence, 4, attacker, "mtd1") for attacker in ATTACKS]
@@ -87,7 +87,7 @@ def mtd1_fails(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C34")
-def mtd2_equals(evidence: Evidence, claim: Claim) -> Finding:
+def mtd2_equals(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Up to how many attacked sensors of four the impact under MTD2 equals the attack-free one, by attack."""
     rows = [outcomes(evidence, 4, attacker, LEAST_MEAN) for attacker in ATTACKS]
     found: list[int | None] = [equal_up_to(row) for row in rows]
@@ -96,7 +96,7 @@ def mtd2_equals(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C35", "C38")
-def mtd2_fails(evidence: Evidence, claim: Claim) -> Finding:
+def mtd2_fails(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Where MTD2 fails, by attack and by what it does where no set passes, which the paper leaves open."""
     sensors = SENSORS[claim.id]
     line, found, shown = failing_line(evidence, sensors), [], []
@@ -111,7 +111,7 @@ def mtd2_fails(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C36", "C42")
-def fewer_sets(evidence: Evidence, claim: Claim) -> Finding:
+def fewer_sets(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Distinct sets that MTD2 selects under the random attack, each count against the one before."""
     bars = outcomes(evidence, SENSORS[claim.id], "random", LEAST_MEAN)[1:]
     used = [float(each.distinct_sets.mean()) for each in bars]
@@ -121,7 +121,7 @@ def fewer_sets(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges(*MTD1_FAILS)
-def mtd1_fails_of_eight(evidence: Evidence, claim: Claim) -> Finding:
+def mtd1_fails_of_eight(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The share of eight sensors at which MTD1 fails; the impact has no edge, so the line decides."""
     rows = {name: impacts(evidence, 8, attacker, "mtd1") for name, attacker in MTD1_FAILS.items()}
     counts = {name: _paper_count(each) for each in CLAIMS.printed() if (name := each.id) in MTD1_FAILS}
@@ -163,7 +163,7 @@ PARTS_OF_ATTACK = 3
 
 
 @CLAIMS.judges("C11")
-def grows_with_sensors(evidence: Evidence, claim: Claim) -> Finding:
+def grows_with_sensors(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Mean impacts with 0 to 4 sensors attacked, each against the one before."""
     hold, shown = [], []
     for attacker in ATTACKS:
@@ -174,7 +174,7 @@ def grows_with_sensors(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C12")
-def first_sensor(evidence: Evidence, claim: Claim) -> Finding:
+def first_sensor(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The mean impact with sensor 1 at 22 C; the weight R of the controller was chosen for it."""
     days = evidence[undefended("constant", 1)].a_impact
     ours = float(days.mean())
@@ -183,7 +183,7 @@ def first_sensor(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C13")
-def fourth_zone_rises(evidence: Evidence, claim: Claim) -> Finding:
+def fourth_zone_rises(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The mean rise of zone 4 over the same days without an attack."""
     rise_c = mean_rise_c(evidence)
     rises = bool(rise_c[3] > NOTABLE_RISE_C)
@@ -192,7 +192,7 @@ def fourth_zone_rises(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C14")
-def input_rises(evidence: Evidence, claim: Claim) -> Finding:
+def input_rises(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The mean input of zone 1 in each third of the attack, against the one before."""
     course = evidence[first_zone("constant")]
     level = course.level_percent[course.onset_step :, :, 0]
@@ -202,7 +202,7 @@ def input_rises(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), shown, of_cases(hold))
 
 
-def mean_rise_c(evidence: Evidence) -> FloatArray:
+def mean_rise_c(evidence: HvacEvidence) -> FloatArray:
     """How much warmer (n,) the zones are since the onset than on the same days without an attack, C."""
     attacked, free = evidence[first_zone("constant")], evidence[first_zone("none")]
     rise: FloatArray = (attacked.temperature_c - free.temperature_c)[attacked.onset_step :].mean(axis=(0, 1))

@@ -13,7 +13,7 @@ from cps_envs.hvac.sensors import sensor_sets
 from cps_paper.evidence import NotRunError
 from cps_paper.hvac.cells import table_rows
 from cps_paper.hvac.clear_day import zone_days
-from cps_paper.hvac.controllers import Evidence
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     ATTACKS,
     DEFENCES,
@@ -24,7 +24,7 @@ from cps_paper.hvac.experiments import (
     undefended,
 )
 from cps_paper.hvac.impacts import mean_rise_c, outcomes
-from cps_paper.hvac.scenario import Outcome
+from cps_paper.hvac.scenario import DayOutcome
 from cps_paper.verdicts import Check, Reference, Tolerance, shipped_rows
 
 EARLY_FROM = 200  # step from which the reference averages early attacks
@@ -47,7 +47,7 @@ class Measure:
         return float(self.days.std(ddof=1) / np.sqrt(len(self.days)))
 
 
-def measures(evidence: Evidence) -> list[Measure]:
+def measures(evidence: HvacEvidence) -> list[Measure]:
     """Everything that this run has simulated."""
     found: list[Measure] = []
     for group in GROUPS:
@@ -58,37 +58,37 @@ def measures(evidence: Evidence) -> list[Measure]:
     return found
 
 
-def _clear_day(evidence: Evidence) -> Iterator[Measure]:
+def _clear_day(evidence: HvacEvidence) -> Iterator[Measure]:
     for day in zone_days(evidence):
         yield Measure("clear day", f"zone {day.zone} before noon", day.morning_error_c)
         yield Measure("clear day", f"zone {day.zone} after 13 h", day.afternoon_error_c)
 
 
-def _undefended(evidence: Evidence) -> Iterator[Measure]:
+def _undefended(evidence: HvacEvidence) -> Iterator[Measure]:
     yield _impact("Fig. 4.4a", "attack-free", evidence[undefended("none", 0)])
     for attacker in ATTACKS:
         for count in range(1, 5):
             yield _impact("Fig. 4.4a", f"{attacker} {count}", evidence[undefended(attacker, count)])
 
 
-def _first_zone(evidence: Evidence) -> Iterator[Measure]:
+def _first_zone(evidence: HvacEvidence) -> Iterator[Measure]:
     yield _impact("Fig. 4.4b", "A_impact", evidence[undefended("constant", 1)])
     for zone, rise_c in enumerate(mean_rise_c(evidence).tolist(), 1):
         yield Measure("Fig. 4.4b", f"rise of zone {zone}", rise_c)
 
 
-def _tables(table: str) -> Callable[[Evidence], Iterator[Measure]]:
-    def rows(evidence: Evidence) -> Iterator[Measure]:
+def _tables(table: str) -> Callable[[HvacEvidence], Iterator[Measure]]:
+    def rows(evidence: HvacEvidence) -> Iterator[Measure]:
         for row in table_rows(evidence, table):
             yield Measure(f"Table {table}", f"{row.sensors_used} sensors, {row.percent} %", row.ours)
 
     return rows
 
 
-def _bars(num_sensors: int, defender: str) -> Callable[[Evidence], Iterator[Measure]]:
+def _bars(num_sensors: int, defender: str) -> Callable[[HvacEvidence], Iterator[Measure]]:
     group = f"{defender}, {num_sensors} sensors"
 
-    def bars(evidence: Evidence) -> Iterator[Measure]:
+    def bars(evidence: HvacEvidence) -> Iterator[Measure]:
         yield _impact(group, "attack-free", evidence[compared(num_sensors, "none", defender, 0)])
         for attacker in ATTACKS:
             for count, bar in enumerate(outcomes(evidence, num_sensors, attacker, defender)[1:], 1):
@@ -100,26 +100,26 @@ def _bars(num_sensors: int, defender: str) -> Callable[[Evidence], Iterator[Meas
     return bars
 
 
-def _sets(num_sensors: int) -> Callable[[Evidence], Iterator[Measure]]:
-    def sets(evidence: Evidence) -> Iterator[Measure]:
+def _sets(num_sensors: int) -> Callable[[HvacEvidence], Iterator[Measure]]:
+    def sets(evidence: HvacEvidence) -> Iterator[Measure]:
         count = len(sensor_sets(compared(num_sensors, "none", "none", 0).config))
         yield Measure("number of sets", f"{num_sensors} sensors", float(count))
 
     return sets
 
 
-def _early(evidence: Evidence) -> Iterator[Measure]:
+def _early(evidence: HvacEvidence) -> Iterator[Measure]:
     for onset, attacker in EARLY:
         for count in EARLY_COUNTS:
             days = evidence[early(onset, attacker, count)].impact_from(EARLY_FROM)
             yield Measure(f"mtd2, onset {onset}", f"{attacker} {count}", float(days.mean()), days)
 
 
-def _impact(group: str, case: str, outcome: Outcome) -> Measure:
+def _impact(group: str, case: str, outcome: DayOutcome) -> Measure:
     return Measure(group, case, float(outcome.a_impact.mean()), outcome.a_impact)
 
 
-GROUPS: tuple[Callable[[Evidence], Iterator[Measure]], ...] = (
+GROUPS: tuple[Callable[[HvacEvidence], Iterator[Measure]], ...] = (
     _clear_day,
     _undefended,
     _first_zone,
@@ -144,7 +144,7 @@ def references() -> Mapping[tuple[str, str], Reference]:
     }
 
 
-def checks(evidence: Evidence) -> list[Check]:
+def checks(evidence: HvacEvidence) -> list[Check]:
     """The numbers for which there is a reference."""
     known = references()
     return [

@@ -15,8 +15,8 @@ import numpy as np
 from cps_envs.core.types import FloatArray
 from cps_envs.hvac.sensors import sensor_sets
 from cps_paper.claims import Claim, Finding, joined
-from cps_paper.exhibit import Column, Table, with_properties
-from cps_paper.hvac.controllers import Evidence
+from cps_paper.exhibit import Column, ExhibitTable, with_properties
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     FIGURE_4_5_DAYS,
     FIGURE_4_6_DAYS,
@@ -26,7 +26,7 @@ from cps_paper.hvac.experiments import (
     second_zone,
 )
 from cps_paper.hvac.rules import CLAIMS, PARTICULAR, of_printed
-from cps_paper.hvac.scenario import Course
+from cps_paper.hvac.scenario import DayCourse
 from cps_paper.verdicts import by_construction, of_cases, of_number
 
 LONG, SHORT, TWO, THREE = OBSERVERS
@@ -35,21 +35,21 @@ START = {"C18": LONG, "C21": SHORT}
 ALIKE = {"C22": TWO, "C23": THREE}
 
 
-def largest_errors_c(evidence: Evidence, case: Case) -> FloatArray:
+def largest_errors_c(evidence: HvacEvidence, case: Case) -> FloatArray:
     """The largest |xh - x| of each day and zone (B, n), C, once the window is full."""
     course = evidence[observed(*case)]
     largest: FloatArray = course.estimation_error_c[course.config.window_steps :].max(axis=0)
     return largest
 
 
-def start_h(evidence: Evidence, case: Case) -> float:
+def start_h(evidence: HvacEvidence, case: Case) -> float:
     """When the estimation starts, h."""
     config = evidence[observed(*case)].config
     return config.window_steps * config.step_s / 3600.0
 
 
 @CLAIMS.judges(*LARGEST)
-def largest_error(evidence: Evidence, claim: Claim) -> Finding:
+def largest_error(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The largest estimation error of a zone; it differs from day to day by the noise."""
     case, zone = LARGEST[claim.id]
     days = largest_errors_c(evidence, case)[:, zone - 1]
@@ -59,7 +59,7 @@ def largest_error(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C43")
-def outer_zones_fail_most(evidence: Evidence, claim: Claim) -> Finding:
+def outer_zones_fail_most(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The error of zones 1 and 3 with the short window against twice that of zones 2 and 4."""
     largest = np.median(largest_errors_c(evidence, SHORT), axis=0).tolist()
     hold = [largest[zone - 1] > PARTICULAR * largest[other - 1] for zone in (1, 3) for other in (2, 4)]
@@ -68,14 +68,14 @@ def outer_zones_fail_most(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges(*START)
-def estimation_starts(evidence: Evidence, claim: Claim) -> Finding:
+def estimation_starts(evidence: HvacEvidence, claim: Claim) -> Finding:
     """When the window is full, by construction."""
     ours = start_h(evidence, START[claim.id])
     return Finding(ours, f"{ours:.2f} h, the window", by_construction(of_printed(ours, claim)))
 
 
 @CLAIMS.judges(*ALIKE)
-def zones_alike(evidence: Evidence, claim: Claim) -> Finding:
+def zones_alike(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Whether every zone's estimate is as good as a measurement: never off by more than one standard deviation."""
     case = ALIKE[claim.id]
     limit_c = evidence[observed(*case)].config.noise_std_c
@@ -85,7 +85,7 @@ def zones_alike(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), shown, of_cases(hold))
 
 
-def observers_table(evidence: Evidence) -> Table:
+def observers_table(evidence: HvacEvidence) -> ExhibitTable:
     """Fig. 4.5 in numbers."""
     papers = {place: CLAIMS.number(name) for name, place in LARGEST.items()}
 
@@ -105,10 +105,10 @@ def observers_table(evidence: Evidence) -> Table:
     )
     note = f"Largest estimation error in °C: median (range) over {FIGURE_4_5_DAYS} days; paper: where it gives one."
     title = "Fig. 4.5: the observer with few sensors"
-    return Table(title, columns, OBSERVERS, (note,), data=lambda case: _data(evidence, case))
+    return ExhibitTable(title, columns, OBSERVERS, (note,), data=lambda case: _data(evidence, case))
 
 
-def _data(evidence: Evidence, case: Case) -> dict[str, Any]:
+def _data(evidence: HvacEvidence, case: Case) -> dict[str, Any]:
     largest = largest_errors_c(evidence, case)
     return {
         "sensors": case[0],
@@ -147,7 +147,7 @@ class SetCourse:
         return self.selected_share >= SELECTED_SHARE
 
 
-def set_courses(evidence: Evidence) -> list[SetCourse]:
+def set_courses(evidence: HvacEvidence) -> list[SetCourse]:
     """All sets in the order of (4.31)."""
     course = evidence[second_zone()]
     early, late = course.onset_step, course.onset_step + course.config.window_steps
@@ -164,19 +164,19 @@ def set_courses(evidence: Evidence) -> list[SetCourse]:
     ]
 
 
-def residuals(course: Course) -> FloatArray:
+def residuals(course: DayCourse) -> FloatArray:
     """J_a of the steps in which something was decided, (K - 1, B, sets) C2."""
     return course.residual_c2[:-1]
 
 
-def sets_table(evidence: Evidence) -> Table:
+def sets_table(evidence: HvacEvidence) -> ExhibitTable:
     """Fig. 4.6 in numbers."""
     note = (
         f"Medians over {FIGURE_4_6_DAYS} days from the onset on, °C²; late: once the window holds forged readings only."
     )
     data = with_properties("intact", "selected")
     title = "Fig. 4.6: sensor 2 reads 22 °C"
-    return Table(title, COLUMNS, set_courses(evidence), (note,), left=3, data=data)
+    return ExhibitTable(title, COLUMNS, set_courses(evidence), (note,), left=3, data=data)
 
 
 COLUMNS = (
@@ -190,7 +190,7 @@ COLUMNS = (
 
 
 @CLAIMS.judges("C29")
-def flawed_above_intact(evidence: Evidence, claim: Claim) -> Finding:
+def flawed_above_intact(evidence: HvacEvidence, claim: Claim) -> Finding:
     """The median residual of every flawed set against the largest of an intact one."""
     courses = set_courses(evidence)
     highest = max(each.residual_c2 for each in courses if each.intact)
@@ -208,7 +208,7 @@ def flawed_above_intact(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("C30")
-def selected_by_mtd1(evidence: Evidence, claim: Claim) -> Finding:
+def selected_by_mtd1(evidence: HvacEvidence, claim: Claim) -> Finding:
     """Sets selected, each against the paper's list."""
     courses, paper = set_courses(evidence), {int(number) for number in claim.numbers}
     hold = [each.selected == (each.index in paper) for each in courses]

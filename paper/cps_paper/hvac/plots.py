@@ -13,7 +13,7 @@ import numpy as np
 from cps_envs.core.types import FloatArray
 from cps_paper.figures import dress, new_figure, shades
 from cps_paper.hvac.clear_day import energy_days
-from cps_paper.hvac.controllers import Evidence
+from cps_paper.hvac.controllers import HvacEvidence
 from cps_paper.hvac.experiments import (
     ATTACKS,
     DEFENCES,
@@ -28,7 +28,7 @@ from cps_paper.hvac.experiments import (
 )
 from cps_paper.hvac.impacts import failing_line, impacts, outcomes
 from cps_paper.hvac.observers import SetCourse, residuals, set_courses
-from cps_paper.hvac.scenario import Course
+from cps_paper.hvac.scenario import DayCourse
 
 HOURS = "time / h"
 TEMPERATURE, ERROR = "temperature / °C", "error / °C"
@@ -82,7 +82,7 @@ def _draw(axes: Any, groups: Groups, colors: Sequence[Any], title: str, y: str) 
     axes.grid(visible=False, axis="x")
 
 
-def draw_clear_day(evidence: Evidence) -> Any:
+def draw_clear_day(evidence: HvacEvidence) -> Any:
     """All four panels of Fig. 4.2."""
     course = evidence[noise_free(ENERGIES_W[0])]
     figure = new_figure(11.0, 7.0)
@@ -100,7 +100,7 @@ def draw_clear_day(evidence: Evidence) -> Any:
     return figure
 
 
-def draw_energies(evidence: Evidence) -> Any:
+def draw_energies(evidence: HvacEvidence) -> Any:
     """All four panels of Fig. 4.3."""
     figure = new_figure(11.0, 7.0)
     panels = figure.subplot_mosaic([["a", "b"], ["c", "d"]])
@@ -126,7 +126,7 @@ def draw_energies(evidence: Evidence) -> Any:
 DAY = 0  # the seed that is drawn
 
 
-def draw_undefended(evidence: Evidence) -> Any:
+def draw_undefended(evidence: HvacEvidence) -> Any:
     """All three panels."""
     figure = new_figure(11.0, 7.5)
     panels = figure.subplot_mosaic([["a", "a"], ["b", "c"]])
@@ -153,7 +153,7 @@ LONG, SHORT, TWO, THREE = OBSERVERS
 PLACES = {"a": LONG, "b": SHORT, "c": TWO, "d": LONG, "e": SHORT, "f": THREE}
 
 
-def draw_observers(evidence: Evidence) -> Any:
+def draw_observers(evidence: HvacEvidence) -> Any:
     """All six panels."""
     figure = new_figure(13.0, 7.0)
     panels = figure.subplot_mosaic([["a", "b", "c"], ["d", "e", "f"]])
@@ -183,7 +183,7 @@ def _said(case: Case) -> str:
 DAY = 0  # the seed that is drawn
 
 
-def draw_sets(evidence: Evidence) -> Any:
+def draw_sets(evidence: HvacEvidence) -> Any:
     """All five panels."""
     course, sets = evidence[second_zone()], set_courses(evidence)
     figure = new_figure(13.0, 8.5)
@@ -206,7 +206,7 @@ def draw_sets(evidence: Evidence) -> Any:
     return figure
 
 
-def _residuals(axes: Any, course: Course, sets: Sequence[SetCourse], title: str) -> None:
+def _residuals(axes: Any, course: DayCourse, sets: Sequence[SetCourse], title: str) -> None:
     start = course.config.window_steps
     for each, color in zip(sets, shades(len(sets)), strict=True):
         values = residuals(course)[start:, DAY, each.index - 1]
@@ -221,7 +221,7 @@ def _residuals(axes: Any, course: Course, sets: Sequence[SetCourse], title: str)
         line.set_linewidth(2.0)
 
 
-def _selected(axes: Any, course: Course, flawed: Sequence[SetCourse]) -> None:
+def _selected(axes: Any, course: DayCourse, flawed: Sequence[SetCourse]) -> None:
     start = course.config.window_steps
     chosen = course.choice[start:, DAY]
     axes.plot(course.time_h[start:-1], chosen, ".", color="0.2", markersize=2.0)
@@ -235,7 +235,7 @@ def _selected(axes: Any, course: Course, flawed: Sequence[SetCourse]) -> None:
 NAMES = {"none": "no defence", "mtd1": "MTD1", "mtd2": "MTD2"}
 
 
-def draw_bars(evidence: Evidence, num_sensors: int) -> Any:
+def draw_bars(evidence: HvacEvidence, num_sensors: int) -> Any:
     """All four panels."""
     figure = new_figure(11.0, 7.5)
     panels = figure.subplot_mosaic([["a", "b"], ["c", "d"]])

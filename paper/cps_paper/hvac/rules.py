@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 from cps_paper.claims import Claim, Claims
-from cps_paper.hvac.controllers import Evidence
-from cps_paper.hvac.scenario import Outcome
+from cps_paper.hvac.controllers import HvacEvidence
+from cps_paper.hvac.scenario import DayOutcome
 from cps_paper.verdicts import COMPARISON_RULE, REPRODUCED, above, of_number
 
-CLAIMS: Claims[Evidence] = Claims("claims_ch4")
+CLAIMS: Claims[HvacEvidence] = Claims("claims_ch4")
 CLOSE = 1.2  # "close to or below" a number: up to this many times it
 EQUAL = 1.25  # an impact "equals" the attack-free one up to this many times it
 PARTICULAR = 2.0  # zones fail "particularly" where their errors are above so many times the others'
@@ -52,6 +52,6 @@ def shown_impacts(values: Iterable[float]) -> str:
     return " / ".join(f"{value:.1f}" if value < SMALL else f"{value:.0f}" for value in values)
 
 
-def equals(attacked: Outcome, free: Outcome) -> bool:
+def equals(attacked: DayOutcome, free: DayOutcome) -> bool:
     """Whether an attack leaves the impact at that of attack-free days."""
     return bool(attacked.a_impact.mean() <= EQUAL * free.a_impact.mean())

@@ -24,7 +24,7 @@ CALL_S, LANE_S, SET_S = 150e-6, 9e-6, 0.2e-6  # roughly what a step costs: anywa
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DayOutcome:
     """What B days of K steps in a building of n zones ended with."""
 
     squared_error: FloatArray  # (K, B) C2, |x(k) - x_r|^2 summed over zones
@@ -48,7 +48,7 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Scenario:
+class DayScenario:
     """B days that differ by their seed only; an experiment of the chapter."""
 
     attacker: str = "none"  # names of policies
@@ -90,12 +90,12 @@ class Scenario:
             watch(game)
         return game
 
-    def run(self) -> Outcome:
+    def run(self) -> DayOutcome:
         """Simulate them to the end."""
         squares: list[FloatArray] = []
         game = self.play(lambda game: squares.append(squared_error(game)))
         metrics = {name: values.astype(np.int64) for name, values in game.metrics().items()}
-        return Outcome(
+        return DayOutcome(
             squared_error=np.array(squares),
             mean_abs_error_c=game.state.absolute_error / game.config.num_steps,
             onset_step=int(game.state.onset[0]),
@@ -125,7 +125,7 @@ def squared_error(game: HvacGame) -> FloatArray:
     return error
 
 
-class Course(NamedTuple):
+class DayCourse(NamedTuple):
     """B days of K states, K - 1 decisions between them, n zones, S sensors."""
 
     config: HvacConfig
@@ -168,10 +168,10 @@ class Course(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Recorded:
+class RecordedDay:
     """A scenario whose course is kept; an experiment of the chapter."""
 
-    scenario: Scenario
+    scenario: DayScenario
 
     @property
     def cost(self) -> float:
@@ -183,7 +183,7 @@ class Recorded:
         """A few words for a progress bar."""
         return f"{self.scenario.label}, recorded"
 
-    def run(self) -> Course:
+    def run(self) -> DayCourse:
         """Simulate it to the end."""
         before: list[tuple[Array, ...]] = []  # at k
         after: list[tuple[Array, ...]] = []  # decided at k, known at k + 1
@@ -195,7 +195,7 @@ class Recorded:
 
         game = self.scenario.play(watch)
         config = game.config
-        return Course(
+        return DayCourse(
             config,
             np.arange(config.num_steps, dtype=np.float64) * (config.step_s / 3600.0),
             game.constants.outdoor[: config.num_steps].copy(),

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from cps_paper.chapter import Reproduction
 from cps_paper.claims import Findings
-from cps_paper.hvac.cells import Row, table_rows
-from cps_paper.hvac.controllers import Controller, Evidence
+from cps_paper.hvac.cells import TemperatureRow, table_rows
+from cps_paper.hvac.controllers import Controller, HvacEvidence
 from cps_paper.verdicts import MATCH, MISS, NEAR, NO_SUPPORT, REPRODUCED, UNKNOWN, Check, failures
 
 TABLES = ("4.1", "4.2")
@@ -66,7 +66,7 @@ REASONS = (  # words, and the parts and the claims that they are about
 )
 
 
-def closing(found: Reproduction[Evidence]) -> list[str]:
+def closing(found: Reproduction[HvacEvidence]) -> list[str]:
     """Paragraphs on the parts that were computed."""
     seen = found.evidence
     paragraphs = [_on_table(table, table_rows(seen, table)) for table in TABLES if table in found.parts]
@@ -91,7 +91,7 @@ def _reasons(parts: Sequence[str], findings: Findings) -> list[str]:
     return [words for words, places, claims in REASONS if set(places) & set(parts) or set(claims) & failed]
 
 
-def _on_table(table: str, rows: Sequence[Row]) -> str:
+def _on_table(table: str, rows: Sequence[TemperatureRow]) -> str:
     words = Counter(cell.verdict for row in rows for cell in row.cells)
     count = sum(words.values())
     return f"Table {table}: {words[MATCH]} of {count} cells match, {words[NEAR]} are near, {words[MISS]} are missed."

@@ -18,7 +18,7 @@ import numpy as np
 
 from cps_envs.core.types import FloatArray
 from cps_paper.hvac.experiments import PERCENTS
-from cps_paper.hvac.scenario import Scenario
+from cps_paper.hvac.scenario import DayScenario
 from cps_paper.printed.tables import tracking_errors
 from cps_paper.verdicts import NEAR, NOT, REPRODUCED, of_number
 
@@ -99,8 +99,8 @@ def _searched() -> Iterator[tuple[str, int, None]]:
     return ((controller, steps, None) for controller, horizons in HORIZONS.items() for steps in horizons)
 
 
-def _days(attacker: str, settings: Mapping[str, Any]) -> Scenario:
-    return Scenario(attacker, "none", DAYS, tuple(sorted(settings.items())))
+def _days(attacker: str, settings: Mapping[str, Any]) -> DayScenario:
+    return DayScenario(attacker, "none", DAYS, tuple(sorted(settings.items())))
 
 
 def _shown(values: FloatArray) -> str:

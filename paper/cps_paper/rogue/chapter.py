@@ -16,9 +16,9 @@ from cps_paper.rogue import claims_courses, claims_maps, plots, reference
 from cps_paper.rogue.claims import CLAIMS, RULES
 from cps_paper.rogue.claims_courses import EARLY_DISBANDING, ENDS
 from cps_paper.rogue.experiments import (
-    Evidence,
     Overrides,
     Ride,
+    RogueEvidence,
     Waves,
     calm_ride,
     map_rows,
@@ -109,7 +109,7 @@ def _claimed(contact: str) -> list[Experiment[Any]]:
     return todo + [steady_waves(name, contact) for name in ("pd", "sliding", "sliding_detection")]
 
 
-def _courses(number: str, about: str) -> Exhibit[Evidence]:
+def _courses(number: str, about: str) -> Exhibit[RogueEvidence]:
     defenders = COURSES[number]
     return Exhibit(
         number,
@@ -120,14 +120,14 @@ def _courses(number: str, about: str) -> Exhibit[Evidence]:
     )
 
 
-JUDGED: Judged[Evidence] = Judged(
+JUDGED: Judged[RogueEvidence] = Judged(
     CLAIMS,
     RULES,
     lambda seen: behind_claims(),
     CONDITIONS,
     lambda seen: {contact: seen.under(contact) for contact in CONTACTS},
 )
-EXHIBITS: tuple[Exhibit[Evidence], ...] = (
+EXHIBITS: tuple[Exhibit[RogueEvidence], ...] = (
     Exhibit(
         "5.2",
         "Fig. 5.2: an attacker at the rear of ten vehicles that changes the gains of its controller",
@@ -182,17 +182,17 @@ EXHIBITS: tuple[Exhibit[Evidence], ...] = (
 )
 
 
-def always(seen: Evidence) -> list[Experiment[Any]]:
+def always(seen: RogueEvidence) -> list[Experiment[Any]]:
     """The cells of the regression check."""
     return [each.experiment for each in reference.damages() if each.experiment is not None]
 
 
-def checks(found: Reproduction[Evidence]) -> list[Check]:
+def checks(found: Reproduction[RogueEvidence]) -> list[Check]:
     """What has a reference; claims that do not hold do not count."""
     return reference.checks(found.evidence, maps=has_maps(found))
 
 
-def document(found: Reproduction[Evidence]) -> dict[str, Any]:
+def document(found: Reproduction[RogueEvidence]) -> dict[str, Any]:
     """Plain data for JSON."""
     return {
         "chapter": 5,
@@ -214,9 +214,9 @@ def _check(check: Check) -> dict[str, Any]:
     }
 
 
-CHAPTER: Chapter[Evidence] = Chapter(
+CHAPTER: Chapter[RogueEvidence] = Chapter(
     title="chapter 5",
-    evidence=Evidence,
+    evidence=RogueEvidence,
     reading=lambda seen: "contact",
     exhibits=EXHIBITS,
     closing=closing,

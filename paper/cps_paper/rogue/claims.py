@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from cps_paper.claims import Claims, Finding
-from cps_paper.rogue.experiments import Evidence
+from cps_paper.rogue.experiments import RogueEvidence
 from cps_paper.verdicts import COMPARISON_RULE, NOT, RECOVERY_RULE, REPRODUCED
 
-CLAIMS: Claims[Evidence] = Claims("claims_ch5")
+CLAIMS: Claims[RogueEvidence] = Claims("claims_ch5")
 FAR_LESS = 0.5  # chosen: "far less" and "greatly" mean below this share
 RULES = (
     "Rules, the same for both contacts. A statement about several cases (frequencies, ratios, thresholds): reproduced "

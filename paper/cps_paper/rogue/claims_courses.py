@@ -10,8 +10,8 @@ from cps_envs.core.config import bounds
 from cps_envs.core.types import FloatArray
 from cps_paper.claims import Claim, Finding, applying, joined
 from cps_paper.rogue.claims import CLAIMS, FAR_LESS
-from cps_paper.rogue.course import Course
-from cps_paper.rogue.experiments import Evidence, searched_ride, swaying_ride
+from cps_paper.rogue.course import RogueCourse
+from cps_paper.rogue.experiments import RogueEvidence, searched_ride, swaying_ride
 from cps_paper.rogue.heat_map import COURSE_FREQUENCIES_HZ, DISBANDING, FREQUENCIES_HZ, RATIOS, SWAYS
 from cps_paper.rogue.rides import closing_speeds_mps, gap_errors_m
 from cps_paper.verdicts import (
@@ -35,13 +35,13 @@ EARLY_DISBANDING = ("disband_2", "disband_4")
 AT = f"at {joined(COURSE_FREQUENCIES_HZ, 'g')} Hz"
 
 
-def courses(evidence: Evidence, defender: str, *, human_returns: bool = False) -> list[Course]:
+def courses(evidence: RogueEvidence, defender: str, *, human_returns: bool = False) -> list[RogueCourse]:
     """One per frequency."""
     return [evidence.course(defender, each, human_returns=human_returns) for each in COURSE_FREQUENCIES_HZ]
 
 
 @CLAIMS.judges("R02")
-def damage_grows(evidence: Evidence, claim: Claim) -> Finding:
+def damage_grows(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Whether damage grows in every quarter of the time."""
     rides = courses(evidence, "sliding")
     hold = [ride.grows_throughout(QUARTERS, LEAST_GROWTH) for ride in rides]
@@ -51,7 +51,7 @@ def damage_grows(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R03")
-def detection_helps(evidence: Evidence, claim: Claim) -> Finding:
+def detection_helps(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Damage with and without detection."""
     without, with_it = courses(evidence, "sliding"), courses(evidence, "sliding_detection")
     hold = [b.final_damage < FAR_LESS * a.final_damage for a, b in zip(without, with_it, strict=True)]
@@ -59,7 +59,7 @@ def detection_helps(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R04")
-def leader_leaves_its_reference(evidence: Evidence, claim: Claim) -> Finding:
+def leader_leaves_its_reference(evidence: RogueEvidence, claim: Claim) -> Finding:
     """How far the leader is behind the reference at the end."""
     rides = courses(evidence, "sliding_detection")
     behind = [float(ride.behind_m[-1, -1]) for ride in rides]
@@ -68,7 +68,7 @@ def leader_leaves_its_reference(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R05")
-def all_follow_the_attacker(evidence: Evidence, claim: Claim) -> Finding:
+def all_follow_the_attacker(evidence: RogueEvidence, claim: Claim) -> Finding:
     """How far the intact vehicles' speeds are from the attacker's over the last tenth of the time."""
     rides = courses(evidence, "sliding_detection")
     apart = []
@@ -80,7 +80,7 @@ def all_follow_the_attacker(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R06")
-def disbanding_helps_further(evidence: Evidence, claim: Claim) -> Finding:
+def disbanding_helps_further(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Damage with detection, and with disbanding at +2 m."""
     before, after = courses(evidence, "sliding_detection"), courses(evidence, "disband_2")
     hold = [above(a.final_damage, b.final_damage) for a, b in zip(before, after, strict=True)]
@@ -88,7 +88,7 @@ def disbanding_helps_further(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R07")
-def front_vehicles_recover(evidence: Evidence, claim: Claim) -> Finding:
+def front_vehicles_recover(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Speeds of the vehicles ahead of the attacker, and the leader's place, beside those without the attack."""
     calm = evidence.calm("disband_2")
     rides, returning = (courses(evidence, "disband_2", human_returns=returns) for returns in (False, True))
@@ -107,7 +107,7 @@ def front_vehicles_recover(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R19")
-def sudden_braking(evidence: Evidence, claim: Claim) -> Finding:
+def sudden_braking(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Where disbanding raises the damage: do vehicles brake at full effort at once, and does most damage follow?"""
     hold, shown, cells = [], [], list(product(EARLY_DISBANDING, ENDS))
     for defender, ratio in cells:
@@ -128,17 +128,17 @@ def sudden_braking(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(bool(hold) and all(hold), f"{looked}: {'; '.join(shown)}", of_cases(hold or [False]))
 
 
-def _finals(rides: list[Course]) -> str:
+def _finals(rides: list[RogueCourse]) -> str:
     return joined([ride.final_damage for ride in rides], ".1f")
 
 
-def _speed_deviations(ride: Course, calm: Course) -> FloatArray:
+def _speed_deviations(ride: RogueCourse, calm: RogueCourse) -> FloatArray:
     ahead = slice(ride.attacker + 1, None)
     wanted = float(ride.config.reference_speed_mps)  # type: ignore[arg-type]
     return deviation(ride.speed_mps[:, ahead], calm.speed_mps[:, ahead], wanted)
 
 
-def _place_deviations(ride: Course, calm: Course) -> FloatArray:
+def _place_deviations(ride: RogueCourse, calm: RogueCourse) -> FloatArray:
     return deviation(ride.behind_m[:, -1:], calm.behind_m[:, -1:], ride.config.separation_m)
 
 
@@ -150,7 +150,7 @@ HIGH_MPS = 5.0  # closing speed, from where on a crash counts as one at high spe
 
 
 @CLAIMS.judges("R01")
-def sways_and_crashes(evidence: Evidence, claim: Claim) -> Finding:
+def sways_and_crashes(evidence: RogueEvidence, claim: Claim) -> Finding:
     """With gains of our choice: do gap errors grow through the run, and is there a crash at high speed?"""
     rides = [evidence[swaying_ride(*each)] for each in SWAYS[1:]]
     errors = [gap_errors_m(ride) for ride in rides]
@@ -164,7 +164,7 @@ def sways_and_crashes(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R17")
-def no_more_influence(evidence: Evidence, claim: Claim) -> Finding:
+def no_more_influence(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Who drives faster than a square wave at the end, and what a searched attacker does after the disbanding."""
     rides = courses(evidence, "disband_7")
     ahead = [_free(ride, slice(ride.attacker + 1, None)) for ride in rides]
@@ -183,7 +183,7 @@ def no_more_influence(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R21")
-def oscillation_is_better(evidence: Evidence, claim: Claim) -> Finding:
+def oscillation_is_better(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The best square wave against full throttle, equal power, 60 s."""
     found = {defender: evidence.steady(defender) for defender in ("pd", "sliding", "sliding_detection")}
     hold = [best > BETTER * throttle for best, throttle in found.values()]
@@ -191,7 +191,7 @@ def oscillation_is_better(evidence: Evidence, claim: Claim) -> Finding:
     return Finding(all(hold), f"best square wave against full throttle, equal power, 60 s: {shown}", of_cases(hold))
 
 
-def _free(ride: Course, vehicles: slice) -> bool:
+def _free(ride: RogueCourse, vehicles: slice) -> bool:
     """Whether these vehicles are faster than the attacker over the last tenth of the time."""
     last = ride.speed_mps[-len(ride.time_s) // 10 :].mean(axis=0)
     return bool(np.all(last[vehicles] > last[ride.attacker] + SAME_SPEED_MPS))

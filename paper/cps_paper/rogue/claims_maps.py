@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cps_paper.claims import Claim, Finding, joined
 from cps_paper.rogue.claims import CLAIMS, FAR_LESS, of_one
-from cps_paper.rogue.experiments import Evidence
+from cps_paper.rogue.experiments import RogueEvidence
 from cps_paper.rogue.heat_map import (
     CONTACTS,
     FREQUENCIES_HZ,
@@ -19,7 +19,7 @@ FALL = 2.0  # the lower half of the frequencies against the upper one
 
 
 @CLAIMS.judges("R08", "R09")
-def falls_with_frequency(evidence: Evidence, claim: Claim) -> Finding:
+def falls_with_frequency(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Mean damage in the lower and in the upper half of the frequencies, at each ratio."""
     heat_map = evidence.map(MAPS[claim.figure])
     hold = [bool(low > FALL * high) for low, high in zip(heat_map.low, heat_map.high, strict=True)]
@@ -28,7 +28,7 @@ def falls_with_frequency(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R10", "R11")
-def detection_lowers_the_maximum(evidence: Evidence, claim: Claim) -> Finding:
+def detection_lowers_the_maximum(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The maximum with detection against that without."""
     other = evidence.map("pd" if claim.id == "R10" else "sliding")
     heat_map = evidence.map("sliding_detection")
@@ -38,7 +38,7 @@ def detection_lowers_the_maximum(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R12")
-def still_high_somewhere(evidence: Evidence, claim: Claim) -> Finding:
+def still_high_somewhere(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Whether the maximum with detection is comparable to that without, and not simply at the lowest frequency."""
     heat_map, other = evidence.map("sliding_detection"), evidence.map("sliding")
     frequency_hz, ratio = heat_map.peak
@@ -50,14 +50,14 @@ def still_high_somewhere(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R13", "R14")
-def disbanding_raises_the_maximum(evidence: Evidence, claim: Claim) -> Finding:
+def disbanding_raises_the_maximum(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The maximum with early disbanding against that with detection alone."""
     ours, alone = evidence.map(MAPS[claim.figure]).highest, evidence.map("sliding_detection").highest
     return of_one(above(ours, alone), f"maximum {_against(ours, alone, evidence)}")
 
 
 @CLAIMS.judges("R15")
-def late_disbanding_is_better(evidence: Evidence, claim: Claim) -> Finding:
+def late_disbanding_is_better(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The maximum with +7 m against those with +2 m and +4 m."""
     late = evidence.map("disband_7").highest
     early = [evidence.map(defender).highest for defender in ("disband_2", "disband_4")]
@@ -67,7 +67,7 @@ def late_disbanding_is_better(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R16")
-def late_disbanding_equals_detection(evidence: Evidence, claim: Claim) -> Finding:
+def late_disbanding_equals_detection(evidence: RogueEvidence, claim: Claim) -> Finding:
     """The maximum with +7 m against that with detection alone."""
     late, alone = evidence.map("disband_7").highest, evidence.map("sliding_detection").highest
     verdict = of_number(late, alone)
@@ -75,7 +75,7 @@ def late_disbanding_equals_detection(evidence: Evidence, claim: Claim) -> Findin
 
 
 @CLAIMS.judges("R18")
-def collision_line(evidence: Evidence, claim: Claim) -> Finding:
+def collision_line(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Up to which frequency the sliding mode collides, against the line for the gap between bumpers."""
     last = evidence.map("sliding").last_harmful_hz
     line = [collision_frequency_hz(ratio, bumper_gap_m()) for ratio in RATIOS]
@@ -89,7 +89,7 @@ def collision_line(evidence: Evidence, claim: Claim) -> Finding:
 
 
 @CLAIMS.judges("R20")
-def detection_against_bidirectional(evidence: Evidence, claim: Claim) -> Finding:
+def detection_against_bidirectional(evidence: RogueEvidence, claim: Claim) -> Finding:
     """Mean damage over the frequencies with detection and with the bidirectional law, at each ratio."""
     ours, theirs = evidence.map("sliding_detection"), evidence.map("pd")
     means = [each.damage.mean(axis=1).tolist() for each in (ours, theirs)]
@@ -101,7 +101,7 @@ def detection_against_bidirectional(evidence: Evidence, claim: Claim) -> Finding
     return Finding(all(hold), shown, of_cases(hold))
 
 
-def _against(ours: float, other: float, evidence: Evidence) -> str:
+def _against(ours: float, other: float, evidence: RogueEvidence) -> str:
     """One damage against another, with the difference in percent."""
     form = ".0f" if min(ours, other) >= 100 else ".1f"
     return f"{ours:{form}} against {other:{form}} {CONTACTS[evidence.contact]} ({ours / other - 1:+.0%})"

@@ -13,7 +13,7 @@ from cps_envs.rogue.picture.scene import Scene
 
 
 @dataclass(frozen=True)
-class Course:
+class RogueCourse:
     """T moments, one per decision, of n vehicles from the rear to the leader; `attacker` is the seized one's index."""
 
     config: RogueConfig
@@ -71,9 +71,9 @@ class Course:
         return bool(ends[-1] > 0 and np.all(np.diff(ends) >= least_share * ends[-1]))
 
 
-def course_of(config: RogueConfig, scenes: Sequence[Scene]) -> Course:
+def course_of(config: RogueConfig, scenes: Sequence[Scene]) -> RogueCourse:
     """The course that consists of these moments."""
-    return Course(
+    return RogueCourse(
         config=config,
         attacker=scenes[0].attacker,
         time_s=np.array([scene.time_s for scene in scenes]),

@@ -16,8 +16,8 @@ from cps_envs.core.types import FloatArray, Role
 from cps_envs.rogue.config import OSCILLATION, PAPER, RogueConfig
 from cps_envs.rogue.picture.scene import Scene
 from cps_envs.rogue.problem import ROGUE
-from cps_paper import evidence as shared
-from cps_paper.rogue.course import Course, course_of
+from cps_paper.evidence import Evidence
+from cps_paper.rogue.course import RogueCourse, course_of
 from cps_paper.rogue.heat_map import (
     FINE_S,
     FREQUENCIES_HZ,
@@ -112,7 +112,7 @@ class Ride:
         config: RogueConfig = ROGUE.config("paper", {**named, **dict(self.overrides)})
         return config
 
-    def run(self) -> Course:
+    def run(self) -> RogueCourse:
         """Play it."""
         config, scenes = self.config, list[Scene]()
         players: dict[Role, PolicyReference] = {"attacker": self.attacker, "defender": self.defender}
@@ -148,12 +148,12 @@ class ClosedLoop:
 
 
 @dataclass(frozen=True)
-class Evidence(shared.Evidence):
+class RogueEvidence(Evidence):
     """Results by experiment; those that this class names have its `contact`."""
 
     contact: str = PASS
 
-    def under(self, contact: str) -> Evidence:
+    def under(self, contact: str) -> RogueEvidence:
         """The same results, read under another accounting of contacts."""
         return replace(self, contact=contact)
 
@@ -164,11 +164,11 @@ class Evidence(shared.Evidence):
 
     def course(
         self, defender: str, frequency_hz: float, power_ratio: float = 1.0, *, human_returns: bool = False
-    ) -> Course:
+    ) -> RogueCourse:
         """The course of a square wave."""
         return self[square_ride(defender, frequency_hz, self.contact, power_ratio, human_returns=human_returns)]
 
-    def calm(self, defender: str) -> Course:
+    def calm(self, defender: str) -> RogueCourse:
         """The course without an attack."""
         return self[calm_ride(defender, self.contact)]
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from cps_paper.exhibit import Column, Table
-from cps_paper.rogue.experiments import Evidence, Overrides, Waves, map_rows
+from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.rogue.experiments import Overrides, RogueEvidence, Waves, map_rows
 from cps_paper.rogue.heat_map import MAPS, PASS, RATIOS, SOLID, WIDE_RATIOS, HeatMap
 
 Maps = Mapping[str, HeatMap]  # by defender
@@ -39,7 +39,7 @@ class Variant:
         """What its maps need."""
         return [row for defender in MAPS.values() for row in map_rows(defender, *self._axes)]
 
-    def maps(self, evidence: Evidence) -> dict[str, HeatMap]:
+    def maps(self, evidence: RogueEvidence) -> dict[str, HeatMap]:
         """Its maps, within the window."""
         there = evidence.under(self.contact)
         return {
@@ -86,7 +86,7 @@ def orderings(maps: Maps) -> list[bool]:
 
 
 def fits(
-    evidence: Evidence, variants: tuple[Variant, ...] = (*OWN, *FURTHER)
+    evidence: RogueEvidence, variants: tuple[Variant, ...] = (*OWN, *FURTHER)
 ) -> Iterator[tuple[Variant, Maps, list[bool]]]:
     """Each variant with its maps and the orderings that hold."""
     for variant in variants:
@@ -94,7 +94,7 @@ def fits(
         yield variant, maps, orderings(maps)
 
 
-def fits_table(evidence: Evidence) -> Table:
+def fits_table(evidence: RogueEvidence) -> ExhibitTable:
     """Which orderings of the maps survive."""
     columns = (
         Column("", lambda each: each[0].name),
@@ -110,10 +110,10 @@ def fits_table(evidence: Evidence) -> Table:
     )
     notes = tuple(f"{k + 1}: {text}." for k, text in enumerate(ORDERINGS))
     title = "How selected the configuration is: what the paper says of the maps"
-    return Table(title, columns, list(fits(evidence)), notes)
+    return ExhibitTable(title, columns, list(fits(evidence)), notes)
 
 
-def fits_data(evidence: Evidence) -> dict[str, Any]:
+def fits_data(evidence: RogueEvidence) -> dict[str, Any]:
     """The same for JSON."""
     variants = [
         {

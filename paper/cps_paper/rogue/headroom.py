@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from cps_envs.core.types import FloatArray
-from cps_paper.exhibit import Column, Table, with_properties
-from cps_paper.rogue.experiments import ClosedLoop, Evidence, Ride, Waves, steady_waves
+from cps_paper.exhibit import Column, ExhibitTable, with_properties
+from cps_paper.rogue.experiments import ClosedLoop, Ride, RogueEvidence, Waves, steady_waves
 from cps_paper.rogue.heat_map import LEARNING_S, MAPS, SOLID, STEADY_HZ, TITLES
 from cps_paper.rogue.worlds import ALL, RATIOS
 from cps_paper.verdicts import shipped_rows
@@ -62,12 +62,12 @@ def head_room_experiments() -> list[Any]:
     ]
 
 
-def head_rooms(evidence: Evidence) -> list[HeadRoom]:
+def head_rooms(evidence: RogueEvidence) -> list[HeadRoom]:
     """The table, ratio by ratio."""
     return [_head_room(evidence, defender, ratio) for ratio in RATIOS for defender in MAPS.values()]
 
 
-def _head_room(evidence: Evidence, defender: str, ratio: float) -> HeadRoom:
+def _head_room(evidence: RogueEvidence, defender: str, ratio: float) -> HeadRoom:
     steady: FloatArray = evidence[steady_waves(defender, SOLID, ratio)]
     waves = duty_waves(defender, ratio)
     duties: FloatArray = evidence[waves]
@@ -85,11 +85,11 @@ def _head_room(evidence: Evidence, defender: str, ratio: float) -> HeadRoom:
     )
 
 
-def head_rooms_table(evidence: Evidence) -> Table:
+def head_rooms_table(evidence: RogueEvidence) -> ExhibitTable:
     """Kinds of attackers in the setting of the learning problem."""
     title = "Head-room above the paper's attacker"
     data = with_properties("other")
-    return Table(title, COLUMNS, head_rooms(evidence), NOTES, left=2, grouped=1, data=data)
+    return ExhibitTable(title, COLUMNS, head_rooms(evidence), NOTES, left=2, grouped=1, data=data)
 
 
 def _beside(name: str) -> Column:

@@ -7,8 +7,8 @@ from itertools import product
 from typing import Any
 
 from cps_envs.rogue.config import PAPER
-from cps_paper.exhibit import Column, Table
-from cps_paper.rogue.experiments import Evidence, seat_overrides
+from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.rogue.experiments import RogueEvidence, seat_overrides
 from cps_paper.rogue.heat_map import (
     CONTACTS,
     FREQUENCIES_HZ,
@@ -27,7 +27,7 @@ HEADS = {contact: (f"{contact}: maximum", f"mean, {unit}") for contact, unit in 
 Seat = tuple[int, int, str]  # vehicles, seat from the rear, defender
 
 
-def maps_tables(evidence: Evidence) -> list[Table]:
+def maps_tables(evidence: RogueEvidence) -> list[ExhibitTable]:
     """All maps, and the collision line for both readings of the gap."""
     columns = [Column("Fig.", lambda each: each[0]), Column("", lambda each: TITLES[each[1]])]
     for contact, heads in HEADS.items():
@@ -41,12 +41,12 @@ def maps_tables(evidence: Evidence) -> list[Table]:
     notes = ("The paper prints colours without a scale and no number, so what it says is checked claim by claim.", axes)
     gaps = ((bumper_gap_m(), "bumpers, drawn solid"), (PAPER.separation_m, "centres, as printed, drawn dashed"))
     return [
-        Table("Figs. 5.6 to 5.11: total damage", columns, list(MAPS.items()), notes, left=2),
-        Table("Collision line, Hz", LINE_COLUMNS, gaps),
+        ExhibitTable("Figs. 5.6 to 5.11: total damage", columns, list(MAPS.items()), notes, left=2),
+        ExhibitTable("Collision line, Hz", LINE_COLUMNS, gaps),
     ]
 
 
-def maps_data(evidence: Evidence) -> dict[str, Any]:
+def maps_data(evidence: RogueEvidence) -> dict[str, Any]:
     """Every cell, and the collision line for both gaps, for JSON."""
     maps = [
         {
@@ -70,7 +70,7 @@ def maps_data(evidence: Evidence) -> dict[str, Any]:
     return {"maps": maps, "collision_line_hz": {"ratios": list(RATIOS), **line}}
 
 
-def seats_table(evidence: Evidence) -> Table:
+def seats_table(evidence: RogueEvidence) -> ExhibitTable:
     """The maps of other seats and platoons."""
     columns = [
         Column("vehicles", lambda each: each[0]),
@@ -83,10 +83,10 @@ def seats_table(evidence: Evidence) -> Table:
         f"Seat 1 is the rear. {len(FREQUENCIES_HZ)} frequencies, power ratios "
         f"{', '.join(f'{ratio:g}' for ratio in SEAT_RATIOS)}; the paper's attacker has seat 3 of 5.",
     )
-    return Table("The attacker in other seats", columns, every_seat(), notes, left=3, grouped=2)
+    return ExhibitTable("The attacker in other seats", columns, every_seat(), notes, left=3, grouped=2)
 
 
-def seats_data(evidence: Evidence) -> list[dict[str, Any]]:
+def seats_data(evidence: RogueEvidence) -> list[dict[str, Any]]:
     """Every cell of the same maps, for JSON."""
     return [
         {
@@ -109,7 +109,7 @@ def every_seat() -> list[Seat]:
     return [(vehicles, seat, name) for vehicles, seats in SEATS.items() for seat, name in product(seats, SEATED)]
 
 
-def _seat_map(evidence: Evidence, contact: str, seat: Seat) -> HeatMap:
+def _seat_map(evidence: RogueEvidence, contact: str, seat: Seat) -> HeatMap:
     return evidence.under(contact).map(seat[2], SEAT_RATIOS, seat_overrides(seat[0], seat[1]))
 
 

@@ -11,8 +11,8 @@ from cps_envs.core.errors import require
 from cps_envs.core.types import FloatArray
 from cps_envs.rogue.config import PAPER
 from cps_paper.figures import PURPOSE, dress, new_figure, shades
-from cps_paper.rogue.course import Course
-from cps_paper.rogue.experiments import Evidence, swaying_ride
+from cps_paper.rogue.course import RogueCourse
+from cps_paper.rogue.experiments import RogueEvidence, swaying_ride
 from cps_paper.rogue.heat_map import (
     CIRCLED,
     CONTACTS,
@@ -34,7 +34,7 @@ ATTACKER = "tab:red"
 STYLES = ("-", "--", ":")
 
 
-def draw(evidence: Evidence, number: str, defenders: Sequence[str]) -> Any:
+def draw(evidence: RogueEvidence, number: str, defenders: Sequence[str]) -> Any:
     """A column of panels per defender; damage for all frequencies, the rest for DRAWN_HZ."""
     figure = new_figure(6.4 * len(defenders) + 0.6, 9.0)
     panels = figure.subplots(3, len(defenders), sharex=True, sharey="row", squeeze=False)
@@ -52,7 +52,7 @@ def draw(evidence: Evidence, number: str, defenders: Sequence[str]) -> Any:
     return figure
 
 
-def _separations(panel: Any, course: Course, defender: str) -> None:
+def _separations(panel: Any, course: RogueCourse, defender: str) -> None:
     for pair, color in enumerate(shades(course.separation_m.shape[1])):
         touches = course.attacker in (pair, pair + 1)
         label = f"{pair + 1}-{pair + 2}" + (" (attacker)" if touches else "")
@@ -64,7 +64,7 @@ def _separations(panel: Any, course: Course, defender: str) -> None:
     dress(panel, f"{TITLES[defender]}: separations (grey: overlapping or overtaken)", TIME, "separation / m")
 
 
-def _places(panel: Any, course: Course) -> None:
+def _places(panel: Any, course: RogueCourse) -> None:
     vehicles = course.position_m.shape[1]
     for vehicle, color in enumerate(shades(vehicles)):
         seized = vehicle == course.attacker
@@ -75,7 +75,7 @@ def _places(panel: Any, course: Course) -> None:
     dress(panel, "Positions relative to their places on the reference", TIME, "ahead of the place / m")
 
 
-def _damages(panel: Any, courses: Sequence[Course]) -> None:
+def _damages(panel: Any, courses: Sequence[RogueCourse]) -> None:
     for course, frequency_hz, style in zip(courses, COURSE_FREQUENCIES_HZ, STYLES, strict=True):
         panel.plot(course.time_s, course.damage, style, color="0.15", label=f"{frequency_hz:g} Hz")
         _mark_disbanding(panel, course, style)
@@ -84,7 +84,7 @@ def _damages(panel: Any, courses: Sequence[Course]) -> None:
     dress(panel, "Total damage (5.8)", TIME, "D / m", x_limits=(0.0, float(np.max(courses[0].time_s))))
 
 
-def _mark_disbanding(panel: Any, course: Course, style: str = "-") -> None:
+def _mark_disbanding(panel: Any, course: RogueCourse, style: str = "-") -> None:
     if course.disbanded_s is not None:
         panel.axvline(course.disbanded_s, color="tab:orange", linewidth=1.0, linestyle=style)
 
@@ -94,7 +94,7 @@ COLORS = ("tab:blue", "tab:orange")
 SPAN_M = 12.0  # that the figure shows of either error
 
 
-def draw_sways(evidence: Evidence) -> Any:
+def draw_sways(evidence: RogueEvidence) -> Any:
     """A panel for each of the attackers: where every vehicle is, beside its place on the reference."""
     figure = new_figure(12.0, 5.0)
     panels = figure.subplots(1, len(SWAYS), sharey=False, squeeze=False)[0]
@@ -113,7 +113,7 @@ def draw_sways(evidence: Evidence) -> Any:
     return figure
 
 
-def draw_circles(evidence: Evidence) -> Any:
+def draw_circles(evidence: RogueEvidence) -> Any:
     """The errors of the vehicles that follow the attacker, the circles (5.13) and the sliding surface."""
     figure = new_figure(7.5, 7.0)
     panel, course = figure.subplots(), evidence.course(CIRCLED, DRAWN_HZ)
@@ -140,7 +140,7 @@ GREEN = "#12a150"
 EXPONENT = 0.5  # of the colour scale: low damages show beside the corner's
 
 
-def draw_maps(evidence: Evidence) -> Any:
+def draw_maps(evidence: RogueEvidence) -> Any:
     """All six maps of the evidence's contact on one scale."""
     colors = require("matplotlib.colors", extra="baselines", purpose=PURPOSE)
     maps = {figure: evidence.map(defender) for figure, defender in MAPS.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from cps_paper.rogue.experiments import Evidence, Waves, square_waves
+from cps_paper.rogue.experiments import RogueEvidence, Waves, square_waves
 from cps_paper.rogue.heat_map import TITLES
 from cps_paper.verdicts import ABSOLUTE, Check, Reference, Tolerance, shipped_rows
 
@@ -47,7 +47,7 @@ def _damage(row: dict[str, str]) -> Damage:
     return Damage(row["defender"], row["contact"], wave, Reference(damage, tolerance))
 
 
-def checks(evidence: Evidence, *, maps: bool) -> list[Check]:
+def checks(evidence: RogueEvidence, *, maps: bool) -> list[Check]:
     """The cells, and with `maps` the maxima."""
     made = []
     for each in damages():

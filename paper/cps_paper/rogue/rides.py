@@ -11,9 +11,9 @@ from cps_envs.core.config import bounds
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.rogue.config import PAPER, RogueConfig
 from cps_paper.claims import joined
-from cps_paper.exhibit import Column, Table
-from cps_paper.rogue.course import Course
-from cps_paper.rogue.experiments import Evidence, swaying_ride
+from cps_paper.exhibit import Column, ExhibitTable
+from cps_paper.rogue.course import RogueCourse
+from cps_paper.rogue.experiments import RogueEvidence, swaying_ride
 from cps_paper.rogue.heat_map import CIRCLED, COURSE_FREQUENCIES_HZ, SWAYS, TITLES
 
 
@@ -25,7 +25,7 @@ class Errors(NamedTuple):
     speed_mps: FloatArray  # (T,) d
 
 
-def followers(course: Course) -> list[Errors]:
+def followers(course: RogueCourse) -> list[Errors]:
     """Those of the vehicles right behind and right ahead of the attacker, as far as their alarms blame it."""
     seat, found = course.attacker, []
     human = np.logical_or.accumulate(course.human.any(axis=1))
@@ -68,15 +68,15 @@ def affected(errors: Errors, config: RogueConfig) -> BoolArray:
     return differs
 
 
-Ride = tuple[str, float, Course]  # defender or attacker, Hz
+Ride = tuple[str, float, RogueCourse]  # defender or attacker, Hz
 
 
-def courses_table(evidence: Evidence, number: str, defenders: Sequence[str]) -> Table:
+def courses_table(evidence: RogueEvidence, number: str, defenders: Sequence[str]) -> ExhibitTable:
     """Fig. 5.3 or 5.5."""
     rides = [(name, each, evidence.course(name, each)) for name in defenders for each in COURSE_FREQUENCIES_HZ]
     note = "The paper shows curves without naming their frequency. Attacker of equal power, contact pass, D in m."
     title = f"Fig. {number}: damage at equal power"
-    return Table(title, COURSE_COLUMNS, rides, (note,), grouped=1, data=_course_data)
+    return ExhibitTable(title, COURSE_COLUMNS, rides, (note,), grouped=1, data=_course_data)
 
 
 def _course_data(ride: Ride) -> dict[str, Any]:
@@ -92,7 +92,7 @@ def _course_data(ride: Ride) -> dict[str, Any]:
     }
 
 
-def _alarm_s(course: Course) -> float | None:
+def _alarm_s(course: RogueCourse) -> float | None:
     alarms = course.time_s[(course.alarm != 0).any(axis=1)]
     return float(alarms[0]) if len(alarms) else None
 
@@ -112,14 +112,14 @@ COURSE_COLUMNS = (
 PARTS = 3  # of the time
 
 
-def sways_table(evidence: Evidence) -> Table:
+def sways_table(evidence: RogueEvidence) -> ExhibitTable:
     """Fig. 5.2."""
     rides = [(attacker, evidence[swaying_ride(attacker, ratio)]) for attacker, ratio in SWAYS]
     title = "Fig. 5.2: an attacker that changes its gains"
-    return Table(title, SWAY_COLUMNS, rides, SWAY_NOTES, data=_sway_data)
+    return ExhibitTable(title, SWAY_COLUMNS, rides, SWAY_NOTES, data=_sway_data)
 
 
-def _sway_data(ride: tuple[str, Course]) -> dict[str, Any]:
+def _sway_data(ride: tuple[str, RogueCourse]) -> dict[str, Any]:
     """Places relative to those on the reference, and the damage, decision by decision."""
     attacker, course = ride
     ratio = course.config.power_ratio
@@ -131,24 +131,24 @@ def _sway_data(ride: tuple[str, Course]) -> dict[str, Any]:
     }
 
 
-def gap_errors_m(course: Course) -> list[float]:
+def gap_errors_m(course: RogueCourse) -> list[float]:
     """The largest error of a gap in each third of the time, m."""
     errors = np.abs(course.separation_m - course.config.separation_m).max(axis=1)
     return [float(part.max()) for part in np.array_split(errors, PARTS)]
 
 
-def closing_speeds_mps(course: Course) -> list[float]:
+def closing_speeds_mps(course: RogueCourse) -> list[float]:
     """Of each collision of two solid bodies, m/s: what the damage of their pair rises by."""
     rises = np.diff(course.pair_damage, axis=0)
     return [float(rise) for rise in rises[rises > 0]]
 
 
-def _first(course: Course) -> int | None:
+def _first(course: RogueCourse) -> int | None:
     hits = np.flatnonzero(course.damage > 0)
     return int(hits[0]) if len(hits) else None
 
 
-def _at_contact(course: Course) -> tuple[float | None, float | None, float | None]:
+def _at_contact(course: RogueCourse) -> tuple[float | None, float | None, float | None]:
     """When the first contact is, its closing speed, and the fastest vehicle then."""
     first = _first(course)
     if first is None:
@@ -174,7 +174,7 @@ SWAY_NOTES = (
 )
 
 
-def circles_table(evidence: Evidence) -> Table:
+def circles_table(evidence: RogueEvidence) -> ExhibitTable:
     """Fig. 5.4: shares of the time in its circles."""
     radii = radii_m(PAPER)
     rings = (f"below {radii[0]:g} m", *(f"to {radius:g} m" for radius in radii[1:]), "beyond")
@@ -190,10 +190,10 @@ def circles_table(evidence: Evidence) -> Table:
     courses = [(each, evidence.course(CIRCLED, each)) for each in COURSE_FREQUENCIES_HZ]
     records = [(each, course, errors) for each, course in courses for errors in followers(course)]
     title = "Fig. 5.4: how long the errors are in which circle"
-    return Table(title, columns, records, CIRCLE_NOTES, left=2, data=_circle_data)
+    return ExhibitTable(title, columns, records, CIRCLE_NOTES, left=2, data=_circle_data)
 
 
-def _circle_data(record: tuple[float, Course, Errors]) -> dict[str, Any]:
+def _circle_data(record: tuple[float, RogueCourse, Errors]) -> dict[str, Any]:
     frequency_hz, course, errors = record
     return {
         "frequency_hz": frequency_hz,

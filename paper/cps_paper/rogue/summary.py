@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cps_paper.chapter import Reproduction
-from cps_paper.rogue.course import Course
-from cps_paper.rogue.experiments import Evidence
+from cps_paper.rogue.course import RogueCourse
+from cps_paper.rogue.experiments import RogueEvidence
 from cps_paper.rogue.fit import Maps, Variant, fits
 from cps_paper.rogue.headroom import GENERAL_RIDE, HeadRoom, head_rooms
 from cps_paper.rogue.heat_map import DISBANDING, MAPS
@@ -33,7 +33,7 @@ VERDICT = (
 )
 
 
-def closing(found: Reproduction[Evidence]) -> list[str]:
+def closing(found: Reproduction[RogueEvidence]) -> list[str]:
     """Paragraphs on the parts that were computed."""
     seen, parts, mapped = found.evidence, found.parts, has_maps(found)
     paragraphs = found.claims_summary()
@@ -51,7 +51,7 @@ def closing(found: Reproduction[Evidence]) -> list[str]:
     return [*paragraphs, *([f"--quick left out: {', '.join(LONG)}."] if seen.quick else [])]
 
 
-def has_maps(found: Reproduction[Evidence]) -> bool:
+def has_maps(found: Reproduction[RogueEvidence]) -> bool:
     """Whether the maps of Figs. 5.6 to 5.11 were computed."""
     return bool({"maps", "claims", "fit"} & set(found.parts))
 
@@ -62,7 +62,7 @@ def _on_variants(variants: Sequence[tuple[Variant, Maps, list[bool]]]) -> str:
     return f"Of {len(variants)} variants all eight orderings hold in: {'; '.join(whole)}. Not in: {'; '.join(broken)}."
 
 
-def _on_head_room(found: Sequence[HeadRoom], fooled: Course) -> str:
+def _on_head_room(found: Sequence[HeadRoom], fooled: RogueCourse) -> str:
     """`fooled` is the course of the general attacker against detection at equal power."""
     equal = {each.defender: each for each in found if each.power_ratio == 1.0}
     detection = equal["sliding_detection"]

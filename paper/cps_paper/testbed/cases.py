@@ -64,7 +64,7 @@ CASES = (BASE, SHORT, LONG)
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """What S runs of a case ended with, and their courses."""
 
     metrics: dict[str, FloatArray]  # `cps_envs.testbed.payoff.METRICS`, each (S,)
@@ -94,7 +94,7 @@ class Runs:
         attack = "" if self.attacked else ", no attack"
         return f"{self.case.name}, {self.num_seeds} seeds, {self.duration_s:g} s{attack}"
 
-    def run(self) -> Outcome:
+    def run(self) -> CaseOutcome:
         """Play all seeds to the end."""
         config = replace(self.case.config, duration_s=self.duration_s, **DAMPING[self.damping])
         ended: list[RobotGame] = []
@@ -107,7 +107,7 @@ class Runs:
         metrics = play_episodes(TESTBED, config, players, range(self.num_seeds), on_step=keep)  # type: ignore[arg-type]
         (game,) = ended
         courses = game.robots
-        return Outcome(metrics, courses.speeds.copy(), -np.diff(courses.arcs, axis=2), game.step_s)
+        return CaseOutcome(metrics, courses.speeds.copy(), -np.diff(courses.arcs, axis=2), game.step_s)
 
 
 LATE_S = 10.0  # over which speeds and gaps are averaged, as robots and camera are noisy; chosen
@@ -118,8 +118,8 @@ FIRST = BASELINE.vehicles_per_platoon  # the first intact robot, front to rear
 class Recovery:
     """S runs, and the same without an attack; means over the last LATE_S at each of T times."""
 
-    attacked: Outcome
-    calm: Outcome
+    attacked: CaseOutcome
+    calm: CaseOutcome
 
     @cached_property
     def time_s(self) -> FloatArray:
@@ -173,7 +173,7 @@ class Recovery:
         return attacked, calm
 
     @property
-    def _both(self) -> tuple[Outcome, Outcome]:
+    def _both(self) -> tuple[CaseOutcome, CaseOutcome]:
         return self.attacked, self.calm
 
 
@@ -205,7 +205,7 @@ class Results(Evidence):
         config = replace(BASELINE, **DAMPING[self.damping])
         return config.measured_from_s, config.measured_from_s + config.measured_for_s
 
-    def of(self, case: Case) -> Outcome:
+    def of(self, case: Case) -> CaseOutcome:
         """The runs of a case."""
         return self[self.runs(case)]
 

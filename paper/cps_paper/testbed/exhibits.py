@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from cps_envs.testbed.config import BASELINE
-from cps_paper.exhibit import Column, Exhibit, Table
+from cps_paper.exhibit import Column, Exhibit, ExhibitTable
 from cps_paper.figures import dress, new_figure, shades
 from cps_paper.testbed.cases import CASES, ORDERED_SHARE, Case, Results, needed
 from cps_paper.testbed.claims import CLAIMS, deviation
@@ -66,7 +66,7 @@ def _errors(axes: Any, results: Results) -> None:
 
 
 @dataclass(frozen=True)
-class Spread:
+class SeedSpread:
     """E_v of a case in percent by the second implementation, over seeds of its own."""
 
     mean: float
@@ -82,15 +82,15 @@ class Spread:
 
 
 @lru_cache(maxsize=1)
-def spreads() -> Mapping[str, Spread]:
+def spreads() -> Mapping[str, SeedSpread]:
     """Those of `reference.csv` by figure."""
     return {
-        row["figure"]: Spread(float(row["mean"]), float(row["deviation"]), int(row["seeds"]))
+        row["figure"]: SeedSpread(float(row["mean"]), float(row["deviation"]), int(row["seeds"]))
         for row in shipped_rows("cps_paper.testbed")
     }
 
 
-def cases_table(results: Results) -> Table:
+def cases_table(results: Results) -> ExhibitTable:
     """The three cases beside the paper and the reference, means over the seeds."""
 
     def mean(metric: str) -> Any:
@@ -119,7 +119,9 @@ def cases_table(results: Results) -> Table:
         "model, other seeds. Then means of: lowest speed, robots that stop, smallest gap (bodies touch at 0.100 m) and "
         "rms acceleration."
     )
-    return Table("Fig. 2.5 on the simulated test bed", columns, CASES, (note,), data=lambda case: _data(results, case))
+    return ExhibitTable(
+        "Fig. 2.5 on the simulated test bed", columns, CASES, (note,), data=lambda case: _data(results, case)
+    )
 
 
 def _data(results: Results, case: Case) -> dict[str, Any]:
@@ -137,7 +139,7 @@ def _data(results: Results, case: Case) -> dict[str, Any]:
     }
 
 
-def seeds_table(results: Results) -> Table:
+def seeds_table(results: Results) -> ExhibitTable:
     """E_v of each seed in each case."""
     columns = (
         Column("Seed", str),
@@ -146,7 +148,7 @@ def seeds_table(results: Results) -> Table:
     )
     ordered = f"{results.ordered.sum()} of {results.num_seeds} seeds"
     note = f"E_v falls from case to case in {ordered}; asked for: {ORDERED_SHARE:.0%}."
-    return Table("E_v by seed / %", columns, range(results.num_seeds), (note,))
+    return ExhibitTable("E_v by seed / %", columns, range(results.num_seeds), (note,))
 
 
 FIGURE_2_5: Exhibit[Results] = Exhibit(
