@@ -6,6 +6,7 @@ import pytest
 
 pytest.importorskip("scipy", reason="needs the baselines")
 
+from cps_agents.arena.sources import sources_of
 from cps_agents.scoring.board import agreement, board
 from cps_baselines.tracks import find_track, tracks
 
@@ -25,6 +26,13 @@ def test_two_halves_of_the_episodes_rank_entries_alike(name: str) -> None:
     alike = agreement(board(find_track(name)))
     if alike is not None:
         assert alike.ranked_apart >= LEAST, alike
+
+
+@pytest.mark.parametrize("name", tracks())
+def test_entries_are_of_the_networks_that_ship(name: str) -> None:
+    track = find_track(name)
+    for row in board(track):
+        assert sources_of(track.problem, row.score.policy) == dict(row.score.sources), f"score {row.name} again"
 
 
 def test_a_score_is_cheap() -> None:

@@ -34,7 +34,7 @@ TRACKS = (
     Track(
         "hvac",
         "defender",
-        1024,
+        512,
         (
             Rival("tracker", COLDER, "informed"),
             Rival("warm tracker", WARMER, "informed"),
