@@ -22,7 +22,7 @@ TRACKS = (
     Track(
         "disbanding",
         "attacker",
-        256,
+        128,
         (
             Rival("string", STRING, JAM_40),
             Rival("mpc", MPC, JAM_40),
