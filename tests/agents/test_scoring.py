@@ -234,7 +234,7 @@ def test_the_board_ranks_ties_alike_and_leaves_told_ones_out(folder: Path, tmp_p
 
 def test_halves_of_the_episodes_agree_about_what_is_surely_different(folder: Path, tracker: Score) -> None:
     better = replace(tracker, pays={"": [paid + 1.0 for paid in tracker.pays[""]]})
-    rows = [board.Row("better", better, 1), board.Row("a", tracker, 2), board.Row("b", tracker, 2)]
+    rows = [board.BoardEntry("better", better, 1), board.BoardEntry("a", tracker, 2), board.BoardEntry("b", tracker, 2)]
     alike = board.agreement(rows)
     assert alike == board.Agreement(3, pytest.approx(2 / 3), 1.0)  # of three pairs one is no order
     assert str(alike).endswith("tau 0.67, without pairs that share a rank 1.00.")
