@@ -114,10 +114,11 @@ def test_an_old_page_is_found_and_written_anew(
 
 def test_a_role_has_a_page_with_everything_that_there_is_to_know() -> None:
     page = docs.pages()["environments/DisbandingAttack.md"]
-    for heading in ("Story", "Threat Model", "Action Space", "Observation Space", "Presets", "Baselines", "References"):
+    for heading in ("Story", "Threat Model", "Action Space", "Observation Space", "Presets and Baselines"):
         assert f"\n## {heading}\n" in page
-    for heading in ("Code to Start", "Rewards", "Version History"):
+    for heading in ("Code to Start", "Rewards", "References", "Version History"):
         assert f"\n## {heading}\n" in page
+    assert "\n## Presets\n" in docs.pages()["environments/disbanding.md"]  # both roles share them
     assert "{" not in page.partition("## Arguments")[0].replace("{table}", "")
     assert "| 0-9 | `mean_speed` |" in page
     assert "`vehicle_0` to `vehicle_99`" in docs.pages()["environments/DisbandingDefense.md"]
