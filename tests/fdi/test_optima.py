@@ -11,6 +11,7 @@ import gymnasium
 import numpy as np
 import pytest
 
+from cps_baselines.fdi.annealing import anneal
 from cps_baselines.fdi.cross import cross
 from cps_baselines.fdi.replay import replay
 from cps_baselines.fdi.sweep import certify, certify_all, instance_of, own_config, paper_tasks
@@ -80,6 +81,16 @@ def test_shipped_values_do_not_fall_with_more_sensors(config: FdiConfig) -> None
             if part.task.target == whole.task.target and all(set(a) <= set(b) for a, b in pairs):
                 assert (part.value_mps or 0.0) <= whole.bound_mps + 2e-4
                 assert (part.value_mps or 0.0) <= (whole.value_mps or 0.0) + 2e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper", "clip", "C"])
+def test_20_000_moves_from_a_shipped_plan_improve_none(name: str) -> None:
+    for record in known(SHIPPED[name]).values():
+        if record.injections is not None and record.value_mps is not None and not record.closed:
+            found = anneal(SHIPPED[name], record.task, record.injections, 20_000)
+            assert found is not None
+            assert replay(SHIPPED[name], record.task, found) <= record.value_mps + 1e-6
 
 
 @pytest.mark.parametrize("name", PROVED_ANCHORS)
