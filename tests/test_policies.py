@@ -44,9 +44,8 @@ def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
         return [{"num_steps": 230, "num_sensors": sensors, **filters} for sensors in (4, 8)]
     if name == "box_in":
         return [{"preset": "easy", "duration_s": 2.0, "onset_s": 0.0, "defense_action": "command"}]
-    presets = (
-        ("learning",) if name in ("escort", "monitor") else ("easy", "learning")
-    )  # it gives orders to all vehicles
+    # Those who give orders to all vehicles need the seat hidden.
+    presets = ("learning",) if name in ("escort", "guard", "monitor") else ("easy", "learning")
     return [{"preset": preset, "duration_s": 2.0, "onset_s": 0.0} for preset in presets]
 
 
