@@ -6,22 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from cps_agents.arena import store
-from cps_agents.arena.meeting import Job, Meeting, Preparation, Result, make_meeting
+from cps_agents.arena.meeting import Job, Meeting, Preparation, Result
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
 from cps_baselines.arena import Contestant, Prepared, Venue
 from cps_baselines.disbanding.genetic import undefended_plan
 from cps_envs import PROBLEMS
 from cps_envs.core.errors import UnknownNameError
-from cps_envs.registration import find_problem
 from cps_paper.benchmark.report import agreement, document, entries, markdown, rows_as_csv, tables
 from cps_paper.benchmark.schedule import Benchmark, PaperCell, Setting
 from cps_paper.benchmark.suite import BenchmarkChoice, find_benchmark, run_benchmark, select
-from cps_paper.disbanding import benchmark as disbanding
 from cps_paper.printed.tables import read_table, velocity_errors, verdict
 from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
@@ -212,41 +209,19 @@ def test_verdicts(difference: float, word: str) -> None:
     assert verdict(difference) == word
 
 
-def test_trained_policies_take_part_if_they_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    card = tmp_path / "tiny.json"
-    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].venue.overrides))
+def test_a_trained_contestant_is_played_anew_when_its_network_changes(tmp_path: Path) -> None:
+    card, setting = tmp_path / "tiny.json", TINY.settings[0]
+
+    def train(hold: int) -> None:
+        save_tiny(card, "disbanding", "attacker", overrides=dict(setting.venue.overrides), hold=hold)
+
+    train(hold=1)
     learned = Contestant("learned", policy=f"zoo:{card}")
-    setting = replace(
-        TINY.settings[0], attackers=(Contestant("none"), learned, Contestant("gone", policy="zoo:nobody"))
-    )
-    monkeypatch.setattr(disbanding, "BENCHMARK", replace(TINY, settings=(setting,)))
-    found = find_benchmark("disbanding")
-    assert [contestant.name for contestant in found.settings[0].attackers] == ["none", "learned"]
-    assert found.notes == ("Left out, because no such trained policy is shipped: zoo:nobody.",)
+    found = replace(TINY, settings=(replace(setting, attackers=(Contestant("none"), learned)),))
     assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 0
     assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 4
-    save_tiny(card, "disbanding", "attacker", overrides=dict(TINY.settings[0].venue.overrides), hold=2)
-    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 2  # another network
-
-
-def test_trained_contestants_fit_their_settings() -> None:
-    """Vacuous where none is shipped: those are left out."""
-    for benchmark in map(find_benchmark, PROBLEMS):
-        for setting in benchmark.settings:
-            assert setting.attackers
-            assert setting.defenders
-            trained = [
-                (attacker, defender)
-                for attacker in setting.attackers
-                for defender in setting.defenders
-                if "zoo:" in attacker.policy + defender.policy and not attacker.prepare
-            ]
-            for attacker, defender in trained:
-                meeting = make_meeting(setting.venue, attacker, defender, 1)
-                players: dict[Any, str] = {"attacker": meeting.attacker, "defender": meeting.defender}
-                match = find_problem(meeting.problem).match(meeting.venue.config, 1, players)
-                match.reset(np.ones(1, np.bool_), [np.random.default_rng(0)])
-                match.step({}, np.ones(1, np.bool_), max(match.game.decision_interval.values()))
+    train(hold=2)
+    assert run_benchmark(found, Store(tmp_path / "cells"), workers=1).played.reused == 2
 
 
 def test_planning_is_counted(tmp_path: Path) -> None:

@@ -12,7 +12,6 @@ from cps_agents.arena.meeting import Result, attempt
 from cps_agents.arena.play import QUICK_EPISODES, Pairing, Played, Report, play, silent
 from cps_agents.arena.store import Store
 from cps_agents.errors import CommandError
-from cps_agents.zoo.references import is_missing
 from cps_baselines.arena import Contestant, Venue
 from cps_baselines.workers import Workers
 from cps_envs import PROBLEMS, find_problem
@@ -49,7 +48,7 @@ def find_benchmark(problem: str) -> Benchmark:
     if problem not in PROBLEMS or find_spec(package) is None or find_spec(f"{package}.benchmark") is None:
         return derived(problem)
     found: Benchmark = import_module(f"{package}.benchmark").BENCHMARK
-    return _shipped(found)
+    return found
 
 
 def derived(name: str) -> Benchmark:
@@ -76,24 +75,6 @@ def derived(name: str) -> Benchmark:
 
 def _able(venue: Venue, role: Role) -> tuple[Contestant, ...]:
     return able(venue, role, usual(venue, role))
-
-
-def _shipped(benchmark: Benchmark) -> Benchmark:
-    """The benchmark without contestants whose trained policy is not there, and a note that says so."""
-    contestants = [each for setting in benchmark.settings for each in (*setting.attackers, *setting.defenders)]
-    missing = dict.fromkeys(each.reference for each in contestants if is_missing(each.reference))
-    if not missing:
-        return benchmark
-
-    def present(contestants: Sequence[Contestant]) -> tuple[Contestant, ...]:
-        return tuple(each for each in contestants if each.reference not in missing)
-
-    settings = tuple(
-        replace(setting, attackers=present(setting.attackers), defenders=present(setting.defenders))
-        for setting in benchmark.settings
-    )
-    note = f"Left out, because no such trained policy is shipped: {', '.join(missing)}."
-    return replace(benchmark, settings=settings, notes=(*benchmark.notes, note))
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,12 @@ TASKS = ("x1>1", "x2>2", "x4>4", "x3>4", "v1>1", "v4>4", "x1,2>1", "v1,2>1", "xv
 EPISODES = 200  # of attackers that draw
 TABLE = SharedTable("tasks", "Set A, 20 steps, undefended: attacked sensors > target", "task")
 
-LEARNED = Contestant("learned", policy="zoo:fdi-attack-plan")
 ATTACKERS = (
     Contestant("none"),
     Contestant("random"),
     Contestant("bang_bang"),
     Contestant("bnb"),
     Contestant("lp_greedy"),
-    LEARNED,
     Contestant("oracle"),
     Contestant("bound", policy="none", title="certified bound", metric="oracle_bound_mps"),
 )
@@ -49,12 +47,8 @@ DEFENSE = Setting(
         Contestant("random"),
         Contestant("bang_bang"),
         Contestant("oracle", policy="oracle?start=random", title="oracle, random start"),
-        LEARNED,
     ),
-    defenders=(
-        *(Contestant(name) for name in ("none", "kinematic", "redundancy", "model", "model_only")),
-        Contestant("learned", policy="zoo:fdi-defense-ppo"),
-    ),
+    defenders=tuple(Contestant(name) for name in ("none", "kinematic", "redundancy", "model", "model_only")),
     episodes=EPISODES,
     form="{value:.2f}\n{replaced_share:.0%} / {false_alarm_rate:.1%}",
     legend="worst impact speed in m/s; readings replaced / of those without injection, means over the episodes",
@@ -69,7 +63,6 @@ BENCHMARK = Benchmark(
         "`bnb` is the paper's Algorithm 2: it knows no target and needs longer than 20 steps (Fig. 3.2: 12 to 30 s).",
         "`random` is uniform over the mask; `bang_bang` takes the lowest or the highest legal injections in turns.",
         "`lp_greedy` keeps a reserve that was chosen among five values on the tasks of set A, which include these.",
-        "`learned` are trained policies, the best of their training seeds.",
         "The defenders go beyond the paper, which has none. No bound holds against them. Sensors have no noise here.",
     ),
 )

@@ -16,18 +16,12 @@ DRAWS = 20  # of a setting that draws plants
 SCRIPTED = ("constant", "sine", "random")
 STEALTHY = ("ramp", "root_ramp", "mimic")
 MODEL_FALLBACK = Contestant("mtd2_model", policy="mtd2?fallback=model", title="mtd2, falls back to the model")
-LEARNED_ATTACKER = Contestant("learned", policy="zoo:hvac-attack-ppo")
-LEARNED_DEFENDER = Contestant("learned", policy="zoo:hvac-defense-ppo")
 DEFENDERS = (
     *(Contestant(name) for name in ("none", "fixed", "mtd1", "mtd2")),
     MODEL_FALLBACK,
     Contestant("model_only"),
-    LEARNED_DEFENDER,
 )
-MISMATCH_DEFENDERS = (
-    *(Contestant(name) for name in ("none", "mtd1", "mtd2", "model_only")),
-    LEARNED_DEFENDER,
-)
+MISMATCH_DEFENDERS = tuple(Contestant(name) for name in ("none", "mtd1", "mtd2", "model_only"))
 LEGEND = "A_impact in C2, mean over the days; steps with a flawed set / steps in which no set passes MTD2"
 
 
@@ -37,7 +31,7 @@ def _paper_setting(compromised: int) -> Setting:
         title=f"Paper, {compromised} of 4 sensors compromised from hour 6.67 on",
         metric="a_impact",
         venue=Venue("hvac", "paper", {"num_compromised": compromised}),
-        attackers=(*(Contestant(name) for name in (*SCRIPTED, *STEALTHY)), LEARNED_ATTACKER),
+        attackers=tuple(Contestant(name) for name in (*SCRIPTED, *STEALTHY)),
         defenders=DEFENDERS,
         episodes=EPISODES,
         form="{value:.1f}\n{flawed_steps:.0f} / {rejecting_steps:.0f}",
@@ -77,7 +71,6 @@ def _mismatch_setting(name: str, title: str, overrides: Mapping[str, Any]) -> Se
         venue=Venue("hvac", "easy", overrides),
         attackers=(
             *(Contestant(name) for name in ("none", *SCRIPTED, *STEALTHY)),
-            LEARNED_ATTACKER,
             Contestant("mixture", policy=EASY_ATTACKERS),
         ),
         defenders=MISMATCH_DEFENDERS,
@@ -100,9 +93,8 @@ BENCHMARK = Benchmark(
     notes=(
         "149.253 is the only A_impact that the paper prints; R was calibrated to it, so it is no independent check.",
         "`ramp`, `root_ramp` and `mimic` go beyond the paper; `ramp` is aimed at MTD2 and `root_ramp` at MTD1.",
-        "`model_only` ignores all sensors: with the paper's exact model nothing can beat it. A learned defender counts "
-        "only if it beats both it and MTD2 over a mix of attacks on plants that differ from the model.",
+        "`model_only` ignores all sensors: with the paper's exact model nothing can beat it. A defender counts only "
+        "if it beats both it and MTD2 over a mix of attacks on plants that differ from the model.",
         "`mixture` is what a learning defender meets: 15 % of the days attack-free, 30 % scripted, 55 % stealthy.",
-        "`learned` are trained policies, the best of their training seeds.",
     ),
 )

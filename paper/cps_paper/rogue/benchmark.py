@@ -15,11 +15,9 @@ ATTACKERS = (
     Contestant("duty_square"),
     Contestant("random"),
     Contestant("switching"),
-    Contestant("learned", policy="zoo:rogue-attack-ppo"),
 )
-DEFENDERS = (
-    *(Contestant(name) for name in ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")),
-    Contestant("learned", policy="zoo:rogue-defense-ppo"),
+DEFENDERS = tuple(
+    Contestant(name) for name in ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
 )
 LEGEND = "damage in {unit}, means over the episodes; leader behind its reference at the end; integral of the cost c"
 FORM = "{value:.1f}\n{reference_error_m:.0f} m\nc {formation_cost_s:.0f} s"
@@ -77,7 +75,6 @@ BENCHMARK = Benchmark(
         "c, from 0 to 1, is half the intact vehicles' mean speed error and half their mean separation error.",
         "`switching` was searched with solid bodies against all six defenders at once, at ratios 1 and 1.3; `cps-envs "
         "reproduce ch5 --part headroom` plays those that were searched against one defender.",
-        "`learned` are trained policies, the best of their training seeds; they were trained with solid bodies.",
         "Damages of the disbanding defenders are chaotic in single episodes: compare rows, not cells.",
     ),
 )
