@@ -12,7 +12,7 @@ from cps_envs import PROBLEMS
 from cps_envs.core.lookup import NEED_OPTIONS, policy_names
 from cps_envs.core.types import ROLES, Role
 from tests.episodes import play
-from tests.settings import tests_of
+from tests.settings import tests_of as settings_of
 
 RIVALS = {  # whom the others meet
     "disbanding": {"attacker": "lead", "defender": "none"},
@@ -31,7 +31,7 @@ CHOOSE_FILTERS = {"bayes", "cusum", "largest", "informed", "tracker", "warm_trac
 def settings(problem: str, role: Role, name: str) -> list[dict[str, Any]]:
     """The configurations, and their preset, that a policy plays in."""
     if problem not in RIVALS:
-        return [dict(tests_of(problem).short)]
+        return [dict(settings_of(problem).short)]
     if problem == "disbanding":
         return [{"duration_s": 5.0, "num_platoons": 4, "attack_budget": 2}]
     if problem == "fdi":

@@ -309,7 +309,8 @@ def test_kernels_work_where_no_folder_can_be_written(
     monkeypatch.setattr(compiling, "told", set())
     monkeypatch.setattr(kernel_cache, "SourceCache", nowhere)
     assert kernel(doubled)(1.5) == 3.0
-    assert capsys.readouterr().err == f"{UNKEPT}\n{NOTICE}\n"
+    lines = capsys.readouterr().err.splitlines()  # a busy machine also says which kernel it compiles
+    assert [line for line in lines if "of at most" not in line] == [UNKEPT, NOTICE]
 
 
 def test_a_full_disk_costs_nothing_but_time(
