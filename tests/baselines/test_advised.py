@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cps_baselines.rogue.reading import levels_of
 from cps_envs.core.errors import UnknownNameError
 from cps_envs.core.play import play_episodes
+from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, Role
 from cps_envs.registration import find_problem, learning_env
+from cps_envs.rogue.actions import LEVELS
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 from tests import episodes
 
@@ -101,11 +104,48 @@ def test_only_vehicles_near_a_suspect_may_depart_from_the_monitor() -> None:
 
 def test_vehicles_may_brake_or_drive_more_than_the_guard_says() -> None:
     adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("guard")
-    first = len(CONTROLLERS)
-    advice = np.array([[FRONT, first, first + 2, first + 4, first + 1]])
-    brake, drive, follow, slide = (
-        adapter.departures(advice, np.full_like(advice, action))[0].tolist() for action in (1, 2, 3, 4)
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
+    envs.reset()
+    first, seen, count = len(CONTROLLERS), envs.outside.seen(), len(adapter.agents)
+    advice = np.resize([FRONT, first, first + 2, first + 4, first + 1], (1, count))
+    left, brake, drive, follow, slide = (
+        adapter.departures(seen, np.array([0]), advice, np.full_like(advice, action))[0].tolist() for action in range(5)
     )
-    assert brake == [first + 1, first, first + 1, first + 3, first]
-    assert drive == [first + 3, first + 1, first + 3, first + 4, first + 2]
-    assert (follow, slide) == ([FRONT] * 5, [SLIDING] * 5)
+    assert left == advice[0].tolist()
+    assert brake[:5] == [first + 1, first, first + 1, first + 3, first]
+    assert drive[:5] == [first + 3, first + 1, first + 3, first + 4, first + 2]
+    assert (follow, slide) == ([FRONT] * count, [SLIDING] * count)
+
+
+@pytest.mark.parametrize(
+    ("behind_m", "suspect", "vehicle", "level"),
+    [(-200.0, "leader", "rear", 0), (200.0, "rear", "leader", -1), (-200.0, "rear", "leader", 2)],
+    ids=["ahead of its place", "behind its place", "pushed: where it is its place is open"],
+)
+def test_a_vehicle_drives_home_to_its_open_place(behind_m: float, suspect: str, vehicle: str, level: int) -> None:
+    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("guard")
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
+    envs.reset()
+    seen, count = envs.outside.seen(), len(adapter.agents)
+    place = {"rear": 0, "leader": count - 1 - int((seen["present"] < 0.5).sum())}
+    moved = Seen(seen.fields, seen.observation.copy(), team=seen.team)
+    entry, (offset, scale) = seen.fields.offsets[0]["reference_error"], seen.fields.scale
+    moved.observation[:, entry] = (behind_m - offset[entry]) / scale[entry]
+    drive_home, advice = np.full((1, count), 5), np.full((1, count), FRONT)
+    orders = adapter.departures(moved, np.array([place[suspect]]), advice, drive_home)
+    assert orders[0, place[vehicle]] == len(CONTROLLERS) + level % len(LEVELS)
+
+
+def test_a_vehicle_that_obeys_a_departure_is_not_suspected() -> None:
+    """The monitor compares what a vehicle does with what it was ordered in the end, not with the advice."""
+    adapter = episodes.spec_of(find_problem("rogue"), "defender", preset="learning").adapter("guard")
+    envs = learning_env("RogueDefense", num_envs=1, adapter="guard")
+    envs.reset()
+    count, first = len(adapter.agents), len(CONTROLLERS)
+    state = list(adapter.begin(1))
+    state[0][0, 1], state[1][0] = 5.0, 1
+    orders, after = adapter.act(envs.outside.seen(), tuple(state), np.full((1, count), 1))
+    named = np.where(orders[:, ::2] >= first, orders[:, ::2] - first, -1)
+    told = np.where(np.isnan(after[3]), -1, np.abs(after[3][..., np.newaxis] - levels_of(envs.config)).argmin(axis=2))
+    np.testing.assert_array_equal(told, named)
+    assert (named >= 0).any()

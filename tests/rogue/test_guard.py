@@ -31,16 +31,30 @@ def test_it_lets_less_pass_than_the_monitor_does(attacker: str) -> None:
     assert np.mean(paid(attacker, "monitor") - paid(attacker, "guard")) > 1.0
 
 
-def test_without_an_attack_it_is_the_monitor() -> None:
-    calm = {"attack_share": 0.0}
-    np.testing.assert_array_equal(paid("none", "guard", **calm), paid("none", "monitor", **calm))
+def test_without_an_attack_it_is_the_monitor_and_suspects_hardly_anybody() -> None:
+    calm, monitor = {"attack_share": 0.0}, "guard?threshold_mps=4.0&slack_mps2=3.0"
+    quiet = paid("none", "monitor", **calm)
+    np.testing.assert_array_equal(paid("none", monitor, **calm), quiet)
+    assert np.mean(paid("none", "guard", **calm) - quiet) < 0.05
+
+
+@pytest.mark.parametrize("attacker", ["contested?against=sliding", "square?frequency_hz=0.1"])
+def test_it_does_not_suspect_vehicles_that_obey_its_own_commands(attacker: str) -> None:
+    """A commanded vehicle shows no law: who takes it for a linear one suspects somebody else a third of the time."""
+    guard = Watched(spec_of(ROGUE, "defender", "learning", attack_share=1.0))
+    wrong = 0
+    for seed in EPISODES[:4]:
+        guard.seen.clear()
+        play(ROGUE, attacker, guard, [seed], "learning", attack_share=1.0, attacker_index=2)
+        wrong += sum(seat not in (NOBODY, 1) for seat, _ in guard.seen)
+    assert wrong < 0.02 * 4 * len(guard.seen)
 
 
 class Watched(Guard):
     """Keeps whom the monitor suspects in the first episode, and what the vehicles are ordered."""
 
     def __init__(self, spec: RoleSpec) -> None:
-        super().__init__(spec, ESCORT.row({}))
+        super().__init__(spec, ESCORT.row({}), threshold_mps=2.0, slack_mps2=2.0)
         self.seen: list[tuple[int, Array]] = []
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:

@@ -13,6 +13,7 @@ from cps_baselines.rogue.families import guard
 from cps_baselines.rogue.guard import Guard
 from cps_baselines.rogue.identify import known
 from cps_baselines.rogue.monitor import NOBODY, Monitor
+from cps_baselines.rogue.reading import levels_of
 from cps_baselines.rogue.switching import switch
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.fields import Field, Fields
@@ -28,7 +29,8 @@ ADVISOR = "monitor"  # against which `contested` was searched, where it advises
 SUM_MPS, STRENGTH_MPS2 = 10.0, 1.5  # bounds, chosen
 NEAR = 2  # places from the suspect up to which vehicles may depart from the monitor's advice, chosen
 # What they may do instead, chosen: three laws, and the hardest braking and driving that can be ordered.
-MORE, LAWS = np.array([-1, 1]), np.array([FRONT, SLIDING])  # the same, near a suspect of `guard`: levels, and laws
+MORE, LAWS = (-1, 1), (FRONT, SLIDING)  # the same, near a suspect of `guard`: levels, and laws
+HOME_S, SPEED_S, HOME_MPS = 8.0, 0.7, 10.0  # times in which vehicles come home, and to the speed for it, chosen
 OPTIONS = np.array([LINEAR, SLIDING, FRONT, len(CONTROLLERS), len(CONTROLLERS) + len(LEVELS) - 1])
 
 
@@ -130,35 +132,52 @@ class Monitored(Vehicle):
         """The orders (B, 2 A)."""
         advice, held = self._advisor.act(seen, state[:-1])
         assert held is not None
-        own, _ = super().act(seen, state, self.departures(advice[:, ::2], actions))
+        own, _ = super().act(seen, state, self.departures(seen, held[1], advice[:, ::2], actions))
         departs = np.repeat((actions != ADVICE) & self._near(held[1]), 2, axis=1)
-        return np.where(departs, own, advice), (*held, advice[:, ::2])
+        orders = np.where(departs, own, advice)
+        return orders, (*self._advisor.told(orders, held), advice[:, ::2])
 
-    def departures(self, advice: IntArray, actions: IntArray) -> IntArray:
-        """What vehicles are ordered that depart from the advice (B, A) by actions (B, A)."""
+    def departures(self, seen: Seen, suspects: IntArray, advice: IntArray, actions: IntArray) -> IntArray:
+        """What vehicles are ordered that depart from the advice (B, A) by actions (B, A), with suspects (B,)."""
         chosen: IntArray = OPTIONS[np.maximum(actions - 1, 0)]
         return chosen
 
 
 class Guarded(Monitored):
-    """Vehicles near a suspect do what `guard` says (0), brake more (1), drive more (2), follow (3) or slide (4).
+    """Vehicles near a suspect do what `guard` says (0), or depart from it (1 to 5).
 
-    More is one of the five accelerations further than `guard` says, or than none where that names a controller.
-    Otherwise as `Monitored`.
+    They brake more (1) or drive more (2), which is one of the five accelerations further than `guard` says, or than
+    none where that names a controller. They follow (3), slide (4), or drive home (5): to their places, or to the open
+    ones of `formation` where the suspect is in the way. Otherwise as `Monitored`.
     """
 
     def __init__(self, spec: RoleSpec) -> None:
         super().__init__(spec)
-        self.action_space = spaces.Discrete(1 + len(MORE) + len(LAWS))
+        self.action_space = spaces.Discrete(1 + len(MORE) + len(LAWS) + 1)
+        self._levels_mps2 = levels_of(spec.config)
 
     def advisor(self) -> Guard:
         """See `Monitored`."""
         return guard(self.spec)
 
-    def departures(self, advice: IntArray, actions: IntArray) -> IntArray:
+    def departures(self, seen: Seen, suspects: IntArray, advice: IntArray, actions: IntArray) -> IntArray:
         """See `Monitored`."""
-        first, chosen = len(CONTROLLERS), np.maximum(actions - 1, 0)
+        first = len(CONTROLLERS)
         level = np.where(advice < first, len(LEVELS) // 2, advice - first)
-        more = np.clip(level + MORE[np.minimum(chosen, len(MORE) - 1)], 0, len(LEVELS) - 1)
-        orders: IntArray = np.where(chosen < len(MORE), first + more, LAWS[np.maximum(chosen - len(MORE), 0)])
+        brake, drive = (first + np.clip(level + step, 0, len(LEVELS) - 1) for step in MORE)
+        follow, slide = (np.full_like(advice, law) for law in LAWS)
+        orders: IntArray = np.choose(
+            actions, (advice, brake, drive, follow, slide, first + self._homewards(seen, suspects))
+        )
         return orders
+
+    def _homewards(self, seen: Seen, suspects: IntArray) -> IntArray:
+        """The levels (B, A) that bring vehicles to their places, next to suspects (B,) where these are in the way."""
+        behind_m, vehicles = self._behind(seen), np.arange(len(self.agents))
+        late_m = np.take_along_axis(behind_m, np.maximum(suspects, 0)[:, np.newaxis], axis=1)
+        beside_m, after = behind_m - late_m, vehicles < suspects[:, np.newaxis]
+        missing_m = np.where(after, np.minimum(behind_m, beside_m), np.maximum(behind_m, beside_m))
+        towards_mps = np.clip(missing_m / HOME_S, -HOME_MPS, HOME_MPS)
+        wanted_mps2 = (seen["reference_speed"][:, np.newaxis] + towards_mps - seen["speed"]) / SPEED_S
+        nearest: IntArray = np.abs(wanted_mps2[..., np.newaxis] - self._levels_mps2).argmin(axis=2)
+        return nearest

@@ -6,13 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cps_baselines.rogue.reading import read, vehicles
+from cps_baselines.rogue.reading import levels_of, read, vehicles
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import Record, clip, inlined, kernel, records, unpack
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
-from cps_envs.rogue.actions import LEVELS, command_limits
 from cps_envs.rogue.controllers import CONTROLLERS, FRONT, SLIDING
 
 NOBODY = -1  # the seat while nobody attacks
@@ -68,8 +67,7 @@ class Escort(AnalyticPolicy):
         self._ways = records(kind, len(sets))
         for name, column in zip(Ways._fields, sets.T, strict=True):
             self._ways[name] = column
-        braking, driving = command_limits(config)
-        self._levels_mps2 = np.where(LEVELS < 0.0, LEVELS * braking, LEVELS * driving)
+        self._levels_mps2 = levels_of(config)
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
         """The seats (B,), the onsets (B,) in s, and the gaps and rates (B, n - 1) as they are filtered."""

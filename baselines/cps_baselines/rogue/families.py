@@ -112,15 +112,15 @@ def escort(spec: RoleSpec, **numbers: float) -> Escort:
 
 
 @advises("cps_baselines.rogue.advised:Guarded")
-def guard(spec: RoleSpec, threshold_mps: float = 4.0, **numbers: float) -> Guard:
+def guard(spec: RoleSpec, threshold_mps: float = 2.0, slack_mps2: float = 2.0, **numbers: float) -> Guard:
     """Watches as `monitor` does. From the first suspicion on it gives way to the suspect as `escort` does.
 
-    `threshold_mps` is that of `monitor`, `numbers` are those of `escort`.
+    `threshold_mps` and `slack_mps2` are those of `monitor`, `numbers` those of `escort`.
 
     Raises:
         ConfigurationError: an unknown number, or what `Guard` refuses.
     """
-    return Guard(spec, ESCORT.row(numbers), threshold_mps)
+    return Guard(spec, ESCORT.row(numbers), threshold_mps, slack_mps2)
 
 
 def box_in(spec: RoleSpec, **numbers: float) -> BoxingIn:

@@ -11,7 +11,8 @@ import numpy as np
 
 from cps_baselines.rogue.assignment import laws_of
 from cps_baselines.rogue.controllers import require_modes
-from cps_baselines.rogue.reading import read, vehicles
+from cps_baselines.rogue.obedience import disobedience, strength
+from cps_baselines.rogue.reading import commanded, read, vehicles
 from cps_envs.core.adapter import advises
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.kernels import Record, clip, inlined, kernel, pack, records, unpack
@@ -19,7 +20,6 @@ from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec
 from cps_envs.core.seen import Seen
 from cps_envs.core.types import Array, FloatArray, IntArray, Observation
 from cps_envs.rogue.actions import Engine, engine_of
-from cps_envs.rogue.controllers import DRIVEN, HUMAN, LINEAR, REAR, SLIDING, drive_behind, drive_freely, linear, sliding
 from cps_envs.rogue.state import Rules, rules_of
 
 NOBODY = -1  # no vehicle is suspected
@@ -103,11 +103,11 @@ class Monitor(AnalyticPolicy):
     A suspect whose acceleration was once, in the mean of some seconds, more than `strong_mps2` beyond that of an intact
     engine is strong: then `evade_strong` and `near_strong_m` hold.
 
-    Each vehicle has a one-sided CUSUM: its acceleration beyond what its law could ask for, were its gap rates
-    wrong by up to `margin_mps`, less `slack_mps2`, added up over time. Whoever has the largest sum above
-    `threshold_mps` is the suspect, until its sum, which falls by the slack, has come down to zero: at the latest
-    `release_s` after it last disobeyed. The rate of false alarms is set by the threshold. Each number may be an array
-    (B,), one for each episode.
+    Each vehicle has a one-sided CUSUM: its acceleration beyond what it was commanded, or beyond what its law could ask
+    for, were its gap rates wrong by up to `margin_mps`, less `slack_mps2`, added up over time. Whoever has the largest
+    sum above `threshold_mps` is the suspect, until its sum, which falls by the slack, has come down to zero: at the
+    latest `release_s` after it last disobeyed. The rate of false alarms is set by the threshold. Each number may be an
+    array (B,), one for each episode.
 
     Raises:
         ConfigurationError: unknown letters, knobs that are not above zero, or an environment that marks the seized
@@ -149,17 +149,21 @@ class Monitor(AnalyticPolicy):
         self._rules, self._engine = rules_of(spec.config), pack(engine_of(spec.config))
 
     def begin(self, generators: Generators, knowledge: Knowledge) -> State:
-        """The sums (B, n) in m/s, the suspects (B,), nobody at first, and their strengths (B,) in m/s2."""
-        count = len(generators)
-        return np.zeros((count, self.spec.config.num_orders)), np.full(count, NOBODY), np.zeros(count)
+        """The sums (B, n) in m/s, the suspects (B,), nobody at first, their strengths (B,) in m/s2, and `commanded`."""
+        count, shape = len(generators), (len(generators), self.spec.config.num_orders)
+        return np.zeros(shape), np.full(count, NOBODY), np.zeros(count), np.full(shape, np.nan)
 
     def act(self, seen: Seen, state: State) -> tuple[Array, State]:
         """The controllers (B, 2 n) of all vehicles."""
-        sums, suspects, strengths = (part.copy() for part in state)
+        sums, suspects, strengths = (part.copy() for part in state[:3])
         actions = np.zeros((len(seen), 2 * sums.shape[1]), np.int64)
-        shown = (seen.observation, seen.fields.offsets, seen.fields.scale)
-        _watch(*shown, self._knobs, self._rules, self._engine, self.divisions, sums, suspects, strengths, actions)
-        return actions, (sums, suspects, strengths)
+        given = (seen.observation, seen.fields.offsets, seen.fields.scale, state[3], self._knobs)
+        _watch(*given, self._rules, self._engine, self.divisions, sums, suspects, strengths, actions)
+        return actions, self.told(actions, (sums, suspects, strengths))
+
+    def told(self, orders: IntArray, state: State) -> State:
+        """What is remembered where vehicles get the orders (B, 2 n), those of `act` or others."""
+        return *state[:3], commanded(orders, self.spec.config), *state[4:]
 
     def beliefs(self, state: State) -> dict[str, Array]:
         """Disobedience of each vehicle, m/s, and the number of the suspect, 0 for nobody."""
@@ -180,6 +184,7 @@ def _watch(
     observation: Observation,
     offsets: Array,
     scale: FloatArray,
+    commanded_mps2: FloatArray,
     knobs: Array,
     rules: Array,
     engine: Array,
@@ -189,7 +194,10 @@ def _watch(
     strengths: FloatArray,
     actions: IntArray,
 ) -> None:
-    """Bring the sums (B, n), the suspects (B,) and their strengths (B,) up to date; fill the actions (B, 2 n)."""
+    """Bring the sums (B, n), the suspects (B,) and their strengths (B,) up to date; fill the actions (B, 2 n).
+
+    Accelerations (B, n) were commanded, NaN where a vehicle drives by a law.
+    """
     weak, strong = divisions
     at, r, e, values = offsets[0], unpack(Rules, rules, 0), unpack(Engine, engine, 0), np.empty(observation.shape[1])
     for b in range(suspects.size):
@@ -197,7 +205,7 @@ def _watch(
             values[entry] = read(observation, scale, b, entry)
         count, loudest, k = vehicles(values, at, sums.shape[1]), 0, unpack(Knobs, knobs, b % knobs.size)
         for i in range(count):
-            excess = disobedience(values, at, i, count, k.margin_mps, r, e) - k.slack_mps2
+            excess = disobedience(values, at, i, count, commanded_mps2[b, i], k.margin_mps, r, e) - k.slack_mps2
             sums[b, i] = clip(sums[b, i] + k.period_s * excess, 0.0, k.ceiling_mps)
             loudest = i if sums[b, i] > sums[b, loudest] else loudest
         before = suspects[b]
@@ -215,64 +223,3 @@ def _watch(
         else:
             laws = Division(weak.before, weak.apart, weak.evade, k.near_m, k.horizon_s)
         divide(laws, suspects[b], values, at, count, actions[b])
-
-
-@inlined
-def strength(speed: float, acceleration: float, e: Engine) -> float:
-    """How far (m/s2) an acceleration is beyond that of an intact engine at full effort, on the nearer side."""
-    drag = e.drag_per_s * speed
-    most, least = e.drive_mps2 * e.max_effort - drag, e.drive_mps2 * e.min_effort - drag
-    return float(max(acceleration - most, least - acceleration))
-
-
-@inlined
-def disobedience(values: FloatArray, at: Record, i: int, count: int, margin_mps: float, r: Rules, e: Engine) -> float:
-    """How far (m/s2) the acceleration of vehicle `i` lies outside what its law asks for, rates off by the margin."""
-    least = asked(values, at, i, count, -margin_mps, r, e)
-    most = asked(values, at, i, count, margin_mps, r, e)
-    done = values[at.acceleration + i]
-    return float(max(least - done, done - most, 0.0))
-
-
-@inlined
-def asked(values: FloatArray, at: Record, i: int, count: int, shift_mps: float, r: Rules, e: Engine) -> float:
-    """The acceleration (m/s2) that vehicle `i` has by its law within its limits, with a shift of its gap rate."""
-    speed = max(values[at.speed + i], 0.0)
-    effort = clip(
-        (wanted(values, at, i, count, shift_mps, r) + e.drag_per_s * speed) / e.drive_mps2, r.min_effort, r.max_effort
-    )
-    return float(e.drive_mps2 * effort - e.drag_per_s * speed)
-
-
-@inlined
-def wanted(values: FloatArray, at: Record, i: int, count: int, shift_mps: float, r: Rules) -> float:
-    """The acceleration (m/s2) that the law in force wants, as in `dynamics.decide`."""
-    ahead, behind = at.gap_error + i, at.gap_error + i - 1
-    rates = at.gap_rate - at.gap_error
-    speed, leads, trails = values[at.speed + i], i == count - 1, i == 0
-    front_e = values[at.reference_error] if leads else values[ahead]
-    front_d = values[at.reference_speed] - speed if leads else values[ahead + rates]
-    rear_e = 0.0 if trails else values[behind]
-    rear_d = 0.0 if trails else values[behind + rates]
-    law, growth = law_of(values, at, i), values[at.growth + i]
-    if law == LINEAR:
-        return linear(front_e - rear_e, front_d - rear_d + shift_mps, r)
-    if law == SLIDING:
-        return sliding(front_e - rear_e, front_d - rear_d + shift_mps, r.max_acceleration_mps2, r)
-    if law == REAR:
-        error = 0.0 if trails else growth - rear_e
-        return sliding(error, shift_mps - rear_d, r.max_acceleration_mps2, r)
-    if law == HUMAN:
-        if leads:
-            return drive_freely(speed, values[at.reference_speed] + shift_mps, r)
-        return drive_behind(front_e + r.separation_m, front_d + shift_mps, speed, values[at.reference_speed], r)
-    return sliding(front_e if leads else front_e - growth, front_d + shift_mps, r.max_acceleration_mps2, r)
-
-
-@inlined
-def law_of(values: FloatArray, at: Record, i: int) -> int:
-    """The law in force of vehicle `i`."""
-    first, law = at.law + i * len(DRIVEN), 0
-    for k in range(1, len(DRIVEN)):
-        law = k if values[first + k] > values[first + law] else law
-    return law

@@ -1,4 +1,4 @@
-"""How kernels of policies read observations, and what a policy remembers from decision to decision."""
+"""How kernels of policies read observations, what orders mean, and what a policy remembers between decisions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ import numpy as np
 from cps_envs.core.kernels import Record, clip, inlined
 from cps_envs.core.policy import State
 from cps_envs.core.seen import Seen
-from cps_envs.core.types import FloatArray, Observation
+from cps_envs.core.types import FloatArray, IntArray, Observation
+from cps_envs.rogue.actions import LEVELS, command_limits
+from cps_envs.rogue.config import RogueConfig
+from cps_envs.rogue.controllers import CONTROLLERS
 
 
 @inlined
@@ -35,6 +38,18 @@ def linear_effort(
     rate = read(observation, scale, b, at.front_gap_rate) - read(observation, scale, b, at.rear_gap_rate)
     wanted = gains[0] * error + gains[1] * rate + e.drag_per_s * speed
     return float(clip(wanted / (ratio * e.drive_mps2), e.min_effort, e.max_effort))
+
+
+def levels_of(config: RogueConfig) -> FloatArray:
+    """The accelerations (m/s2) that can be ordered beside controllers."""
+    braking, driving = command_limits(config)
+    return np.where(LEVELS < 0.0, LEVELS * braking, LEVELS * driving)
+
+
+def commanded(orders: IntArray, config: RogueConfig) -> FloatArray:
+    """The accelerations (B, n) in m/s2 that orders (B, 2 n) name, NaN where they name a controller."""
+    level = orders[:, ::2] - len(CONTROLLERS)
+    return np.where(level < 0, np.nan, levels_of(config)[np.maximum(level, 0)])
 
 
 def since_onset(seen: Seen, state: State | None, duration_s: float) -> tuple[FloatArray, FloatArray]:
