@@ -3,13 +3,11 @@
     ray start --head                                            # or join a cluster
     python examples/ray_cluster.py train RogueAttack-v0 --seeds 16 --out /shared/runs
     python examples/ray_cluster.py train hvac-bayes --seeds 5 --out /shared/runs
-    python examples/ray_cluster.py train rogue-attack-recurrent --seeds 5 --out /shared/runs
     python examples/ray_cluster.py league rogue --episodes 100 --out /shared/meetings
     ray job submit -- python examples/ray_cluster.py train ...  # from outside
 
-Any recipe of `cps-envs train` does: learning by reward, policy search with cma-es, recurrent imitation. Runs and
-meetings are plain data. `--out` has to be a folder that every machine of the cluster sees. What is finished there is
-not done again.
+Any recipe of `cps-envs train` does: our own PPO, or policy search with cma-es. Runs and meetings are plain data.
+`--out` has to be a folder that every machine of the cluster sees. What is finished there is not done again.
 """
 
 from __future__ import annotations

@@ -132,7 +132,8 @@ OPTIONS = {  # old option -> what to type now
 EXTRAS = {  # package -> the extra that installs it
     "cps_paper": "paper",
     **dict.fromkeys(("scipy", "highspy", "joblib", "osqp", "cma", "matplotlib"), "baselines"),
-    **dict.fromkeys(("torch", "stable_baselines3", "sb3_contrib"), "train"),
+    **dict.fromkeys(("stable_baselines3", "sb3_contrib"), "sb3"),
+    "torch": "train",
     "pymoo": "genetic",
     "minari": "data",
     "optuna": "tune",

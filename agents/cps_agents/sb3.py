@@ -27,7 +27,7 @@ try:
     from cps_agents.sb3_buffer import ActiveBuffer
     from cps_agents.sb3_policy import StickyPolicy, neutral_start
 except ImportError:
-    require("stable_baselines3", extra="train", purpose="training with stable-baselines3")
+    require("stable_baselines3", extra="sb3", purpose="training with stable-baselines3")
     raise
 
 __all__ = ["ActiveBuffer", "BatchVecEnv", "StickyPolicy", "as_sb3", "make", "neutral_start"]

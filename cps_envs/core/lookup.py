@@ -84,7 +84,7 @@ def resolve_policy(reference: PolicyReference, spec: RoleSpec, **options: Any) -
 
     - an object with `predict`, used as it is;
     - a registered name such as `"heuristic"`;
-    - a registered source and a name for it, such as `"zoo:hvac-attack-ppo"`, called as `source(name, spec, **options)`;
+    - a registered source and a name for it, such as `"zoo:hvac-attack"`, called as `source(name, spec, **options)`;
     - `"module:attribute"`: a policy, or what makes one when called as `attribute(spec, **options)`. This runs any code,
       so the user has to agree first, see `cps_envs.trust`.
 

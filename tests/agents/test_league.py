@@ -208,9 +208,12 @@ def test_the_command_writes_its_files(tmp_path: Path, meetings: Path) -> None:
 
 
 def test_a_trained_policy_whose_form_the_preset_refuses_is_left_out(tmp_path: Path) -> None:
-    plan = LeaguePlan(Venue("fdi", "learning"), {"attacker": ["zoo:fdi-attack-plan", "none"], "defender": ["none"]}, 1)
+    tiny = f"zoo:{tmp_path / 'tiny.json'}"
+    form = {"attack_action": "share", "mask": "look_ahead"}
+    save_tiny(tmp_path / "tiny.json", "fdi", "attacker", preset="easy", overrides=form)
+    plan = LeaguePlan(Venue("fdi", "learning"), {"attacker": [tiny, "none"], "defender": ["none"]}, 1)
     found = play_league(plan, Store(tmp_path), 1)
-    assert [each.reference for each in found.left_out] == ["zoo:fdi-attack-plan"]
+    assert [each.reference for each in found.left_out] == [tiny]
     assert "gain_spread above 0 needs" in found.left_out[0].reason
 
 

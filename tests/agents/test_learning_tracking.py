@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 import threading
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("stable_baselines3")
+pytest.importorskip("torch")
 
 from cps_agents.errors import CommandError
 from cps_agents.learning.learner import learn
@@ -23,9 +22,9 @@ from cps_agents.zoo.files import load
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import MissingExtraError
 from tests.agents.command_line import invoke
-from tests.agents.test_learning_parts import ROGUE
+from tests.agents.test_ppo import recipe_of
 
-RECIPE = replace(ROGUE, total_steps=128, evaluations=1, evaluation_episodes=2)
+RECIPE = recipe_of("attacker", total_steps=1_280)
 
 
 def subject(folder: Path) -> TrackedRun:

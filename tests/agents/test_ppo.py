@@ -389,7 +389,6 @@ def test_recipes_take_their_numbers_from_the_problems() -> None:
             recipe, training = learning_recipe(problem, role), problem.training.get(role)
             assert RECIPES[recipe.name] == recipe
             assert find_recipe(problem.env_id(role)) == recipe
-            assert find_recipe(problem.env_id(role), "ppo").algorithm != "shared-ppo"
             if training is None:
                 continue
             own = OWN.get((problem.name, role), {})

@@ -96,9 +96,9 @@ def test_the_matrix_holds_the_meetings(folder: Path) -> None:
 
 
 def test_trained_policies_tell_how_they_came_about() -> None:
-    assert _training("zoo:hvac-attack-ppo") == "Trained by imitation against `mtd2`, from preset `paper`."
+    assert _training("zoo:hvac-attack") == "Trained by shared-ppo against `largest`, from preset `learning`."
     assert _training("zoo:rogue-attack-mixture").startswith("Plays 3 policies, found by double-oracle")
-    assert "against a mixture of opponents" in _training("zoo:rogue-attack-ppo")
+    assert "against a mixture of opponents" in _training("zoo:rogue-attack")
     assert _training("square") == _training("zoo:missing") == ""
 
 
@@ -189,9 +189,11 @@ def test_what_cannot_be_shown_is_told_in_a_sentence(tmp_path: Path) -> None:
 
 
 def test_learning_curves_and_the_paper_stand_beside_the_matrix(tmp_path: Path) -> None:
-    run = tmp_path / "runs" / "rogue-attack-ppo" / "seed-0"
+    run = tmp_path / "runs" / "rogue-attack" / "seed-0"
     run.mkdir(parents=True)
-    (run / "run.json").write_text(json.dumps({"recipe": {"problem": "rogue", "role": "attacker", "algorithm": "ppo"}}))
+    (run / "run.json").write_text(
+        json.dumps({"recipe": {"problem": "rogue", "role": "attacker", "algorithm": "shared-ppo"}})
+    )
     rows = [{"steps": 512 * k, "validation": 3.0 + k, "return": 0.0} for k in range(500)]
     (run / "evaluations.jsonl").write_text("".join(f"{json.dumps(row)}\n" for row in rows))
     (tmp_path / "paper").mkdir()
@@ -200,7 +202,7 @@ def test_learning_curves_and_the_paper_stand_beside_the_matrix(tmp_path: Path) -
            str(tmp_path / "out"))  # fmt: skip
     content = content_of(tmp_path / "out" / "index.html")
     (curve,), (sheet,) = content["curves"], content["sheets"]
-    assert (curve["run"], curve["role"], curve["best"]) == ("rogue-attack-ppo", "attacker", 502.0)
+    assert (curve["run"], curve["role"], curve["best"]) == ("rogue-attack", "attacker", 502.0)
     assert (curve["steps"][0], curve["steps"][-1]) == (0.0, 512.0 * 499)
     assert len(curve["steps"]) <= 202
     assert sheet["rows"] == [["A </script>", "1.0", "1.1"]]

@@ -1,9 +1,8 @@
-"""Hostile learning curves, tables and demonstrations: one sentence that names the file, before anything is played."""
+"""Hostile learning curves and tables: one sentence that names the file, before anything is played."""
 
 from __future__ import annotations
 
 import os
-import struct
 import sys
 import time
 from collections.abc import Callable
@@ -11,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from cps_agents.errors import CommandError
 from tests.agents.command_line import refusal
 
 needs_posix = pytest.mark.skipif(sys.platform == "win32", reason="pipes and devices of POSIX")
@@ -49,14 +47,3 @@ def test_a_hostile_table_is_refused_by_name(kind: str, tmp_path: Path) -> None:
     said = refusal("report", "rogue", "--paper", str(tmp_path), "--out", str(tmp_path / "out"))
     assert f"{tmp_path / 'table.csv'} is no table" in said
     assert not (tmp_path / "out").exists()
-
-
-def test_demonstrations_that_claim_to_be_huge_are_refused(tmp_path: Path) -> None:
-    pytest.importorskip("sb3_contrib")
-    from cps_agents.learning.imitation import read_sequences
-
-    header = b'{"observations":{"dtype":"F64","shape":[8589934592],"data_offsets":[0,68719476736]}}'
-    path = tmp_path / "round-0.safetensors"
-    path.write_bytes(struct.pack("<Q", len(header)) + header)
-    with pytest.raises(CommandError, match=r"round-0\.safetensors is damaged.*delete the folder"):
-        read_sequences(path)

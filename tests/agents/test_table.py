@@ -29,7 +29,7 @@ COMMANDS = [
     ("play", "disbanding", "--set", "duration_s=2", "--episodes", "12"),
     ("play", "testbed"),
     ("zoo", "list"),
-    ("zoo", "show", "disbanding-defense-ppo"),
+    ("zoo", "show", "disbanding-defense"),
     ("reproduce", "benchmark", "--list"),
     ("evaluate", "rogue", "attacker", "--attacker", "random", "--baseline", "none", "--episodes", "2", *ALONE),
     (

@@ -11,26 +11,26 @@ import pytest
 from tests.agents.command_line import invoke
 
 pytest.importorskip("optuna")
-pytest.importorskip("stable_baselines3")
+pytest.importorskip("torch")
 
 
-RECIPE = "rogue-attack-ppo"
-SMALL = "num_envs=2 steps_per_update=16 batch_size=16 evaluations=1 evaluation_episodes=1 opponent=pd teacher="
+RECIPE = "fdi-attack"
+SMALL = "num_envs=2 steps_per_update=16 batch_size=16 evaluations=1 evaluation_episodes=1 opponent=none"
 
 
 def tune(folder: Path, *arguments: str) -> Any:
     knobs = [part for knob in SMALL.split() for part in ("--knob", knob)]
-    short = ("--set", "duration_s=2", "--steps", "32", "--out", str(folder), "--jobs", "1")
+    short = ("--set", "attack_share=1", "--steps", "32", "--out", str(folder), "--jobs", "1")
     return invoke("tune", RECIPE, *short, *knobs, *arguments)
 
 
 def test_a_study_goes_on_where_it_stopped(tmp_path: Path) -> None:
-    ranges = ["--range", "learning_rate=1e-4:1e-2:log", "--range", "hidden=[8]|[4,4]", "--range", "epochs=1:2"]
+    ranges = ["--range", "learning_rate=1e-4:1e-2:log", "--range", "hidden=[8,8]|[4,4]", "--range", "epochs=1:2"]
     first = tune(tmp_path, *ranges, "--trials", "1", "--json")
     assert first.exit_code == 0, first.output
     more = tune(tmp_path, *ranges, "--trials", "3")
     assert more.exit_code == 0, more.output
-    assert "Train it: cps-envs train rogue-attack-ppo --knob" in more.output
+    assert "Train it: cps-envs train fdi-attack --knob" in more.output
     found = json.loads(tune(tmp_path, *ranges, "--trials", "3", "--json").stdout)
     assert [row["number"] for row in found] == [0, 1, 2]
     assert found[0] == json.loads(first.stdout)[0]

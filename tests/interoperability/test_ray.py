@@ -51,25 +51,12 @@ def test_a_policy_search_is_spread_over_two_workers(tmp_path: Path) -> None:
     check_same_anywhere(Recipe(**{**SHORT, **knobs}), tmp_path)
 
 
-def test_recurrent_imitation_is_spread_over_two_workers(tmp_path: Path) -> None:
-    pytest.importorskip("sb3_contrib")
+def test_our_own_ppo_is_spread_over_two_workers(tmp_path: Path) -> None:
+    pytest.importorskip("torch")
     from cps_agents.learning.recipe import Recipe
 
-    knobs: dict[str, Any] = {
-        "algorithm": "recurrent-imitation",
-        "teacher": "switching",
-        "teacher_episodes": 2,
-        "total_steps": 120,
-    }
-    small: dict[str, Any] = {
-        "teacher_epochs": 1,
-        "memory_units": 4,
-        "hidden": (4,),
-        "num_envs": 1,
-        "evaluations": 1,
-        "batch_size": 60,
-    }
-    check_same_anywhere(Recipe(**{**SHORT, **knobs, **small}), tmp_path)
+    small: dict[str, Any] = {"total_steps": 120, "num_envs": 4, "hidden": (4, 4), "evaluations": 1}
+    check_same_anywhere(Recipe(**{**SHORT, **small}), tmp_path)
 
 
 def check_same_anywhere(recipe: Any, folder: Path) -> None:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -180,9 +179,9 @@ def measured(monkeypatch: pytest.MonkeyPatch) -> Findings:
             row("sizes", "disbanding 1,000 vehicles", work_per_s=2e8, substep_ns=5.0, reached=0.3, step_us=500.0),
             row("interfaces", "DisbandingDefense vector 1024", steps_per_s=1e9, step_us=0.001, cartpoles=0.0001),
             row("added", "DisbandingDefense", game_us=20.0, single_us=4.0, vector_us=20.0),
-            row("opponents", "disbanding.defender.zoo:disbanding-defense-ppo", us_1=1e4, times_none_1=999.0),
+            row("opponents", "disbanding.defender.zoo:disbanding-defense", us_1=1e4, times_none_1=999.0),
             row("opponents", "disbanding.attacker.plan", note="needs events"),
-            row("training", "fdi-attack-disturbed-ppo", steps_per_s=2e4, default_steps_per_s=1e3, ratio=20.0),
+            row("learning", "fdi-attack", steps_per_s=2e4, environment=0.5),
         ],
         [YARDSTICKS],
     )
@@ -197,7 +196,7 @@ def test_the_command_prints_tables_that_fit_a_terminal(measured: Findings) -> No
     result = invoke("--problem", "disbanding")
     assert result.exit_code == 0, result.output
     assert max(map(len, result.stdout.splitlines())) <= 80
-    for text in ("defender zoo:disbanding-defense-ppo", "disbanding.attacker.plan: needs events", "not met", "1.00e9"):
+    for text in ("defender zoo:disbanding-defense", "disbanding.attacker.plan: needs events", "not met", "1.00e9"):
         assert text in result.stdout
 
 
@@ -230,19 +229,6 @@ def test_users_measure_environments_and_interfaces(measured: Findings, monkeypat
 def test_help_begins_with_verbs() -> None:
     assert (bench.__doc__ or "").startswith("Measure")
     assert "face" not in invoke("--help").stdout.lower().replace("interface", "")
-
-
-@pytest.mark.slow
-def test_training_is_measured_beside_the_defaults(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("sb3_contrib")
-    from tools.bench import training
-
-    recipe = replace(training.RECIPES["fdi-defense-ppo"], num_envs=8, steps_per_update=16, batch_size=64, epochs=1)
-    monkeypatch.setattr(training, "RECIPES", {recipe.name: recipe})
-    monkeypatch.setattr(training, "DEFAULT_STEPS", 64)
-    (item,) = training.items([find_problem("fdi")])
-    values = item.measure(0.1, YARDSTICKS)
-    assert values["ratio"] == values["steps_per_s"] / values["default_steps_per_s"] > 0
 
 
 def test_cartpole_comes_first() -> None:

@@ -103,7 +103,7 @@ def test_every_command_refuses_a_misspelt_word(monkeypatch: pytest.MonkeyPatch, 
     "words",
     [
         ("league", "hvac", "--preset", "learnin"),
-        ("train", "hvac-attack-ppo", "--device", "pcu"),
+        ("train", "hvac-attack", "--algo", "cma-e"),
     ],
 )
 def test_a_misspelt_value_is_named(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -21,17 +21,16 @@ from cps_agents.table import Table, styled
 from cps_envs import PROBLEMS, find_problem
 from cps_envs.core.errors import near, require
 from tools.bench.before import BEFORE
-from tools.bench.suite import LEARNING, PARTS, TRAINING, judge, plan
+from tools.bench.suite import LEARNING, PARTS, judge, plan
 from tools.command import run
 
 PROGRAM = "python -m tools.bench"
-PART = "Measure this part: sizes, resets, threads, interfaces, added, opponents, training or learning."
+PART = "Measure this part: sizes, resets, threads, interfaces, added, opponents or learning, which needs PyTorch."
 
 
 def bench(
     only: Only = None,
     parts: Annotated[list[str] | None, typer.Option("--part", help=f"{PART} May be repeated.")] = None,
-    training: Annotated[bool, typer.Option("--training", help="Measure training, too; needs PyTorch.")] = False,
     seconds: Seconds = USUAL_S,
     quick: Quick = False,
     as_json: AsJson = False,
@@ -41,7 +40,7 @@ def bench(
     Every time is CPU time of this process, but for threads. Press Ctrl-C at any time:
     what was measured until then is printed.
     """
-    items = plan([find_problem(name) for name in only or PROBLEMS], _parts(parts or [], training))
+    items = plan([find_problem(name) for name in only or PROBLEMS], _parts(parts or []))
     with Progress("bench", len(items)) as progress:
         progress.say(f"{len(items)} rows; kernels that are not compiled yet make them longer")
         found = measure(items, QUICK_S if quick else seconds, lambda done, _, note: progress.update(done, note))
@@ -60,16 +59,13 @@ def bench(
         raise typer.Exit(found.interrupted)
 
 
-def _parts(chosen: Sequence[str], training: bool) -> list[str]:
+def _parts(chosen: Sequence[str]) -> list[str]:
     for part in chosen:
         if part not in PARTS:
             raise CommandError(f"--part {part!r}: there is no such part. {near(part, PARTS)}")
-    found = list(chosen) or [part for part in PARTS if part not in (TRAINING, LEARNING)]
-    if training:
-        found += [part for part in (TRAINING, LEARNING) if part not in found]
-    if TRAINING in found:
-        require("stable_baselines3", extra="train", purpose="measuring training")
-    return found
+    if LEARNING in chosen:
+        require("torch", extra="train", purpose="measuring our own PPO")
+    return list(chosen) or [part for part in PARTS if part != LEARNING]
 
 
 def _document(machine: dict[str, Any], found: Findings, targets: Sequence[Any]) -> dict[str, Any]:
@@ -136,14 +132,6 @@ COLUMNS: Columns = {
             ("us, 64", number("us_64")),
             ("x none", number("times_none_64", ".2f")),
             ("before", _before("times_none_64", ".2f")),
-        ),
-    ),
-    "training": (
-        "Training: decisions per CPU second",
-        (
-            ("recipe", number("steps_per_s", ",.0f")),
-            ("defaults", number("default_steps_per_s", ",.0f")),
-            ("ratio", number("ratio", ".1f")),
         ),
     ),
     "learning": (

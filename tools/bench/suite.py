@@ -111,7 +111,7 @@ def _others(found: Found) -> Iterator[Target]:
             yield Target(f"{name}: native steps/CPU s", values["steps_per_s"], STEPS_PER_S[name], at_least=True)
 
 
-TRAINING, LEARNING = "training", "learning"  # which need PyTorch
+LEARNING = "learning"  # which needs PyTorch
 PARTS = (
     sizes.PART,
     resets.PART,
@@ -119,7 +119,6 @@ PARTS = (
     interfaces.PART,
     interfaces.ADDED,
     opponents.PART,
-    TRAINING,
     LEARNING,
 )
 
@@ -136,10 +135,6 @@ def plan(problems: Sequence[Problem], parts: Sequence[str]) -> list[Measurement]
         opponents.PART: opponents.items,
     }
     found = [item for part, make in makers.items() if part in parts for item in make(chosen)]
-    if TRAINING in parts:
-        from tools.bench import training
-
-        found += training.items(chosen)
     if LEARNING in parts:
         from tools.bench import learning
 

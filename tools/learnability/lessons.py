@@ -60,7 +60,7 @@ def teach(lesson: Lesson, report: Report = lambda done_s, note: None) -> dict[st
         CommandError: the folder holds another run, or another process writes there.
         MissingExtraError: stable-baselines3 is not installed.
     """
-    require("stable_baselines3", extra="train", purpose="training an ordinary learner")
+    require("stable_baselines3", extra="sb3", purpose="training an ordinary learner")
     with alone_in(lesson.folder):
         if lesson.done:
             return lesson.record

@@ -53,8 +53,8 @@ class Peer:
 PEERS = (
     Peer("gymnasium_", "Gymnasium", ("pygame",), ("gymnasium",), "[render,video]"),
     Peer("pettingzoo_", "PettingZoo", ("supersuit",), ("pettingzoo", "supersuit")),
-    Peer("sb3", "stable-baselines3, sb3-contrib", (), ("stable-baselines3", "sb3-contrib"), "[train]"),
-    Peer("rl_zoo", "RL Baselines3 Zoo", ("rl_zoo3",), ("rl_zoo3",), "[train]"),
+    Peer("sb3", "stable-baselines3, sb3-contrib", (), ("stable-baselines3", "sb3-contrib"), "[sb3]"),
+    Peer("rl_zoo", "RL Baselines3 Zoo", ("rl_zoo3",), ("rl_zoo3",), "[sb3]"),
     Peer("cleanrl", "CleanRL", ("torch", "tensorboard", "tyro"), ("torch",)),
     Peer("torchrl_", "TorchRL", ("torchrl", "torch"), ("torchrl",)),
     Peer("tianshou_", "Tianshou", ("tianshou",), ("tianshou",)),

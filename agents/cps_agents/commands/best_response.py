@@ -28,13 +28,14 @@ from cps_agents.console import assignments, err, out, print_json
 from cps_agents.errors import CommandError
 from cps_agents.files import alone_in, write_json
 from cps_agents.league.exploitability import Judgement, gain_over, judge, league_value, line_up_known
-from cps_agents.league.oracles import KINDS, Oracle, choose_oracles, in_venue, usual_recipe
+from cps_agents.league.oracles import KINDS, Oracle, choose_oracles, in_venue
 from cps_agents.league.report import stacked
 from cps_agents.league.response import Budget, Question, Responses, respond
 from cps_agents.league.strategy import Strategy, mix
 from cps_agents.league.venues import venue_against
 from cps_agents.machine import available_cores, describe
 from cps_agents.progress import Progress
+from cps_agents.recipes.finding import usual_recipe
 from cps_agents.table import Table
 from cps_envs import find_problem
 from cps_envs.core.types import Role, other
@@ -72,7 +73,6 @@ def best_response(
     jobs: Jobs = None,
     fresh: Fresh = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue unfinished runs.")] = False,
-    device: Annotated[str, typer.Option(help="Device: cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Find a best response to a fixed opponent: at least how far can it be exploited?
@@ -84,9 +84,7 @@ def best_response(
     mine, against = role_named(role), _against(role_named(role), attacker, defender)
     question, oracles = _question(problem, mine, mix(against, _weights(weights)), oracle, preset, overrides, episodes)
     oracles = in_venue(oracles, question.venue, assignments(knobs or [], "--knob", "learning_rate=0.001"))
-    spent = Budget(
-        seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, resume=resume, device=device
-    )
+    spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, resume=resume)
     value = None if league is None else league_value(league, question.venue)
     store = Store(meetings, fresh=fresh)
     with alone_in(folder):

@@ -27,13 +27,14 @@ from cps_agents.console import assignments, err, out, print_json
 from cps_agents.files import alone_in, write_figure, write_json
 from cps_agents.league.bounds import LeagueOutcome, judge
 from cps_agents.league.league import LeaguePlan, check_anybody, line_up
-from cps_agents.league.oracles import Oracle, choose_oracles, in_venue, usual_recipe
+from cps_agents.league.oracles import Oracle, choose_oracles, in_venue
 from cps_agents.league.response import Budget
 from cps_agents.league.self_play import Iteration, Pool, SelfPlayGame, claim, iterate
 from cps_agents.league.self_play_report import document, draw, strategy_line, table, tell_round
 from cps_agents.league.venues import merged
 from cps_agents.learning.recipe import SHARED
 from cps_agents.machine import available_cores, describe
+from cps_agents.recipes.finding import usual_recipe
 from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.references import card_of, form_of
 from cps_baselines.arena import Venue
@@ -63,7 +64,6 @@ def self_play(
     jobs: Jobs = None,
     fresh: Fresh = False,
     resume: Annotated[bool, typer.Option("--resume", help="Continue from what is there.")] = False,
-    device: Annotated[str, typer.Option(help="Device: cpu, cuda or auto.")] = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Let both roles learn best responses in rounds, each against the equilibrium of all policies so far.
@@ -74,7 +74,7 @@ def self_play(
     require("matplotlib", extra="baselines", purpose="the figure of self-play")
     given = assignments(knobs or [], "--knob", "learning_rate=0.001")
     venue, responding = _settings(problem, oracle or [], preset, assignments(overrides or []), given)
-    spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget, device=device)
+    spent = Budget(seeds, jobs or available_cores(), describe()["command"], 0, steps, budget)
     chosen: dict[Role, list[str]] = {"attacker": attacker or ["all"], "defender": defender or ["all"]}
     store = Store(meetings, fresh=fresh)
     with alone_in(folder):

@@ -1,7 +1,4 @@
-"""`cps-envs train` and `tune`: learn a policy, and search the knobs of a recipe with Optuna.
-
-Policies are learned with stable-baselines3, or by policy search.
-"""
+"""`cps-envs train` and `tune`: learn a policy, and search the knobs of a recipe with Optuna."""
 
 from __future__ import annotations
 
@@ -30,7 +27,7 @@ from cps_envs.core.types import Role, other
 
 NAME = "Environment id such as HvacAttack-v0, a recipe from `cps-envs train --list`, or all."
 SHIP = "Combine the seeds' best networks into one policy in this folder."
-ALGORITHM = "Algorithm: shared-ppo, ppo, maskable-ppo, recurrent-ppo, recurrent-imitation, sac, dqn or cma-es."
+ALGORITHM = "Algorithm: shared-ppo, our own PPO, or cma-es, a search for the numbers of a family."
 CONFIG = "Repeat the run of this run.json exactly, but for other options that you give."
 TRACKER = "Send curves to tensorboard, wandb, mlflow or none."
 EXPLANATION = """Train one with `cps-envs train RECIPE`. CPU minutes are those of one training seed.
@@ -61,9 +58,6 @@ def train(
     ship: Annotated[Path | None, typer.Option("--to", help=SHIP)] = None,
     jobs: Jobs = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue unfinished runs.")] = False,
-    device: Annotated[
-        str, typer.Option(help="Device: cpu, cuda or auto. The CPU is fastest for small networks.")
-    ] = "cpu",
     tracker: Annotated[str, typer.Option(help=TRACKER)] = "tensorboard",
     show: Annotated[bool, typer.Option("--list", help="Print the recipes and stop.")] = False,
     as_json: AsJson = False,
@@ -101,9 +95,8 @@ def train(
     found = []
     for recipe in chosen:
         against = _opponent(recipe, {"attacker": attacker, "defender": defender})
-        runs = _jobs(
-            changed(recipe, {**values, **against}), wanted, folder, resume=resume, device=device, tracker=tracker
-        )
+        recipe = _installed(changed(recipe, {**values, **against}))
+        runs = _jobs(recipe, wanted, folder, resume=resume, tracker=tracker)
         found.append(_train(runs, jobs or available_cores(), ship))
         if not as_json:
             _print(runs, found[-1])
@@ -119,12 +112,14 @@ def _opponent(recipe: Recipe, named: Mapping[Role, str | None]) -> dict[str, str
     return {} if rival is None else {"opponent": rival}
 
 
-def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[TrainingJob]:
+def _installed(recipe: Recipe) -> Recipe:
+    """The recipe, where what trains it is installed."""
     if recipe.algorithm == SHARED:
         require("torch", extra="train", purpose="training")
-    elif recipe.algorithm != SEARCH:
-        require("stable_baselines3", extra="train", purpose="training")
+    return recipe
 
+
+def _jobs(recipe: Recipe, seeds: range, folder: Path, **how: Any) -> list[TrainingJob]:
     command = describe()["command"]
     home = folder / recipe.name
     return [TrainingJob(recipe, seed, home / f"seed-{seed}", command, **how) for seed in seeds]
@@ -204,13 +199,12 @@ def tune(
     evaluate`.
     """
     require("optuna", extra="tune", purpose="tuning")
-    require("stable_baselines3", extra="train", purpose="tuning")
     given = dict(assignments(knobs or [], "--knob", "learning_rate=0.001"))
     if steps is not None:
         given["total_steps"] = steps
     if overrides:
         given["overrides"] = dict(assignments(overrides))
-    recipe = changed(find_recipe(name), given)
+    recipe = _installed(changed(find_recipe(name), given))
     searched = dict(_split(text) for text in ranges) if ranges else usual_ranges(recipe)
     study = Study(recipe, searched, seeds, folder / recipe.name, sampler_seed)
     tried = study.run(trials, jobs or available_cores())

@@ -13,11 +13,9 @@ from cps_agents.errors import CommandError
 from cps_agents.league.meetings import RETURN
 from cps_agents.league.venues import form_of_recipe
 from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
-from cps_agents.recipes.finding import RECIPES, find_recipe
-from cps_agents.recipes.learning import learning_recipe
+from cps_agents.recipes.finding import RECIPES, find_recipe, usual_recipe
 from cps_baselines.arena import Venue
 from cps_baselines.contest import Search, side_of
-from cps_envs import find_problem
 from cps_envs.core.errors import near, require
 from cps_envs.core.types import Role
 
@@ -71,11 +69,6 @@ def in_venue(
     return [oracle if oracle.recipe is None else replace(oracle, recipe=moved(oracle.recipe)) for oracle in oracles]
 
 
-def usual_recipe(problem: str, role: Role) -> Recipe:
-    """That of our own PPO; its configuration counts where nothing else says one."""
-    return replace(learning_recipe(find_problem(problem), role), problem=problem)
-
-
 def _named(name: str, problem: str, role: Role) -> Oracle | None:
     if name == SHARED:
         return Oracle(SHARED, usual_recipe(problem, role))
@@ -93,6 +86,5 @@ def _named(name: str, problem: str, role: Role) -> Oracle | None:
 def _check_installed(oracle: Oracle) -> None:
     if oracle.recipe is None or oracle.recipe.algorithm == SEARCH:
         require("cma", extra="baselines", purpose="searching responses")
-        return
-    for package in ("torch",) if oracle.recipe.algorithm == SHARED else ("stable_baselines3", "sb3_contrib"):
-        require(package, extra="train", purpose="training a best response")
+    else:
+        require("torch", extra="train", purpose="training a best response")

@@ -18,7 +18,7 @@ from cps_agents.league.oracles import Oracle
 from cps_agents.league.search_job import SearchJob
 from cps_agents.league.strategy import Strategy
 from cps_agents.league.venues import decisions, forms_of, venue_of
-from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation, changed
+from cps_agents.learning.recipe import SEARCH, SHARED, UNBOUNDED, Recipe, Situation
 from cps_agents.progress import Progress
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Contestant, Venue
@@ -61,7 +61,6 @@ class Budget:
     steps: int | None = None  # decisions, those of searches included
     cpu_s: float | None = None
     resume: bool = False
-    device: str = "cpu"
 
     @property
     def training_seeds(self) -> range:
@@ -164,29 +163,23 @@ def against(recipe: Recipe, question: Question, name: str) -> Recipe:
     """The recipe with this opponent, whose trained policies see and act as they have learned.
 
     Raises:
-        CommandError: the recipe's teachers do not know the opponent, or the opponent's policies were trained in forms
-            that differ.
+        CommandError: the opponent's policies were trained in forms that differ.
     """
     strategy = question.strategy
     recipe = replace(recipe, overrides={**recipe.overrides, **forms_of(strategy, question.venue)})
-    known = {policy: recipe.teachers[policy] for policy in strategy.policies if policy in recipe.teachers}
-    if len(known) == len(strategy.policies):  # a teacher against each
-        return replace(recipe, name=name, opponent=strategy.reference, teachers=known)
-    scenes = (Situation(recipe.scenes[0].episodes),) if recipe.algorithm == SEARCH else recipe.scenes
-    return changed(replace(recipe, scenes=scenes), {"name": name, "opponent": strategy.reference})
+    scenes = (Situation(recipe.scenes[0].episodes),)  # all of them against the strategy
+    return replace(recipe, name=name, opponent=strategy.reference, scenes=scenes)
 
 
 def limited(recipe: Recipe, steps: int | None, cpu_s: float | None = None) -> Recipe:
-    """The recipe with so many decisions and CPU seconds per seed: of its search and its learning, in proportion."""
+    """The recipe with so many decisions and CPU seconds per seed."""
     if recipe.algorithm == SHARED and steps is None:
         return replace(recipe, total_steps=UNBOUNDED, most_cpu_s=float(cpu_s or USUAL_S))
     timed = recipe if cpu_s is None else replace(recipe, most_cpu_s=float(cpu_s))
     if steps is None:
         return timed
-    if recipe.algorithm == SEARCH:
-        return replace(timed, total_steps=max(steps // decisions(venue_of(recipe), recipe.role), 1))
-    searched = round(steps * recipe.search_steps / (recipe.search_steps + recipe.total_steps))
-    return replace(timed, search_steps=searched, total_steps=max(steps - searched, 1))
+    per_step = decisions(venue_of(recipe), recipe.role) if recipe.algorithm == SEARCH else 1
+    return replace(timed, total_steps=max(steps // per_step, 1))
 
 
 def _search(oracle: Oracle, question: Question, budget: Budget, store: Store, title: str) -> Iterator[Response]:
@@ -246,9 +239,7 @@ def _train(name: str, recipe: Recipe, folder: Path, budget: Budget, title: str) 
     from cps_agents.learning.run import TrainingJob
 
     jobs = [
-        TrainingJob(
-            recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume, device=budget.device
-        )
+        TrainingJob(recipe, seed, folder.resolve() / f"seed-{seed}", budget.command, resume=budget.resume)
         for seed in budget.training_seeds
     ]
     runs = train_all(jobs, budget.workers, title)

@@ -1,4 +1,4 @@
-"""Which learner does a job: our PPO, policy search, or stable-baselines3, whose import takes seconds.
+"""Which learner does a job: our own PPO, whose import takes seconds, or policy search.
 
 Several training runs go one after the other or side by side, with one bar for all.
 """
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from cps_agents.files import alone_in
-from cps_agents.learning.recipe import SEARCH, SHARED
+from cps_agents.learning.recipe import SEARCH
 from cps_agents.learning.run import FINISHED, Report, TrainingJob, check_resumable
 from cps_agents.progress import Progress
 from cps_baselines.interruption import ending
@@ -34,10 +34,8 @@ def learn(job: TrainingJob, report: Report = lambda steps, note: None) -> dict[s
         check_resumable(job)
         if job.recipe.algorithm == SEARCH:
             from cps_agents.learning.search import search as train
-        elif job.recipe.algorithm == SHARED:
-            from cps_agents.learning.shared import train
         else:
-            from cps_agents.learning.training import train
+            from cps_agents.learning.shared import train
         train(job, report)
         return job.run.read()
 

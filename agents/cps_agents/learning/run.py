@@ -21,12 +21,10 @@ from cps_agents.learning.tracking import RunTracker, TrackedRun, make_tracker
 from cps_agents.machine import versions
 from cps_agents.recipes.finding import RECIPES
 from cps_envs.core.documents import Entry, Source, entry_of, read_entry, read_text
-from cps_envs.core.errors import near
 
 RUNNING, INTERRUPTED, FINISHED = "running", "interrupted", "finished"
 REMEDY = "Delete the folder and train again."
 MOST_STEPS = 10**15
-DEVICES = ("auto", "cpu", "cuda", "mps")
 Report = Callable[[int, str], None]  # how much of `Recipe.budget` is done, a note
 
 
@@ -34,19 +32,14 @@ Report = Callable[[int, str], None]  # how much of `Recipe.budget` is done, a no
 class Run:
     """Where things lie.
 
-    `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `checkpoint.zip` to go on from, `policy.json`
-    and `policy.safetensors` (the best so far by validation), and what a tracker writes, such as `tensorboard/`.
+    `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `policy.json` and `policy.safetensors` (the
+    best so far by validation), a checkpoint to go on from, and what a tracker writes, such as `tensorboard/`.
     """
 
     folder: Path
     recipe: Recipe
     seed: int
     command: str
-
-    @property
-    def checkpoint(self) -> Path:
-        """The model as it is."""
-        return self.folder / "checkpoint.zip"
 
     @property
     def card(self) -> Path:
@@ -113,7 +106,7 @@ def _check(found: Entry) -> None:
     found["recipe"].entries()
     found["seed"].whole(0, MOST_STEPS)
     found["status"].text((RUNNING, INTERRUPTED, FINISHED))
-    for name in ("steps", "done", "resumptions"):
+    for name in ("steps", "done"):
         if (count := found.get(name)) is not None:
             count.whole(0, MOST_STEPS)
     for name in ("cpu_s", "best_score"):
@@ -123,23 +116,14 @@ def _check(found: Entry) -> None:
 
 @dataclass(frozen=True)
 class TrainingJob:
-    """A recipe, a seed, and where its run goes; plain data that any process can do.
-
-    Raises:
-        CommandError: there is no such kind of device.
-    """
+    """A recipe, a seed, and where its run goes; plain data that any process can do."""
 
     recipe: Recipe
     seed: int
     folder: Path
     command: str
     resume: bool = False
-    device: str = "cpu"
     tracker: str = "tensorboard"
-
-    def __post_init__(self) -> None:
-        if self.device.partition(":")[0] not in DEVICES:
-            raise CommandError(f"there is no device {self.device!r}. {near(self.device, DEVICES)}")
 
     @property
     def run(self) -> Run:
@@ -164,11 +148,6 @@ def check_resumable(job: TrainingJob) -> None:
         raise CommandError(f"{job.folder} holds an unfinished run: continue with --resume, or delete it")
 
 
-def resumption_of(job: TrainingJob) -> int:
-    """How often the run has been gone on with, this time included; 0 for the first."""
-    return int(job.run.read().get("resumptions", -1)) + 1
-
-
 @contextmanager
 def recording(job: TrainingJob) -> Iterator[RunTracker]:
     """Says that the run is running, and at the end that it is finished, or interrupted; gives its tracker."""
@@ -176,7 +155,7 @@ def recording(job: TrainingJob) -> Iterator[RunTracker]:
     tracker = make_tracker(job.tracker, job.subject)
     try:
         started = before.get("started", time.time())
-        run.write(status=RUNNING, resumptions=resumption_of(job), versions=versions(), started=started)
+        run.write(status=RUNNING, versions=versions(), started=started)
         yield tracker
         run.write(status=FINISHED)
     except BaseException:

@@ -18,7 +18,6 @@ import numpy as np
 from cps_agents.console import to_json
 from cps_agents.files import write_text
 from cps_agents.learning.checkpoint import damaged, read_arrays, restore, write_checkpoint
-from cps_agents.learning.demonstrations import validate
 from cps_agents.learning.episode_noise import EpisodeNoise
 from cps_agents.learning.ppo import Learner, LearningProgress, PpoSettings
 from cps_agents.learning.recipe import Recipe
@@ -32,11 +31,14 @@ from cps_agents.zoo.files import save, starts_of
 from cps_agents.zoo.policy import count_actions
 from cps_agents.zoo.wired import Head, card_entry, wired_policy, with_scaling
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
-from cps_envs.core.policy import Idle
+from cps_envs.core.play import play_episodes
+from cps_envs.core.policy import Idle, Policy
+from cps_envs.core.seeds import VALIDATION
 from cps_envs.core.types import Array, other
 from cps_envs.core.wiring import Scaling
 from cps_envs.registration import find_problem
 
+CHECKPOINT = "checkpoint.safetensors"
 CHECKPOINT_EVERY_S = 5.0  # at most
 SAID_EVERY_S = 5.0  # in `run.json`, which other processes read to show how far it is
 
@@ -47,7 +49,7 @@ def train(job: TrainingJob, report: Report) -> None:
     Raises:
         CommandError: the recipe does not fit the role, or the checkpoint is damaged.
     """
-    path = job.folder / "checkpoint.safetensors"
+    path = job.folder / CHECKPOINT
     arrays = read_arrays(path) if path.is_file() else None
     learner = make_learner(job.recipe, job.seed, arrays)
     if arrays is not None:
@@ -133,6 +135,15 @@ def settings_of(recipe: Recipe) -> PpoSettings:
         value_warm_up=recipe.value_warm_up,
         bias_learning_rate=recipe.bias_learning_rate,
     )
+
+
+def validate(recipe: Recipe, policy: Policy) -> dict[str, Array]:
+    """What the validation episodes of a recipe end with, (B,) each, when a policy plays its role."""
+    problem, rival = find_problem(recipe.problem), other(recipe.role)
+    opponent = recipe.opponent or problem.opponents[recipe.preset][rival]
+    seeds = VALIDATION[: recipe.evaluation_episodes]
+    config = problem.config(recipe.preset, recipe.overrides)
+    return play_episodes(problem, config, {recipe.role: policy, rival: opponent}, seeds)
 
 
 class Keeper:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from cps_agents.errors import CommandError
-from cps_agents.learning.recipe import Recipe, changed
+from cps_agents.learning.recipe import SHARED, Recipe, changed
 from cps_envs.core.documents import typed
 
 if TYPE_CHECKING:
@@ -17,19 +17,12 @@ if TYPE_CHECKING:
 
     from cps_agents.progress import Progress
 
-USUAL: Mapping[str, Mapping[str, str]] = {  # ranges by algorithm
-    "on-policy": {
-        "learning_rate": "1e-5:3e-3:log",
-        "gae_lambda": "0.9:1.0",
-        "clip_range": "0.1:0.3",
-        "entropy_bonus": "1e-6:0.03:log",
-        "hidden": "[32,32]|[64,64]|[128,128]",
-    },
-    "off-policy": {
-        "learning_rate": "1e-5:3e-3:log",
-        "updates_per_step": "0.05:0.5",
-        "hidden": "[32,32]|[64,64]|[128,128]",
-    },
+USUAL: Mapping[str, str] = {  # ranges of our own PPO
+    "learning_rate": "1e-4:1e-2:log",
+    "gae_lambda": "0.9:1.0",
+    "clip_range": "0.1:0.3",
+    "entropy_bonus": "1e-6:0.03:log",
+    "hidden": "[32,32]|[64,64]|[128,128]",
 }
 
 
@@ -47,11 +40,9 @@ def usual_ranges(recipe: Recipe) -> dict[str, str]:
     Raises:
         CommandError: nothing is known about it.
     """
-    if recipe.algorithm in ("ppo", "maskable-ppo", "recurrent-ppo"):
-        return dict(USUAL["on-policy"])
-    if recipe.algorithm in ("sac", "dqn"):
-        return dict(USUAL["off-policy"])
-    raise CommandError(f"name what to search for {recipe.algorithm}: add --range KNOB=LOW:HIGH")
+    if recipe.algorithm != SHARED:
+        raise CommandError(f"name what to search for {recipe.algorithm}: add --range KNOB=LOW:HIGH")
+    return dict(USUAL)
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""How the shipped policies were trained: one module per problem and role."""
+"""How policies are trained: `learning` has our own PPO for every role, each problem its policy search."""

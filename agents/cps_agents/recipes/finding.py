@@ -2,76 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from importlib import import_module
+from pkgutil import iter_modules
 
+from cps_agents import recipes
 from cps_agents.errors import CommandError
-from cps_agents.learning.recipe import SHARED, Recipe
-from cps_agents.recipes.disbanding import (
-    CaccBroadcast,
-    CaccLocal,
-    CaccRadio,
-    CaccRobots,
-    DisbandingAttack,
-    DisbandingDefense,
-)
-from cps_agents.recipes.fdi import (
-    FdiAttack,
-    FdiAttackDisturbed,
-    FdiDefense,
-    FdiHypotheses,
-    FdiTaskTracker,
-)
-from cps_agents.recipes.hvac import (
-    HvacAttack,
-    HvacBayes,
-    HvacDefense,
-    HvacWarmTracker,
-)
+from cps_agents.learning.recipe import SEARCH, Recipe
 from cps_agents.recipes.learning import learning_recipe
-from cps_agents.recipes.rogue import (
-    RogueAttack,
-    RogueAttackRecurrent,
-    RogueBoxIn,
-    RogueDefense,
-)
 from cps_envs.core.errors import near
 from cps_envs.core.problem import Problem
 from cps_envs.core.trust import require_trust
 from cps_envs.core.types import ROLES, Role
 from cps_envs.registration import PROBLEMS, find_problem
 
-RECIPES: dict[str, Recipe] = {
-    recipe.name: recipe
-    for recipe in (
-        DisbandingAttack(),
-        DisbandingDefense(),
-        CaccBroadcast(),
-        CaccLocal(),
-        CaccRadio(),
-        CaccRobots(),
-        FdiAttack(),
-        FdiAttackDisturbed(),
-        FdiTaskTracker(),
-        FdiDefense(),
-        FdiHypotheses(),
-        HvacAttack(),
-        HvacWarmTracker(),
-        HvacDefense(),
-        HvacBayes(),
-        RogueAttack(),
-        RogueAttackRecurrent(),
-        RogueDefense(),
-        RogueBoxIn(),
-        *(learning_recipe(problem, role) for problem in PROBLEMS.values() for role in ROLES),
-    )
-}
+
+def _declared() -> Iterator[Recipe]:
+    """Our own PPO for every role, then one of each class of recipes in this package."""
+    for problem in PROBLEMS.values():
+        yield from (learning_recipe(problem, role) for role in ROLES)
+    for module in iter_modules(recipes.__path__, f"{recipes.__name__}."):
+        for found in vars(import_module(module.name)).values():
+            if isinstance(found, type) and issubclass(found, Recipe) and found.__module__ == module.name:
+                yield found()
+
+
+RECIPES: dict[str, Recipe] = {recipe.name: recipe for recipe in _declared()}
 
 
 def find_recipe(name: str, algorithm: str | None = None) -> Recipe:
-    """The recipe of a name, or that of an environment id such as `cps_envs/HvacAttack-v0` on preset `learning`.
+    """The recipe of a name, or of an environment id such as `cps_envs/HvacAttack-v0`: our own PPO, or a policy search.
 
-    With another `algorithm` than that recipe's, an id means the first recipe of the environment, of any preset. An id
-    with its module, such as `own_problem:own_problem/TankAttack-v0`, names an environment of your own.
+    An id with its module, such as `own_problem:own_problem/TankAttack-v0`, names an environment of your own.
 
     Raises:
         CommandError: there is none.
@@ -80,28 +42,27 @@ def find_recipe(name: str, algorithm: str | None = None) -> Recipe:
     if name in RECIPES:
         return RECIPES[name]
     short = name.removeprefix("cps_envs:")
-    for recipe in sorted(
-        RECIPES.values(), key=lambda each: (each.algorithm == SHARED) != (algorithm in (None, SHARED))
-    ):
-        if short in (full := PROBLEMS[recipe.problem].env_id(recipe.role), full.removeprefix("cps_envs/")):
-            return recipe
+    ids = {problem.env_id(role): (problem.name, role) for problem in PROBLEMS.values() for role in ROLES}
+    for env_id, place in ids.items():
+        if short in (env_id, env_id.removeprefix("cps_envs/")):
+            return usual_recipe(*place, algorithm)
     module, colon, env_id = short.partition(":")
     for reference, problem in _problems_of(module) if colon else ():
         for role in ROLES:
             if problem.env_id(role) == env_id:
-                return usual_recipe(reference, role)
-    ids = [problem.env_id(role) for problem in PROBLEMS.values() for role in ROLES]
+                return usual_recipe(reference, role, algorithm)
     raise CommandError(
         f"there is no recipe and no environment {name!r}. {near(name, [*RECIPES, *ids])} "
         "One of your own is written MODULE:NAMESPACE/NameAttack-v0."
     )
 
 
-def usual_recipe(problem: str, role: Role) -> Recipe:
-    """The first recipe of a problem and role, or else one with the usual knobs."""
-    name = find_problem(problem).name
-    declared = (recipe for recipe in RECIPES.values() if (recipe.problem, recipe.role) == (problem, role))
-    return next(declared, Recipe(name=f"{name}-{role}-ppo", problem=problem, role=role))
+def usual_recipe(problem: str, role: Role, algorithm: str | None = None) -> Recipe:
+    """That of our own PPO, or a policy search with the usual knobs, for a problem by its name or its reference."""
+    found = learning_recipe(find_problem(problem), role, problem)
+    if algorithm != SEARCH:
+        return found
+    return Recipe(name=f"{found.name}-search", problem=problem, role=role, algorithm=SEARCH)
 
 
 def _problems_of(module: str) -> list[tuple[str, Problem]]:

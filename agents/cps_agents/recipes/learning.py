@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cps_agents.learning.recipe import SHARED, Recipe
+from cps_agents.learning.recipe import Recipe
 from cps_envs.core.problem import Problem
 from cps_envs.core.training import Training
 from cps_envs.core.types import Role
@@ -124,8 +124,8 @@ OWN: Mapping[tuple[str, Role], Mapping[str, Any]] = {
 }
 
 
-def learning_recipe(problem: Problem, role: Role) -> Recipe:
-    """The recipe `rogue-attack`, and so on."""
+def learning_recipe(problem: Problem, role: Role, reference: str = "") -> Recipe:
+    """The recipe `rogue-attack`, and so on; `reference` finds a problem of one's own."""
     training = problem.training.get(role, Training())
     side = {"attacker": "attack", "defender": "defense"}[role]
     given = {KNOBS[name]: value for name, value in training.ppo.items() if name in KNOBS}
@@ -151,4 +151,4 @@ def learning_recipe(problem: Problem, role: Role) -> Recipe:
     }
     own = OWN.get((problem.name, role), {})
     name = f"{problem.name}-{side}"
-    return Recipe(name=name, problem=problem.name, role=role, algorithm=SHARED, **{**knobs, **given, **own})
+    return Recipe(name=name, problem=reference or problem.name, role=role, **{**knobs, **given, **own})

@@ -1,4 +1,4 @@
-"""Recipes of the rogue-vehicle problem: networks, and policy search."""
+"""Policy search in the rogue-vehicle problem."""
 
 from __future__ import annotations
 
@@ -8,130 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from cps_agents.learning.recipe import IMITATION, SEARCH, Recipe, Situation
+from cps_agents.learning.recipe import SEARCH, Recipe, Situation
 from cps_envs.core.types import Array, FloatArray, Role
-
-CONTROLLERS = ("pd", "sliding", "sliding_detection", "disband_2", "disband_4", "disband_7")
-ANY_CONTROLLER = "mixture?policies=[" + ",".join(f'"{name}"' for name in CONTROLLERS) + "]"
-
-
-@dataclass(frozen=True)
-class RogueAttack(Recipe):
-    """One network against every controller of the chapter, which it has to tell apart by how they answer."""
-
-    name: str = "rogue-attack-ppo"
-    problem: str = "rogue"
-    opponent: str = ANY_CONTROLLER
-    preset: str = "paper"  # its steady start, as in the table of head-room
-    overrides: Mapping[str, Any] = field(
-        default_factory=lambda: {
-            "contact": "solid",
-            "duration_s": 60.0,
-            "power_ratio": [1.0, 1.3],
-            "drive_mps2": [4.95, 5.05],  # drawn, so that the chatter of one world is not learned by heart
-            "drag_per_s": [0.099, 0.101],
-        }
-    )
-    unseen: tuple[str, ...] = ("reference_speed", "attacker_index", "until_onset_s")  # constant here
-    hold: int = 2  # 0.2 s; one run with 0.3 s came to 48 m/s instead of 55
-    reward_scale: float = 0.1  # an episode is worth 40 to 100 m/s
-    total_steps: int = 800_000
-    num_envs: int = 256  # several environments for each controller in every update
-    steps_per_update: int = 50
-    learning_rate: float = 1.5e-3  # one run each for a million steps: 54.6 m/s, with 3e-4 52.3
-    gae_lambda: float = 0.97  # the way to a crash is long
-    teacher: str = "switching"  # from scratch it drives away once and stays at one crash
-    teacher_episodes: int = 32
-    teacher_rounds: int = 5  # the teacher's own episodes alone do not show how to recover: 6 m/s, after three rounds 45
-    value_warm_up: int = 6
-    evaluations: int = 5
-    evaluation_episodes: int = 96
-    evaluation_metric: str = "damage"
-
-
-@dataclass(frozen=True)
-class RogueAttackRecurrent(RogueAttack):
-    """One network with a memory, taught by an attacker that is told the controller: `probe` with the answer to it."""
-
-    name: str = "rogue-attack-recurrent"
-    algorithm: str = IMITATION
-    teacher: str = ""
-    teachers: Mapping[str, str] = field(
-        default_factory=lambda: {controller: f"probe?against={controller}" for controller in CONTROLLERS}
-    )
-    # The teacher's answers change at 1.05, 1.1, 1.15, 1.2 and 1.3. What is just below is left out: there the network
-    # cannot tell which answer holds. The ends are played exactly.
-    variations: tuple[Mapping[str, Any], ...] = (
-        {"power_ratio": 1.0},
-        {"power_ratio": [1.0, 1.035]},
-        {"power_ratio": [1.05, 1.085]},
-        {"power_ratio": [1.1, 1.12]},
-        {"power_ratio": [1.1, 1.135]},
-        {"power_ratio": [1.15, 1.185]},
-        {"power_ratio": [1.2, 1.25]},
-        {"power_ratio": 1.3},
-        {"power_ratio": 1.3},
-    )
-    teacher_loss: str = "logistic"  # full driving or full braking
-    teacher_episodes: int = 108  # two of each controller in each variation
-    teacher_epochs: int = 6
-    total_steps: int = 13 * 108 * 600  # rounds, episodes, decisions
-    hold: int = 1  # a controller shows itself within 0.3 s
-    num_envs: int = 1  # a teacher's episodes are played elsewhere
-    batch_size: int = 6 * 600  # whole episodes, few: many updates
-    memory_units: int = 48
-    hidden: tuple[int, ...] = (64,)  # the answers differ by controller and ratio: more than the memory alone holds
-    activation: str = "relu"
-    evaluations: int = 5  # the last rounds
-    evaluation_episodes: int = 108
-
-
-TRAINED = tuple(f"zoo:rogue-attack-ppo?seed={seed}" for seed in range(3))  # the others are left for judging
-ANALYTIC = ("switching", "switching?against=sliding_detection", "switching?against=pd", "duty_square", "random")
-NAMES = ",".join(f'"{name}"' for name in TRAINED + ANALYTIC)
-WEIGHTS = ",".join(["2"] * len(TRAINED) + ["1"] * len(ANALYTIC))
-ANY_ATTACKER = f"mixture?policies=[{NAMES}]&weights=[{WEIGHTS}]"
-
-
-@dataclass(frozen=True)
-class RogueDefense(Recipe):
-    """The laws of all intact vehicles, chosen by one network that sees the platoon.
-
-    It needs the trained attackers of `RogueAttack`, shipped under their name.
-    """
-
-    name: str = "rogue-defense-ppo"
-    problem: str = "rogue"
-    role: Role = "defender"
-    opponent: str = ANY_ATTACKER  # one run against analytic ones alone let trained ones do 47 m/s, detection 23
-    preset: str = "paper"  # the setting of the attackers
-    overrides: Mapping[str, Any] = field(
-        default_factory=lambda: {
-            "contact": "solid",
-            "duration_s": 60.0,
-            "power_ratio": [1.0, 1.3],
-            "drive_mps2": [4.95, 5.05],
-            "drag_per_s": [0.099, 0.101],
-            "formation_weight_mps2": 0.15,  # at 0.5 tracking improved and damage grew; still so at 0.15, but less
-        }
-    )
-    unseen: tuple[str, ...] = ("reference_speed", "attacker_index")  # constant here
-    hold: int = 2
-    reward_scale: float = 0.1  # an episode costs 20 to 80
-    total_steps: int = 180_000
-    num_envs: int = 256
-    steps_per_update: int = 50
-    epochs: int = 10  # simulating costs more than learning
-    target_kl: float = 0.03
-    learning_rate: float = 4e-4
-    gae_lambda: float = 0.97  # the way to a crash is long
-    entropy_bonus: float = 0.001
-    teacher: str = "sliding_detection"  # the paper's law of least damage; from scratch one run came to 29, not its 23
-    teacher_episodes: int = 64
-    teacher_epochs: int = 15  # not more, lest nothing be tried any more
-    value_warm_up: int = 3
-    evaluations: int = 4
-    evaluation_episodes: int = 48
 
 
 def _any_of(*references: str) -> str:
@@ -139,7 +17,6 @@ def _any_of(*references: str) -> str:
     return f"mixture?policies=[{names}]"
 
 
-LEARNED = _any_of(*(f"zoo:rogue-attack-{kind}?seed={seed}" for kind in ("ppo", "recurrent") for seed in range(3)))
 SEARCHED = _any_of("switching", *(f"switching?against={name}" for name in ("sliding_detection", "pd", "disband_2")))
 WAVES = _any_of("duty_square", "square", "square?frequency_hz=0.05", "random")
 # Weights of `tuned` that searches found at ratios of 1.2 and 1.3, each against a defender that had not met them.
@@ -167,7 +44,7 @@ EXPLOITING = tuple(Situation(1, TUNED.format(*weights), overrides={"power_ratio"
 
 @dataclass(frozen=True)
 class RogueBoxIn(Recipe):
-    """How vehicles box in an attacker that they know, or give way to it, in the setting of `RogueDefense`."""
+    """How vehicles box in an attacker that they know, or give way to it."""
 
     name: str = "rogue-box-in"
     problem: str = "rogue"
@@ -175,17 +52,20 @@ class RogueBoxIn(Recipe):
     algorithm: str = SEARCH
     family: str = "rogue-boxing-in"
     preset: str = "paper"
-    opponent: str = LEARNED  # training seeds 0 to 2; the others are left for judging
+    opponent: str = SEARCHED
     overrides: Mapping[str, Any] = field(
         default_factory=lambda: {
-            **RogueDefense().overrides,
+            "contact": "solid",
+            "duration_s": 60.0,
+            "power_ratio": [1.0, 1.3],
+            "drive_mps2": [4.95, 5.05],  # drawn, so that the chatter of one world is not learned by heart
+            "drag_per_s": [0.099, 0.101],
             "defense_action": "command",
             "formation_weight_mps2": 0.7,  # at 2 the attacker is left alone below 21 m/s
         }
     )
     scenes: tuple[Situation, ...] = (
-        Situation(6),
-        Situation(5, SEARCHED),
+        Situation(11),
         Situation(8, WAVES),
         Situation(3, WAVES, overrides={"power_ratio": 1.0}),
         *EXPLOITING,

@@ -22,7 +22,7 @@ def trained(
 ) -> Policy:
     """A shipped policy by its name, or one of your own by the path of its card or of its training run.
 
-    `seed` chooses a training seed (`zoo:hvac-attack-ppo?seed=3`), the best by validation if left out. Without
+    `seed` chooses a training seed (`zoo:hvac-attack?seed=3`), the best by validation if left out. Without
     `deterministic` it plays as its card says, which for most is the most likely action. With `untrained` it plays the
     network that its training began with.
 
@@ -88,7 +88,7 @@ def playable(policy: Policy, spec: RoleSpec, *, sampled: bool = False) -> Policy
 def _algorithm(name: str) -> Any:
     purpose = "playing a model of stable-baselines3"
     for package in ("stable_baselines3", "sb3_contrib"):
-        module = require(package, extra="train", purpose=purpose)
+        module = require(package, extra="sb3", purpose=purpose)
         if hasattr(module, name):
             return getattr(module, name)
     raise UnknownNameError(f"neither stable-baselines3 nor sb3-contrib has an algorithm {name!r}")

@@ -19,7 +19,7 @@ MODULES = (
     "scipy.stats",
     "matplotlib.pyplot",
 )
-LEARNING = ("cps_agents.learning.training", "cps_agents.learning.learner", "cps_agents.league.self_play")
+LEARNING = ("cps_agents.learning.shared", "cps_agents.learning.learner", "cps_agents.league.self_play")
 SHORT = "--set duration_s=4"
 TINY = (
     f"{SHORT} --jobs 1 --resume --knob num_envs=4 --knob steps_per_update=32 --knob batch_size=64 "
@@ -47,7 +47,7 @@ JOBS = (
         "benchmark",
         "benchmark rogue --quick --table paper-1 --attacker square --defender pd --defender sliding --jobs 1",
     ),
-    Job("train", f"train rogue-attack-ppo --seeds 1 --steps 512 {TINY}", learns=True),
+    Job("train", f"train rogue-attack --seeds 1 --steps 512 {TINY}", learns=True),
     Job(
         "self-play",
         f"self-play rogue --iterations 1 --attacker square --defender pd --steps 256 --episodes 2 {TINY}",

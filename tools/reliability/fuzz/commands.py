@@ -28,7 +28,7 @@ NO_OPTIONS = ("--help", "--publish", "--trust", "--debug", *SAID)  # nothing to 
 WORDS = (
     *("", " ", "none", "nan", "-1", "0", "1", "1e400", "1_000", "0x10", "²", "%s", "\x00", "[", "a" * 3000, "../x"),
     *("rogue", "hvac", "fdi", "disbanding", "paper", "learning", "easy", "attacker", "defender", "ppo", "cpu"),
-    *("HvacAttack-v0", "rogue-attack-ppo", "zoo:hvac-attack-ppo", "square", "pd", "mtd2", "all", "os:system", "sb3:x"),
+    *("HvacAttack-v0", "rogue-attack", "zoo:hvac-attack", "square", "pd", "mtd2", "all", "os:system", "sb3:x"),
     *("duration_s=4", "duration_s=", "=1", "duration_s=nan", "unknown=1", "tau_s=[1,2]", "tau_s={}", "x=[[[["),
     *("missing/folder", "missing.json", "/proc/nothing", "here.json", "broken.json", "2", "3", "true", "--", "-x"),
 )

@@ -27,8 +27,8 @@ QUICKER: dict[str, dict[str, Any]] = {"hvac": {"prediction_steps": 10}}  # its g
 STRANGE = (
     "zoo:",
     "zoo:nothing",
-    "zoo:hvac-attack-ppo",
-    "zoo:hvac-attack-ppo?seed=99",
+    "zoo:hvac-attack",
+    "zoo:hvac-attack?seed=99",
     "sb3:model.zip",
     "os:system",
     "builtins:print",

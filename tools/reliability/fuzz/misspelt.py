@@ -13,12 +13,12 @@ from tools.reliability.fuzz.judging import Tally, limited
 from tools.reliability.fuzz.values import Generator
 
 ARGUMENTS = {"problem": "hvac", "role": "attacker", "result": "here.json", "runs": "runs", "parts": "fuzz"}
-NAMES = {"list": "hvac", "report": "hvac", "contest": "hvac", "train": "hvac-attack-ppo", "tune": "hvac-attack-ppo"}
-NAME = "hvac-attack-ppo"  # every other argument
+NAMES = {"list": "hvac", "report": "hvac", "contest": "hvac", "train": "hvac-attack", "tune": "hvac-attack"}
+NAME = "hvac-attack"  # every other argument
 REQUIRED = {"best-response": ("--defender", "mtd2")}
 WRITTEN = ("--out", "--to", "--html", "--csv", "--plot", "--meetings", "--markdown", "--id")  # any word will do
 VALUES = {
-    "--algo": "ppo",
+    "--algo": "shared-ppo",
     "--attacker": "constant",
     "--back-end": "loky",
     "--backend": "loky",
@@ -34,7 +34,7 @@ VALUES = {
     "--knob": "learning_rate=0.001",
     "--league": "here.json",
     "--metric": "return",
-    "--oracle": "ppo",
+    "--oracle": "shared-ppo",
     "--paper": "runs",
     "--part": "robots",
     "--per": "return",

@@ -1,0 +1,54 @@
+"""Recipes: where they are found, what they refuse, and how the command line changes them."""
+
+from __future__ import annotations
+
+import pytest
+
+from cps_agents.errors import CommandError
+from cps_agents.learning.recipe import SEARCH, SHARED, Recipe, changed
+from cps_agents.recipes.fdi import FdiHypotheses
+from cps_agents.recipes.finding import RECIPES, find_recipe
+from cps_envs.core.seeds import EVALUATION, TRAINING_START, VALIDATION, training_seed
+from cps_envs.core.types import ROLES
+from cps_envs.registration import PROBLEMS
+
+MINE = Recipe(name="mine", problem="rogue", overrides={"duration_s": 3.0})
+
+
+def test_recipes_are_found_by_name_and_by_environment() -> None:
+    for problem in PROBLEMS.values():
+        for role in ROLES:
+            env_id = problem.env_id(role)
+            found = find_recipe(env_id)
+            assert (found.problem, found.role, found.algorithm) == (problem.name, role, SHARED)
+            assert find_recipe(env_id.removeprefix("cps_envs/")) == find_recipe(found.name) == found
+    assert find_recipe("fdi-hypotheses") == FdiHypotheses()
+    assert sum(recipe.algorithm == SEARCH for recipe in RECIPES.values()) == 9
+    with pytest.raises(CommandError, match=r"no recipe and no environment 'rogue-atack'. Did you mean 'rogue-attack'"):
+        find_recipe("rogue-atack")
+
+
+def test_recipes_refuse_nonsense() -> None:
+    with pytest.raises(CommandError, match="Did you mean 'cma-es'"):
+        Recipe(algorithm="cma-e")
+    with pytest.raises(CommandError, match="hold = 0"):
+        Recipe(hold=0)
+    with pytest.raises(CommandError, match="two hidden layers of one size"):
+        Recipe(hidden=(64, 32))
+    with pytest.raises(CommandError, match=r"no knob 'learning_rat'.*learning_rate"):
+        changed(MINE, {"learning_rat": 1})
+    with pytest.raises(CommandError, match="should be like"):
+        changed(MINE, {"total_steps": "many"})
+
+
+def test_recipes_change_by_values_of_the_command_line() -> None:
+    recipe = changed(MINE, {"hidden": [32, 32], "discount": 1, "overrides": {"dt_s": 0.001}})
+    assert recipe.hidden == (32, 32)
+    assert isinstance(recipe.discount, float)
+    assert recipe.overrides == {"duration_s": 3.0, "dt_s": 0.001}
+
+
+def test_seeds_do_not_overlap() -> None:
+    assert EVALUATION.stop <= VALIDATION.start
+    assert VALIDATION.stop <= TRAINING_START <= training_seed(0)
+    assert training_seed(1) - training_seed(0) > 19 * 1024
