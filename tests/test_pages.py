@@ -14,6 +14,8 @@ from typing import Any
 
 import pytest
 
+from cps_envs import PROBLEMS
+
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -22,7 +24,12 @@ ADDRESS = "https://github.com/cps-envs/cps-envs/blob/main/"
 RAW = "https://raw.githubusercontent.com/cps-envs/cps-envs/main/"
 SNIPPET = re.compile(r"```python\n(.*?)```", re.DOTALL)
 PYTHON = list(dict.fromkeys(SNIPPET.findall(FIRST)))
-HVAC = SNIPPET.findall((DOCS / "hvac.md").read_text(encoding="utf-8"))
+GAMES = [
+    pytest.param(snippet, id=f"{page.parent.name}-{page.stem}-{place}")
+    for name in PROBLEMS
+    for page in (DOCS / f"{name}.md", DOCS / "details" / f"{name}.md")
+    for place, snippet in enumerate(SNIPPET.findall(page.read_text(encoding="utf-8")))
+]
 LINES = [
     line.removeprefix("$ ")
     for block in re.findall(r"```console\n(.*?)```", FIRST, re.DOTALL)
@@ -72,8 +79,8 @@ def test_python_snippets_run(snippet: str, request: pytest.FixtureRequest, tmp_p
         run(tmp_path, snippet)
 
 
-@pytest.mark.parametrize("snippet", HVAC, ids=["start", "team", "house", "building"])
-def test_snippets_of_the_hvac_page_run_without_a_warning(snippet: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("snippet", GAMES)
+def test_snippets_of_the_pages_of_a_game_run_without_a_warning(snippet: str, tmp_path: Path) -> None:
     run(tmp_path, snippet, "-Werror")
 
 
@@ -167,6 +174,7 @@ def parse(arguments: list[str], words: str) -> None:
 
 def test_there_is_something_of_each_kind() -> None:
     assert len(PYTHON) >= 3
+    assert len(GAMES) >= 2 * len(PROBLEMS)
     assert len(COMMANDS) >= 4
     assert len(NOTEBOOKS) >= 5
     assert sum(len(list(commands(page))) for page in PAGES) > 100

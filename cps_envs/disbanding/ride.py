@@ -14,9 +14,7 @@ from cps_envs.disbanding.state import Constants, State
 MASS_KG = 1500.0
 ROLLING_N = 0.01 * MASS_KG * 9.81  # rolling resistance of 1 % of the weight
 AIR_KG_PER_M = 0.5 * 1.2 * 0.65  # half the density of air in kg/m3 times the drag area in m2
-RECOVERED = (
-    0.1  # share of the desired speed within which a vehicle counts as undisturbed; chosen, see `docs/disbanding.md`
-)
+RECOVERED = 0.1  # share of the desired speed within which a vehicle counts as undisturbed; chosen
 
 
 @inlined

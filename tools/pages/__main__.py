@@ -1,4 +1,4 @@
-"""The generated pages of docs/, and the table of README.
+"""The generated pages of docs/, and the tables of README and of the pages of the games.
 
 `python -m tools.pages` writes them, `--check` tells whether they are current.
 """
@@ -14,7 +14,7 @@ from typing import Any
 
 from cps_agents.files import write_text
 from cps_agents.scoring.board import boards, front
-from tools.pages import chapters, environments, leaderboard
+from tools.pages import chapters, environments, games, leaderboard
 
 FOLDER = Path(__file__).parents[2] / "docs"
 README = FOLDER.parent / "README.md"
@@ -30,10 +30,16 @@ def pages() -> dict[str, str]:
     }
 
 
-def readme() -> str:
-    """README with the leaders of this day."""
-    table = "\n".join(front(boards()).markdown()) + "\n"
-    return SCORES.sub(lambda _: table, README.read_text(encoding="utf-8"))
+def filled() -> dict[Path, str]:
+    """README and the pages of the games, with the leaders of this day."""
+    tables = {FOLDER / name: table for name, table in games.leaders().items()}
+    tables[README] = "\n".join(front(boards()).markdown()) + "\n"
+    return {page: _with(page.read_text(encoding="utf-8"), table) for page, table in tables.items()}
+
+
+def _with(text: str, table: str) -> str:
+    """The text of a page with this table between its marks."""
+    return SCORES.sub(lambda _: table, text)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -44,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
     options: Any = parser.parse_args(arguments)
     texts = {options.to / name: page for name, page in pages().items()}
     if options.to == FOLDER:
-        texts[README] = readme()
+        texts |= filled()
     if options.check:
         old = [path for path, text in texts.items() if _is_old(path, text)]
         return int(bool(old))

@@ -18,11 +18,12 @@ from cps_envs.core.config import parameter_table
 from cps_envs.core.problem import Problem
 from cps_envs.core.registration import class_name
 from cps_envs.core.training import Training
-from cps_envs.core.types import ROLES, Role
+from cps_envs.core.types import ROLES, Array, Role
 from tools.pages.diagram import LOOPS, diagram
 
 MARK = "<!-- Written by `make pages` from the docstrings of environments and policies; do not edit. -->\n"
 ENDS = "## References"  # what we add goes before it
+LONGEST = 4  # entries of an action that are written out where they are equal
 
 
 def pages() -> dict[str, str]:
@@ -37,24 +38,24 @@ def pages() -> dict[str, str]:
 
 
 def index() -> str:
-    """The page that lists all environments."""
-    lines = ["# Environments\n", MARK, "| id | decides for | problem |", "|---|---|---|"]
+    """The page that lists all games and their environments."""
+    lines = ["# Games\n", MARK]
+    lines.append(
+        "Each game has a page of its own: what it is about, who knows what, how to attack and defend, and what the "
+        "baselines reach. Each role has a page with its actions, observations and rewards.\n"
+    )
+    lines += ["| game | attack | defend | both roles |", "|---|---|---|---|"]
     for problem in PROBLEMS.values():
-        for role in ROLES:
-            name = class_name(problem, role)
-            lines.append(f"| [`{problem.env_id(role)}`]({name}.md) | {role} | {problem.summary} |")
+        cells = [f"[{problem.name}](../{problem.name}.md): {problem.summary}"]
+        cells += [f"[`{problem.env_id(role)}`]({class_name(problem, role)}.md)" for role in ROLES]
+        cells.append(f"[teams, presets, arguments]({problem.name}.md)")
+        lines.append(f"| {' | '.join(cells)} |")
     discrete = [f"`{problem.discrete_id(role)}`" for problem in PROBLEMS.values() for role in problem.discrete]
     lines.append(
         f"\n{', '.join(discrete)} offer MultiDiscrete roles to learners that know only Discrete actions. Each action "
         "changes one entry and holds the others."
     )
-    lines.append(
-        "\nEach problem also has a page with both roles at once, one agent per vehicle, presets and policies:\n"
-    )
-    lines += [f"- [{problem.name}]({problem.name}.md)" for problem in PROBLEMS.values()]
-    names = [f"{problem.name}" for problem in PROBLEMS.values()]
-    names += [class_name(problem, role) for problem in PROBLEMS.values() for role in ROLES]
-    lines += ["\n```{toctree}\n:hidden:\n", *names, "```"]
+    lines += ["\n```{toctree}\n:hidden:\n", *(f"../{name}" for name in PROBLEMS), "```"]
     return "\n".join(lines) + "\n"
 
 
@@ -73,7 +74,10 @@ def page(problem: Problem, role: Role) -> Iterator[str]:
     yield f"## Threat Model\n\n{head}"
     yield from _adapters(problem, role)
     page, named = f"{problem.name}.md", f"policies-of-the-{role}"
-    yield f"## Presets and Baselines\n\n[Presets]({page}#presets), [policies of the {role}]({page}#{named}).\n"
+    yield (
+        f"## Presets and Baselines\n\n[The game](../{page}) says which there are and what they reach. All in tables: "
+        f"[presets]({page}#presets), [policies of the {role}]({page}#{named}).\n"
+    )
     yield f"## Code to Start\n\n```python\n{_snippet(problem, role)}\n```\n"
     yield f"{ENDS}\n\n{closing}"
 
@@ -133,6 +137,7 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
     )
     if role in problem.training:
         yield f"{_settings(problem.training[role])}\n"
+    shown: dict[str, str] = {}  # tables of observations, and the adapters below which they stand
     for name in spec.adapters:
         adapter = spec.adapter(name)
         first, last = adapter.agents[0], adapter.agents[-1]
@@ -142,8 +147,17 @@ def _adapters(problem: Problem, role: Role) -> Iterator[str]:
             else f"{len(adapter.agents)} agents, `{first}` to `{last}`, act"
         )
         yield f"### Adapter `{name}`\n\n{inspect.getdoc(type(adapter)) or ''}\n"
-        yield f"{who} in `{adapter.action_space}`. The neutral action is `{adapter.neutral_action.tolist()}`.\n"
-        yield f"{adapter.fields.table()}\n"
+        yield f"{who} in `{adapter.action_space}`. The neutral action is {_action(adapter.neutral_action)}.\n"
+        table = adapter.fields.table()
+        alike = shown.setdefault(table, name)
+        yield f"{table}\n" if alike == name else f"It sees the same as `{alike}`.\n"
+
+
+def _action(action: Array) -> str:
+    """An action; many equal entries are written once."""
+    entries = action.ravel().tolist()
+    many = len(entries) > LONGEST and len(set(entries)) == 1
+    return f"{len(entries)} times `{entries[0]}`" if many else f"`{action.tolist()}`"
 
 
 def _settings(training: Training) -> str:

@@ -1,4 +1,4 @@
-"""What half the integration step changes: `python -m tools.rogue.refinement` prints the table of docs/rogue.md.
+"""What half the step changes: `python -m tools.rogue.refinement` prints the table in docs/details/rogue.md.
 
 The attackers do not look at gaps: the noise of a sensor is numbered by integration steps, so that half the step is
 other noise, and an attacker that looks at it would play another episode.

@@ -12,7 +12,7 @@ from cps_envs.core.adapter import advises
 from cps_envs.core.policy import RoleSpec
 
 WEIGHTS = ("front_gap", "front_rate", "rear_gap", "rear_rate", "excess", "bias", "hysteresis")  # as `tuned` names them
-BEHIND = Manners(  # these and the next came out of a first search: see docs/rogue.md
+BEHIND = Manners(  # these and the next came out of a first search: see docs/details/rogue.md
     wanted_m=5.16,
     headway_s=0.332,
     gap=2.11,
