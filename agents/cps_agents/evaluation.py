@@ -136,7 +136,7 @@ class Standing:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What is to be compared."""
+    """What an evaluation compares: policies and baselines, against which opponents, by which metric."""
 
     challenges: Sequence[Challenge]  # one for each opponent
     policies: Sequence[str]

@@ -155,7 +155,7 @@ class Film:
 
 @dataclass(frozen=True)
 class Camera:
-    """What draws, and a function that takes a frame."""
+    """The renderer of a film, and a context whose function takes a frame."""
 
     renderer: Renderer
     shooting: AbstractContextManager[Callable[[], None]]

@@ -25,7 +25,7 @@ GAPS = (2, 1)  # spaces between columns: usually, and where that keeps a table i
 
 @dataclass(frozen=True)
 class Part:
-    """Columns that stand beside each other."""
+    """Columns of a table that fit beside each other on the console."""
 
     columns: Sequence[int]
     widths: Sequence[int]

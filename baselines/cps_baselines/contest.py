@@ -27,7 +27,7 @@ class Search:
 
 @dataclass(frozen=True)
 class Side:
-    """Who plays one role in preset `learning`."""
+    """The policies that stand for one role in preset `learning`: what they are told, and which numbers are searched."""
 
     policies: tuple[Contestant, ...] = ()  # that see no more than the role does; `none`, the neutral one, included
     constants: tuple[str, ...] = ()  # policies that take one action, all or a grid of them, such as "always?action=1"

@@ -14,7 +14,7 @@ Judge = Callable[[FloatArray], FloatArray | None]  # what candidates (P, k) reac
 
 
 class Generation(NamedTuple):
-    """Candidates with what they reached."""
+    """The candidates of one generation, with what each has reached."""
 
     points: FloatArray  # (P, k)
     values: FloatArray  # (P,) to be maximised

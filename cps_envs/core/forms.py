@@ -22,7 +22,7 @@ Classes: TypeAlias = tuple[type[RoleEnv], type[RoleVectorEnv]]
 
 @dataclass(frozen=True)
 class Forms:
-    """What a module of a problem offers; it gives each of them the name under which it was made."""
+    """The environment classes and functions of a problem. A module that assigns them under these names offers them."""
 
     attack: Classes  # ...AttackEnv, ...AttackVectorEnv
     defense: Classes  # ...DefenseEnv, ...DefenseVectorEnv

@@ -82,7 +82,7 @@ LONGEST_NAME = 32
 
 @dataclass(frozen=True)
 class Application:
-    """A contestant who wants to play a role."""
+    """A contestant and the role that it should play, before it is known whether it can."""
 
     role: Role
     contestant: Contestant

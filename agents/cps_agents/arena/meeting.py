@@ -20,7 +20,7 @@ Result = dict[str, Any]
 
 @dataclass(frozen=True)
 class InVenue:
-    """Work that is done in a venue."""
+    """Base of jobs that play in one venue, a configuration of a problem."""
 
     venue: Venue
 
@@ -66,7 +66,7 @@ class Meeting(InVenue):
 
 @dataclass(frozen=True)
 class Preparation(InVenue):
-    """What a contestant finds out before it plays."""
+    """Runs the function by which a contestant prepares itself before it plays."""
 
     kind: ClassVar[str] = "preparation"
     function: str  # module:function
@@ -154,7 +154,7 @@ def make_meeting(
 
 
 def make_preparation(venue: Venue, contestant: Contestant, quick: bool, label: str = "") -> Preparation:
-    """What a contestant finds out before it plays."""
+    """The job that prepares a contestant before it plays."""
     return Preparation(
         venue=venue.changed(contestant.overrides),
         function=contestant.prepare,

@@ -69,7 +69,7 @@ class Pairing:
 
 @dataclass
 class Played(Generic[Key]):
-    """What came out."""
+    """The results of the meetings that were asked for, and how many of them were found finished."""
 
     results: dict[Key, list[Result]] = field(default_factory=dict)  # of the meetings of each pairing
     prepared: dict[tuple[Key, Role], Result] = field(default_factory=dict)

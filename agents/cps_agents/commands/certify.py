@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class Backend(str, Enum):
-    """Where joblib runs the programs."""
+    """How joblib spreads the integer programs: processes, threads or a Dask cluster."""
 
     LOKY = "loky"
     THREADING = "threading"

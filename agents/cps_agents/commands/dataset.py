@@ -15,7 +15,7 @@ from cps_envs.core.types import Role
 
 
 class RecordedRole(str, Enum):
-    """Whose experience is kept."""
+    """The role whose experience is recorded."""
 
     attacker = "attacker"
     defender = "defender"

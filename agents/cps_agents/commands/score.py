@@ -23,7 +23,7 @@ from cps_baselines.tracks import find_track, tracks
 
 
 class Scores(TyperGroup):
-    """Without the name of a command the words are a track and a policy."""
+    """Commands of `cps-envs score`. Words that begin with none of them are a track and a policy to score."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command of the first word."""

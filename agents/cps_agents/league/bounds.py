@@ -27,7 +27,10 @@ from cps_envs.core.types import FloatArray
 
 @dataclass(frozen=True)
 class Bounds:
-    """Of one profile, on evaluation seeds; each side's best reply is chosen on validation seeds among all policies."""
+    """How far each side of a profile can be exploited, on evaluation seeds.
+
+    Each side's best reply is chosen on validation seeds, among all policies.
+    """
 
     value: Estimate  # what the attacker is paid when both play the profile
     conceded: Estimate  # by the defender's strategy to the best attacker found: at most what it truly concedes
@@ -45,7 +48,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class LeagueOutcome:
-    """What there is after some iterations."""
+    """The result of self-play after some iterations."""
 
     game: SelfPlayGame
     pool: Pool

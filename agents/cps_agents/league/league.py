@@ -54,7 +54,7 @@ class LeaguePlan:
 
 @dataclass(frozen=True)
 class League:
-    """The result."""
+    """The result of a league: who played, the matrix of payoffs, and what follows from it."""
 
     plan: LeaguePlan
     attackers: list[Contestant]
@@ -165,7 +165,7 @@ def check_anybody(role: Role, players: Mapping[Role, Sequence[Contestant]], left
 
 @dataclass(frozen=True)
 class LeagueStanding:
-    """A policy among those of its role."""
+    """How a policy stands among those of its role."""
 
     player: Contestant
     probability: float  # in the equilibrium

@@ -44,7 +44,7 @@ def judge_in(venue: Venue, role: Role, rivals: Sequence[str]) -> Judge:
 
 @dataclass(frozen=True)
 class Candidate:
-    """What a search found."""
+    """The best policy that a search has found, and what the search took."""
 
     search: str
     policy: str

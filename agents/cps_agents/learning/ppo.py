@@ -53,7 +53,7 @@ class PpoSettings:
 
 
 class LearningProgress(NamedTuple):
-    """How far learning is, after an update."""
+    """The progress of learning after an update."""
 
     share: float  # of the budget, 0 to 1
     updates: int

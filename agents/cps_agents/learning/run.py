@@ -30,7 +30,7 @@ Report = Callable[[int, str], None]  # how much of `Recipe.budget` is done, a no
 
 @dataclass(frozen=True)
 class Run:
-    """Where things lie.
+    """A training run and its folder.
 
     `run.json` (recipe, command, versions, how far), `evaluations.jsonl`, `policy.json` and `policy.safetensors` (the
     best so far by validation), a checkpoint to go on from, and what a tracker writes, such as `tensorboard/`.
@@ -167,7 +167,7 @@ def recording(job: TrainingJob) -> Iterator[RunTracker]:
 
 
 class Earlier(NamedTuple):
-    """What an earlier run was."""
+    """The recipe and the seed of an earlier run."""
 
     recipe: Recipe
     seed: int

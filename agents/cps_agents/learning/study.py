@@ -27,7 +27,7 @@ USUAL: Mapping[str, str] = {  # ranges of our own PPO
 
 
 class Tried(NamedTuple):
-    """A finished trial."""
+    """A finished trial of a study: its values and its score."""
 
     number: int
     score: float  # mean over the training seeds, on validation seeds; the higher the better for the role
@@ -133,7 +133,7 @@ class Study:
 
 
 class Trial(NamedTuple):
-    """A trial to be done, in any process."""
+    """A trial that is still to be run, in any process."""
 
     number: int
     values: dict[str, Any]

@@ -53,7 +53,7 @@ def check_tracker(kind: str) -> None:
 
 
 class Silent:
-    """Tracks nothing."""
+    """A tracker that keeps nothing (`--tracker none`)."""
 
     def __init__(self, subject: TrackedRun) -> None:
         pass

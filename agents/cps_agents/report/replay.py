@@ -31,7 +31,7 @@ FEW_ROWS, MOST_ROWS = 6, 48  # drawn as lines; drawn at all
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity at k moments, in r rows."""
+    """A time line of a replay: a quantity at k moments, in r rows."""
 
     name: str
     values: FloatArray  # (k, r)
@@ -63,7 +63,7 @@ class Curve:
 
 @dataclass
 class Diary:
-    """A role's moments."""
+    """What a role observed, did and believed at each moment of a recorded episode."""
 
     observations: list[Array] = field(default_factory=list)  # (size,) each
     actions: list[Array] = field(default_factory=list)

@@ -91,7 +91,7 @@ HOST = "127.0.0.1"
 
 
 class Quiet(SimpleHTTPRequestHandler):
-    """Serves files without a line for each."""
+    """Serves files without printing a line for each request."""
 
     def log_message(self, format: str, *args: Any) -> None:
         """Say nothing."""
@@ -117,7 +117,7 @@ TITLE = "Attack and defence of cyber-physical systems"
 
 @dataclass(frozen=True)
 class Report:
-    """What a page shows."""
+    """What the pages of a report show."""
 
     boards: Sequence[Board] = ()
     replays: int = 1  # episodes of each pair that can be watched

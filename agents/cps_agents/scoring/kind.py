@@ -24,7 +24,7 @@ TAUGHT = ("imitation", "recurrent-imitation", "plan-search")  # algorithms of ca
 
 @dataclass(frozen=True)
 class Kind:
-    """One of `KINDS`, and of searched numbers how many."""
+    """What an entry of a board is, one of `KINDS`; of searched numbers also how many."""
 
     name: str
     numbers: int = 0

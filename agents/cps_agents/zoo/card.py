@@ -34,7 +34,7 @@ SHOWN = {str: "text", dict: "mapping", int: "whole number", bool: "truth value"}
 
 @dataclass(frozen=True)
 class Card:
-    """Of one recipe; `seeds` has one entry per training seed, whose weights lie under its number."""
+    """The card of one recipe's policies; `seeds` has one entry for each training seed."""
 
     name: str
     problem: str

@@ -26,7 +26,7 @@ Outputs: TypeAlias = Callable[[Observation], Array]  # rows (n, columns) -> logi
 
 @dataclass(frozen=True)
 class Head:
-    """How outputs become actions."""
+    """How the outputs of a network become actions."""
 
     stickiness: float = 0.0  # added to the logit of the agent's last action
     log_deviation: Array | None = None  # of Gaussian actions, (k,)

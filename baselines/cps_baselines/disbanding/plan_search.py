@@ -29,7 +29,7 @@ Progress = Callable[[int, int, float], None]  # generation, generations, best va
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """The knobs of the search; all chosen."""
+    """The settings of the genetic algorithm; all chosen."""
 
     population: int = 30
     generations: int = 20
@@ -129,7 +129,7 @@ class PlanProblem(Problem):
 
 
 class RandomPlans(Sampling):
-    """Distinct platoons and uniform seconds."""
+    """Draws the first plans: distinct platoons, seconds uniformly."""
 
     def _do(self, problem, n_samples, *args, random_state=None, **kwargs):  # type: ignore[no-untyped-def]
         platoons = np.argsort(random_state.random((n_samples, problem.num_platoons)), axis=1)[:, : problem.budget] + 1
@@ -138,7 +138,7 @@ class RandomPlans(Sampling):
 
 
 class ExchangePairs(Crossover):
-    """Uniform crossover of whole pairs; one child of two parents."""
+    """Crosses two parents into one child: each (platoon, second) pair comes from either."""
 
     def __init__(self, prob: float) -> None:
         super().__init__(n_parents=2, n_offsprings=1, prob=prob)
@@ -180,7 +180,7 @@ class DistinctPlatoons(Repair):
 
 
 class Elitism(Survival):
-    """The children and the best few parents."""
+    """The next generation: the children and the best few parents."""
 
     def __init__(self, elites: int) -> None:
         super().__init__(filter_infeasible=False)

@@ -19,7 +19,7 @@ FLOWING_MPS = 15.0  # of the rear half, from which on small gaps are no jam
 
 
 class Numbers(NamedTuple):
-    """What decides the plans; each an array with one entry per episode, (B,), or (1,) for all.
+    """The numbers that decide when each attack comes; each an array with one entry per episode, (B,), or (1,) for all.
 
     The last attack comes at `last_*`, by what the rear half drives when the attacker looks, and by how near intact
     platoons are to those ahead. On a road that nobody defends the second attack comes `second_*` after the first. The

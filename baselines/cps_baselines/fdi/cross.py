@@ -25,7 +25,7 @@ PROVED_MPS = 1e-4  # a value this near its bound is the optimum
 
 
 class Extra(NamedTuple):
-    """What an optimum is searched with besides the integer program."""
+    """The searches for an optimum that come before and after the integer program."""
 
     plans: int = 0  # tried by annealing before it
     exhaustive_s: float = 0.0  # of an exhaustive search after it, where it stays open

@@ -25,7 +25,7 @@ NOTHING, TIGHT, RESERVED, HIT = range(4)  # prospects, from the worst to the bes
 
 
 class Prospect(NamedTuple):
-    """What a state promises: first how safely, then how fast."""
+    """How much a state promises the attacker: first how safe a collision is, then how fast."""
 
     rank: int
     speed_mps: float

@@ -144,7 +144,7 @@ SHARE = 0.25  # of the time limit, for the programs of one number of steps
 
 
 class Instance(NamedTuple):
-    """What a seed draws."""
+    """One episode of preset `drawn`: the task, the start and the gains that its seed draws."""
 
     seed: int
     task: Task

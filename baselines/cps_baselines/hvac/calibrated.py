@@ -35,7 +35,7 @@ Report = Callable[[int], None]  # steps done
 
 
 class Level(NamedTuple):
-    """A configuration to calibrate for."""
+    """A preset with overrides, for which the threshold of MTD2 is calibrated."""
 
     preset: str
     overrides: Mapping[str, Any]

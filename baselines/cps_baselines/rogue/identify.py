@@ -22,7 +22,7 @@ FARTHEST = 3.0  # of these, from where on a gap is out of sight
 
 
 class Known(NamedTuple):
-    """What was searched in preset `learning`."""
+    """The answers to K known defenders that were searched in preset `learning`, and how to recognise each."""
 
     against: tuple[str, ...]
     weights: FloatArray  # (K, 7) of `Switching`, found against each of them

@@ -16,7 +16,7 @@ BELIEVED_GAP, BELIEVED_CLOSING, INJECTIONS = range(8, 11)
 
 
 class Peaks(NamedTuple):
-    """The largest that any vehicle had, 0 or more."""
+    """The largest values that any vehicle has had, which scale the plots; 0 or more."""
 
     gap_m: float
     closing_mps: float

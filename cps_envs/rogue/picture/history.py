@@ -14,7 +14,7 @@ MOST_POINTS = 300  # of a curve
 
 
 class Traces(NamedTuple):
-    """An episode at k moments."""
+    """What is plotted of an episode, at k moments."""
 
     time_s: FloatArray  # (k,)
     effort: FloatArray  # (k,)
