@@ -27,7 +27,7 @@ from cps_agents.learning.twins import Twins
 from cps_agents.recipes.finding import RECIPES, find_recipe
 from cps_agents.recipes.learning import OWN, learning_recipe
 from cps_agents.zoo.files import load
-from cps_agents.zoo.wired import Head, WiredPolicy, outputs_of
+from cps_agents.zoo.wired import Head, WiredPolicy
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.play import play_episodes
 from cps_envs.core.seeds import training_seed
@@ -275,7 +275,7 @@ def test_a_played_policy_sees_and_does_what_it_did_in_training(problem: Any, rol
         learner.network.policy[-1].weight.normal_(generator=learner.generator)
     network = learner.network.exported()
     head = Head(learner.network.stickiness)
-    outputs, asked = outputs_of(network), []
+    outputs, asked = network.forward, []
 
     def listening(rows: Array) -> Array:
         asked.append(rows)

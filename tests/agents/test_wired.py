@@ -16,7 +16,6 @@ from cps_agents.learning.learner import learn
 from cps_agents.zoo.card import SHIPPED, read_card
 from cps_agents.zoo.files import load, save
 from cps_agents.zoo.merging import merge
-from cps_agents.zoo.network import Memory
 from cps_agents.zoo.wiring import check_wiring
 from cps_envs.core.documents import DamagedFileError
 from cps_envs.core.errors import ConfigurationError, UnknownNameError
@@ -103,26 +102,14 @@ def test_a_file_without_an_untrained_network_says_so(folder: Path, tmp_path: Pat
         played(tmp_path, option="untrained=true")
 
 
-def test_a_wired_network_has_no_memory(folder: Path, tmp_path: Path) -> None:
-    card, network = load(folder / "policy.json")
-    inputs = len(network.columns)
-    gates = (
-        (np.zeros((inputs, 8), np.float32), np.zeros(8, np.float32)),
-        (np.zeros((2, 8), np.float32), np.zeros(8, np.float32)),
-    )
-    layers = ((np.zeros((2, 3), np.float32), np.zeros(3, np.float32)),)
-    fields = {name: getattr(network, name) for name in network.__dataclass_fields__}
-    remembering = type(network)(**{**fields, "layers": layers, "memory": Memory(*gates)})
-    save(tmp_path / "policy.json", card, {0: remembering})
-    with pytest.raises(ValueError, match="no memory"):
-        load(tmp_path / "policy.json")
-
-
-def test_cards_without_a_wiring_stay_as_they_are() -> None:
-    paths = sorted(SHIPPED.glob("*.json"))[:3]
-    for path in paths:
-        assert "wiring" not in read_card(path).to_json() or read_card(path).wiring
-    assert paths
+def test_a_network_has_a_wiring_and_nothing_else_has_one(folder: Path, tmp_path: Path) -> None:
+    shipped = [read_card(path) for path in sorted(SHIPPED.glob("*.json"))]
+    assert {bool(card.wiring) for card in shipped} == {True, False}
+    assert all(("wiring" in card.to_json()) == bool(card.wiring) for card in shipped)
+    good = json.loads((folder / "policy.json").read_text())
+    (tmp_path / "policy.json").write_text(json.dumps({**good, "wiring": {}}))
+    with pytest.raises(DamagedFileError, match=r"policy\.json is no card .*a network, and nothing else, has a wiring"):
+        read_card(tmp_path / "policy.json")
 
 
 def test_a_network_plays_in_another_length_of_the_episode(folder: Path) -> None:

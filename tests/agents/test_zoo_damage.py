@@ -20,23 +20,12 @@ from safetensors.numpy import load_file, save_file
 
 from cps_agents.zoo.card import MOST_BYTES, SHIPPED, read_card
 from cps_agents.zoo.files import load, shipped_names
-from cps_agents.zoo.network import Memory, Network, network_of
+from cps_agents.zoo.network import Network, network_of
 from cps_envs.core.types import Array
 from tests.agents.command_line import invoke
 from tests.agents.trained import save_tiny
 
 Tensors: TypeAlias = dict[str, Array]
-UNITS = 4
-
-
-def remembering(tensors: Tensors, inward: int = 4 * UNITS, recurrent: int = 4 * UNITS) -> None:
-    """Turn a network of one layer into one with a memory, whose biases have these lengths."""
-    inputs, outputs = tensors["0/layer.0.weight"].shape
-    tensors["0/memory.inward.weight"] = np.zeros((inputs, 4 * UNITS), np.float32)
-    tensors["0/memory.inward.bias"] = np.zeros(inward, np.float32)
-    tensors["0/memory.recurrent.weight"] = np.zeros((UNITS, 4 * UNITS), np.float32)
-    tensors["0/memory.recurrent.bias"] = np.zeros(recurrent, np.float32)
-    tensors["0/layer.0.weight"] = np.zeros((UNITS, outputs), np.float32)
 
 
 def changed(name: str, change: Callable[[Array], Array]) -> Callable[[Tensors], None]:
@@ -66,9 +55,6 @@ def entry(value: float) -> Callable[[Array], Array]:
 
 
 WEIGHTS: dict[str, Callable[[Tensors], None]] = {
-    "memory bias longer": lambda tensors: remembering(tensors, inward=100_000),
-    "memory bias shorter": lambda tensors: remembering(tensors, inward=3),
-    "recurrent bias longer": lambda tensors: remembering(tensors, recurrent=64),
     "columns beyond": changed("0/columns", lambda array: array + 1000),
     "columns negative": changed("0/columns", lambda array: array - 5),
     "columns of numbers": changed("0/columns", lambda array: array.astype(np.float64)),
@@ -129,13 +115,6 @@ def test_weights_that_make_no_sense_are_refused(name: str, card: Path) -> None:
         load(card)
 
 
-def test_a_memory_that_fits_is_taken(card: Path) -> None:
-    tensors = load_file(card.with_suffix(".safetensors"))
-    remembering(tensors)
-    rewrite(card, tensors)
-    assert isinstance(load(card)[1].memory, Memory)
-
-
 @pytest.mark.parametrize("name", CARDS)
 def test_cards_that_make_no_sense_are_refused(name: str, card: Path) -> None:
     card.write_text(json.dumps({**json.loads(card.read_text()), **CARDS[name]}))
@@ -192,8 +171,7 @@ def test_what_is_accepted_plays_finite_numbers(data: st.DataObject) -> None:
         "layer.0.bias": data.draw(numbers(2)),
     }
     network: Network = network_of(tensors, "tanh")
-    state = np.zeros((1, 0), np.float32)
-    outputs, *_ = network.forward(np.array([[-1.0, 0.3, 1.0]], np.float32), state, state)
+    outputs = network.forward(np.array([[-1.0, 0.3, 1.0]], np.float32))
     assert np.isfinite(outputs).all()
 
 

@@ -7,91 +7,63 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cps_agents.zoo.network import MOST_LOG_DEVIATION, PART, Memory, Network, check_fit, network_of
+from cps_agents.zoo.network import MOST_LOG_DEVIATION, PART, Network, check_fit, network_of
 
 torch = pytest.importorskip("torch")
 
 
-def make_network(seed: int, activation: str = "tanh", units: int = 0, inputs: int = 5, outputs: int = 3) -> Network:
+def make_network(seed: int, activation: str = "tanh", inputs: int = 5, outputs: int = 3) -> Network:
     generator = np.random.default_rng(seed)
 
     def dense(rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
         weight = generator.normal(size=(rows, columns)) / np.sqrt(rows)
         return weight.astype(np.float32), generator.normal(size=columns).astype(np.float32)
 
-    width = units or inputs
     return Network(
         columns=generator.permutation(inputs + 2)[:inputs],
         mean=generator.normal(size=inputs).astype(np.float32),
         deviation=generator.uniform(0.1, 2, inputs).astype(np.float32),
-        layers=(dense(width, 16), dense(16, 8), dense(8, outputs)),
+        layers=(dense(inputs, 16), dense(16, 8), dense(8, outputs)),
         activation=activation,
-        memory=Memory(dense(inputs, 4 * units), dense(units, 4 * units)) if units else None,
         log_deviation=generator.normal(size=outputs).astype(np.float32),
     )
 
 
-def by_torch(network: Network, observation: np.ndarray, hidden: np.ndarray, cell: np.ndarray) -> list[np.ndarray]:
-    values = torch.as_tensor((observation[:, network.columns] - network.mean) / network.deviation).clamp(-5.0, 5.0)
-    state = [torch.as_tensor(hidden), torch.as_tensor(cell)]
-    if network.memory is not None:
-        lstm = torch.nn.LSTMCell(len(network.columns), network.units)
-        (inward, inward_bias), (recurrent, recurrent_bias) = network.memory.inward, network.memory.recurrent
-        with torch.no_grad():
-            lstm.weight_ih.copy_(torch.as_tensor(inward.T.copy()))
-            lstm.weight_hh.copy_(torch.as_tensor(recurrent.T.copy()))
-            lstm.bias_ih.copy_(torch.as_tensor(inward_bias))
-            lstm.bias_hh.copy_(torch.as_tensor(recurrent_bias))
-            state = list(lstm(values.float(), state))
-        values = state[0]
+def by_torch(network: Network, rows: np.ndarray) -> np.ndarray:
+    values = torch.as_tensor((rows[:, network.columns] - network.mean) / network.deviation).clamp(-5.0, 5.0)
     activate = torch.tanh if network.activation == "tanh" else torch.relu
     for place, (weight, bias) in enumerate(network.layers):
         values = values @ torch.as_tensor(weight) + torch.as_tensor(bias)
         values = activate(values) if place < len(network.layers) - 1 else values
-    return [array.detach().numpy() for array in (values, *state)]
+    return values.numpy()
 
 
 @pytest.mark.parametrize("activation", ["tanh", "relu"])
-@pytest.mark.parametrize("units", [0, 6])
-def test_equals_torch(activation: str, units: int) -> None:
-    network = make_network(0, activation, units)
-    generator = np.random.default_rng(1)
-    observation = generator.uniform(-1, 1, (9, 7)).astype(np.float32)
-    hidden, cell = generator.normal(size=(2, 9, units)).astype(np.float32)
-    for ours, theirs in zip(
-        network.forward(observation, hidden, cell), by_torch(network, observation, hidden, cell), strict=True
-    ):
-        np.testing.assert_allclose(ours, theirs, atol=1e-5)
+def test_equals_torch(activation: str) -> None:
+    network = make_network(0, activation)
+    rows = np.random.default_rng(1).uniform(-1, 1, (9, 7)).astype(np.float32)
+    np.testing.assert_allclose(network.forward(rows), by_torch(network, rows), atol=1e-5)
 
 
-@given(seed=st.integers(0, 100), envs=st.integers(1, 9), units=st.sampled_from([0, 4]))
-def test_an_environment_does_not_depend_on_the_others(seed: int, envs: int, units: int) -> None:
-    network = make_network(seed, units=units)
-    observation = np.random.default_rng(seed).uniform(-1, 1, (envs, 7)).astype(np.float32)
-    state = np.zeros((envs, units), np.float32)
-    together, *_ = network.forward(observation, state, state)
+@given(seed=st.integers(0, 100), envs=st.integers(1, 9))
+def test_an_environment_does_not_depend_on_the_others(seed: int, envs: int) -> None:
+    network = make_network(seed)
+    rows = np.random.default_rng(seed).uniform(-1, 1, (envs, 7)).astype(np.float32)
+    together = network.forward(rows)
     for b in range(envs):
-        part = slice(b, b + 1)
-        alone, *_ = network.forward(observation[part], state[part], state[part])
-        np.testing.assert_array_equal(alone, together[part])
+        np.testing.assert_array_equal(network.forward(rows[b : b + 1]), together[b : b + 1])
 
 
-@pytest.mark.parametrize("units", [0, 4])
-def test_a_large_batch_is_its_parts(units: int) -> None:
-    network = make_network(0, units=units, inputs=21)
-    generator = np.random.default_rng(2)
-    observation = generator.uniform(-1, 1, (2 * PART + 3, 23)).astype(np.float32)
-    hidden, cell = generator.normal(size=(2, len(observation), units)).astype(np.float32)
-    together = network.forward(observation, hidden, cell)
+def test_a_large_batch_is_its_parts() -> None:
+    network = make_network(0, inputs=21)
+    rows = np.random.default_rng(2).uniform(-1, 1, (2 * PART + 3, 23)).astype(np.float32)
+    together = network.forward(rows)
     for b in (0, PART - 1, PART, 2 * PART + 2):
-        alone = network.forward(observation[b : b + 1], hidden[b : b + 1], cell[b : b + 1])
-        for ours, theirs in zip(alone, together, strict=True):
-            np.testing.assert_array_equal(ours, theirs[b : b + 1])
+        np.testing.assert_array_equal(network.forward(rows[b : b + 1]), together[b : b + 1])
 
 
-@pytest.mark.parametrize("units", [0, 4])
-def test_survives_a_round_trip(units: int) -> None:
-    network = make_network(3, "relu", units)
+def test_survives_a_round_trip() -> None:
+    network = make_network(3, "relu")
     again = network_of(network.tensors(), "relu")
     assert again.activation == network.activation
     for name, array in network.tensors().items():

@@ -9,10 +9,12 @@ import numpy as np
 
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
+from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.network import Network
-from cps_agents.zoo.policy import count_actions
+from cps_agents.zoo.wired import Head, card_entry
 from cps_envs.core.training import NATIVE
 from cps_envs.core.types import Role
+from cps_envs.core.wiring import Wired, Wiring
 from cps_envs.registration import find_problem
 
 
@@ -43,21 +45,23 @@ def save_tiny(
     """Write a policy with random weights to `path` (its card) that fits a role of a configuration."""
     problem = find_problem(problem_name)
     game = problem.game(problem.config(preset, overrides or {}), 1)
-    adapter = game.spec(role).adapter(problem.swarm[role] if swarm else NATIVE)
-    actions, size = count_actions(adapter.action_space), adapter.fields.size
+    masked = game.action_mask(role) is not None
+    wiring = Wiring(problem_name, role, problem.swarm[role] if swarm else NATIVE, hold, masked=masked)
+    wired = Wired(wiring, game.spec(role).adapter(wiring.adapter))
+    actions, size = count_actions(wired.adapter.action_space), wired.columns.size
     card = Card(
         **{
             "name": path.stem,
             "problem": problem_name,
             "version": problem.version,
             "role": role,
-            "algorithm": "ppo",
+            "algorithm": "shared-ppo",
             "opponent": "none",
             "preset": preset,
             "overrides": overrides or {},
             "recipe": {"evaluation_episodes": 2},
             "activation": "tanh",
-            "head": "gaussian" if type(adapter.action_space).__name__ == "Box" else "discrete",
+            "head": "discrete" if wired.choices else "gaussian",
             "decentralised": swarm,
             "hold": hold,
             "observation_size": size,
@@ -66,6 +70,7 @@ def save_tiny(
             "seeds": {str(seed): {"validation": float(-seed), "steps": 1} for seed in range(seeds)},
             "command": "cps-envs train",
             "versions": {},
+            "wiring": card_entry(wiring, Head()),
             **changes,
         }
     )

@@ -20,8 +20,8 @@ from cps_agents.learning.tracking import RunTracker
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
+from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.numbers import NamedNumbers
-from cps_agents.zoo.policy import count_actions
 from cps_baselines.evolution import Evolution
 from cps_baselines.family import Family, find_family, play_family
 from cps_envs.core.documents import read_entry

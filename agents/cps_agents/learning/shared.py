@@ -28,7 +28,7 @@ from cps_agents.learning.warm_start import read_start
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save, starts_of
-from cps_agents.zoo.policy import count_actions
+from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.wired import Head, card_entry, wired_policy, with_scaling
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv
 from cps_envs.core.play import play_episodes

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from cps_agents.errors import CommandError
-from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.references import SB3, card_of
 from cps_baselines.searched import searched_by
 from cps_baselines.tracks import Track
@@ -19,7 +18,6 @@ KINDS = {
     "rules": "rules",
     "told": "told",
 }
-TAUGHT = ("imitation", "recurrent-imitation", "plan-search")  # algorithms of cards
 
 
 @dataclass(frozen=True)
@@ -55,14 +53,9 @@ def kind_of(track: Track, policy: PolicyReference) -> Kind:
         return Kind("reward")
     card = card_of(policy)
     if card is not None:
-        searched = card.head in ("family", MIXTURE)
-        return Kind("searched", len(card.numbers)) if searched else Kind(_learned(card.algorithm))
+        return Kind("searched", len(card.numbers)) if card.numbers else Kind("reward")
     problem = find_problem(track.problem)
     if numbers := searched_by(problem.name, policy):
         return Kind("searched", len(numbers))
     built = problem.policy(policy, problem.game(track.venue.config, 1), track.role)
     return Kind("told" if getattr(built, "privileged", None) else "rules")
-
-
-def _learned(algorithm: str) -> str:
-    return "imitation" if algorithm in TAUGHT else "reward"

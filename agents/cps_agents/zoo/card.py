@@ -15,7 +15,8 @@ FORMAT = 1
 SHIPPED = Path(__file__).with_name("policies")  # what comes with the package
 PARTS = "parts"  # folder of the policies that only mixtures play
 MIXTURE = "mixture"
-HEADS = ("gaussian", "squashed", "discrete", "family", MIXTURE)
+NETWORKS = ("gaussian", "discrete")  # heads of networks
+HEADS = (*NETWORKS, "family", MIXTURE)
 MOST_BYTES = 2**20  # of a card
 REMEDY = "Train or download it again."
 MOST_VALUES = 10**6  # of an observation, or choices of an action
@@ -46,9 +47,7 @@ class Card:
     overrides: Mapping[str, Any]  # of the preset, while training
     recipe: Mapping[str, Any]  # every knob
     activation: str
-    head: (
-        str  # gaussian: clipped means; squashed: their tanh; discrete: logits, one after the other; family; or mixture
-    )
+    head: str  # gaussian: clipped means; discrete: logits, one after the other; family; or mixture
     decentralised: bool  # plays each agent of the role's team with the same network
     hold: int  # decisions that an action is kept for
     observation_size: int  # of the role, or of one agent of its team
@@ -60,7 +59,7 @@ class Card:
     evaluation: Mapping[str, Any] = field(default_factory=dict)  # on seeds that training never used
     family: str = ""  # of policies of which this is one, see `cps_baselines.family`; empty for networks
     numbers: tuple[str, ...] = ()  # their names, where it is of a family; of a mixture, the references of its policies
-    wiring: Mapping[str, Any] = field(default_factory=dict, repr=False)  # see `zoo.wired`; empty: reads the observation
+    wiring: Mapping[str, Any] = field(default_factory=dict, repr=False)  # of a network, see `zoo.wired`
     weights: str = ""  # SHA-256 of the file with the weights, which ties it to the card; `save` fills it in
     format: int = FORMAT
 
@@ -78,9 +77,10 @@ class Card:
         if not self.actions or not all(type(each) is int and 1 <= each <= MOST_VALUES for each in self.actions):
             raise ValueError("actions have to be numbers of choices, each at least 1")
         self._check_numbers()
-        check_wiring(self.wiring)
-        if self.wiring and self.head not in ("gaussian", "discrete"):
-            raise ValueError(f"a network with head {self.head!r} has no wiring")
+        if bool(self.wiring) != (self.head in NETWORKS):
+            raise ValueError("a network, and nothing else, has a wiring")
+        if self.wiring:
+            check_wiring(self.wiring)
 
     def _check_numbers(self) -> None:
         named = all(type(name) is str for name in self.numbers) and len(set(self.numbers)) == len(self.numbers)

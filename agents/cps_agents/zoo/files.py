@@ -110,8 +110,6 @@ def load(card_path: Path, seed: int | None = None, *, untrained: bool = False) -
             return card, numbers_of(mine, len(card.numbers))
         network = network_of(mine, card.activation)
         check_fit(network, card.observation_size, sum(card.actions))
-        if card.wiring and network.memory is not None:
-            raise ValueError("a network with a wiring has no memory")
         return card, network
     except ValueError as error:
         raise _damaged(card_path, error) from error

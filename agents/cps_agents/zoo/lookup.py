@@ -9,7 +9,6 @@ from cps_agents.zoo.card import MIXTURE
 from cps_agents.zoo.files import find, load
 from cps_agents.zoo.mixing import mixed
 from cps_agents.zoo.numbers import NamedNumbers, member
-from cps_agents.zoo.policy import TrainedPolicy
 from cps_agents.zoo.wired import WiredPolicy, wired_policy
 from cps_envs.core.errors import ConfigurationError, UnknownNameError, require
 from cps_envs.core.policy import Policy, RoleSpec
@@ -39,10 +38,8 @@ def trained(
         return mixed(spec, card, network, version)
     if isinstance(network, NamedNumbers):
         return member(spec, card, network, version)
-    if card.wiring:
-        sampled = None if deterministic is None else not deterministic
-        return wired_policy(spec, card, network, sampled=sampled, version=version)
-    return TrainedPolicy(spec, card, network, deterministic=deterministic is not False, version=version)
+    sampled = None if deterministic is None else not deterministic
+    return wired_policy(spec, card, network, sampled=sampled, version=version)
 
 
 def model(path: str, spec: RoleSpec, *, algorithm: str = "PPO", sampled: bool = False) -> Policy:

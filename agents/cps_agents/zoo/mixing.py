@@ -13,8 +13,8 @@ from cps_agents.errors import CommandError
 from cps_agents.machine import versions
 from cps_agents.zoo.card import MIXTURE, PARTS, SHIPPED, Card
 from cps_agents.zoo.files import find, load, save
+from cps_agents.zoo.fitting import check_role, count_actions
 from cps_agents.zoo.numbers import NamedNumbers
-from cps_agents.zoo.policy import check_role, count_actions
 from cps_agents.zoo.references import PREFIX
 from cps_baselines.arena import Venue
 from cps_envs.core.lookup import within_budget

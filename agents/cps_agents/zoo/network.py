@@ -1,4 +1,4 @@
-"""A policy network without a deep-learning library: scaled inputs, an optional LSTM, dense layers.
+"""A policy network without a deep-learning library: scaled inputs and dense layers.
 
 Each environment's sums go in the order of the inputs, one after the other, without fused operations. So its output does
 not depend on how many others are in the batch, not even by rounding.
@@ -27,28 +27,14 @@ ROWS = 16  # environments that use a few rows of weights in turn, while these li
 
 
 @dataclass(frozen=True)
-class Memory:
-    """A long short-term memory; the gates are input, forget, cell, output, as in PyTorch."""
-
-    inward: Dense  # (inputs, 4 units)
-    recurrent: Dense  # (units, 4 units)
-
-    @property
-    def units(self) -> int:
-        """Number of hidden units."""
-        return len(self.recurrent[0])
-
-
-@dataclass(frozen=True)
 class Network:
-    """`columns` of the observation, scaled to (value - mean) / deviation and clipped, through memory and layers."""
+    """`columns` of the inputs, scaled to (value - mean) / deviation and clipped, through the layers."""
 
     columns: IntArray  # (inputs,)
     mean: Tensor  # (inputs,)
     deviation: Tensor  # (inputs,)
     layers: tuple[Dense, ...]  # the last one is linear
     activation: str  # between the layers
-    memory: Memory | None = None
     log_deviation: Tensor | None = None  # of Gaussian actions (outputs,)
 
     @property
@@ -56,24 +42,12 @@ class Network:
         """Size of what `forward` returns."""
         return len(self.layers[-1][1])
 
-    @property
-    def units(self) -> int:
-        """Hidden units of the memory, 0 without one."""
-        return 0 if self.memory is None else self.memory.units
-
-    def forward(self, observation: Array, hidden: Tensor, cell: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Outputs (B, num_outputs) for observations (B, n), and the memory's state, two arrays (B, units)."""
-        if len(observation) > PART:
-            cuts = [slice(start, start + PART) for start in range(0, len(observation), PART)]
-            parts = [self.forward(observation[cut], hidden[cut], cell[cut]) for cut in cuts]
-            outputs, hidden, cell = map(np.concatenate, zip(*parts, strict=True))
-            return outputs, hidden, cell
-        values = np.empty((len(observation), len(self.columns)), np.float32)
-        _scale(np.ascontiguousarray(observation), self.columns, self.mean, self.deviation, values)
-        if self.memory is not None:
-            gates = _dense(values, *self.memory.inward) + _dense(hidden, *self.memory.recurrent)
-            hidden, cell = _remember(gates, cell)
-            values = hidden
+    def forward(self, rows: Array) -> Tensor:
+        """Outputs (B, num_outputs) for rows of inputs (B, n)."""
+        if len(rows) > PART:
+            return np.concatenate([self.forward(rows[start : start + PART]) for start in range(0, len(rows), PART)])
+        values = np.empty((len(rows), len(self.columns)), np.float32)
+        _scale(np.ascontiguousarray(rows), self.columns, self.mean, self.deviation, values)
         for place, layer in enumerate(self.layers):
             values = _dense(values, *layer)
             if place < len(self.layers) - 1:
@@ -81,16 +55,13 @@ class Network:
                     np.tanh(values, out=values)
                 else:
                     np.maximum(values, np.float32(0), out=values)
-        return values, hidden, cell
+        return values
 
     def tensors(self) -> dict[str, Array]:
         """The arrays by name, for a file."""
         named: dict[str, Array] = {"columns": self.columns, "mean": self.mean, "deviation": self.deviation}
         for place, (weight, bias) in enumerate(self.layers):
             named |= {f"layer.{place}.weight": weight, f"layer.{place}.bias": bias}
-        if self.memory is not None:
-            for name, (weight, bias) in (("inward", self.memory.inward), ("recurrent", self.memory.recurrent)):
-                named |= {f"memory.{name}.weight": weight, f"memory.{name}.bias": bias}
         if self.log_deviation is not None:
             named["log_deviation"] = self.log_deviation
         return {name: np.ascontiguousarray(array) for name, array in named.items()}
@@ -107,19 +78,12 @@ def network_of(tensors: Mapping[str, Array], activation: str) -> Network:
     try:
         count = sum(name.startswith("layer.") and name.endswith(".weight") for name in tensors)
         layers = tuple((tensors[f"layer.{place}.weight"], tensors[f"layer.{place}.bias"]) for place in range(count))
-        memory = None
-        if "memory.inward.weight" in tensors:
-            inward, recurrent = (
-                (tensors[f"memory.{name}.weight"], tensors[f"memory.{name}.bias"]) for name in ("inward", "recurrent")
-            )
-            memory = Memory(inward, recurrent)
         network = Network(
             columns=tensors["columns"],
             mean=tensors["mean"],
             deviation=tensors["deviation"],
             layers=layers,
             activation=activation,
-            memory=memory,
             log_deviation=tensors.get("log_deviation"),
         )
     except KeyError as error:
@@ -151,12 +115,6 @@ def _check(network: Network) -> None:
         raise ValueError("the input scaling does not fit the columns")
     if (network.deviation <= 0).any():
         raise ValueError("a deviation is not above 0")
-    if network.memory is not None:
-        units = network.memory.units
-        shapes = tuple(array.shape for dense in (network.memory.inward, network.memory.recurrent) for array in dense)
-        if units == 0 or shapes != ((width, 4 * units), (4 * units,), (units, 4 * units), (4 * units,)):
-            raise ValueError(f"a memory of {units} units over {width} inputs has arrays of shapes {shapes}")
-        width = units
     for weight, bias in network.layers:
         if weight.ndim != 2 or weight.shape[0] != width or weight.shape[1] == 0 or bias.shape != (weight.shape[1],):
             raise ValueError(f"a layer over {width} values has a weight {weight.shape} and a bias {bias.shape}")
@@ -217,15 +175,3 @@ def _multiply(values: Tensor, weight: Tensor, bias: Tensor, result: Tensor) -> N
                 row, factor = result[b], values[b, i]
                 for k in range(outputs):
                     row[k] += factor * weight[i, k]
-
-
-def _remember(gates: Tensor, cell: Tensor) -> tuple[Tensor, Tensor]:
-    """Hidden and cell state (B, units) after gates (B, 4 units)."""
-    enter, keep, candidate, leave = np.split(gates, 4, axis=1)
-    cell = _sigmoid(keep) * cell + _sigmoid(enter) * np.tanh(candidate)
-    return (_sigmoid(leave) * np.tanh(cell)).astype(np.float32), cell.astype(np.float32)
-
-
-def _sigmoid(values: Tensor) -> Tensor:
-    result: Tensor = np.float32(0.5) * (np.tanh(np.float32(0.5) * values) + np.float32(1.0))
-    return result

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_agents.zoo.card import Card
-from cps_agents.zoo.policy import check_role
+from cps_agents.zoo.fitting import check_role
 from cps_baselines.family import find_family
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import Policy, RoleSpec

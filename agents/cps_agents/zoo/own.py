@@ -12,8 +12,8 @@ import numpy as np
 from cps_agents.machine import versions
 from cps_agents.zoo.card import Card
 from cps_agents.zoo.files import save
+from cps_agents.zoo.fitting import count_actions
 from cps_agents.zoo.network import ACTIVATIONS, Network
-from cps_agents.zoo.policy import count_actions
 from cps_agents.zoo.wired import Head, card_entry, with_scaling
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.interfaces.learning_env import LearningVectorEnv

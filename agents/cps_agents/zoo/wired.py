@@ -12,8 +12,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from cps_agents.zoo.card import Card
+from cps_agents.zoo.fitting import check_role, count_actions
 from cps_agents.zoo.network import Network
-from cps_agents.zoo.policy import check_role, count_actions
 from cps_envs.core.errors import ConfigurationError
 from cps_envs.core.policy import AnalyticPolicy, Generators, Knowledge, RoleSpec, State
 from cps_envs.core.seen import Seen
@@ -98,16 +98,6 @@ class WiredPolicy(AnalyticPolicy):
         return np.stack([part.argmax(axis=1) for part in parts], axis=1).reshape(*shape, -1)
 
 
-def outputs_of(network: Network) -> Outputs:
-    """The outputs of a network without a memory."""
-
-    def forward(rows: Observation) -> Array:
-        nothing = np.zeros((len(rows), 0), np.float32)
-        return network.forward(rows, nothing, nothing)[0]
-
-    return forward
-
-
 def card_entry(wiring: Wiring, head: Head) -> dict[str, Any]:
     """A wiring as a card has it; the scaling is of a training seed and lies with its weights."""
     entry = {name: value for name, value in asdict(wiring).items() if name not in ("problem", "role", *SCALING)}
@@ -142,7 +132,7 @@ def wired_policy(
     mean, deviation = (tuple(each[: columns.scaled].tolist()) for each in (network.mean, network.deviation))
     unscaled = replace(network, mean=np.zeros_like(network.mean), deviation=np.ones_like(network.deviation))
     wiring = replace(plain, mean=mean, deviation=deviation)
-    policy = WiredPolicy(spec, wiring, outputs_of(unscaled), head)
+    policy = WiredPolicy(spec, wiring, unscaled.forward, head)
     space, size = policy.wired.adapter.action_space, policy.wired.columns.size
     if (count_actions(space), size) != (card.actions, card.observation_size):
         raise ConfigurationError(

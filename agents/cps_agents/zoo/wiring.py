@@ -13,13 +13,11 @@ MOST_STICKINESS = 100.0
 
 
 def check_wiring(entry: Mapping[str, Any]) -> None:
-    """That the entry has what a wiring needs, and nothing else; an empty one is that of a network without a wiring.
+    """That the entry has what a wiring needs, and nothing else.
 
     Raises:
         ValueError: it has not.
     """
-    if not entry:
-        return
     if set(entry) != set(CHECKS):
         odd = ", ".join(sorted(set(entry) ^ set(CHECKS)))
         raise ValueError(f"the entries of its wiring are not those of this version: {odd}")

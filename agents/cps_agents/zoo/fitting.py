@@ -1,0 +1,45 @@
+"""Whether a trained policy is one of a role, and what it has to say there."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from cps_agents.zoo.card import Card
+from cps_envs.core.errors import ConfigurationError
+from cps_envs.core.policy import RoleSpec
+from cps_envs.registration import find_problem
+
+
+def check_role(card: Card, spec: RoleSpec, version: int | None) -> None:
+    """That a card is of this role; `version` is that of the problem, None where it does not matter.
+
+    Raises:
+        ConfigurationError: it is of another problem, role or version.
+    """
+    problem = find_problem(card.problem).name if ":" in card.problem else card.problem
+    if (problem, card.role) != (spec.problem, spec.role):
+        raise ConfigurationError(
+            f"{card.name} was trained as {card.role} of {card.problem}, not as {spec.role} of {spec.problem}"
+        )
+    if version is not None and version != card.version:
+        raise ConfigurationError(
+            f"{card.name} was trained for version {card.version} of {card.problem}; this is {version}: train it again"
+        )
+
+
+def count_actions(space: spaces.Space[Any]) -> tuple[int, ...]:
+    """Choices of each discrete entry, or (k,) for k continuous ones.
+
+    Raises:
+        TypeError: a space that policies of this package cannot play.
+    """
+    if isinstance(space, spaces.Discrete):
+        return (int(space.n),)
+    if isinstance(space, spaces.MultiDiscrete):
+        return tuple(int(count) for count in np.ravel(space.nvec))
+    if isinstance(space, spaces.Box):
+        return (int(np.prod(space.shape)),)
+    raise TypeError(f"no policy of this package plays {space}")
