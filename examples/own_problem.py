@@ -26,7 +26,6 @@ from cps_envs.core.fields import Field, Fields, encode_row
 from cps_envs.core.forms import declare
 from cps_envs.core.game import Game
 from cps_envs.core.kernels import borrowed, clip, inlined, kernel, pack, records, unpack, view
-from cps_envs.core.picture.canvas import Canvas
 from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.core.play import play_episodes
 from cps_envs.core.policy import AnalyticPolicy, RoleSpec, State
@@ -202,9 +201,6 @@ class Viewer(CanvasViewer):
     """The tank, its set-point in green and what the observer believes in red."""
 
     size = (240, 240)
-
-    def __init__(self, config: TankConfig, canvas: Canvas | None = None) -> None:
-        super().__init__(canvas)
 
     def draw(self, scene: FloatArray) -> None:
         """Draw a scene on the canvas."""

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
-from cps_envs.core.picture.bars import draw_bar
 from cps_envs.core.picture.canvas import Canvas, Point
-from cps_envs.core.picture.frame import draw_cards, draw_event, draw_header
+from cps_envs.core.picture.frame import CARDS, Entry, Frame
+from cps_envs.core.picture.gauge import Gauge
 from cps_envs.core.picture.history import History
-from cps_envs.core.picture.palette import PAGE, WHITE, color_scale, darker, tint
+from cps_envs.core.picture.marks import Area, Bar, Curve, Dots, Level, Mark
+from cps_envs.core.picture.palette import MUTED, PAGE, WHITE, color_scale, darker, tint
+from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.pixels import PixelCanvas
-from cps_envs.core.picture.plot import ROOM, Plot, draw_curve, draw_dots, draw_panel, rounded_up
+from cps_envs.core.picture.plot import ROOM, Columns, Plot, rounded_up
 from cps_envs.core.picture.vehicle import ASPHALT, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import Array, FloatArray
 
@@ -142,15 +147,15 @@ def test_a_logarithmic_panel() -> None:
     assert [plot.shows(value) for value in (0.0, 0.009, 0.01, 1e4, 1.1e4)] == [False, False, True, True, False]
     canvas = PixelCanvas(140, 90)
     canvas.fill(WHITE)
-    draw_panel(canvas, plot)
-    draw_dots(canvas, plot.points(np.array([20.0, 40.0]), np.array([10.0, 1e4])), INK)
+    share = (np.array([20.0, 40.0]) - 14.0) / 72.0
+    Panel(plot, "", [Dots(share, np.array([10.0, 1e4]), INK)]).draw(canvas)
     assert [tuple(canvas.pixels()[y, x]) for x, y in ((20, 42), (40, 14))] == [INK, INK]
 
 
 @pytest.mark.parametrize(("value", "top", "bottom"), [(15.0, 14, 38), (-5.0, 38, 46), (0.0, 38, 40)])
 def test_bars_reach_from_zero_to_their_value(value: float, top: int, bottom: int) -> None:
     canvas = panel()
-    draw_bar(canvas, PLOT, 40.0, value, INK, 10.0)
+    Bar(40.0, 10.0, value, INK)(canvas, PLOT)
     rows, columns = np.nonzero((canvas.pixels() != WHITE).any(axis=2))
     assert (columns.min(), columns.max() + 1) == (40, 50)
     assert (rows.min(), rows.max() + 1) == (top, bottom)
@@ -158,42 +163,102 @@ def test_bars_reach_from_zero_to_their_value(value: float, top: int, bottom: int
 
 def test_a_bar_that_leaves_the_panel_has_a_tip() -> None:
     within, beyond = panel(), panel()
-    draw_bar(within, PLOT, 40.0, 15.0, INK, 4.0)
-    draw_bar(beyond, PLOT, 40.0, 15.1, INK, 4.0)
+    Bar(40.0, 4.0, 15.0, INK)(within, PLOT)
+    Bar(40.0, 4.0, 15.1, INK)(beyond, PLOT)
     assert (beyond.pixels() != WHITE).sum() > (within.pixels() != WHITE).sum()
 
 
-def test_a_curve_needs_two_points() -> None:
+def drawn(marks: list[Mark], **options: Any) -> Array:
     canvas = panel()
-    draw_curve(canvas, [(20.0, 20.0)], INK)
-    assert (canvas.pixels() == WHITE).all()
-    draw_curve(canvas, [(20.0, 20.0), (40.0, 20.0)], INK)
-    assert not (canvas.pixels() == WHITE).all()
+    Panel(PLOT, "", marks, **options).draw(canvas)
+    return canvas.pixels()
+
+
+def test_curves_and_areas_need_two_values() -> None:
+    share, values = np.array([0.1, 0.9]), np.array([0.0, 10.0])
+    for one, two in (
+        (Curve(share[:1], values[:1], INK), Curve(share, values, INK)),
+        (Area(share[:1], values[:1], 0.0, INK), Area(share, values, 0.0, INK)),
+    ):
+        assert np.array_equal(drawn([one]), drawn([]))
+        assert not np.array_equal(drawn([two]), drawn([]))
+
+
+def test_an_area_above_a_level_is_one_above_a_curve_that_is_level() -> None:
+    share, high = np.linspace(0.0, 1.0, 9), np.array([1.0, 5.0, 3.0, 9.0, 9.0, 2.0, 4.0, 7.0, 8.0])
+    assert np.array_equal(drawn([Area(share, high, 0.0, INK)]), drawn([Area(share, high, np.zeros(9), INK)]))
+
+
+def test_marks_lie_over_one_another_in_their_order_and_the_grid_over_bands() -> None:
+    curve, level = Curve(np.array([0.0, 1.0]), np.array([5.0, 5.0]), INK), Level(5.0, MUTED, solid=True)
+    assert not np.array_equal(drawn([curve, level]), drawn([level, curve]))
+    zero = round(PLOT.y(0.0))
+    assert np.array_equal(drawn([], bands=[((20, 10, 20, 40), INK)])[zero, 25], drawn([])[zero, 25])
+
+
+def test_a_dashed_level_is_drawn_only_in_range() -> None:
+    assert np.array_equal(drawn([Level(16.0, INK)]), drawn([]))
+    assert not np.array_equal(drawn([Level(16.0, INK, solid=True)]), drawn([]))
+
+
+def test_words_that_do_not_fit_beside_a_title_are_left_out() -> None:
+    assert np.array_equal(drawn([], words=[("longer than the panel", INK)]), drawn([]))
+    assert not np.array_equal(drawn([], words=[("I", INK)]), drawn([]))
+
+
+def test_columns_share_a_panel_and_bars_are_not_too_wide() -> None:
+    columns = Columns(PLOT, 4)
+    assert [columns.middle(k) for k in range(4)] == [20.0, 40.0, 60.0, 80.0]
+    assert columns.between(1) == 50.0
+    assert columns.box(3, 5.0) == (70.0, 10.0, 20.0, 45.0)
+    assert [Columns(PLOT, count).bar(0.5) for count in (1, 4, 40)] == [28.0, 10.0, 4.0]
+
+
+def test_panels_side_by_side_fill_the_picture() -> None:
+    left, right = side_by_side(200.0, 70.0, 90.0, rows=2)
+    assert [box[1] for box in left] == [box[1] for box in right] == [200.0, 290.0]
+    assert left[0][0] == 16.0
+    assert left[0][0] + left[0][2] < right[0][0]
+
+
+def framed(**changes: Any) -> Array:
+    usual = {"title": "Title", "subtitle": "", "time": ("12.5 s", "100 s"), "progress": 0.0, "cards": []}
+    canvas = PixelCanvas(960, 540)
+    Frame(**{**usual, **changes, "pitch": 100.0}).draw(canvas)
+    return canvas.pixels()
 
 
 def test_a_long_subtitle_leaves_the_time_alone() -> None:
-    pictures = []
-    for subtitle in ("short", "very long " * 30):
-        canvas = PixelCanvas(960, 540)
-        canvas.fill(WHITE)
-        draw_header(canvas, "Title", subtitle, 12.5, 100.0)
-        pictures.append(canvas.pixels())
-    assert np.array_equal(pictures[0][:, 850:], pictures[1][:, 850:])
-    assert not np.array_equal(*pictures)
+    short, long = framed(subtitle="short"), framed(subtitle="very long " * 30)
+    assert np.array_equal(short[:, 850:], long[:, 850:])
+    assert not np.array_equal(short, long)
 
 
 def test_events_and_cards_are_drawn_where_they_belong() -> None:
-    canvas = PixelCanvas(960, 540)
-    canvas.fill(WHITE)
-    draw_event(canvas, 0.5, INK)
-    columns = np.nonzero((canvas.pixels() != WHITE).any(axis=2))[1]
+    columns = np.nonzero((framed(events=[(0.5, INK)]) != framed()).any(axis=2))[1]
     assert abs(columns.mean() - 479.5) < 1
-    draw_cards(canvas, [("Label", "1.0"), ("Other", "2.0")], (16.0, 52.0, 500.0, 38.0), 100.0)
-    cards = (canvas.pixels()[52:90] != WHITE).any(axis=(0, 2))
+    changed = framed(cards=[("Label", "1.0"), ("Other", "2.0")]) != framed()
+    cards = changed[int(CARDS[1]) : int(CARDS[1] + CARDS[3])].any(axis=(0, 2))
     assert cards[16:108].all()
     assert not cards[108:116].any()
     assert cards[116:208].all()
     assert not cards[208:].any()
+
+
+def test_a_gauge_takes_what_the_cards_leave_free() -> None:
+    gauge = Gauge("Title", "1", INK, [(0.0, 0.5, INK)], [("below", 0.0)], mark=(1.0, INK))
+    cards = [("Label", "1.0")]
+    columns = np.nonzero((framed(cards=cards, gauge=gauge) != framed(cards=cards)).any(axis=2))[1]
+    assert columns.min() >= 124
+    assert columns.max() >= 943
+
+
+def test_a_legend_ends_at_the_right_and_keeps_its_order() -> None:
+    one, two = Entry("one", INK), Entry("two", MUTED)
+    columns = np.nonzero((framed(legend=[one, two]) != framed()).any(axis=2))[1]
+    assert columns.max() > 935
+    assert not np.array_equal(framed(legend=[one, two]), framed(legend=[two, one]))
+    assert not np.array_equal(framed(caption="so"), framed(caption="so", badge=INK))
 
 
 def test_tint_lies_between_the_ground_and_the_colour() -> None:
@@ -202,44 +267,53 @@ def test_tint_lies_between_the_ground_and_the_colour() -> None:
     assert tint((100, 0, 200), 0.5, (0, 100, 100)) == (50, 50, 150)
 
 
-def add(history: History, time_s: float, value: float = 0.0, *, episode: int = 0) -> bool:
-    return history.add(episode, (time_s,), np.array([time_s, value]))
+def moment(time_s: float, value: float = 0.0, *, episode: int = 0) -> SimpleNamespace:
+    return SimpleNamespace(episode=episode, time_s=time_s, values=np.array([time_s, value]))
+
+
+def add(history: History, time_s: float, value: float = 0.0, *, episode: int = 0) -> None:
+    history.add(moment(time_s, value, episode=episode), (time_s,))
+
+
+def remembering(most_points: int = 100) -> History:
+    return History(("time_s", "values"), most_points)
 
 
 def test_moments_follow_each_other_and_the_last_can_be_told_again() -> None:
-    history = History(100)
-    assert history.rows().shape[0] == 0
-    assert add(history, 0.0)
-    assert not add(history, 1.0, 5.0)
-    assert not add(history, 1.0, 6.0)
-    assert history.rows().tolist() == [[0.0, 0.0], [1.0, 6.0]]
+    history = remembering()
+    assert history.curves() == {}
+    add(history, 0.0)
+    add(history, 1.0, 5.0)
+    add(history, 1.0, 6.0)
+    assert history.curves()["time_s"].tolist() == [0.0, 1.0]
+    assert history.curves()["values"].tolist() == [[0.0, 0.0], [1.0, 6.0]]
 
 
 def test_what_tells_two_moments_of_a_time_apart_keeps_both() -> None:
-    history = History(100)
+    history = remembering()
     for sensed in (0.0, 1.0, 1.0):
-        history.add(0, (1.0, sensed), np.array([1.0, sensed]))
-    assert history.rows().tolist() == [[1.0, 0.0], [1.0, 1.0]]
+        history.add(moment(1.0), (1.0, sensed), sensed=sensed)
+    assert history.curves()["sensed"].tolist() == [0.0, 1.0]
 
 
-def test_another_episode_time_that_goes_back_and_other_rows_begin_anew() -> None:
-    history = History(100)
-    for episode, time_s in ((0, 0.0), (0, 2.0), (1, 3.0), (1, 1.0)):
-        begins = add(history, time_s, episode=episode)
-        assert begins == (time_s != 2.0)
-    assert history.rows().tolist() == [[1.0, 0.0]]
-    assert history.add(1, (4.0,), np.zeros(3))
-    assert history.rows().shape == (1, 3)
+def test_another_episode_time_that_goes_back_and_other_shapes_begin_anew() -> None:
+    history = remembering()
+    for episode, time_s, known in ((0, 0.0, 1), (0, 2.0, 2), (1, 3.0, 1), (1, 1.0, 1)):
+        add(history, time_s, episode=episode)
+        assert len(history.every()["time_s"]) == known
+    assert history.curves()["values"].tolist() == [[1.0, 0.0]]
+    history.add(SimpleNamespace(episode=1, time_s=4.0, values=np.zeros(3)), (4.0,))
+    assert history.curves()["values"].shape == (1, 3)
 
 
 def test_long_episodes_are_thinned_between_the_first_and_the_last_moment() -> None:
-    history = History(50)
+    history = remembering(50)
     for k in range(1000):
         add(history, float(k))
-        rows = history.rows()
-        assert (rows[0, 0], rows[-1, 0]) == (0.0, k)
-        assert len(rows) <= 52
-    assert history.every()[:, 0].tolist() == list(range(1000))
+        times = history.curves()["time_s"]
+        assert (times[0], times[-1]) == (0.0, k)
+        assert len(times) <= 52
+    assert history.every()["time_s"].tolist() == list(range(1000))
 
 
 def road() -> Canvas:

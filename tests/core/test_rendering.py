@@ -188,4 +188,4 @@ def test_a_viewer_on_a_recorder_has_no_pixels() -> None:
             self._canvas.fill(WHITE)
 
     with pytest.raises(TypeError, match="has no pixels"):
-        Blank(Recorder(4, 4)).frame(None)
+        Blank(None, Recorder(4, 4)).frame(None)

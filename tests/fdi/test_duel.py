@@ -220,8 +220,8 @@ def test_the_scene_shows_what_the_filter_believes_and_names_rear_sensors() -> No
     np.testing.assert_allclose(scene.believed_gap, game.state.prediction[0, :4] + 5)
     assert scene.attacked.nonzero()[0].tolist() == [0, 4, 11]  # fronts by kind, rears by kind
     np.testing.assert_allclose(scene.injection[[0, 4, 11]], [1.0, 0.5, 0.5])
+    from cps_envs.fdi.picture.course import name_of
     from cps_envs.fdi.picture.outcome import task_of
-    from cps_envs.fdi.picture.traces import name_of
 
     assert "rear range-rate of 2" in task_of(scene)
     assert [name_of(sensor, 4)[0] for sensor in (0, 4, 8, 11)] == ["x1", "v1", "rx2", "rv2"]

@@ -6,15 +6,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from cps_envs.fdi.config import CLIP, FIG_3_2
+from cps_envs.core.picture.history import History
+from cps_envs.core.picture.palette import BELIEVED, FALSE
+from cps_envs.core.picture.plot import Plot
+from cps_envs.fdi.config import CLIP, FIG_3_2, FdiConfig
 from cps_envs.fdi.game import FdiGame
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, free_rows
-from cps_envs.fdi.picture.history import GAP, INJECTIONS, REPORTED_GAP, SENSED, TIME, USED_GAP, SensorHistory
+from cps_envs.fdi.picture.course import KEPT
 from cps_envs.fdi.picture.outcome import certificate_of, outcome_of, task_of
-from cps_envs.fdi.picture.palette import FALSE, REPLACED
 from cps_envs.fdi.picture.road import VEHICLE_M, lay_out
 from cps_envs.fdi.picture.scene import Scene
-from cps_envs.fdi.picture.viewer import plots, with_illegal_readings
+from cps_envs.fdi.picture.viewer import MOST_POINTS, panels, remember, with_illegal_readings
 from tests.fdi.pictures import COLLISION, CONFIG, CRASH, EVERY, START, UNDER_WAY, frame, inject, opened, played
 
 DEFENDED = replace(CLIP, attacked="x1,4+v2")
@@ -117,7 +119,7 @@ def test_ghosts_stand_where_falsified_ranges_put_the_vehicle_ahead() -> None:
 def test_beliefs_tell_falsified_from_replaced_readings() -> None:
     scene = played(DEFENDED, [4, 8], replaced=(0, 2))
     colors = [belief_color(scene, vehicle) for vehicle in range(4)]
-    assert colors == [REPLACED, FALSE, REPLACED, FALSE]
+    assert colors == [BELIEVED, FALSE, BELIEVED, FALSE]
     road = lay_out(scene, ROAD)
     labels = [belief.label for belief in beliefs_of(scene, road.front.tolist(), road.scale)]
     assert labels[0] == f"{scene.used_gap[0]:.1f} m"
@@ -136,52 +138,58 @@ def test_free_rows_never_overlap() -> None:
     assert free_rows([]) == []
 
 
-def recorded(game: FdiGame, history: SensorHistory, levels: Sequence[int], draw: Callable[[int], bool]) -> Scene:
+def remembering() -> History:
+    return History(KEPT, MOST_POINTS)
+
+
+def recorded(game: FdiGame, history: History, levels: Sequence[int], draw: Callable[[int], bool]) -> Scene:
     scene = game.scene(0)
     for step, level in enumerate(levels):
         if draw(step):
-            history.add(scene, game.config.dt_s)
+            remember(history, scene, game.config.dt_s)
         scene = inject(game, level)
-    history.add(scene, game.config.dt_s)
+    remember(history, scene, game.config.dt_s)
     return scene
 
 
 def test_history_keeps_truth_and_readings_at_their_own_times() -> None:
-    game, history = opened(CONFIG), SensorHistory()
+    game, history = opened(CONFIG), remembering()
     scenes = [game.scene(0)]
-    history.add(scenes[0], CONFIG.dt_s)
+    remember(history, scenes[0], CONFIG.dt_s)
     for level in CRASH[:5]:
         scenes.append(inject(game, level))
-        history.add(scenes[-1], CONFIG.dt_s)
-    rows = history.rows()
-    np.testing.assert_allclose(rows[:, TIME], 0.2 * np.arange(6))
-    np.testing.assert_allclose(rows[1:, SENSED], rows[:-1, TIME], atol=1e-12)
-    np.testing.assert_array_equal(rows[:, GAP], [scene.gap[3] for scene in scenes])
-    np.testing.assert_allclose(rows[1:, REPORTED_GAP], rows[:-1, GAP] + rows[1:, INJECTIONS], atol=1e-12)
-    np.testing.assert_array_equal(rows[1:, INJECTIONS], 0.5 * np.array(CRASH[:5]))
-    assert np.isnan(rows[:, USED_GAP]).all()
+        remember(history, scenes[-1], CONFIG.dt_s)
+    curves = history.curves()
+    gap, injection = curves["gap"][:, 3], curves["injection"][:, 3]
+    np.testing.assert_allclose(curves["time_s"], 0.2 * np.arange(6))
+    np.testing.assert_allclose(curves["sensed_s"][1:], curves["time_s"][:-1], atol=1e-12)
+    np.testing.assert_array_equal(gap, [scene.gap[3] for scene in scenes])
+    np.testing.assert_allclose(curves["reported_gap"][1:, 3], gap[:-1] + injection[1:], atol=1e-12)
+    np.testing.assert_array_equal(injection[1:], 0.5 * np.array(CRASH[:5]))
+    assert curves["trusted"].all()
 
 
 def test_history_begins_anew_with_an_episode_or_when_time_goes_back() -> None:
-    game, history = opened(CONFIG), SensorHistory()
+    game, history = opened(CONFIG), remembering()
     recorded(game, history, CRASH[:4], lambda step: True)
-    assert len(history.rows()) == 5
+    assert len(history.every()["gap"]) == 5
     game.reset(EVERY, [np.random.default_rng(0)])
     scene = recorded(game, history, CRASH[:6], lambda step: step > 4)
-    np.testing.assert_allclose(history.rows()[:, TIME], [1.0, 1.2])
-    history.add(scene._replace(time_s=0.4), CONFIG.dt_s)
-    np.testing.assert_allclose(history.rows()[:, TIME], [0.4])
-    assert history.peaks.gap_m == scene.gap.max()
+    np.testing.assert_allclose(history.curves()["time_s"], [1.0, 1.2])
+    remember(history, scene._replace(time_s=0.4), CONFIG.dt_s)
+    np.testing.assert_allclose(history.curves()["time_s"], [0.4])
+    assert history.every()["gap"].max() == scene.gap.max()
 
 
 def test_history_takes_a_moment_once_and_keeps_what_preceded_an_illegal_injection() -> None:
-    game, history = opened(CONFIG), SensorHistory()
+    game, history = opened(CONFIG), remembering()
     scene = recorded(game, history, [-8, -8], lambda step: True)
-    history.add(scene, CONFIG.dt_s)
-    assert len(history.rows()) == 3
-    history.add(with_illegal_readings(inject(game, 70)), CONFIG.dt_s)
-    np.testing.assert_array_equal(history.rows()[:, INJECTIONS], [0.0, -4.0, -4.0, 35.0])
-    np.testing.assert_allclose(history.rows()[:, SENSED], [0.0, 0.0, 0.2, 0.4])
+    remember(history, scene, CONFIG.dt_s)
+    assert len(history.every()["gap"]) == 3
+    remember(history, inject(game, 70), CONFIG.dt_s)
+    curves = history.curves()
+    np.testing.assert_array_equal(curves["injection"][:, 3], [0.0, -4.0, -4.0, 35.0])
+    np.testing.assert_allclose(curves["sensed_s"], [0.0, 0.0, 0.2, 0.4])
 
 
 def test_environments_and_episodes_are_told_apart() -> None:
@@ -193,10 +201,16 @@ def test_environments_and_episodes_are_told_apart() -> None:
     assert len(set(seen)) == 9
 
 
+def shown(scene: Scene, config: FdiConfig) -> list[Plot]:
+    history = remembering()
+    remember(history, scene, config.dt_s)
+    return [panel.plot for panel in panels(scene, config, history)]
+
+
 def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
-    history = SensorHistory()
-    history.add(UNDER_WAY._replace(gap=np.array([5.0, 31.0, 5.0, 5.0])), CONFIG.dt_s)
-    (gap, gaps), (speed, speeds), (command, injection) = plots(UNDER_WAY, CONFIG, history.peaks)
+    gap, speed, command, gaps, speeds, injection = shown(
+        UNDER_WAY._replace(gap=np.array([5.0, 31.0, 5.0, 5.0])), CONFIG
+    )
     assert (gap.low, gap.high) == (gaps.low, gaps.high)
     assert (speed.low, speed.high) == (speeds.low, speeds.high)
     assert gap.shows(31.0)
@@ -205,8 +219,6 @@ def test_axes_hold_what_happened_and_both_columns_share_them() -> None:
 
 
 def test_unlimited_commands_widen_their_axis() -> None:
-    history = SensorHistory()
-    history.add(START._replace(command=np.array([0.0, -30.0, 0.0, 12.0])), CONFIG.dt_s)
-    (_, _), (_, _), (command, _) = plots(START, FIG_3_2, history.peaks)
+    command = shown(START._replace(command=np.array([0.0, -30.0, 0.0, 12.0])), FIG_3_2)[2]
     assert command.shows(-30.0)
     assert command.shows(12.0)

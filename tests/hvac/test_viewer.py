@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from cps_envs.core.picture.history import History
+from cps_envs.core.picture.marks import Area
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import belief_of, clock, flawed_sets
-from cps_envs.hvac.picture.history import FLAWED_LOW, INTACT_HIGH, INTACT_LOW, MOST_POINTS, STEP, ZONES, row_of
+from cps_envs.hvac.picture.course import KEPT, marked_steps, range_of, worst_zone
 from cps_envs.hvac.picture.house import House
 from cps_envs.hvac.picture.layout import arrange
 from cps_envs.hvac.picture.palette import TEMPERATURE_SCALE, temperature_color
-from cps_envs.hvac.picture.traces import marked_steps, range_of, worst_zone
-from cps_envs.hvac.picture.viewer import HOUSE
+from cps_envs.hvac.picture.viewer import HOUSE, MOST_POINTS, panels
 from cps_envs.hvac.sensors import membership
 from tests.hvac.games import go, started
 from tests.hvac.pictures import CONFIG, DAY, MODEL, UNDER_WAY, attacked, frame, ring
@@ -97,30 +97,33 @@ def test_the_last_choice_means_all_sensors_until_the_window_is_full() -> None:
     assert not any(belief(0, 0)[1])
 
 
-def test_history_keeps_what_was_true_believed_and_read() -> None:
+def test_curves_hold_what_was_true_believed_and_read() -> None:
     member, game = membership(CONFIG), started(**DAY)
-    history = History(MOST_POINTS)
+    history = History(KEPT, MOST_POINTS)
     for scene in [game.scene(0), *attacked(game, 120, 3)]:
-        history.add(scene.episode, (scene.step,), row_of(scene, member))
-        history.add(scene.episode, (scene.step,), row_of(scene, member))
-    rows = history.rows()
-    assert rows[:, STEP].tolist() == list(range(121))
-    np.testing.assert_array_equal(rows[-1, ZONES:], [*scene.temperature, *scene.estimate, *scene.reading])
-    assert np.isnan(rows[:100, INTACT_LOW]).all()
+        history.add(scene, (scene.step,), impact=scene.metrics["a_impact"])
+        history.add(scene, (scene.step,), impact=scene.metrics["a_impact"])
+    curves = history.curves()
+    assert curves["step"].tolist() == list(range(121))
+    for name in ("temperature", "estimate", "reading"):
+        np.testing.assert_array_equal(curves[name][-1], getattr(scene, name))
     flawed = flawed_sets(member, scene.compromised)
     assert flawed.sum() == 11
-    assert rows[-1, INTACT_HIGH] == scene.mean_residual[~flawed].max()
-    assert rows[-1, FLAWED_LOW] == scene.mean_residual[flawed].min()
+    drawn = panels(scene, CONFIG, curves, member)[1].marks
+    of_flawed, of_intact = (mark for mark in drawn if isinstance(mark, Area))
+    assert len(of_intact.share) == 21  # none before step 100, when the window is full
+    assert of_intact.high[-1] == scene.mean_residual[~flawed].max()
+    assert np.asarray(of_flawed.low)[-1] == scene.mean_residual[flawed].min()
 
 
 def test_the_worst_zone_has_the_largest_error_since_the_onset() -> None:
-    rows = np.zeros((120, ZONES + 12))
-    rows[:, STEP] = np.arange(120)
-    rows[:, ZONES : ZONES + 4] = 25.0
-    rows[:105, ZONES] = 40.0
-    rows[105:, ZONES + 2] = 24.0
-    assert worst_zone(replace(UNDER_WAY, step=104), rows[:105], CONFIG) == 0
-    assert worst_zone(replace(UNDER_WAY, step=119), rows, CONFIG) == 2
+    temperature = np.full((120, 4), 25.0)
+    temperature[:105, 0] = 40.0
+    temperature[105:, 2] = 24.0
+    curves = {"step": np.arange(120.0), "temperature": temperature}
+    before = {name: values[:105] for name, values in curves.items()}
+    assert worst_zone(replace(UNDER_WAY, step=104), before, CONFIG) == 0
+    assert worst_zone(replace(UNDER_WAY, step=119), curves, CONFIG) == 2
 
 
 def test_absurd_estimates_do_not_flatten_the_temperatures() -> None:

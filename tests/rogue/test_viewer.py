@@ -6,12 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cps_envs.core.picture.history import History
 from cps_envs.rogue.controllers import CONTROLLERS
-from cps_envs.rogue.picture.bars import wanted_growth
-from cps_envs.rogue.picture.history import Recording
+from cps_envs.rogue.picture.course import KEPT
 from cps_envs.rogue.picture.palette import LAW_COLORS
+from cps_envs.rogue.picture.profile import wanted_growth
 from cps_envs.rogue.picture.road import lay_out, named, window_m
-from cps_envs.rogue.picture.viewer import Viewer, plots
+from cps_envs.rogue.picture.viewer import MOST_POINTS, Viewer, damaged_since, panels
 from tests.agents.command_line import invoke
 from tests.pictured import bumped
 from tests.rogue.pictures import CONFIG, EVERY, PUSHED, SCATTERED, SOLID, START, UNDER_WAY, drive, frame, opened
@@ -66,16 +67,16 @@ def test_markings_stay_on_the_road() -> None:
 
 def test_contact_is_marked_while_it_lasts_and_shortly_after() -> None:
     game = opened(SOLID)
-    scene, viewer, recording = game.scene(0), Viewer(SOLID), Recording()
+    scene, viewer, history = game.scene(0), Viewer(SOLID), History(KEPT, MOST_POINTS)
     while not scene.damage.any():
-        recording.add(scene)
+        history.add(scene, (scene.time_s,))
         scene = drive(game, 1.0)
-    recording.add(scene)
-    np.testing.assert_array_equal(recording.damaged_since(scene.time_s - 0.6), scene.damage > 0)
+    history.add(scene, (scene.time_s,))
+    np.testing.assert_array_equal(damaged_since(history, scene.time_s - 0.6), scene.damage > 0)
     for _ in range(8):
         scene = replace(scene, time_s=scene.time_s + 0.1)
-        recording.add(scene)
-    assert not recording.damaged_since(scene.time_s - 0.6).any()
+        history.add(scene, (scene.time_s,))
+    assert not damaged_since(history, scene.time_s - 0.6).any()
     released = replace(scene, touching=np.zeros_like(scene.touching))
     held = replace(scene, touching=np.ones_like(scene.touching))
     assert not np.array_equal(viewer.frame(released), viewer.frame(held))
@@ -104,13 +105,13 @@ def test_every_law_has_its_own_colour() -> None:
 
 
 def test_axes_hold_what_they_show() -> None:
-    recording = Recording()
+    history = History(KEPT, MOST_POINTS)
     for scene in (START, UNDER_WAY, PUSHED, SCATTERED):
-        recording.add(replace(scene, episode=1, time_s=scene.time_s))
-    traces = recording.traces()
-    (_, gaps), (_, speeds), (damage, total) = plots(SCATTERED, traces)
-    assert gaps.low <= traces.gap[:, 1:3].min() <= traces.gap[:, 1:3].max() <= gaps.high
-    assert traces.speed.max() <= speeds.high
+        history.add(replace(scene, episode=1), (scene.time_s,))
+    curves = history.curves()
+    _, _, damage, gaps, speeds, total = (panel.plot for panel in panels(SCATTERED, curves))
+    assert gaps.low <= curves["gap"][:, 1:3].min() <= curves["gap"][:, 1:3].max() <= gaps.high
+    assert curves["speed"].max() <= speeds.high
     assert damage.shows(float(SCATTERED.damage.max()))
     assert total.shows(float(SCATTERED.damage.sum()))
 

@@ -2,45 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from cps_envs.core.types import FloatArray
 
 
 class History:
-    """Rows of numbers of an episode up to the present; another episode, or time that goes back, begins a new one."""
+    """Some fields of an episode's scenes up to the present; another episode, or time that goes back, begins anew."""
 
-    def __init__(self, most_points: int) -> None:
-        self._most = most_points  # of a curve
+    def __init__(self, names: Sequence[str], most_points: int) -> None:
+        self._names, self._most = names, most_points  # of a curve
         self._episode: int | None = None
         self._moment: tuple[float, ...] = ()
         self._count = 0
-        self._rows: FloatArray = np.empty((0, 0))
+        self._rows: dict[str, FloatArray] = {}
 
-    def add(self, episode: int, moment: tuple[float, ...], row: FloatArray) -> bool:
-        """Take in the row (w,) of a moment; the same moment again replaces what was known of it.
+    def add(self, scene: Any, moment: tuple[float, ...], **more: float) -> None:
+        """Take in a scene, and numbers beside it; the same moment again replaces what was known of it.
 
-        A moment is its time, and whatever else tells two rows of that time apart. Returns whether an episode begins.
+        A moment is its time, and whatever else tells two of that time apart.
         """
-        begins = episode != self._episode or self._rows.shape[1] != len(row) or moment[0] < self._moment[0]
-        if begins:
-            self._count, self._rows = 0, np.empty((64, len(row)))
+        values = {name: getattr(scene, name) for name in self._names} | more
+        shapes = {name: np.shape(value) for name, value in values.items()}
+        same = scene.episode == self._episode and shapes == {name: rows.shape[1:] for name, rows in self._rows.items()}
+        if not same or moment[0] < self._moment[0]:
+            self._count, self._rows = 0, {name: np.empty((64, *shape)) for name, shape in shapes.items()}
         elif moment == self._moment:
             self._count -= 1
-        if self._count == len(self._rows):
-            self._rows = np.concatenate([self._rows, np.empty_like(self._rows)])
-        self._rows[self._count] = row
-        self._episode, self._moment, self._count = episode, moment, self._count + 1
-        return begins
+        for name, value in values.items():
+            if self._count == len(self._rows[name]):
+                self._rows[name] = np.concatenate([self._rows[name], np.empty_like(self._rows[name])])
+            self._rows[name][self._count] = value
+        self._episode, self._moment, self._count = scene.episode, moment, self._count + 1
 
-    def every(self) -> FloatArray:
-        """The rows (k, w) of all moments, as a view."""
-        return self._rows[: self._count]
+    def every(self) -> dict[str, FloatArray]:
+        """By name the values (k, ...) of all moments, as views."""
+        return {name: rows[: self._count] for name, rows in self._rows.items()}
 
-    def rows(self) -> FloatArray:
-        """The rows (k, w), thinned in long episodes; always with the first and the last."""
-        every = self.every()
+    def curves(self) -> dict[str, FloatArray]:
+        """By name the values (k, ...) of moments, thinned in long episodes; always with the first and the last."""
         kept = np.arange(0, self._count, 1 + self._count // self._most)
         if self._count and kept[-1] != self._count - 1:
             kept = np.append(kept, self._count - 1)
-        return every[kept]
+        return {name: rows[kept] for name, rows in self._rows.items()}

@@ -1,4 +1,4 @@
-"""Neutral colours that the pictures of all problems share, and the making of colour scales."""
+"""Colours that the pictures of all problems share, and the making of colour scales."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ GRID: Color = (233, 236, 240)
 INK: Color = (28, 36, 48)
 MUTED: Color = (104, 114, 128)
 WHITE: Color = (255, 255, 255)
+
+TRUE: Color = (48, 112, 190)
+FALSE: Color = (214, 102, 16)  # what an attack makes of it
+BELIEVED: Color = (0, 140, 108)  # what a defender takes for true
+DAMAGE: Color = (204, 28, 46)
 
 
 def color_scale(anchors: Sequence[Color], stops: Sequence[float], levels: int) -> list[Color]:

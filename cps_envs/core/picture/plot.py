@@ -1,4 +1,4 @@
-"""A small diagram: panel, grid, numbers on the right, where a value lies in it, and curves over an episode's time."""
+"""Where values lie in a small diagram."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Box, Canvas, Point
-from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PANEL, Color
+from cps_envs.core.picture.canvas import Box, Point
 from cps_envs.core.types import FloatArray
 
 AXIS = 36  # pixels at the right for the numbers
-SMALL = 15
 SPACING = 16  # pixels between numbers
 ROOM = 4  # pixels between the range of values and the edges of the panel
-TIME_MARKS = 5
+NARROWEST_BAR, WIDEST_BAR = 4, 28  # pixels
 
 
 @dataclass(frozen=True)
@@ -61,57 +59,37 @@ class Plot:
         return np.asarray(left + ROOM + np.minimum(share, 1.0) * (width - 2 * ROOM))
 
 
+@dataclass(frozen=True)
+class Columns:
+    """A panel's width in equal columns, one for each of `count` things."""
+
+    plot: Plot
+    count: int
+
+    @property
+    def pitch(self) -> float:
+        """Pixels from column to column."""
+        return self.plot.box[2] / self.count
+
+    def middle(self, place: int) -> float:
+        """Pixels from the left of the middle of a column, counted from 0."""
+        return self.plot.box[0] + (place + 0.5) * self.plot.box[2] / self.count
+
+    def between(self, place: int) -> float:
+        """Pixels from the left of the line between a column and the next."""
+        return self.middle(place) + self.pitch / 2
+
+    def bar(self, share: float) -> float:
+        """Whole pixels of a bar's width that takes a share of its column."""
+        return float(np.clip(round(share * self.pitch), NARROWEST_BAR, WIDEST_BAR))
+
+    def box(self, place: int, below: float = 0.0) -> Box:
+        """A column, with some pixels below the panel."""
+        left, top, _, height = self.plot.box
+        return (left + place * self.pitch, top, self.pitch, height + below)
+
+
 def rounded_up(value: float, steps: Sequence[float] = (1, 1.5, 2, 3, 5, 7)) -> float:
     """The next of some steps times a power of ten, so that axes seldom change."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in (*steps, 10) if step * power >= value - 1e-9)
-
-
-def draw_panel(canvas: Canvas, plot: Plot, bands: Sequence[tuple[Box, Color]] = ()) -> None:
-    """The panel with coloured bands, a grid and numbers."""
-    left, _, width, _ = plot.box
-    canvas.box(plot.box, PANEL)
-    for box, color in bands:
-        canvas.box(box, color)
-    for mark in plot.marks():
-        canvas.box((left, round(plot.y(mark)), width, 1), BORDER if mark == 0 else GRID)
-        canvas.text(f"{mark:g}", (left + width + 7, plot.y(mark)), MUTED, SMALL)
-
-
-def draw_title(canvas: Canvas, plot: Plot, title: str) -> float:
-    """A line above the panel; returns where it ends."""
-    left, top, _, _ = plot.box
-    return left + canvas.text(title, (left, top - 7), MUTED, SMALL)
-
-
-def draw_level(canvas: Canvas, plot: Plot, value: float, color: Color) -> None:
-    """A dashed line across the panel, if the value is in range."""
-    left, _, width, _ = plot.box
-    if plot.shows(value):
-        canvas.dashes((left, round(plot.y(value)), width, 1), color, period=8, length=4)
-
-
-def draw_edge(canvas: Canvas, plot: Plot) -> None:
-    """The border of the panel, over what it holds."""
-    canvas.box(plot.box, BORDER, border=1)
-
-
-def draw_curve(canvas: Canvas, points: list[Point], color: Color) -> None:
-    """A line two pixels thick; nothing for fewer than two points."""
-    if len(points) > 1:
-        canvas.path(points, color)
-        canvas.path([(x, y + 1) for x, y in points], color)
-
-
-def draw_dots(canvas: Canvas, points: list[Point], color: Color) -> None:
-    """Small dots, for values that jump."""
-    for x, y in points:
-        canvas.box((x - 1, y - 1, 2, 2), color)
-
-
-def draw_times(canvas: Canvas, plot: Plot, duration_s: float) -> None:
-    """Seconds below a panel that `along` fills with an episode."""
-    _, top, _, height = plot.box
-    for share in np.linspace(0.0, 1.0, TIME_MARKS).tolist():
-        at = (float(plot.along(share)), top + height + 9)
-        canvas.text(f"{share * duration_s:g} s", at, MUTED, SMALL, align=share)

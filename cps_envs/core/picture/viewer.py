@@ -14,7 +14,10 @@ from cps_envs.core.types import Array
 
 
 class CanvasViewer(ABC):
-    """Draws scenes on a canvas: on one of pixels, unless another is given.
+    """Draws scenes of one configuration on a canvas: on one of pixels, unless another is given.
+
+    A viewer whose curves hold what it has seen of an episode has a method `watch(scene)`, too, which takes a moment in
+    without drawing it.
 
     Raises:
         MissingExtraError: no canvas is given, and pygame is not installed.
@@ -22,7 +25,8 @@ class CanvasViewer(ABC):
 
     size: ClassVar[tuple[int, int]] = (WIDTH, HEIGHT)  # pixels
 
-    def __init__(self, canvas: Canvas | None = None) -> None:
+    def __init__(self, config: Any, canvas: Canvas | None = None) -> None:
+        self._config = config
         self._canvas = PixelCanvas(*self.size) if canvas is None else canvas
 
     @abstractmethod
@@ -46,6 +50,5 @@ def recording_viewer(problem: Problem, config: Any) -> tuple[CanvasViewer, Recor
     viewer: Any = imported(problem.viewer)
     if not (isinstance(viewer, type) and issubclass(viewer, CanvasViewer)):
         return None
-    recorder, make = Recorder(*viewer.size), viewer
-    found: CanvasViewer = make(config, recorder)  # type: ignore[call-arg]
-    return found, recorder
+    recorder = Recorder(*viewer.size)
+    return viewer(config, recorder), recorder

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
+from cps_envs.core.picture.frame import Entry
 from cps_envs.core.picture.palette import INK, MUTED, PAGE, WHITE, Color
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHOULDER, draw_car
 from cps_envs.core.types import FloatArray
@@ -18,6 +21,7 @@ GUTTER = 40  # pixels at the right for the distance from the end of the road
 BRACKET = 11  # pixels above a lane for the platoon's bracket and label
 LABEL_SIZE = 15
 HUMAN_RIM = WHITE
+CRUISE = SPEED_SCALE[round(0.86 * (len(SPEED_SCALE) - 1))]  # of the vehicles in the legend
 CROSS = 9  # pixels of the mark of a vehicle that was in a collision
 
 
@@ -104,15 +108,17 @@ def draw_cross(canvas: Canvas, centre: Point, color: Color) -> None:
     canvas.sprite(("cross", color), (CROSS, CROSS), (centre[0] - CROSS / 2, centre[1] - CROSS / 2), paint)
 
 
-def draw_legend(canvas: Canvas, right: float, y: float) -> None:
-    """What the vehicles' outlines and marks mean, ending at `right`."""
-    cruise, car = SPEED_SCALE[round(0.86 * (len(SPEED_SCALE) - 1))], (20, 9)
-    for label in ("in a collision", "human driver", "intact"):
-        right -= canvas.text_width(label, INK, LABEL_SIZE)
-        canvas.text(label, (right, y), INK, LABEL_SIZE)
-        right -= 30
-        canvas.box((right - 2, y - 7, 26, 14), ASPHALT, radius=2)
-        draw_car(canvas, (right + 1, y - 4.5), car, cruise, HUMAN_RIM if label == "human driver" else None)
-        if label == "in a collision":
-            draw_cross(canvas, (right + 11, y), WHITE)
-        right -= 16
+def draw_example(human: bool, collided: bool, canvas: Canvas, at: Point) -> None:
+    """A vehicle on a piece of road, for the legend."""
+    x, y = at
+    canvas.box((x - 2, y - 7, 26, 14), ASPHALT, radius=2)
+    draw_car(canvas, (x + 1, y - 4.5), (20, 9), CRUISE, HUMAN_RIM if human else None)
+    if collided:
+        draw_cross(canvas, (x + 11, y), WHITE)
+
+
+LEGEND = (
+    Entry("intact", partial(draw_example, False, False), width=30, space=16),
+    Entry("human driver", partial(draw_example, True, False), width=30, space=16),
+    Entry("in a collision", partial(draw_example, False, True), width=30, space=16),
+)

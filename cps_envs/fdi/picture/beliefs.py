@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.palette import PAGE, Color
+from cps_envs.core.picture.palette import BELIEVED, FALSE, PAGE, Color
 from cps_envs.core.picture.vehicle import draw_ghost
-from cps_envs.fdi.picture.palette import FALSE, REPLACED
 from cps_envs.fdi.picture.scene import Scene
 
 SMALL = 15
@@ -33,7 +32,7 @@ def belief_color(scene: Scene, vehicle: int) -> Color | None:
     sensors = [vehicle, len(scene.gap) + vehicle]
     if (scene.attacked & scene.trusted)[sensors].any():
         return FALSE
-    return REPLACED if not scene.trusted[sensors].all() else None
+    return BELIEVED if not scene.trusted[sensors].all() else None
 
 
 def beliefs_of(scene: Scene, front: Sequence[float], scale: float) -> list[SensorBelief]:

@@ -2,111 +2,91 @@
 
 from __future__ import annotations
 
-from cps_envs.core.picture.bars import draw_bar, draw_value
+from functools import partial
+
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.palette import INK, MUTED, WHITE, Color, tint
-from cps_envs.core.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
-from cps_envs.core.types import FloatArray
+from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, Level, Mark, Number
+from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, WHITE, Color, tint
+from cps_envs.core.picture.panel import Panel
+from cps_envs.core.picture.plot import Columns, Plot
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
-from cps_envs.fdi.picture.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
+from cps_envs.fdi.picture.palette import TARGET
 from cps_envs.fdi.picture.scene import Scene
 
-WIDEST_BAR = 28  # pixels
-WIDE_BAR = 25  # pixels, from which on numbers of neighbours do not meet
+BAR = 0.32  # of a column's width
 NARROWEST_NUMBERED = 34  # pixels of a column, below which values are not written
 
 
-def draw_gaps(canvas: Canvas, scene: Scene, plot: Plot) -> None:
+def gaps(plot: Plot, scene: Scene) -> Panel:
     """True gaps, and what attacked range sensors report."""
-    n = len(scene.gap)
-    draw_panel(canvas, plot, bands(scene, plot, 0))
-    draw_level(canvas, plot, scene.desired_gap_m, MUTED)
-    draw_title(canvas, plot, "Gap ahead of each vehicle (m)")
-    values = (scene.gap, scene.reported_gap, scene.used_gap)
-    for i in range(n):
-        draw_reading(canvas, scene, plot, i, i, values)
-    draw_edge(canvas, plot)
+    desired, marks = Level(scene.desired_gap_m, MUTED), sensor_marks(plot, scene, "gap", 0)
+    return Panel(plot, "Gap ahead of each vehicle (m)", [desired, *marks], bands=bands(plot, scene, 0))
 
 
-def draw_closing_speeds(canvas: Canvas, scene: Scene, plot: Plot) -> None:
+def closing_speeds(plot: Plot, scene: Scene) -> Panel:
     """True closing speeds, and what attacked range-rate sensors report."""
-    n = len(scene.gap)
-    draw_panel(canvas, plot, bands(scene, plot, n))
-    draw_title(canvas, plot, "Closing speed of each vehicle (m/s)")
-    values = (scene.closing_speed, scene.reported_closing_speed, scene.used_closing_speed)
-    for i in range(n):
-        draw_reading(canvas, scene, plot, i, n + i, values)
-    draw_edge(canvas, plot)
+    first = len(scene.gap)
+    marks = sensor_marks(plot, scene, "closing_speed", first)
+    return Panel(plot, "Closing speed of each vehicle (m/s)", marks, bands=bands(plot, scene, first))
 
 
-def draw_commands(canvas: Canvas, scene: Scene, plot: Plot, config: FdiConfig) -> None:
-    """Commanded accelerations between their limits; red beyond."""
+def commands(plot: Plot, scene: Scene, config: FdiConfig) -> Panel:
+    """Commanded accelerations between their limits; red beyond. Below, the vehicles' numbers."""
+    columns, marks = Columns(plot, len(scene.gap)), list[Mark]()
     low, high = config.min_acceleration_mps2, config.max_acceleration_mps2
-    limits = f", limits {low:g} and {high:g}" if config.limit_commands else ""
-    draw_panel(canvas, plot, bands(scene, plot, None))
-    draw_title(canvas, plot, f"Commanded acceleration (m/s²){limits}")
-    width = bar_width(scene, plot)
+    width = columns.bar(BAR)
     for i, command in enumerate(scene.command.tolist()):
         beyond = config.limit_commands and not low - SLACK <= command <= high + SLACK
-        draw_bar(canvas, plot, centre(scene, plot, i) - width / 2, command, DAMAGE if beyond else TRUE, width)
+        marks.append(Bar(columns.middle(i) - width / 2, width, command, DAMAGE if beyond else TRUE))
+    title = "Commanded acceleration (m/s²)"
     if config.limit_commands:
-        draw_level(canvas, plot, low, DAMAGE)
-        draw_level(canvas, plot, high, DAMAGE)
-    draw_edge(canvas, plot)
+        title += f", limits {low:g} and {high:g}"
+        marks += [Level(low, DAMAGE), Level(high, DAMAGE)]
+    return Panel(plot, title, [*marks, partial(draw_numbers, scene)], bands=bands(plot, scene, None))
 
 
-def draw_numbers(canvas: Canvas, scene: Scene, plot: Plot) -> None:
+def sensor_marks(plot: Plot, scene: Scene, name: str, first: int) -> list[Mark]:
+    """Bars of the truth; beside them those of attacked sensors, from index `first` on, and what was used instead."""
+    columns, marks = Columns(plot, len(scene.gap)), list[Mark]()
+    width, numbered = columns.bar(BAR), columns.pitch >= NARROWEST_NUMBERED
+    for i in range(columns.count):
+        true, reported, used = (float(getattr(scene, f"{seen}{name}")[i]) for seen in ("", "reported_", "used_"))
+        x, attacked, trusted = columns.middle(i), bool(scene.attacked[first + i]), bool(scene.trusted[first + i])
+        bar = Bar(x - width - 1 if attacked else x - width / 2, width, true, TRUE)
+        false = Bar(x + 1, width, reported, FALSE, hollow=True)
+        marks += [bar, false] if attacked else [bar]
+        if not trusted:
+            marks.append(partial(draw_used, x, width + 4, used))
+        if numbered and (not attacked or width >= WIDE_BAR):
+            marks.append(Number(bar, INK))
+        if numbered and attacked and trusted:
+            marks.append(Number(false, FALSE))
+    return marks
+
+
+def draw_used(x: float, reach: float, value: float, canvas: Canvas, plot: Plot) -> None:
+    """A line at what was used instead of a reading."""
+    canvas.box((x - reach, round(plot.y(value)) - 1, 2 * reach, 3), BELIEVED, radius=1)
+
+
+def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
     """The vehicles' numbers below a panel, the target's on a badge."""
-    _, top, _, height = plot.box
-    for i in range(len(scene.gap)):
-        label, x, y = str(i + 1), centre(scene, plot, i), top + height + 9
-        target = i + 1 == scene.target
+    columns, y = Columns(plot, len(scene.gap)), plot.box[1] + plot.box[3] + 9
+    for i in range(columns.count):
+        label, x, target = str(i + 1), columns.middle(i), i + 1 == scene.target
         if target:
             badge = canvas.text_width(label, WHITE, SMALL) + 10
             canvas.box((x - badge / 2, y - 7, badge, 13), TARGET, radius=3)
         canvas.text(label, (x, y), WHITE if target else MUTED, SMALL, align=0.5)
 
 
-def centre(scene: Scene, plot: Plot, vehicle: int) -> float:
-    """Middle of a vehicle's column in pixels."""
-    return plot.box[0] + (vehicle + 0.5) * plot.box[2] / len(scene.gap)
-
-
-def bar_width(scene: Scene, plot: Plot) -> float:
-    """Width in pixels of each of two bars that stand in a column."""
-    return min(round(0.32 * plot.box[2] / len(scene.gap)), WIDEST_BAR)
-
-
-def bands(scene: Scene, plot: Plot, first: int | None) -> list[tuple[Box, Color]]:
+def bands(plot: Plot, scene: Scene, first: int | None) -> list[tuple[Box, Color]]:
     """The target's column, and those whose sensors, from index `first` on, are attacked."""
-    left, top, width, height = plot.box
-    n = len(scene.gap)
-    pitch = width / n
-    shown = []
-    for i in range(n):
-        attacked = first is not None and bool(scene.attacked[first + i])
-        if attacked or i + 1 == scene.target:
-            color = tint(FALSE, 0.14) if attacked else tint(TARGET, 0.08)
-            shown.append(((left + i * pitch, top, pitch, height), color))
+    columns, shown = Columns(plot, len(scene.gap)), []
+    for i in range(columns.count):
+        if first is not None and scene.attacked[first + i]:
+            shown.append((columns.box(i), tint(FALSE, 0.14)))
+        elif i + 1 == scene.target:
+            shown.append((columns.box(i), tint(TARGET, 0.08)))
     return shown
-
-
-def draw_reading(
-    canvas: Canvas, scene: Scene, plot: Plot, vehicle: int, sensor: int, values: tuple[FloatArray, ...]
-) -> None:
-    """The bar of the truth; beside it that of an attacked sensor, and a line at what was used instead."""
-    true, reported, used = (float(value[vehicle]) for value in values)
-    x, width, attacked = centre(scene, plot, vehicle), bar_width(scene, plot), bool(scene.attacked[sensor])
-    numbered = plot.box[2] / len(scene.gap) >= NARROWEST_NUMBERED
-    left = x - width - 1 if attacked else x - width / 2
-    draw_bar(canvas, plot, left, true, TRUE, width)
-    if attacked:
-        draw_bar(canvas, plot, x + 1, reported, FALSE, width, hollow=True)
-    if not scene.trusted[sensor]:
-        y, reach = round(plot.y(used)), width + 4
-        canvas.box((x - reach, y - 1, 2 * reach, 3), REPLACED, radius=1)
-    if numbered and (not attacked or width >= WIDE_BAR):
-        draw_value(canvas, plot, left + width / 2, true, INK)
-    if numbered and attacked and scene.trusted[sensor]:
-        draw_value(canvas, plot, x + 1 + width / 2, reported, FALSE)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas, Point
-from cps_envs.core.picture.palette import INK, MUTED, WHITE, tint
+from cps_envs.core.picture.palette import DAMAGE, FALSE, INK, MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import FloatArray
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.picture.beliefs import belief_color, beliefs_of, draw_beliefs
-from cps_envs.fdi.picture.palette import DAMAGE, FALSE, TARGET, VEHICLE
+from cps_envs.fdi.picture.palette import TARGET, VEHICLE
 from cps_envs.fdi.picture.scene import Scene
 
 VEHICLE_M = 4.5  # drawn length; the model's vehicles are points, so its gaps are drawn between bumpers

@@ -6,73 +6,68 @@ import math
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, draw_cards, draw_header
-from cps_envs.core.picture.palette import BORDER, INK, MUTED, PAGE, WHITE, tint
-from cps_envs.core.picture.plot import AXIS, Plot, draw_times, rounded_up
+from cps_envs.core.picture.canvas import Canvas
+from cps_envs.core.picture.frame import INNER, MARGIN, Entry, Frame
+from cps_envs.core.picture.gauge import Gauge
+from cps_envs.core.picture.history import History
+from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, tint
+from cps_envs.core.picture.panel import Panel, side_by_side
+from cps_envs.core.picture.plot import Plot, rounded_up
 from cps_envs.core.picture.viewer import CanvasViewer
 from cps_envs.fdi.config import FdiConfig
-from cps_envs.fdi.picture.history import Peaks, SensorHistory
+from cps_envs.fdi.picture.course import KEPT, injections, target_closing_speed, target_gap
 from cps_envs.fdi.picture.outcome import certificate_of, is_certified, outcome_of, task_of
-from cps_envs.fdi.picture.palette import DAMAGE, FALSE, REPLACED, TARGET, TRUE
-from cps_envs.fdi.picture.profile import draw_closing_speeds, draw_commands, draw_gaps, draw_numbers
+from cps_envs.fdi.picture.palette import TARGET
+from cps_envs.fdi.picture.profile import closing_speeds, commands, gaps
 from cps_envs.fdi.picture.road import draw_road
 from cps_envs.fdi.picture.scene import Scene
-from cps_envs.fdi.picture.traces import draw_injections, draw_target_closing_speed, draw_target_gap
 
+MOST_POINTS = 600  # of a curve
 CARD = 138.0  # pixels from card to card
 ROAD_TOP, ROAD_HEIGHT = 116, 118
 PLOTS_TOP, PLOT_HEIGHT, PITCH = 256, 74, 90
 BELOW_ZERO = 0.4  # desired gaps shown below zero, for collisions
 HEADROOM = 1.25  # of the axes over the largest values
-GUTTER = 16  # pixels between the columns of plots
 CAPTION = "Gaps to scale; above the road the gap and closing speed that a vehicle believes"
-LEGEND = (("true", TRUE), ("falsified sensor", FALSE), ("replaced by the defender", REPLACED), ("target pair", TARGET))
+LEGEND = (
+    Entry("true", TRUE),
+    Entry("falsified sensor", FALSE),
+    Entry("replaced by the defender", BELIEVED),
+    Entry("target pair", TARGET),
+)
 CARDS = (
-    ("Falsified readings", "injected_share", 100.0, "{:.1f} %"),
-    ("Replaced readings", "replaced_share", 100.0, "{:.1f} %"),
-    ("False alarms", "false_alarm_rate", 100.0, "{:.1f} %"),
+    ("Falsified readings", "injected_share"),
+    ("Replaced readings", "replaced_share"),
+    ("False alarms", "false_alarm_rate"),
 )
 
 
 class Viewer(CanvasViewer):
-    """Draws scenes of one configuration; curves hold the moments of the same episode that it has seen before.
-
-    Raises:
-        MissingExtraError: no canvas is given, and pygame is not installed.
-    """
+    """Its curves hold the moments of the same episode that it has seen before."""
 
     def __init__(self, config: FdiConfig, canvas: Canvas | None = None) -> None:
-        super().__init__(canvas)
-        self._config = config
-        self._history = SensorHistory()
+        super().__init__(config, canvas)
+        self._history = History(KEPT, MOST_POINTS)
 
     def watch(self, scene: Scene) -> None:
         """Take a moment in without drawing it, so that later curves hold it."""
-        self._history.add(with_illegal_readings(scene), self._config.dt_s)
+        remember(self._history, scene, self._config.dt_s)
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
         self.watch(scene)
-        canvas, shown = self._canvas, with_illegal_readings(scene)
-        canvas.fill(PAGE)
-        draw_header(canvas, "False data injection", task_of(shown), shown.time_s, shown.duration_s, decimals=2)
-        draw_metrics(canvas, shown, (MARGIN, 52, INNER, 38))
-        draw_caption(canvas, shown, self._config)
-        draw_road(canvas, shown, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
-        self._draw_plots(shown)
+        shown = with_illegal_readings(scene)
+        frame_of(shown, self._config).draw(self._canvas)
+        draw_road(self._canvas, shown, (MARGIN, ROAD_TOP, INNER, ROAD_HEIGHT))
+        for panel in panels(shown, self._config, self._history):
+            panel.draw(self._canvas)
 
-    def _draw_plots(self, scene: Scene) -> None:
-        canvas, config, rows, peaks = self._canvas, self._config, self._history.rows(), self._history.peaks
-        (gap, gaps), (speed, speeds), (command, injection) = plots(scene, config, peaks)
-        draw_gaps(canvas, scene, gap)
-        draw_closing_speeds(canvas, scene, speed)
-        draw_commands(canvas, scene, command, config)
-        draw_numbers(canvas, scene, command)
-        draw_target_gap(canvas, scene, gaps, rows)
-        draw_target_closing_speed(canvas, scene, speeds, rows)
-        draw_injections(canvas, scene, injection, rows, config.dt_s)
-        draw_times(canvas, injection, scene.duration_s)
+
+def remember(history: History, scene: Scene, step_s: float) -> None:
+    """Take a moment in; sensors were read a step before, unless an illegal injection stopped everything."""
+    shown = with_illegal_readings(scene)
+    sensed_s = max(scene.time_s - (0.0 if scene.metrics["illegal"] else step_s), 0.0)
+    history.add(shown, (scene.time_s, sensed_s), sensed_s=sensed_s)
 
 
 def with_illegal_readings(scene: Scene) -> Scene:
@@ -90,84 +85,85 @@ def with_illegal_readings(scene: Scene) -> Scene:
     )
 
 
-def plots(scene: Scene, config: FdiConfig, peaks: Peaks) -> list[tuple[Plot, Plot]]:
-    """Left and right plot of each row; those of gaps and of closing speeds share their range."""
-    gap = (-BELOW_ZERO * scene.desired_gap_m, rounded_up(max(3 * scene.desired_gap_m, HEADROOM * peaks.gap_m)))
-    speed = (-rounded_up(HEADROOM * max(5.0, peaks.opening_mps)), rounded_up(HEADROOM * max(8.0, peaks.closing_mps)))
+def panels(scene: Scene, config: FdiConfig, history: History) -> list[Panel]:
+    """Those of all vehicles, then those of the target over time; of gaps and closing speeds both have one range."""
+    gap, speed, command, injection = ranges(scene, config, history)
+    left, right = side_by_side(PLOTS_TOP, PLOT_HEIGHT, PITCH)
+    curves = history.curves()
+    return [
+        gaps(Plot(left[0], *gap), scene),
+        closing_speeds(Plot(left[1], *speed), scene),
+        commands(Plot(left[2], *command), scene, config),
+        target_gap(Plot(right[0], *gap), scene, curves),
+        target_closing_speed(Plot(right[1], *speed), scene, curves),
+        injections(Plot(right[2], *injection), scene, curves, config.dt_s),
+    ]
+
+
+def ranges(scene: Scene, config: FdiConfig, history: History) -> list[tuple[float, float]]:
+    """Of gaps, closing speeds, commands and injections: they hold what any vehicle has had in the episode."""
+    seen = history.every()
+    closing, commanded = seen["closing_speed"], float(np.abs(seen["command"]).max())
     low, high = config.min_acceleration_mps2, config.max_acceleration_mps2
     if not config.limit_commands:
-        high = rounded_up(max(high, peaks.command_mps2))
+        high = rounded_up(max(high, commanded))
         low = -high
-    injection = rounded_up(max(10 * config.range_resolution_m, peaks.injection))
-    ranges = ((gap, gap), (speed, speed), ((HEADROOM * low, HEADROOM * high), (-injection, injection)))
-    width = (INNER - GUTTER) / 2
-    pairs = []
-    for row, (left, right) in enumerate(ranges):
-        top = PLOTS_TOP + row * PITCH
-        boxes = [(MARGIN + side * (width + GUTTER), top, width - AXIS, PLOT_HEIGHT) for side in (0, 1)]
-        pairs.append((Plot(boxes[0], *left), Plot(boxes[1], *right)))
-    return pairs
+    injection = rounded_up(max(10 * config.range_resolution_m, float(np.abs(seen["injection"]).max())))
+    widest = rounded_up(max(3 * scene.desired_gap_m, HEADROOM * float(seen["gap"].max())))
+    opening = rounded_up(HEADROOM * max(5.0, -float(closing.min())))
+    return [
+        (-BELOW_ZERO * scene.desired_gap_m, widest),
+        (-opening, rounded_up(HEADROOM * max(8.0, float(closing.max())))),
+        (HEADROOM * low, HEADROOM * high),
+        (-injection, injection),
+    ]
 
 
-def draw_metrics(canvas: Canvas, scene: Scene, box: Box) -> None:
-    """The target and the metrics so far, and the impact speed on its scale."""
-    left, top, width, height = box
-    i = scene.target - 1
+def frame_of(scene: Scene, config: FdiConfig) -> Frame:
+    """The task, the target and the metrics so far, how the road is drawn or how the episode ended."""
+    i, outcome = scene.target - 1, outcome_of(scene, config)
     closing = float(scene.closing_speed[i]) + 0.0  # no minus before zero
-    values = [("Target gap", f"{scene.gap[i]:.2f} m"), ("Target closing at", f"{closing:.2f} m/s")]
-    values += [(label, form.format(scale * scene.metrics[name])) for label, name, scale, form in CARDS]
-    draw_cards(canvas, values, box, CARD)
-    begin = len(values) * CARD + 8
-    draw_gauge(canvas, scene, (left + begin, top, width - begin, height))
+    cards = [("Target gap", f"{scene.gap[i]:.2f} m"), ("Target closing at", f"{closing:.2f} m/s")]
+    ended = bool(scene.metrics["collided_pairs"] or scene.metrics["illegal"])
+    return Frame(
+        title="False data injection",
+        subtitle=task_of(scene),
+        time=(f"{scene.time_s:.2f} s", f"{scene.duration_s:g} s"),
+        progress=scene.time_s / scene.duration_s,
+        cards=[*cards, *((label, f"{100.0 * scene.metrics[name]:.1f} %") for label, name in CARDS)],
+        pitch=CARD,
+        gauge=growth(scene) if "error_growth_m" in scene.metrics else impact(scene),
+        caption=outcome or CAPTION,
+        badge=(DAMAGE if ended else MUTED) if outcome else None,
+        legend=LEGEND,
+    )
 
 
-def draw_gauge(canvas: Canvas, scene: Scene, box: Box) -> None:
-    """The target's closing speed, then the impact speed, beside what is certified; or how far the errors have grown."""
-    left, top, width, _ = box
-    if "error_growth_m" in scene.metrics:
-        draw_growth(canvas, float(scene.metrics["error_growth_m"]), (left, top, width, 9))
-        return
+def impact(scene: Scene) -> Gauge:
+    """The target's closing speed, then the impact speed, beside what is certified."""
     metrics, closing = scene.metrics, float(scene.closing_speed[scene.target - 1])
-    bound, impact, valid = metrics["oracle_bound_mps"], metrics["impact_speed_mps"], bool(metrics["bound_valid"])
-    full = rounded_up(max(10.0, impact, closing, bound if math.isfinite(bound) else 0.0))
-    bar = (left, top + 13, width, 9)
-    canvas.text("Impact speed (m/s)", (left, top + 5), MUTED, 16)
-    note = f"{impact:.2f}" if metrics["collided_pairs"] else "none yet"
-    canvas.text(note, (left + width, top + 5), DAMAGE if metrics["collided_pairs"] else MUTED, 18, align=1)
-    canvas.box(bar, BORDER, radius=2)
-    for value, color in ((closing, tint(TRUE, 0.5)), (impact, DAMAGE)):
-        if value > 0:
-            canvas.box((left, bar[1], width * value / full, bar[3]), color, radius=2)
-    color = INK if valid else MUTED
-    if is_certified(scene):
-        canvas.box((left + width * bound / full - 1, bar[1] - 3, 2, bar[3] + 6), color)
-    canvas.text(certificate_of(scene), (left, top + 31), color, 16)
+    bound, speed = metrics["oracle_bound_mps"], metrics["impact_speed_mps"]
+    color = INK if metrics["bound_valid"] else MUTED
+    full = rounded_up(max(10.0, speed, closing, bound if math.isfinite(bound) else 0.0))
+    return Gauge(
+        title="Impact speed (m/s)",
+        value=f"{speed:.2f}" if metrics["collided_pairs"] else "none yet",
+        color=DAMAGE if metrics["collided_pairs"] else MUTED,
+        fills=[(0.0, value / full, hue) for value, hue in ((closing, tint(TRUE, 0.5)), (speed, DAMAGE)) if value > 0],
+        below=[(certificate_of(scene), 0.0)],
+        mark=(bound / full, color) if is_certified(scene) else None,
+        reach=3,
+        ink=color,
+    )
 
 
-def draw_growth(canvas: Canvas, growth_m: float, box: Box) -> None:
+def growth(scene: Scene) -> Gauge:
     """What the errors have grown, for an attacker who is after instability."""
-    left, top, width, height = box
-    canvas.text("Errors have grown by (m)", (left, top + 5), MUTED, 16)
-    canvas.text(f"{growth_m:.2f}", (left + width, top + 5), DAMAGE if growth_m > 0 else MUTED, 18, align=1)
-    canvas.box((left, top + 13, width, height), BORDER, radius=2)
-    if growth_m > 0:
-        canvas.box((left, top + 13, width * growth_m / rounded_up(max(10.0, growth_m)), height), DAMAGE, radius=2)
-    canvas.text("nothing certified for this goal", (left, top + 31), MUTED, 16)
-
-
-def draw_caption(canvas: Canvas, scene: Scene, config: FdiConfig) -> None:
-    """How the road is drawn, or how the episode ended; and what the colours mean."""
-    y, right = 104.0, float(WIDTH - MARGIN)
-    for label, color in reversed(LEGEND):
-        right -= canvas.text_width(label, INK, 15)
-        canvas.text(label, (right, y), INK, 15)
-        right -= 15
-        canvas.box((right, y - 5, 10, 10), color, radius=2)
-        right -= 14
-    outcome = outcome_of(scene, config)
-    if not outcome:
-        canvas.text(CAPTION, (MARGIN, y), MUTED, 16)
-        return
-    color = DAMAGE if scene.metrics["collided_pairs"] or scene.metrics["illegal"] else MUTED
-    canvas.box((MARGIN, y - 9, canvas.text_width(outcome, WHITE, 17) + 16, 18), color, radius=4)
-    canvas.text(outcome, (MARGIN + 8, y), WHITE, 17)
+    grown_m = float(scene.metrics["error_growth_m"])
+    return Gauge(
+        title="Errors have grown by (m)",
+        value=f"{grown_m:.2f}",
+        color=DAMAGE if grown_m > 0 else MUTED,
+        fills=[(0.0, grown_m / rounded_up(max(10.0, grown_m)), DAMAGE)] if grown_m > 0 else [],
+        below=[("nothing certified for this goal", 0.0)],
+    )

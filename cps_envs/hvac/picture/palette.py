@@ -4,10 +4,6 @@ from __future__ import annotations
 
 from cps_envs.core.picture.palette import Color, color_scale
 
-TRUE: Color = (48, 112, 190)
-FALSE: Color = (214, 102, 16)  # compromised sensors, and sets with one
-ESTIMATE: Color = (0, 140, 108)  # what the controller believes
-DAMAGE: Color = (204, 28, 46)
 HEAT: Color = (178, 34, 52)
 HONEST: Color = (70, 82, 102)  # sensors that nobody forges
 WALL: Color = (196, 203, 213)

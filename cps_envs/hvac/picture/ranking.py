@@ -2,45 +2,46 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.palette import GRID, INK, MUTED, tint
-from cps_envs.core.picture.plot import SMALL, Plot, draw_edge, draw_level, draw_panel, draw_title
+from cps_envs.core.picture.marks import SMALL, Level, Mark
+from cps_envs.core.picture.palette import BELIEVED, FALSE, GRID, INK, MUTED, TRUE, tint
+from cps_envs.core.picture.panel import Panel
+from cps_envs.core.picture.plot import Columns, Plot
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import flawed_sets
-from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HONEST, TRUE
+from cps_envs.hvac.picture.palette import HONEST
 from cps_envs.hvac.picture.scene import Scene
 
+BELOW = 42  # pixels for the sensors of the sets
 NARROWEST = 5.0  # pixels of a column below which sensors are not told apart
 TALLEST_ROW = 10.0  # pixels of a sensor's row
 LEAST_ROW, LEAST_PITCH = 8.5, 12.0  # pixels in which a number can be written
 
 
-def draw_sets(canvas: Canvas, scene: Scene, plot: Plot, config: HvacConfig, member: BoolArray, below: float) -> None:
-    """A column for each set: a dot for its mean residual, a line for the newest; below, which sensors it has.
-
-    `below` is the height in pixels for the sensors.
-    """
-    left, top, width, height = plot.box
-    metrics, pitch = scene.metrics, width / len(member)
-    draw_panel(canvas, plot)
-    draw_title(canvas, plot, f"{len(member)} sets now: mean (dot), newest (line)")
-    note = f"{metrics['distinct_sets']:.0f} used, {metrics['flawed_steps']:.0f} steps on flawed ones"
-    canvas.text(note, (left + width, top - 7), MUTED, SMALL, align=1)
+def ranking(plot: Plot, scene: Scene, config: HvacConfig, member: BoolArray) -> Panel:
+    """A column for each set: a dot for its mean residual, a line for the newest; below, which sensors it has."""
+    metrics, marks = scene.metrics, list[Mark]()
     if 0 < scene.choice <= len(member):
-        x = left + (scene.choice - 1) * pitch
-        canvas.box((x, top, pitch, height + below), tint(ESTIMATE, 0.3))
+        marks.append(partial(draw_choice, scene, len(member)))
     if scene.ready:
-        draw_level(canvas, plot, config.threshold_c2, INK)
-        draw_values(canvas, scene, plot, member)
-    draw_edge(canvas, plot)
-    if pitch >= NARROWEST:
-        draw_members(canvas, scene, plot, member, below)
+        marks += [Level(config.threshold_c2, INK), partial(draw_values, scene, member)]
+    if Columns(plot, len(member)).pitch >= NARROWEST:
+        marks.append(partial(draw_members, scene, member))
+    used = f"{metrics['distinct_sets']:.0f} used, {metrics['flawed_steps']:.0f} steps on flawed ones"
+    return Panel(plot, f"{len(member)} sets now: mean (dot), newest (line)", marks, note=(used, MUTED))
 
 
-def draw_values(canvas: Canvas, scene: Scene, plot: Plot, member: BoolArray) -> None:
+def draw_choice(scene: Scene, sets: int, canvas: Canvas, plot: Plot) -> None:
+    """The column of the chosen set."""
+    canvas.box(Columns(plot, sets).box(scene.choice - 1, BELOW), tint(BELIEVED, 0.3))
+
+
+def draw_values(scene: Scene, member: BoolArray, canvas: Canvas, plot: Plot) -> None:
     """The residuals, in the colours of intact and flawed sets."""
     pitch = plot.box[2] / len(member)
     x: FloatArray = plot.box[0] + (np.arange(len(member), dtype=np.float64) + 0.5) * pitch
@@ -54,11 +55,11 @@ def draw_values(canvas: Canvas, scene: Scene, plot: Plot, member: BoolArray) -> 
         canvas.box((middle - dot, mean - 3, 2 * dot, 6), color, radius=3 if dot == 3 else 0)
 
 
-def draw_members(canvas: Canvas, scene: Scene, plot: Plot, member: BoolArray, below: float) -> None:
+def draw_members(scene: Scene, member: BoolArray, canvas: Canvas, plot: Plot) -> None:
     """A row for each sensor, in which its number or a mark stands under every set that it is in."""
     left, top, width, height = plot.box
     sets, sensors = member.shape
-    pitch, row = width / sets, min((below - 3) / sensors, TALLEST_ROW)
+    pitch, row = width / sets, min((BELOW - 3) / sensors, TALLEST_ROW)
     written = row >= LEAST_ROW and pitch >= LEAST_PITCH
     mark, thick = min(pitch - 2, 12.0), max(row - 1.5, 1.0)
     for sensor in range(sensors):

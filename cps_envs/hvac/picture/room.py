@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point
-from cps_envs.core.picture.palette import BORDER, INK, MUTED, WHITE, Color, darker, tint
+from cps_envs.core.picture.palette import BELIEVED, BORDER, FALSE, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import EstimateSource
-from cps_envs.hvac.picture.palette import ESTIMATE, FALSE, HEAT, HONEST, temperature_color
+from cps_envs.hvac.picture.palette import HEAT, HONEST, temperature_color
 from cps_envs.hvac.picture.scene import Scene
 
 WIDE, HIGH = 150, 130  # pixels from which a room has space for words
@@ -70,7 +70,7 @@ def draw_unknown_heat(canvas: Canvas, scene: Scene, zone: int, at: Point) -> Non
     if true != 0.0 or known:
         canvas.text(f"other heat {true:+.0f} W", at, INK, SMALL)
     if known:
-        canvas.text(f"believed {believed:+.0f} W", (at[0], at[1] + 15), ESTIMATE, SMALL)
+        canvas.text(f"believed {believed:+.0f} W", (at[0], at[1] + 15), BELIEVED, SMALL)
 
 
 def in_short(estimate_c: float) -> str:
@@ -83,7 +83,7 @@ def draw_estimate(canvas: Canvas, scene: Scene, zone: int, text: str, end: Point
     if scene.step == 0:
         return
     width = canvas.text_width(text, WHITE, 17) + 10
-    canvas.box((end[0] - width, end[1] - 9, width, 18), ESTIMATE, radius=4)
+    canvas.box((end[0] - width, end[1] - 9, width, 18), BELIEVED, radius=4)
     canvas.text(text, (end[0] - 5, end[1]), WHITE, 17, align=1)
 
 

@@ -8,7 +8,6 @@ ATTACKER: Color = (224, 112, 24)
 AHEAD: Color = (48, 112, 190)  # of the attacker: the gap to that vehicle, and its speed
 BEHIND: Color = (128, 70, 180)
 OTHER: Color = (150, 164, 184)
-DAMAGE: Color = (204, 28, 46)
 ALARM: Color = (255, 196, 0)
 WANTED: Color = (40, 126, 66)  # gaps of grown separations
 BRAKING: Color = (84, 97, 117)  # effort below zero

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas, Point, legible
-from cps_envs.core.picture.palette import INK, MUTED, WHITE, tint
+from cps_envs.core.picture.palette import DAMAGE, INK, MUTED, WHITE, tint
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHAPE, SHOULDER, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import BoolArray, FloatArray
-from cps_envs.rogue.picture.palette import ALARM, ATTACKER, BRAKE_LIGHT, DAMAGE, LAW_COLORS
+from cps_envs.rogue.picture.palette import ALARM, ATTACKER, BRAKE_LIGHT, LAW_COLORS
 from cps_envs.rogue.picture.scene import Scene
 
 BEYOND = 3.0  # separations of road shown before and behind the platoon in steady state

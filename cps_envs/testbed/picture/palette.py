@@ -6,7 +6,6 @@ from cps_envs.core.picture.palette import Color
 from cps_envs.disbanding.picture.palette import DISBANDED
 
 PLATOONS: tuple[Color, ...] = ((30, 136, 112), (43, 101, 184), (126, 87, 168), (92, 104, 122))
-CONTACT: Color = (204, 28, 46)
 
 
 def platoon_color(platoon: int, disbanded: bool) -> Color:

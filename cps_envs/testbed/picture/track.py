@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas, Point
-from cps_envs.core.picture.palette import BORDER, GRID, MUTED, PAGE, WHITE, Color, darker, tint
+from cps_envs.core.picture.palette import BORDER, DAMAGE, GRID, MUTED, PAGE, WHITE, Color, darker, tint
 from cps_envs.testbed.config import RobotConfig
-from cps_envs.testbed.picture.palette import CONTACT, platoon_color
+from cps_envs.testbed.picture.palette import platoon_color
 from cps_envs.testbed.picture.scene import Scene
 
 LANE = 17.0  # pixels of width
@@ -68,7 +68,7 @@ def draw_robot(canvas: Canvas, scene: Scene, q: int, track: Circle, config: Robo
     x_m, y_m, heading = scene.pose[q].tolist()
     angle, color, radius = math.atan2(y_m, x_m), color_of(scene, q), body_radius(track, config)
     middle = track.place(x_m, y_m)
-    canvas.circle(middle, radius + 2.0 * scene.collided[q], CONTACT if scene.collided[q] else darker(color))
+    canvas.circle(middle, radius + 2.0 * scene.collided[q], DAMAGE if scene.collided[q] else darker(color))
     canvas.circle(middle, radius - 1.2, color)
     nose = (middle[0] + radius * math.cos(heading), middle[1] - radius * math.sin(heading))
     canvas.line(middle, nose, WHITE, 2.0)

@@ -4,66 +4,94 @@ from __future__ import annotations
 
 import numpy as np
 
-from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, draw_cards, draw_event, draw_header
-from cps_envs.core.picture.palette import PAGE
+from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, Frame
+from cps_envs.core.picture.marks import Curve, Event, Level, Mark, seconds
+from cps_envs.core.picture.palette import DAMAGE, MUTED, Color, tint
+from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot
 from cps_envs.core.picture.viewer import CanvasViewer
+from cps_envs.core.types import FloatArray
 from cps_envs.disbanding.picture.palette import DISBANDED
 from cps_envs.testbed.config import RobotConfig
-from cps_envs.testbed.picture.curves import WIDEST_M, draw_gaps, draw_speeds
 from cps_envs.testbed.picture.scene import Scene
-from cps_envs.testbed.picture.track import Circle, draw_track
+from cps_envs.testbed.picture.track import Circle, draw_track, shade_of
 
 CARD = (INNER + 8) / 6  # pixels from card to card
 CENTER, RADIUS = (230.0, 316.0), 178.0  # of the circle, pixels
-PLOTS_LEFT, PLOTS_TOP, PLOT_HEIGHT, PITCH = 472, 120, 174, 212
+LEFT, TOP, HEIGHT, PITCH = 472, 120, 174, 212  # of the panels
+WIDEST_M = 1.0  # gap that the panel shows
 
 
 class Viewer(CanvasViewer):
-    """Draws scenes of one configuration, always the same pixels for the same scene.
-
-    Raises:
-        MissingExtraError: no canvas is given, and pygame is not installed.
-    """
-
-    def __init__(self, config: RobotConfig, canvas: Canvas | None = None) -> None:
-        super().__init__(canvas)
-        self._config = config
-        self._track = Circle(CENTER, RADIUS, config.radius_m)
-        width = WIDTH - MARGIN - AXIS - PLOTS_LEFT
-        boxes = [(PLOTS_LEFT, PLOTS_TOP + row * PITCH, width, PLOT_HEIGHT) for row in (0, 1)]
-        self._speeds = Plot(boxes[0], 0.0, config.max_speed_mps)
-        self._gaps = Plot(boxes[1], 0.0, WIDEST_M)
+    """The same scene always becomes the same pixels."""
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene on the canvas."""
         canvas, config = self._canvas, self._config
-        canvas.fill(PAGE)
-        draw_progress(canvas, scene, config)
-        draw_metrics(canvas, scene)
-        draw_track(canvas, scene, self._track, config)
-        draw_speeds(canvas, scene, self._speeds, config)
-        draw_gaps(canvas, scene, self._gaps, config)
+        disbandings = [(time_s / config.duration_s, DISBANDED) for time_s in disbanded_at(scene)]
+        frame_of(scene, config, disbandings).draw(canvas)
+        draw_track(canvas, scene, Circle(CENTER, RADIUS, config.radius_m), config)
+        for panel in panels(scene, config, [Event(*event) for event in disbandings]):
+            panel.draw(canvas)
 
 
-def draw_progress(canvas: Canvas, scene: Scene, config: RobotConfig) -> None:
-    """What is shown, the time, and the attacks on the bar of the episode's progress."""
-    subtitle = f"{config.num_robots} robots in {config.num_platoons} platoons on a circle of {config.radius_m:g} m"
-    draw_header(canvas, "Test bed", subtitle, scene.time_s, config.duration_s)
-    for time_s in scene.disbanding_s[np.isfinite(scene.disbanding_s)].tolist():
-        draw_event(canvas, time_s / config.duration_s, DISBANDED)
+def disbanded_at(scene: Scene) -> list[float]:
+    """The times in s at which platoons were disbanded."""
+    times: list[float] = scene.disbanding_s[np.isfinite(scene.disbanding_s)].tolist()
+    return times
 
 
-def draw_metrics(canvas: Canvas, scene: Scene) -> None:
-    """The metrics so far."""
+def frame_of(scene: Scene, config: RobotConfig, events: list[tuple[float, Color]]) -> Frame:
+    """What is shown, the time, the attacks, and the metrics so far."""
     metrics = scene.metrics
-    values = [
-        ("E_v of the intact robots", f"{metrics['velocity_error']:.1f} %"),
-        ("Lowest speed of these", f"{metrics['lowest_speed_mps']:.3f} m/s"),
-        ("Stopped", f"{metrics['stopped']:.0f}"),
-        ("Smallest gap ahead", f"{metrics['smallest_gap_m']:.3f} m"),
-        ("Bodies touched", f"{metrics['collided']:.0f}"),
-        ("Acceleration, rms", f"{metrics['rms_acceleration_mps2']:.3f} m/s²"),
-    ]
-    draw_cards(canvas, values, (MARGIN, 52, INNER, 38), CARD)
+    return Frame(
+        title="Test bed",
+        subtitle=f"{config.num_robots} robots in {config.num_platoons} platoons on a circle of {config.radius_m:g} m",
+        time=(f"{scene.time_s:.1f} s", f"{config.duration_s:g} s"),
+        progress=scene.time_s / config.duration_s,
+        events=events,
+        cards=[
+            ("E_v of the intact robots", f"{metrics['velocity_error']:.1f} %"),
+            ("Lowest speed of these", f"{metrics['lowest_speed_mps']:.3f} m/s"),
+            ("Stopped", f"{metrics['stopped']:.0f}"),
+            ("Smallest gap ahead", f"{metrics['smallest_gap_m']:.3f} m"),
+            ("Bodies touched", f"{metrics['collided']:.0f}"),
+            ("Acceleration, rms", f"{metrics['rms_acceleration_mps2']:.3f} m/s²"),
+        ],
+        pitch=CARD,
+    )
+
+
+def panels(scene: Scene, config: RobotConfig, disbandings: list[Mark]) -> tuple[Panel, Panel]:
+    """Speeds, over the window in which E_v is measured, and gaps ahead, with where bodies touch."""
+    width = WIDTH - MARGIN - AXIS - LEFT
+    speed = Plot((LEFT, TOP, width, HEIGHT), 0.0, config.max_speed_mps)
+    gap = Plot((LEFT, TOP + PITCH, width, HEIGHT), 0.0, WIDEST_M)
+    first, last = config.window
+    begin, end = (float(speed.along(period / config.num_periods)) for period in (first, min(last, config.num_periods)))
+    window = ((begin, TOP, end - begin, HEIGHT), tint(MUTED, 0.08))
+    gaps = np.hstack([np.full((len(scene.gaps), 1), np.inf), scene.gaps])
+    desired, touching = Level(config.desired_speed_mps, MUTED), Level(config.body_length_m, DAMAGE, solid=True)
+    return (
+        Panel(
+            speed,
+            "Speeds (m/s); grey: where E_v is measured",
+            [desired, *disbandings, *curves(scene, scene.speeds, speed, config)],
+            bands=[window] if first < config.num_periods else [],
+        ),
+        Panel(
+            gap,
+            "Gaps ahead (m), centre to centre;",
+            [touching, *disbandings, *curves(scene, gaps, gap, config), seconds(config.duration_s)],
+            words=[("bodies touch", DAMAGE)],
+            spacing=4,
+        ),
+    )
+
+
+def curves(scene: Scene, values: FloatArray, plot: Plot, config: RobotConfig) -> list[Curve]:
+    """A curve for each robot from its values (k, M), rear to front; it ends where it leaves the panel at the top."""
+    share, inside = np.arange(len(values)) / config.num_periods, values <= plot.high
+    ends = np.where(inside.all(axis=0), len(values), inside.argmin(axis=0)).tolist()
+    robots = reversed(range(values.shape[1]))
+    return [Curve(share[: ends[q]], values[: ends[q], q], shade_of(scene, q)) for q in robots]
