@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from cps_envs.core.picture.canvas import Canvas, Point
-from cps_envs.core.picture.frame import CARDS, Entry, Frame
+from cps_envs.core.picture.frame import CARDS, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Gauge
 from cps_envs.core.picture.history import History
-from cps_envs.core.picture.marks import Area, Bar, Curve, Dots, Level, Mark
+from cps_envs.core.picture.marks import Area, Bar, Dots, LevelLine, Line, Mark
 from cps_envs.core.picture.palette import MUTED, PAGE, WHITE, color_scale, darker, tint
 from cps_envs.core.picture.panel import Panel, side_by_side
 from cps_envs.core.picture.pixels import PixelCanvas
-from cps_envs.core.picture.plot import ROOM, Columns, Plot, rounded_up
+from cps_envs.core.picture.plot import ROOM, BarColumns, Plot, rounded_up
 from cps_envs.core.picture.vehicle import ASPHALT, draw_burst, draw_car, draw_ghost
 from cps_envs.core.types import Array, FloatArray
 
@@ -177,7 +177,7 @@ def drawn(marks: list[Mark], **options: Any) -> Array:
 def test_curves_and_areas_need_two_values() -> None:
     share, values = np.array([0.1, 0.9]), np.array([0.0, 10.0])
     for one, two in (
-        (Curve(share[:1], values[:1], INK), Curve(share, values, INK)),
+        (Line(share[:1], values[:1], INK), Line(share, values, INK)),
         (Area(share[:1], values[:1], 0.0, INK), Area(share, values, 0.0, INK)),
     ):
         assert np.array_equal(drawn([one]), drawn([]))
@@ -190,15 +190,15 @@ def test_an_area_above_a_level_is_one_above_a_curve_that_is_level() -> None:
 
 
 def test_marks_lie_over_one_another_in_their_order_and_the_grid_over_bands() -> None:
-    curve, level = Curve(np.array([0.0, 1.0]), np.array([5.0, 5.0]), INK), Level(5.0, MUTED, solid=True)
+    curve, level = Line(np.array([0.0, 1.0]), np.array([5.0, 5.0]), INK), LevelLine(5.0, MUTED, solid=True)
     assert not np.array_equal(drawn([curve, level]), drawn([level, curve]))
     zero = round(PLOT.y(0.0))
     assert np.array_equal(drawn([], bands=[((20, 10, 20, 40), INK)])[zero, 25], drawn([])[zero, 25])
 
 
 def test_a_dashed_level_is_drawn_only_in_range() -> None:
-    assert np.array_equal(drawn([Level(16.0, INK)]), drawn([]))
-    assert not np.array_equal(drawn([Level(16.0, INK, solid=True)]), drawn([]))
+    assert np.array_equal(drawn([LevelLine(16.0, INK)]), drawn([]))
+    assert not np.array_equal(drawn([LevelLine(16.0, INK, solid=True)]), drawn([]))
 
 
 def test_words_that_do_not_fit_beside_a_title_are_left_out() -> None:
@@ -207,11 +207,11 @@ def test_words_that_do_not_fit_beside_a_title_are_left_out() -> None:
 
 
 def test_columns_share_a_panel_and_bars_are_not_too_wide() -> None:
-    columns = Columns(PLOT, 4)
+    columns = BarColumns(PLOT, 4)
     assert [columns.middle(k) for k in range(4)] == [20.0, 40.0, 60.0, 80.0]
     assert columns.between(1) == 50.0
     assert columns.box(3, 5.0) == (70.0, 10.0, 20.0, 45.0)
-    assert [Columns(PLOT, count).bar(0.5) for count in (1, 4, 40)] == [28.0, 10.0, 4.0]
+    assert [BarColumns(PLOT, count).bar(0.5) for count in (1, 4, 40)] == [28.0, 10.0, 4.0]
 
 
 def test_panels_side_by_side_fill_the_picture() -> None:
@@ -254,7 +254,7 @@ def test_a_gauge_takes_what_the_cards_leave_free() -> None:
 
 
 def test_a_legend_ends_at_the_right_and_keeps_its_order() -> None:
-    one, two = Entry("one", INK), Entry("two", MUTED)
+    one, two = LegendEntry("one", INK), LegendEntry("two", MUTED)
     columns = np.nonzero((framed(legend=[one, two]) != framed()).any(axis=2))[1]
     assert columns.max() > 935
     assert not np.array_equal(framed(legend=[one, two]), framed(legend=[two, one]))

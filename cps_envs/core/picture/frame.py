@@ -18,7 +18,7 @@ LEGEND = 15  # pixels of letters
 
 
 @dataclass(frozen=True)
-class Entry:
+class LegendEntry:
     """A word of the legend, and what stands before it: a square of a colour, or what is drawn at a point."""
 
     label: str
@@ -52,7 +52,7 @@ class Frame:
     gauge: Gauge | Scale | None = None  # in what the cards leave free
     caption: str = ""
     badge: Color | None = None  # behind the caption
-    legend: Sequence[Entry] = ()
+    legend: Sequence[LegendEntry] = ()
     caption_y: float = CAPTION
 
     def draw(self, canvas: Canvas) -> None:

@@ -21,7 +21,7 @@ TIME_MARKS = 5
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelLine:
     """A line across the panel at a value, dashed if that is in range, or solid."""
 
     value: float
@@ -51,7 +51,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Curve:
+class Line:
     """A line through values (k,) at shares (k,) of the width, two pixels thick unless thin; nothing for one value."""
 
     share: FloatArray
@@ -140,7 +140,7 @@ class Bar:
 
 
 @dataclass(frozen=True)
-class Number:
+class BarValue:
     """The value of a bar at its end, inside the panel."""
 
     bar: Bar
@@ -159,7 +159,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Times:
+class TimeLabels:
     """Times below a panel, each with its share of the width, `below` pixels from it."""
 
     times: Sequence[tuple[float, str]]
@@ -172,6 +172,6 @@ class Times:
             canvas.text(label, (float(plot.along(share)), y), MUTED, SMALL, align=share)
 
 
-def seconds(duration_s: float) -> Times:
+def seconds(duration_s: float) -> TimeLabels:
     """Seconds below a panel that an episode fills."""
-    return Times([(share, f"{share * duration_s:g} s") for share in np.linspace(0.0, 1.0, TIME_MARKS).tolist()])
+    return TimeLabels([(share, f"{share * duration_s:g} s") for share in np.linspace(0.0, 1.0, TIME_MARKS).tolist()])

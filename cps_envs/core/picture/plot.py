@@ -60,7 +60,7 @@ class Plot:
 
 
 @dataclass(frozen=True)
-class Columns:
+class BarColumns:
     """A panel's width in equal columns, one for each of `count` things."""
 
     plot: Plot

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from cps_envs.core.picture.canvas import OVERSAMPLING, Box, Canvas, Point, legible
-from cps_envs.core.picture.frame import Entry
+from cps_envs.core.picture.frame import LegendEntry
 from cps_envs.core.picture.palette import INK, MUTED, PAGE, WHITE, Color
 from cps_envs.core.picture.vehicle import ASPHALT, MARKING, SHOULDER, draw_car
 from cps_envs.core.types import FloatArray
@@ -118,7 +118,7 @@ def draw_example(human: bool, collided: bool, canvas: Canvas, at: Point) -> None
 
 
 LEGEND = (
-    Entry("intact", partial(draw_example, False, False), width=30, space=16),
-    Entry("human driver", partial(draw_example, True, False), width=30, space=16),
-    Entry("in a collision", partial(draw_example, False, True), width=30, space=16),
+    LegendEntry("intact", partial(draw_example, False, False), width=30, space=16),
+    LegendEntry("human driver", partial(draw_example, True, False), width=30, space=16),
+    LegendEntry("in a collision", partial(draw_example, False, True), width=30, space=16),
 )

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.marks import SMALL, Curve, Disc, Dots, Level, Mark, seconds
+from cps_envs.core.picture.marks import SMALL, Disc, Dots, LevelLine, Line, Mark, seconds
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, Color, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot
@@ -25,7 +25,7 @@ KEPT = ("time_s", "command", "injection", "trusted", *MEASURED)
 def target_gap(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """The target's gap, true and reported."""
     ahead = "reference" if scene.target == len(scene.gap) else str(scene.target + 1)
-    desired, marks = Level(scene.desired_gap_m, MUTED), target_marks(plot, scene, curves, "gap", scene.target - 1)
+    desired, marks = LevelLine(scene.desired_gap_m, MUTED), target_marks(plot, scene, curves, "gap", scene.target - 1)
     return Panel(plot, f"Target gap, {scene.target} to {ahead}, over time (m)", [desired, *marks])
 
 
@@ -35,7 +35,7 @@ def target_closing_speed(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     note: tuple[str, Color] | None = None
     if is_certified(scene):
         bound, color = scene.metrics["oracle_bound_mps"], INK if scene.metrics["bound_valid"] else MUTED
-        marks, note = [Level(bound, color), *marks], (f"certified {bound:.2f}", color)
+        marks, note = [LevelLine(bound, color), *marks], (f"certified {bound:.2f}", color)
     return Panel(plot, "Its closing speed over time (m/s)", marks, note=note)
 
 
@@ -49,12 +49,12 @@ def target_marks(plot: Plot, scene: Scene, curves: Curves, name: str, sensor: in
     true, reported, used, believed = (curves[f"{seen}{name}"][:, pair] for seen in SEEN)
     replaced = read & (curves["trusted"][:, sensor] == 0)
     if scene.attacked[sensor]:
-        marks.append(Curve(sensed[read], reported[read], FALSE))
+        marks.append(Line(sensed[read], reported[read], FALSE))
         if read.any() and not plot.shows(reported[-1]):
             marks.append(partial(draw_outside, float(sensed[-1]), float(reported[-1])))
     if not np.isnan(believed).any():
-        marks.append(Curve(time, believed, tint(BELIEVED, 0.6)))
-    marks += [Curve(time, true, TRUE), Dots(sensed[replaced], used[replaced], BELIEVED, size=3)]
+        marks.append(Line(time, believed, tint(BELIEVED, 0.6)))
+    marks += [Line(time, true, TRUE), Dots(sensed[replaced], used[replaced], BELIEVED, size=3)]
     end = (DAMAGE, 5.0) if scene.metrics["collided_target"] else (TRUE, 3.5)
     return [*marks, Disc(float(time[-1]), float(true[-1]), *end)]
 
@@ -73,7 +73,7 @@ def injections(plot: Plot, scene: Scene, curves: Curves, step_s: float) -> Panel
     words, marks = [], list[Mark]()
     for k, sensor in enumerate(np.flatnonzero(scene.attacked).tolist()):
         color, (name, unit) = FALSES[k % len(FALSES)], name_of(sensor, len(scene.gap))
-        marks.append(Curve(held_s / scene.duration_s, np.repeat(curves["injection"][read, sensor], 2), color))
+        marks.append(Line(held_s / scene.duration_s, np.repeat(curves["injection"][read, sensor], 2), color))
         words.append((f"{name} {scene.injection[sensor]:+.4g} {unit}", color))
     title = "Nothing works yet" if scene.time_s < scene.attack_from_s else "Injected"
     return Panel(plot, title, [*marks, seconds(scene.duration_s)], words=words, spacing=10)

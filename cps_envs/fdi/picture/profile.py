@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, Level, Mark, Number
+from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, BarValue, LevelLine, Mark
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, WHITE, Color, tint
 from cps_envs.core.picture.panel import Panel
-from cps_envs.core.picture.plot import Columns, Plot
+from cps_envs.core.picture.plot import BarColumns, Plot
 from cps_envs.fdi.config import FdiConfig
 from cps_envs.fdi.legality import SLACK
 from cps_envs.fdi.picture.palette import TARGET
@@ -20,7 +20,7 @@ NARROWEST_NUMBERED = 34  # pixels of a column, below which values are not writte
 
 def gaps(plot: Plot, scene: Scene) -> Panel:
     """True gaps, and what attacked range sensors report."""
-    desired, marks = Level(scene.desired_gap_m, MUTED), sensor_marks(plot, scene, "gap", 0)
+    desired, marks = LevelLine(scene.desired_gap_m, MUTED), sensor_marks(plot, scene, "gap", 0)
     return Panel(plot, "Gap ahead of each vehicle (m)", [desired, *marks], bands=bands(plot, scene, 0))
 
 
@@ -33,7 +33,7 @@ def closing_speeds(plot: Plot, scene: Scene) -> Panel:
 
 def commands(plot: Plot, scene: Scene, config: FdiConfig) -> Panel:
     """Commanded accelerations between their limits; red beyond. Below, the vehicles' numbers."""
-    columns, marks = Columns(plot, len(scene.gap)), list[Mark]()
+    columns, marks = BarColumns(plot, len(scene.gap)), list[Mark]()
     low, high = config.min_acceleration_mps2, config.max_acceleration_mps2
     width = columns.bar(BAR)
     for i, command in enumerate(scene.command.tolist()):
@@ -42,13 +42,13 @@ def commands(plot: Plot, scene: Scene, config: FdiConfig) -> Panel:
     title = "Commanded acceleration (m/s²)"
     if config.limit_commands:
         title += f", limits {low:g} and {high:g}"
-        marks += [Level(low, DAMAGE), Level(high, DAMAGE)]
+        marks += [LevelLine(low, DAMAGE), LevelLine(high, DAMAGE)]
     return Panel(plot, title, [*marks, partial(draw_numbers, scene)], bands=bands(plot, scene, None))
 
 
 def sensor_marks(plot: Plot, scene: Scene, name: str, first: int) -> list[Mark]:
     """Bars of the truth; beside them those of attacked sensors, from index `first` on, and what was used instead."""
-    columns, marks = Columns(plot, len(scene.gap)), list[Mark]()
+    columns, marks = BarColumns(plot, len(scene.gap)), list[Mark]()
     width, numbered = columns.bar(BAR), columns.pitch >= NARROWEST_NUMBERED
     for i in range(columns.count):
         true, reported, used = (float(getattr(scene, f"{seen}{name}")[i]) for seen in ("", "reported_", "used_"))
@@ -59,9 +59,9 @@ def sensor_marks(plot: Plot, scene: Scene, name: str, first: int) -> list[Mark]:
         if not trusted:
             marks.append(partial(draw_used, x, width + 4, used))
         if numbered and (not attacked or width >= WIDE_BAR):
-            marks.append(Number(bar, INK))
+            marks.append(BarValue(bar, INK))
         if numbered and attacked and trusted:
-            marks.append(Number(false, FALSE))
+            marks.append(BarValue(false, FALSE))
     return marks
 
 
@@ -72,7 +72,7 @@ def draw_used(x: float, reach: float, value: float, canvas: Canvas, plot: Plot) 
 
 def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
     """The vehicles' numbers below a panel, the target's on a badge."""
-    columns, y = Columns(plot, len(scene.gap)), plot.box[1] + plot.box[3] + 9
+    columns, y = BarColumns(plot, len(scene.gap)), plot.box[1] + plot.box[3] + 9
     for i in range(columns.count):
         label, x, target = str(i + 1), columns.middle(i), i + 1 == scene.target
         if target:
@@ -83,7 +83,7 @@ def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
 
 def bands(plot: Plot, scene: Scene, first: int | None) -> list[tuple[Box, Color]]:
     """The target's column, and those whose sensors, from index `first` on, are attacked."""
-    columns, shown = Columns(plot, len(scene.gap)), []
+    columns, shown = BarColumns(plot, len(scene.gap)), []
     for i in range(columns.count):
         if first is not None and scene.attacked[first + i]:
             shown.append((columns.box(i), tint(FALSE, 0.14)))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.frame import INNER, MARGIN, Entry, Frame
+from cps_envs.core.picture.frame import INNER, MARGIN, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Gauge
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, tint
@@ -30,10 +30,10 @@ BELOW_ZERO = 0.4  # desired gaps shown below zero, for collisions
 HEADROOM = 1.25  # of the axes over the largest values
 CAPTION = "Gaps to scale; above the road the gap and closing speed that a vehicle believes"
 LEGEND = (
-    Entry("true", TRUE),
-    Entry("falsified sensor", FALSE),
-    Entry("replaced by the defender", BELIEVED),
-    Entry("target pair", TARGET),
+    LegendEntry("true", TRUE),
+    LegendEntry("falsified sensor", FALSE),
+    LegendEntry("replaced by the defender", BELIEVED),
+    LegendEntry("target pair", TARGET),
 )
 CARDS = (
     ("Falsified readings", "injected_share"),

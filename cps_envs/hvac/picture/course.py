@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.marks import SMALL, Area, Curve, Disc, Dots, Event, Level, Mark, Times
+from cps_envs.core.picture.marks import SMALL, Area, Disc, Dots, Event, LevelLine, Line, Mark, TimeLabels
 from cps_envs.core.picture.palette import BELIEVED, DAMAGE, FALSE, INK, MUTED, TRUE, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import Plot
@@ -54,11 +54,11 @@ def temperature(box: Box, scene: Scene, curves: Curves, config: HvacConfig) -> P
         f"Zone {zone + 1}, the worst so far: temperature (°C)",
         [
             *onset(scene, config),
-            *(Curve(time, other, WALL, thin=True) for other in every.T),
-            Level(config.reference_c, MUTED),
+            *(Line(time, other, WALL, thin=True) for other in every.T),
+            LevelLine(config.reference_c, MUTED),
             *(Dots(time[forged], values, tint(FALSE, 0.8)) for values in read.T),
             Dots(times(curves["step"][acted] - 1, config), estimated, BELIEVED),
-            Curve(time, every[:, zone], TRUE),
+            Line(time, every[:, zone], TRUE),
             Disc(float(time[-1]), float(every[-1, zone]), TRUE),
         ],
     )
@@ -74,8 +74,8 @@ def residuals(plot: Plot, scene: Scene, curves: Curves, config: HvacConfig, flaw
             means = curves["mean_residual"][ready][:, group]
             low, high = means.min(axis=1), means.max(axis=1)
             marks.append(Area(time, high, low, tint(color, 0.25)))
-            marks += [Curve(time, end, color, thin=True) for end in (low, high)]
-    marks.append(Level(config.threshold_c2, INK))
+            marks += [Line(time, end, color, thin=True) for end in (low, high)]
+    marks.append(LevelLine(config.threshold_c2, INK))
     if scene.ready and 0 < scene.choice <= len(scene.mean_residual):
         marks.append(Disc(now, float(scene.mean_residual[scene.choice - 1]), BELIEVED, radius=4.0))
     if not scene.ready:
@@ -92,9 +92,9 @@ def draw_waiting(until: str, canvas: Canvas, plot: Plot) -> None:
 
 def impact(plot: Plot, scene: Scene, curves: Curves, config: HvacConfig) -> Panel:
     """A_impact so far, and the time below."""
-    curve = Curve(times(curves["step"], config), curves["impact"], DAMAGE)
+    curve = Line(times(curves["step"], config), curves["impact"], DAMAGE)
     marked = [(step / (config.num_steps - 1), clock(step, config)) for step in marked_steps(config)]
-    return Panel(plot, "A_impact so far (C²)", [*onset(scene, config), curve, Times(marked, below=8)])
+    return Panel(plot, "A_impact so far (C²)", [*onset(scene, config), curve, TimeLabels(marked, below=8)])
 
 
 def marked_steps(config: HvacConfig) -> list[float]:

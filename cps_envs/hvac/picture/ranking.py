@@ -7,10 +7,10 @@ from functools import partial
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.marks import SMALL, Level, Mark
+from cps_envs.core.picture.marks import SMALL, LevelLine, Mark
 from cps_envs.core.picture.palette import BELIEVED, FALSE, GRID, INK, MUTED, TRUE, tint
 from cps_envs.core.picture.panel import Panel
-from cps_envs.core.picture.plot import Columns, Plot
+from cps_envs.core.picture.plot import BarColumns, Plot
 from cps_envs.core.types import BoolArray, FloatArray
 from cps_envs.hvac.config import HvacConfig
 from cps_envs.hvac.picture.belief import flawed_sets
@@ -29,8 +29,8 @@ def ranking(plot: Plot, scene: Scene, config: HvacConfig, member: BoolArray) -> 
     if 0 < scene.choice <= len(member):
         marks.append(partial(draw_choice, scene, len(member)))
     if scene.ready:
-        marks += [Level(config.threshold_c2, INK), partial(draw_values, scene, member)]
-    if Columns(plot, len(member)).pitch >= NARROWEST:
+        marks += [LevelLine(config.threshold_c2, INK), partial(draw_values, scene, member)]
+    if BarColumns(plot, len(member)).pitch >= NARROWEST:
         marks.append(partial(draw_members, scene, member))
     used = f"{metrics['distinct_sets']:.0f} used, {metrics['flawed_steps']:.0f} steps on flawed ones"
     return Panel(plot, f"{len(member)} sets now: mean (dot), newest (line)", marks, note=(used, MUTED))
@@ -38,7 +38,7 @@ def ranking(plot: Plot, scene: Scene, config: HvacConfig, member: BoolArray) -> 
 
 def draw_choice(scene: Scene, sets: int, canvas: Canvas, plot: Plot) -> None:
     """The column of the chosen set."""
-    canvas.box(Columns(plot, sets).box(scene.choice - 1, BELOW), tint(BELIEVED, 0.3))
+    canvas.box(BarColumns(plot, sets).box(scene.choice - 1, BELOW), tint(BELIEVED, 0.3))
 
 
 def draw_values(scene: Scene, member: BoolArray, canvas: Canvas, plot: Plot) -> None:

@@ -6,7 +6,7 @@ import math
 from functools import partial
 
 from cps_envs.core.picture.canvas import Canvas, Point
-from cps_envs.core.picture.frame import HEIGHT, MARGIN, WIDTH, Entry, Frame
+from cps_envs.core.picture.frame import HEIGHT, MARGIN, WIDTH, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Scale
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import BELIEVED, FALSE, MUTED, TRUE
@@ -108,9 +108,9 @@ def draw_sensor(full: bool, canvas: Canvas, at: Point) -> None:
 
 
 LEGEND = (
-    Entry("followed", partial(draw_sensor, True), width=11, space=18),
-    Entry("ignored", partial(draw_sensor, False), width=11, space=18),
-    Entry("true", TRUE),
-    Entry("controller's estimate", BELIEVED),
-    Entry("compromised", FALSE),
+    LegendEntry("followed", partial(draw_sensor, True), width=11, space=18),
+    LegendEntry("ignored", partial(draw_sensor, False), width=11, space=18),
+    LegendEntry("true", TRUE),
+    LegendEntry("controller's estimate", BELIEVED),
+    LegendEntry("compromised", FALSE),
 )

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas
-from cps_envs.core.picture.marks import SMALL, Area, Curve, Disc, Event, Level, Mark, seconds
+from cps_envs.core.picture.marks import SMALL, Area, Disc, Event, LevelLine, Line, Mark, seconds
 from cps_envs.core.picture.palette import DAMAGE, MUTED, Color, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot
@@ -25,7 +25,7 @@ EFFORTS = {k: tint(ATTACKER if k > 0 else BRAKING, abs(k) / LEVELS) for k in ran
 
 def gap_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """The gaps ahead of the attacker and behind it."""
-    marks: list[Mark] = [Level(scene.desired_gap_m, MUTED), Level(0.0, DAMAGE, solid=True), *onsets(scene)]
+    marks: list[Mark] = [LevelLine(scene.desired_gap_m, MUTED), LevelLine(0.0, DAMAGE, solid=True), *onsets(scene)]
     words = []
     for pair, name, color in ((scene.attacker - 1, "behind", BEHIND), (scene.attacker, "ahead", AHEAD)):
         if pair >= 0:
@@ -37,9 +37,9 @@ def gap_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
 def speed_curves(plot: Plot, scene: Scene, curves: Curves) -> Panel:
     """The speeds of all, those of the attacker and its neighbours in colours, and its effort as a strip."""
     m, time, words = scene.attacker, curves["time_s"] / scene.duration_s, []
-    marks: list[Mark] = [Level(scene.reference_speed_mps, MUTED), *onsets(scene)]
+    marks: list[Mark] = [LevelLine(scene.reference_speed_mps, MUTED), *onsets(scene)]
     others = [i for i in range(len(scene.speed)) if abs(i - m) > 1]
-    marks += [Curve(time, curves["speed"][:, i], OTHER, thin=True) for i in others]
+    marks += [Line(time, curves["speed"][:, i], OTHER, thin=True) for i in others]
     for i, name, color in ((m - 1, "behind", BEHIND), (m + 1, "ahead", AHEAD), (m, "attacker", ATTACKER)):
         if i >= 0:
             words.append((f"{name} {scene.speed[i]:.1f}", color))
@@ -78,7 +78,7 @@ def draw_effort(scene: Scene, time: FloatArray, effort: FloatArray, canvas: Canv
 def trace(scene: Scene, curves: Curves, values: FloatArray, color: Color) -> list[Mark]:
     """A curve with a disc at its end."""
     time = curves["time_s"] / scene.duration_s
-    return [Curve(time, values, color), Disc(float(time[-1]), float(values[-1]), color)]
+    return [Line(time, values, color), Disc(float(time[-1]), float(values[-1]), color)]
 
 
 def onsets(scene: Scene) -> list[Event]:

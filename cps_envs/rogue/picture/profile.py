@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 from cps_envs.core.picture.canvas import Box, Canvas
-from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, Level, Mark, Number
+from cps_envs.core.picture.marks import SMALL, WIDE_BAR, Bar, BarValue, LevelLine, Mark
 from cps_envs.core.picture.palette import DAMAGE, INK, MUTED, WHITE, Color, darker, tint
 from cps_envs.core.picture.panel import Panel
-from cps_envs.core.picture.plot import Columns, Plot
+from cps_envs.core.picture.plot import BarColumns, Plot
 from cps_envs.rogue.picture.palette import AHEAD, ALARM, ATTACKER, BEHIND, LAW_COLORS, OTHER, WANTED
 from cps_envs.rogue.picture.scene import Scene
 
@@ -19,7 +19,7 @@ NARROWEST_NUMBERED = 36  # pixels of a column, below which values are not writte
 def gaps(plot: Plot, scene: Scene) -> Panel:
     """The gap of each pair, and ticks beside it where a separation has grown and the gap is to follow."""
     colors = {scene.attacker: AHEAD, scene.attacker - 1: BEHIND}  # pairs with the attacker stand out
-    marks: list[Mark] = [Level(scene.desired_gap_m, MUTED)]
+    marks: list[Mark] = [LevelLine(scene.desired_gap_m, MUTED)]
     for pair, gap in enumerate(scene.gap.tolist()):
         marks += pair_marks(plot, scene, pair, gap, colors.get(pair, OTHER) if gap >= 0 else DAMAGE)
         if (growth := wanted_growth(scene, pair)) > 0:
@@ -53,7 +53,7 @@ def detectors(plot: Plot, scene: Scene) -> Panel:
             if value > 0:
                 marks.append(Bar(left, width, value, ALARM if scene.alarm[i] == side else OTHER))
     title = "Rear and front detector of each vehicle (share of the alarm threshold)"
-    return Panel(plot, title, [*marks, Level(1.0, darker(ALARM))], bands=bands(plot, scene))
+    return Panel(plot, title, [*marks, LevelLine(1.0, darker(ALARM))], bands=bands(plot, scene))
 
 
 def damages(plot: Plot, scene: Scene, unit: str) -> Panel:
@@ -70,7 +70,7 @@ def pair_marks(plot: Plot, scene: Scene, pair: int, value: float, color: Color) 
     width = columns.bar(BAR)
     bar = Bar(columns.between(pair) - width / 2, width, value, color)
     inside = value > plot.high and color in (AHEAD, BEHIND) and width >= WIDE_BAR
-    return [bar, Number(bar, WHITE if inside else INK)] if columns.pitch >= NARROWEST_NUMBERED else [bar]
+    return [bar, BarValue(bar, WHITE if inside else INK)] if columns.pitch >= NARROWEST_NUMBERED else [bar]
 
 
 def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
@@ -86,9 +86,9 @@ def draw_numbers(scene: Scene, canvas: Canvas, plot: Plot) -> None:
             canvas.text(f"+{scene.growth[i]:g}{unit}", (x, y + 15), MUTED, size, align=0.5)
 
 
-def columns_of(plot: Plot, scene: Scene) -> Columns:
+def columns_of(plot: Plot, scene: Scene) -> BarColumns:
     """A column for each vehicle."""
-    return Columns(plot, len(scene.position))
+    return BarColumns(plot, len(scene.position))
 
 
 def bands(plot: Plot, scene: Scene) -> list[tuple[Box, Color]]:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from cps_envs.core.picture.canvas import Canvas, Point
-from cps_envs.core.picture.frame import INNER, MARGIN, Entry, Frame
+from cps_envs.core.picture.frame import INNER, MARGIN, Frame, LegendEntry
 from cps_envs.core.picture.gauge import Gauge
 from cps_envs.core.picture.history import History
 from cps_envs.core.picture.palette import DAMAGE, INK, Color
@@ -159,11 +159,11 @@ def belief(scene: Scene) -> str:
     return f"Alarms blame {blamed}; {true}"
 
 
-def legend(config: RogueConfig) -> list[Entry]:
+def legend(config: RogueConfig) -> list[LegendEntry]:
     """What the colours of the vehicles mean."""
     laws = ("attacker", *LAWS[config.defense_action])
-    entries = [Entry(law, partial(draw_paint, LAW_COLORS[law]), width=19, space=12) for law in laws]
-    return [*entries, Entry("alarm", draw_alarm, width=19, space=12)]
+    entries = [LegendEntry(law, partial(draw_paint, LAW_COLORS[law]), width=19, space=12) for law in laws]
+    return [*entries, LegendEntry("alarm", draw_alarm, width=19, space=12)]
 
 
 def draw_paint(color: Color, canvas: Canvas, at: Point) -> None:

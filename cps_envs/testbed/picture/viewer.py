@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cps_envs.core.picture.frame import INNER, MARGIN, WIDTH, Frame
-from cps_envs.core.picture.marks import Curve, Event, Level, Mark, seconds
+from cps_envs.core.picture.marks import Event, LevelLine, Line, Mark, seconds
 from cps_envs.core.picture.palette import DAMAGE, MUTED, Color, tint
 from cps_envs.core.picture.panel import Panel
 from cps_envs.core.picture.plot import AXIS, Plot
@@ -71,7 +71,7 @@ def panels(scene: Scene, config: RobotConfig, disbandings: list[Mark]) -> tuple[
     begin, end = (float(speed.along(period / config.num_periods)) for period in (first, min(last, config.num_periods)))
     window = ((begin, TOP, end - begin, HEIGHT), tint(MUTED, 0.08))
     gaps = np.hstack([np.full((len(scene.gaps), 1), np.inf), scene.gaps])
-    desired, touching = Level(config.desired_speed_mps, MUTED), Level(config.body_length_m, DAMAGE, solid=True)
+    desired, touching = LevelLine(config.desired_speed_mps, MUTED), LevelLine(config.body_length_m, DAMAGE, solid=True)
     return (
         Panel(
             speed,
@@ -89,9 +89,9 @@ def panels(scene: Scene, config: RobotConfig, disbandings: list[Mark]) -> tuple[
     )
 
 
-def curves(scene: Scene, values: FloatArray, plot: Plot, config: RobotConfig) -> list[Curve]:
+def curves(scene: Scene, values: FloatArray, plot: Plot, config: RobotConfig) -> list[Line]:
     """A curve for each robot from its values (k, M), rear to front; it ends where it leaves the panel at the top."""
     share, inside = np.arange(len(values)) / config.num_periods, values <= plot.high
     ends = np.where(inside.all(axis=0), len(values), inside.argmin(axis=0)).tolist()
     robots = reversed(range(values.shape[1]))
-    return [Curve(share[: ends[q]], values[: ends[q], q], shade_of(scene, q)) for q in robots]
+    return [Line(share[: ends[q]], values[: ends[q], q], shade_of(scene, q)) for q in robots]
